@@ -1,0 +1,51 @@
+# Everything calrig needs beyond python3 (3.11 or newer), pip and make is set up by the first target that is asked for.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+STAMP  := $(VENV)/.set-up
+
+export PYTHONDONTWRITEBYTECODE :=
+
+.PHONY: demo test check bench soak clean lock setup
+
+demo: $(STAMP)          ## the whole job on the twin, into ./demo-out
+	$(BIN)/calrig demo
+
+test: $(STAMP)          ## every test that belongs to a change
+	$(BIN)/python -m pytest -q
+
+check: $(STAMP)         ## style, types, import contracts, then the tests
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python -m pytest -q
+
+bench: $(STAMP)         ## speed and memory, side by side with what a user would otherwise pick
+	$(BIN)/python -m bench
+
+soak: $(STAMP)          ## the long proofs
+	$(BIN)/python -m pytest -q -m soak -n 2 --timeout 7200
+
+setup: $(STAMP)
+
+# uv installs in seconds with every hash checked and every module compiled; plain pip serves where uv is not to be had.
+$(STAMP): requirements.lock pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "calrig needs Python 3.11 or newer")'
+	$(PYTHON) -m venv $(VENV)
+	if $(BIN)/python -m pip install --quiet 'uv>=0.7' && \
+	   $(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes --compile-bytecode -r requirements.lock; then \
+	  $(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --editable .; \
+	else \
+	  $(BIN)/python -m pip install --quiet --require-hashes -r requirements.lock && \
+	  $(BIN)/python -m pip install --quiet --no-deps --editable .; \
+	fi
+	touch $@
+
+lock: $(STAMP)          ## renew requirements.lock from pyproject.toml
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header \
+	  --extra visa --group dev pyproject.toml -o requirements.lock
+
+clean:
+	rm -rf $(VENV) demo-out build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,29 @@
+"""Errors of the mathematics, named by who must act. No device and no clock is known here."""
+
+
+class AmsError(Exception):
+    """Any error of this package: the base, never raised itself."""
+
+
+class ObservationsError(AmsError):
+    """The observations are wrong (file, row and column, what was found, what is allowed)."""
+
+
+class DesignError(AmsError):
+    """The design cannot determine the model: which parameters, which points are missing."""
+
+
+class SolveError(AmsError):
+    """The solver did not reach an answer it would vouch for; the message says why."""
+
+
+class SetError(AmsError):
+    """A coefficient set or export is damaged, of a newer version, or of another kind than it says."""
+
+
+class VectorsDisagree(AmsError):
+    """An intact set whose test vectors are not reproduced by its own coefficients."""
+
+
+class ArchiveError(AmsError):
+    """The archive cannot be reached, read or written; nothing was half published."""

@@ -1,0 +1,42 @@
+"""Observations: what the solvers are given, whoever measured them.
+
+One row a dwell: which replication, which design point, the attitude of the package (radians) and the mean output
+of every sensor axis (volts). Degrees exist only in files: the readers here convert at the edge.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Observations:
+    """Rows of dwells, all arrays of the same length N.
+
+    A (replication, point) pair stands once; a replication may lack points.
+    """
+
+    replication: IntArray
+    """(N,) label of the replication."""
+    point: IntArray
+    """(N,) label of the design point: the same label is the same attitude in every replication."""
+    pitch_rad: FloatArray
+    roll_rad: FloatArray
+    outputs_v: Mapping[str, FloatArray]
+    """(N,) per sensor axis, keyed ``x``, ``y``, ``z`` (or the single axis' name)."""
+    yaw_rad: FloatArray | None = None
+    temperature_degc: FloatArray | None = None
+    """(N,) the sensor's own temperature, or None where none was measured."""
+    time_s: FloatArray | None = None
+    """(N,) seconds since the start of the run, or None."""
+    source: str = field(default="observations", compare=False)
+    """Where they come from, for messages: a file name or a run."""
+
+    @property
+    def rows(self) -> int:
+        return int(self.replication.size)

@@ -1,0 +1,116 @@
+"""What a solved calibration is: values and no behaviour beyond reading them.
+
+The report, the coefficient set and the JSON document are all drawn from these.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ParameterEstimate:
+    """One parameter in its edge unit (the unit its name ends in)."""
+
+    name: str
+    """Such as ``offset_v``, ``sensitivity_v_per_g``, ``coning_deg``, ``azimuth_deg``."""
+    value: float | None
+    """None where the observations cannot determine it (the reason is among the warnings)."""
+    standard_uncertainty: float | None
+    tp_standard_uncertainty: float | None
+    """The pooled form of TP (50)."""
+    effective_degrees_of_freedom: float | None
+    interval_95: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class FTest:
+    """A variance ratio and the limit it is held against."""
+
+    t: float
+    f_95: float
+    p_value: float
+    numerator_dof: float
+    denominator_dof: float
+    is_significant: bool
+    """After Holm's correction over the tests of the same axis."""
+
+
+@dataclass(frozen=True)
+class TpReplication:
+    """The replication analysis exactly as TP 8 has it."""
+
+    sigma_bias_v: float
+    sigma_prec_v: float
+    t_bias: float
+    f_bias_95: float
+    drift: Mapping[str, FTest]
+    """Keyed ``offset``, ``sensitivity``, ``coning``, ``azimuth``."""
+
+
+@dataclass(frozen=True)
+class Replication:
+    """Lack of fit and drift from n replications of the same points (MATH 5)."""
+
+    replications: int
+    points: int
+    lack_of_fit: FTest
+    drift: Mapping[str, FTest]
+    tp: TpReplication
+    precision_v: float
+    """Square root of MS_prec: the dwell-to-dwell scatter, volts."""
+    lack_of_fit_v: float
+    """Square root of the lack-of-fit variance per point; 0 where it is not there."""
+    per_replication: Mapping[int, Mapping[str, float]]
+    """Replication label to parameter name (edge units) to its estimate from that replication alone."""
+
+
+@dataclass(frozen=True)
+class AxisCalibration:
+    """One sensor axis, solved."""
+
+    axis: str
+    model: str
+    """Name of the model in ``ams.models``, such as ``pitch-roll``."""
+    nominal_axis: str
+    """``x``, ``y`` or ``z``: the package axis the sensor nominally lies along."""
+    parameters: tuple[ParameterEstimate, ...]
+    covariance: FloatArray
+    """(L, L) in the order and units of ``parameters``; NaN rows where a parameter is null."""
+    primary_names: tuple[str, ...]
+    """Names of the primary (linear) parameters: ``offset_v, k_x_v_per_g, k_y_v_per_g, k_z_v_per_g`` and any further."""
+    primary: FloatArray
+    """(P,) primary estimates; predictions are made from these."""
+    primary_covariance: FloatArray
+    """(P, P) the reported (mixed-model) covariance."""
+    tp_primary_covariance: FloatArray
+    """(P, P) the pooled covariance."""
+    primary_dof: FloatArray
+    """(P,) effective degrees of freedom of each primary parameter."""
+    standard_error_v: float
+    """S_E of TP (48), volts."""
+    degrees_of_freedom: int
+    sensitive_axis_v_per_g: tuple[float, float, float]
+    fitted_v: FloatArray
+    """(N,) in the order of the observations' rows."""
+    residuals_v: FloatArray
+    """(N,) observed minus fitted."""
+    replication: Replication | None
+    warnings: tuple[str, ...] = ()
+    notes: Mapping[str, object] = field(default_factory=dict)
+    """Further results for the report (extended model's F-test, convergence, temperature)."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """All axes of one package, solved together from the same rows."""
+
+    axes: Mapping[str, AxisCalibration]
+    model: str
+    convention: str
+    """``TP`` (pitch-roll) or ``CR`` (pitch-yaw-roll)."""
+    warnings: tuple[str, ...] = ()

@@ -1,0 +1,135 @@
+"""What a device can do, as protocols with few methods, named by ability.
+
+The engine, the jog and the checks know these and no driver. A driver holds a link, never a raw port, and waits
+only through the :class:`Wait` that it is given: that is how a stop reaches it within a tenth of a second.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Wait(Protocol):
+    """Lets rig time pass in slices; raises :class:`rig.errors.WaitEnded` when a stop was asked for."""
+
+    def __call__(self, duration_s: float) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class AxisState:
+    """One look at an axis: its own read-back, never the commanded value."""
+
+    position_deg: float
+    """Attitude angle (sign and zero of the description applied), degrees."""
+    is_moving: bool
+    is_homed: bool
+    is_seated: bool
+    """Curvic teeth engaged and locked; true where the machine has no such coupling."""
+    fault: str
+    """The device's own fault words; empty when there is none."""
+
+
+class Axis(Protocol):
+    """An axis that goes to absolute positions."""
+
+    name: str
+    limits_deg: tuple[float, float]
+    increment_deg: float
+    """Smallest step of the machine; every target is a multiple of it. 0 where continuous."""
+    speed_dps: float
+    approach_deg: float
+    """One-sided approach: arrive from this much away (signed, 0 for none)."""
+    arrival_tolerance_deg: float
+
+    def identify(self) -> str:
+        """Ask the device who it is. Raises: DeviceSilent, DeviceNonsense, LinkLost."""
+
+    def home(self) -> None:
+        """Start the reference move; poll :meth:`state` until homed and at rest."""
+
+    def check_target(self, target_deg: float) -> None:
+        """Raise RequestRefused unless ``target_deg`` is finite, inside limits and on the increment."""
+
+    def start_move(self, target_deg: float) -> None:
+        """Start an absolute move after :meth:`check_target` and a homed check; returns at the acknowledgement."""
+
+    def state(self) -> AxisState:
+        """Ask the device for position and state."""
+
+    def stop(self) -> None:
+        """Stop the axis now; harmless when it is at rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Burst:
+    """Readings of one channel in the order taken."""
+
+    channel: str
+    values_v: NDArray[np.float64]
+    """Shape (n,), volts. An overloaded reading is NaN here and true in ``overload``."""
+    overload: NDArray[np.bool_]
+    """Shape (n,)."""
+    started_s: float
+    """Rig seconds (monotonic) when the first reading was triggered."""
+    interval_s: float
+    """Rig seconds between readings."""
+
+
+class Readout(Protocol):
+    """An instrument that reads named channels on demand."""
+
+    name: str
+    channels: tuple[str, ...]
+
+    def identify(self) -> str:
+        """Identity of every box behind the readout, one line."""
+
+    def prepare(self) -> None:
+        """Clear, reset and configure for the run; read back what can be read back."""
+
+    def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
+        """Read ``samples`` readings of ``channel`` (``nplc`` None: the description's). The channel that is closed
+        is read back before the first reading. Cleared and left quiet when ``wait`` raises."""
+
+    def reading_s(self, nplc: float | None = None) -> float:
+        """Expected seconds for one reading."""
+
+    def checks(self) -> Mapping[str, float]:
+        """Slow own readings for the record, such as ``{"meter_temperature_degc": 36.1}``."""
+
+
+class Environment(Protocol):
+    """A chamber or a probe that tells, and may hold, a temperature."""
+
+    name: str
+
+    def identify(self) -> str: ...
+
+    def temperature_degc(self) -> float: ...
+
+    def setpoint_degc(self) -> float: ...
+
+    def hold(self, setpoint_degc: float) -> None:
+        """Write the setpoint and read it back."""
+
+
+class TwinChance(Protocol):
+    """Tells the twins which step is being measured, so that their chance is drawn from counters and not from time.
+
+    Real devices get a :class:`NoChance`.
+    """
+
+    def announce(self, step: int, phase: str, attempt: int) -> None:
+        """``phase`` is one of ``settle``, ``read``, ``check`` or another name: each has numbers of its own."""
+
+
+class NoChance:
+    """For rigs without twins: nothing to tell."""
+
+    def announce(self, step: int, phase: str, attempt: int) -> None:
+        return None
+
+

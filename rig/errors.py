@@ -1,0 +1,50 @@
+"""The rig's errors, named by who must act.
+
+A message reads: *device: what failed: got value and unit, allowed range and unit (file: key); what happened
+to the hardware; what to do*. Every error of this package derives from :class:`RigError`, so a caller that
+must reach the safe state catches one name.
+"""
+
+
+class RigError(Exception):
+    """Any error of the rig: the base, never raised itself."""
+
+
+class DescriptionError(RigError):
+    """A file is wrong: which file, line and key, what was found, what is allowed. The author of the file acts."""
+
+
+class RequestRefused(RigError):
+    """The impossible was asked for (outside limits, not homed, off the increment). Nothing moved. The caller acts."""
+
+
+class RigBusy(RigError):
+    """Another process owns the rig or the port. Nothing was opened. The person at the bench acts."""
+
+
+class LinkClosed(RigError):
+    """We closed the link ourselves; using it again is a defect of ours."""
+
+
+class LinkLost(RigError):
+    """The port broke (unplugged, reset, refused): the cable or the adapter needs a look."""
+
+
+class DeviceSilent(RigError):
+    """No complete reply by the deadline: the device, its power or its address needs a look."""
+
+
+class DeviceNonsense(RigError):
+    """A reply that cannot be an answer to the question: noise, wrong baud rate, another device."""
+
+
+class DeviceRefused(RigError):
+    """The device understood and said no: its own error text is in the message."""
+
+
+class DeviceFault(RigError):
+    """The device reports a fault of its own, or did not do what it acknowledged (not seated, not arrived)."""
+
+
+class WaitEnded(RigError):
+    """A stop was asked for during a wait; the driver left its device quiet before passing this on."""
