@@ -1,0 +1,399 @@
+"""``rig.toml`` as one frozen value: what is connected, where, with which limits and standards.
+
+Everything is checked here before any port is opened; nothing here opens one.
+"""
+
+from collections.abc import Iterable
+from datetime import date
+from functools import reduce
+from operator import or_
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field, create_model, field_validator, model_validator
+
+from rig.drivers import Ability, settings_classes
+from rig.settings import TWIN_PORT, AxisSettings, EnvironmentSettings, NotNegative, Positive, ReadoutSettings, _as_pair
+from rig.toml_file import StrictTable, TomlFile, read_toml
+
+SENSOR_AXES = ("x", "y", "z")
+PACKAGES = {"single-axis package": 1, "two-axis package": 2, "three-axis package": 3}
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 _.+-]{0,63}$")]
+
+
+def _signed(name: str, axis: str) -> int:
+    return 0 if name[1] != axis else (1 if name[0] == "+" else -1)
+
+
+def _determinant(rows: list[list[int]]) -> int:
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+
+
+class RigSection(StrictTable):
+    """``[rig]``: the place."""
+
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    gravity_mps2: Annotated[float, Field(ge=9.7, le=9.9)]
+    gravity_source: str = ""
+    gravity_uncertainty_mps2: NotNegative = 0.0
+    latitude_deg: Annotated[float, Field(ge=-90.0, le=90.0)] | None = None
+
+
+class Standard(StrictTable):
+    """``[standards.NAME]``: a certificate that uncertainty is taken from."""
+
+    serial: str
+    certificate: str
+    due: date
+    kind: Literal["limit", "standard", "expanded"] = "limit"
+    k: Positive = 2.0
+    """Coverage factor, used where ``kind = "expanded"``."""
+    correction_file: str | None = None
+    uncertainty_arcsec: NotNegative | None = None
+    uncertainty_v: NotNegative | None = None
+    uncertainty_degc: NotNegative | None = None
+    uncertainty_ohm: NotNegative | None = None
+
+
+class Mount(StrictTable):
+    """How the package sits on the table: which table axis each body axis points along."""
+
+    x: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = "+x"
+    y: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = "+y"
+    z: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = "+z"
+    datum: str = ""
+
+    @model_validator(mode="after")
+    def _right_handed_permutation(self) -> "Mount":
+        rows = [[_signed(name, axis) for axis in SENSOR_AXES] for name in (self.x, self.y, self.z)]
+        if _determinant(rows) != 1:
+            raise ValueError("mount must be a right-handed signed permutation of x, y and z")
+        return self
+
+
+class SensorTemperature(StrictTable):
+    """The sensor's own temperature channel and its conversion: T = offset + slope × volts."""
+
+    channel: str
+    offset_degc: float
+    slope_degc_per_v: float
+
+
+class Sensor(StrictTable):
+    """``[sensors.SERIAL]``: one package under calibration."""
+
+    model: Literal["single-axis package", "two-axis package", "three-axis package"]
+    channels: dict[Literal["x", "y", "z"], str] = Field(min_length=1)
+    nominal_sensitivity_v_per_g: float
+    mount: Mount = Mount()
+    temperature: SensorTemperature | None = None
+    check_sensor: bool = False
+    """A permanent check sensor: calibrated with every run, never released."""
+
+    @model_validator(mode="after")
+    def _as_many_channels_as_the_model_has(self) -> "Sensor":
+        if len(self.channels) != PACKAGES[self.model]:
+            raise ValueError(f"a {self.model} has {PACKAGES[self.model]} channels, got {', '.join(self.channels)}")
+        if self.nominal_sensitivity_v_per_g == 0.0:
+            raise ValueError("nominal_sensitivity_v_per_g must not be 0; its sign declares the polarity")
+        return self
+
+
+class LevelReading(StrictTable):
+    """A reading of the base's level."""
+
+    about_pitch_arcsec: float
+    about_roll_arcsec: float
+    taken: str = ""
+
+
+class Level(StrictTable):
+    """``[level]``: the base before and after."""
+
+    instrument: str = ""
+    before: LevelReading | None = None
+    after: LevelReading | None = None
+
+
+class Chain(StrictTable):
+    """``[chain."readout.channel"]``: what stands between sensor and meter."""
+
+    load_resistor_ohm: Positive | None = None
+    load_resistor_tc_per_degc: float = 0.0
+    load_resistor_degc: float = 23.0
+    supply_channel: str | None = None
+    supply_band_v: tuple[float, float] | None = None
+    ratiometric: bool = False
+    warm_up_s: NotNegative = 0.0
+    warm_up_slope_v_per_h: Positive | None = None
+    standard: str | None = None
+
+    @field_validator("supply_band_v", mode="before")
+    @classmethod
+    def _pair(cls, value: object) -> object:
+        return _as_pair(value)
+
+
+class Job(StrictTable):
+    """``[job]``: what the certificate asks for."""
+
+    number: str = ""
+    customer: str = ""
+    item: str = ""
+    received: date | None = None
+    remarks: str = ""
+
+
+class Laboratory(StrictTable):
+    """``[laboratory]``: who calibrates."""
+
+    name: str
+    address: str = ""
+    accreditation: str = ""
+    capability_deg: Positive | None = None
+    """The smallest expanded uncertainty the laboratory may state."""
+
+
+class Acceptance(StrictTable):
+    """``[acceptance]``: what the sensor must meet."""
+
+    pitch_limit_deg: Positive | None = None
+    roll_limit_deg: Positive | None = None
+    decision_rule: Literal["simple", "guard-band"] = "guard-band"
+
+
+class AxisTruth(StrictTable):
+    """``[twin.truth.SENSOR.AXIS]``: what the twin's sensor really is."""
+
+    offset_v: float
+    sensitivity_v_per_g: float
+    coning_deg: Annotated[float, Field(ge=0.0, le=90.0)] = 0.0
+    azimuth_deg: Annotated[float, Field(ge=-180.0, le=180.0)] = 0.0
+    noise_v: NotNegative = 0.0
+    offset_tc_v_per_degc: float = 0.0
+    sensitivity_tc_per_degc: float = 0.0
+    reference_temperature_degc: float = 20.0
+    offset_drift_v_per_replication: float = 0.0
+    sensitivity_drift_per_replication: float = 0.0
+    q_v_per_g2: tuple[float, float, float, float, float] | None = None
+    """[xx, xy, xz, yy, yz] of the traceless Q of a soft mount; zz = −xx − yy."""
+
+    @field_validator("q_v_per_g2", mode="before")
+    @classmethod
+    def _five(cls, value: object) -> object:
+        return tuple(float(item) for item in value) if isinstance(value, list) else value
+
+
+class AxisTwin(StrictTable):
+    """``[twin.axes.NAME]``: what the twin's axis really is."""
+
+    index_error_arcsec: NotNegative | None = None
+    """Each tooth is off by a fixed amount drawn within ± this; default: the axis' uncertainty_arcsec."""
+    zero_error_arcsec: float = 0.0
+    creep_arcsec: float = 0.0
+    """How far the package still is from its rest when the axis has just arrived."""
+    creep_s: Positive = 1.0
+
+
+class TwinBase(StrictTable):
+    """``[twin.base]``: the granite under the twin's table."""
+
+    tilt_about_pitch_arcsec: float = 0.0
+    tilt_about_roll_arcsec: float = 0.0
+    orthogonality_arcsec: float = 0.0
+    droop_arcsec: float = 0.0
+    """Sag of the pitch reading at level, as cos α."""
+    remount_arcsec: NotNegative = 0.0
+    """Standard deviation of the small rotation that each new mounting adds, about each axis."""
+
+
+class TwinEnvironment(StrictTable):
+    """``[twin.environment.NAME]``: the twin's air."""
+
+    temperature_degc: float = 20.0
+    noise_degc: NotNegative = 0.02
+    drift_degc_per_replication: float = 0.0
+
+
+class TwinSection(StrictTable):
+    """``[twin]``: only where a port says ``twin``, or for the control address that ``simulate`` publishes."""
+
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
+    time: Literal["virtual", "real"] | Positive = "virtual"
+    control: str | None = None
+    """``socket://host:port`` of twins that run in another process."""
+    mounting: int = 0
+    """Which mounting of the package this is: a new number draws a new remount."""
+    truth: dict[str, dict[Literal["x", "y", "z"], AxisTruth]] = {}
+    axes: dict[str, AxisTwin] = {}
+    base: TwinBase = TwinBase()
+    environment: dict[str, TwinEnvironment] = {}
+
+
+class RigDescription(StrictTable):
+    """The whole file. Built by :func:`read_rig`, which knows the installed drivers."""
+
+    rig: RigSection
+    axes: dict[Name, AxisSettings] = Field(min_length=1)
+    readouts: dict[Name, ReadoutSettings] = Field(min_length=1)
+    environment: dict[Name, EnvironmentSettings] = {}
+    sensors: dict[Name, Sensor] = Field(min_length=1)
+    standards: dict[Name, Standard] = {}
+    level: Level = Level()
+    chain: dict[str, Chain] = {}
+    job: Job = Job()
+    laboratory: Laboratory | None = None
+    acceptance: Acceptance = Acceptance()
+    approved_by: str | None = None
+    twin: TwinSection | None = None
+
+    @property
+    def uses_twins(self) -> bool:
+        """True where at least one device is a twin in this process."""
+        return any(_is_twin(device) for device in self._devices())
+
+    @property
+    def is_simulated(self) -> bool:
+        """True where what is measured is a twin, in this process or behind ports."""
+        return self.uses_twins or (self.twin is not None and self.twin.control is not None)
+
+    def all_on_twins(self) -> "RigDescription":
+        """The same rig with every device replaced by its twin, in virtual time: what ``--rehearse`` runs on."""
+        twin = (self.twin or TwinSection()).model_copy(update={"time": "virtual", "control": None})
+        return self.model_copy(
+            update={
+                "axes": {name: _on_twin(axis) for name, axis in self.axes.items()},
+                "readouts": {name: _on_twin(readout) for name, readout in self.readouts.items()},
+                "environment": {name: _on_twin(chamber) for name, chamber in self.environment.items()},
+                "twin": twin.model_copy(update={"truth": _truth_or_nominal(self.sensors, twin.truth)}),
+            }
+        )
+
+    def _devices(self) -> Iterable[BaseModel]:
+        yield from self.axes.values()
+        yield from self.readouts.values()
+        yield from self.environment.values()
+
+
+def read_rig(path: Path) -> RigDescription:
+    """Read and check a rig file. Raises: DescriptionError naming file, line and key of every mistake."""
+    file = read_toml(path)
+    description = file.validate(_file_model())
+    complaints = list(_cross_check(file, description))
+    if complaints:
+        raise type(file.error((), ""))("\n".join(complaints))
+    return description
+
+
+def _file_model() -> type[RigDescription]:
+    """RigDescription with the tables of the installed drivers in place of their bases."""
+    return create_model(
+        "RigFile",
+        __base__=RigDescription,
+        axes=(dict[Name, _driver_table("axes")], Field(min_length=1)),  # type: ignore[misc]
+        readouts=(dict[Name, _driver_table("readouts")], Field(min_length=1)),  # type: ignore[misc]
+        environment=(dict[Name, _driver_table("environments")], {}),  # type: ignore[misc]
+    )
+
+
+def _driver_table(ability: Ability) -> Any:
+    classes = tuple(settings_classes(ability).values())
+    return Annotated[reduce(or_, classes), Field(discriminator="driver")] if len(classes) > 1 else classes[0]
+
+
+def _cross_check(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """What no single table can know: references between tables."""
+    channels = {f"{name}.{channel}" for name, readout in rig.readouts.items() for channel in readout.channel_names()}
+    yield from _unknown_channels(file, rig, channels)
+    yield from _unknown_standards(file, rig)
+    yield from _axis_twice(file, rig)
+    if rig.uses_twins:
+        yield from _missing_truth(file, rig)
+    if not rig.uses_twins and rig.twin is not None and rig.twin.control is None:
+        yield file.complaint(("twin",), 'stands there, but no port says "twin" and no control address is given; remove it')
+
+
+def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str]) -> Iterable[str]:
+    allowed = ", ".join(sorted(known))
+    taken: dict[str, str] = {}
+    for serial, sensor in rig.sensors.items():
+        for axis, channel in sensor.channels.items():
+            key = ("sensors", serial, "channels", axis)
+            if channel not in known:
+                yield file.complaint(key, f"no channel {channel!r} (allowed: {allowed})")
+            elif channel in taken:
+                yield file.complaint(key, f"channel {channel!r} already belongs to {taken[channel]}")
+            taken[channel] = f"{serial}.{axis}"
+        if sensor.temperature and sensor.temperature.channel not in known:
+            yield file.complaint(("sensors", serial, "temperature"), f"no channel {sensor.temperature.channel!r} (allowed: {allowed})")
+    for channel in rig.chain:
+        if channel not in known:
+            yield file.complaint(("chain", channel), f"no channel {channel!r} (allowed: {allowed})")
+
+
+def _unknown_standards(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    tables: list[tuple[tuple[str, str], str | None]] = [
+        *((("axes", name), axis.standard) for name, axis in rig.axes.items()),
+        *((("readouts", name), readout.standard) for name, readout in rig.readouts.items()),
+        *((("environment", name), chamber.standard) for name, chamber in rig.environment.items()),
+        *((("chain", name), chain.standard) for name, chain in rig.chain.items()),
+    ]
+    for key, standard in tables:
+        if standard is not None and standard not in rig.standards:
+            known = ", ".join(rig.standards) or "none is declared"
+            yield file.complaint((*key, "standard"), f"no standard {standard!r} (allowed: {known})")
+
+
+def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """Two axes of one controller need two numbers; two twins without numbers are two controllers."""
+    taken: dict[tuple[str, str, int], str] = {}
+    for name, axis in rig.axes.items():
+        address = (axis.driver, axis.port, axis.axis)
+        if axis.port != TWIN_PORT and address in taken:
+            yield file.complaint(("axes", name, "axis"), f"axis {axis.axis} at {axis.port} is already {taken[address]}")
+        taken[address] = name
+
+
+def _missing_truth(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    if rig.twin is None:
+        yield file.complaint((), 'a port says "twin", so a [twin] table with [twin.truth.SENSOR.AXIS] is needed')
+        return
+    for serial, sensor in rig.sensors.items():
+        for axis in sensor.channels:
+            if axis not in rig.twin.truth.get(serial, {}):
+                yield file.complaint(("twin",), f"[twin.truth.{serial}.{axis}] is missing; the twin needs the sensor's truth")
+    for serial in rig.twin.truth:
+        if serial not in rig.sensors:
+            yield file.complaint(("twin", "truth", serial), f"no sensor {serial!r} (allowed: {', '.join(rig.sensors)})")
+
+
+def _is_twin(device: BaseModel) -> bool:
+    return TWIN_PORT in (getattr(device, "port", None), getattr(device, "resource", None))
+
+
+def _on_twin(device: BaseModel) -> BaseModel:
+    fields = type(device).model_fields
+    addresses = [name for name in ("port", "resource", "scanner_resource") if name in fields]
+    return device.model_copy(update=dict.fromkeys(addresses, TWIN_PORT))
+
+
+def _truth_or_nominal(sensors: dict[str, Sensor], truth: dict[str, dict[Any, AxisTruth]]) -> dict[str, Any]:
+    """A rehearsal needs a truth: the file's, or the nominal sensor with a small misalignment and noise."""
+    return {
+        serial: {
+            axis: truth.get(serial, {}).get(axis) or _nominal(sensor.nominal_sensitivity_v_per_g)
+            for axis in sensor.channels
+        }
+        for serial, sensor in sensors.items()
+    }
+
+
+def _nominal(sensitivity_v_per_g: float) -> AxisTruth:
+    return AxisTruth(
+        offset_v=0.002 * abs(sensitivity_v_per_g),
+        sensitivity_v_per_g=sensitivity_v_per_g,
+        coning_deg=0.3,
+        azimuth_deg=40.0,
+        noise_v=8e-6 * abs(sensitivity_v_per_g),
+    )

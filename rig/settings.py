@@ -1,0 +1,77 @@
+"""Settings that all devices of one ability share; a driver adds its own in its file.
+
+The strict tables here are what ``rig.toml`` is validated against.
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from rig.toml_file import StrictTable
+
+TWIN_PORT = "twin"
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+
+
+class AxisSettings(StrictTable):
+    """One ``[axes.NAME]`` table."""
+
+    driver: str
+    port: str
+    """``twin``, a device by its stable id, ``socket://host:port`` or ``rfc2217://host:port``."""
+    limits_deg: tuple[float, float]
+    speed_dps: Positive
+    increment_deg: NotNegative = 0.0
+    """Smallest step; 0 where the axis is continuous."""
+    uncertainty_arcsec: NotNegative = 0.0
+    """A limit (rectangular) unless the standard says otherwise."""
+    standard: str | None = None
+    sign: Literal[1, -1] = 1
+    """Table angle = sign × attitude + zero_deg."""
+    zero_deg: float = 0.0
+    approach_deg: float = 0.0
+    arrival_tolerance_deg: Positive = 0.001
+    axis: Annotated[int, Field(ge=1, le=99)] = 1
+    """Number of the axis on its controller."""
+
+    @field_validator("limits_deg", mode="before")
+    @classmethod
+    def _pair(cls, value: object) -> object:
+        return _as_pair(value)
+
+    @model_validator(mode="after")
+    def _low_below_high(self) -> "AxisSettings":
+        low, high = self.limits_deg
+        if not low < high:
+            raise ValueError(f"limits_deg must be [low, high] with low < high, got [{low}, {high}]")
+        return self
+
+
+class ReadoutSettings(StrictTable):
+    """One ``[readouts.NAME]`` table."""
+
+    driver: str
+    standard: str | None = None
+
+    def channel_names(self) -> tuple[str, ...]:
+        """Names of the channels this readout offers."""
+        raise NotImplementedError
+
+
+class EnvironmentSettings(StrictTable):
+    """One ``[environment.NAME]`` table."""
+
+    driver: str
+    port: str
+    standard: str | None = None
+
+
+def _as_pair(value: object) -> object:
+    """TOML has lists; a pair of numbers becomes the tuple that a strict table asks for."""
+    if isinstance(value, list):
+        if len(value) != 2:
+            raise ValueError(f"must be two numbers [low, high], got {len(value)}")
+        return tuple(float(item) if isinstance(item, int) and not isinstance(item, bool) else item for item in value)
+    return value

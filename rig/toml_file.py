@@ -1,0 +1,202 @@
+"""Strict TOML: every mistake named by ``file:line: key: what was found, what is allowed``.
+
+:mod:`tomllib` tells no lines and pydantic no file, so this module joins the two: a small index of where each key
+stands, and a translation of pydantic's complaints into sentences. All mistakes of a file are told at once.
+"""
+
+import difflib
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from rig.errors import DescriptionError
+
+KeyPath = tuple[str, ...]
+
+_HEADER = re.compile(r"^\s*\[\[?\s*(?P<path>[^\[\]]+?)\s*\]\]?\s*(#.*)?$")
+_ASSIGNMENT = re.compile(r"""(?P<key>(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*=""")
+_KEY_PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
+_UNITS = ("deg", "rad", "s", "hz", "v", "g", "degc", "dps", "arcsec", "mps2", "v_per_g", "ohm", "pa")
+
+
+class StrictTable(BaseModel):
+    """Base of every table of a calrig file: frozen, no unknown key, no silent conversion."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+Table = TypeVar("Table", bound=BaseModel)
+
+
+class TomlFile:
+    """A parsed file that knows where its keys stand."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        self.path = path
+        self.values = _parse(path, text)
+        self._lines = _lines_of_keys(text)
+
+    def where(self, key: Sequence[object]) -> str:
+        """``file:line`` of a key, or of the nearest table around it."""
+        parts = tuple(str(part) for part in key)
+        while parts:
+            if parts in self._lines:
+                return f"{self.path}:{self._lines[parts]}"
+            parts = parts[:-1]
+        return f"{self.path}:1"
+
+    def complaint(self, key: Sequence[object], text: str) -> str:
+        """One mistake as ``file:line: key: text``."""
+        return f"{self.where(key)}: {'.'.join(str(part) for part in key) or 'file'}: {text}"
+
+    def error(self, key: Sequence[object], text: str) -> DescriptionError:
+        """The same as an error to raise."""
+        return DescriptionError(self.complaint(key, text))
+
+    def validate(self, model: type[Table]) -> Table:
+        """The file as a frozen value. Raises: DescriptionError with every mistake, one a line."""
+        try:
+            return model.model_validate(self.values)
+        except ValidationError as error:
+            complaints = [self._sentence(dict(item), model) for item in error.errors(include_url=False)]
+            raise DescriptionError("\n".join(dict.fromkeys(complaints))) from None
+
+    def _sentence(self, item: dict[str, Any], model: type[BaseModel]) -> str:
+        key, tags = _without_tags(self.values, item["loc"])
+        kind = item["type"]
+        if kind == "extra_forbidden":
+            return self.complaint(key, _unknown_key(str(key[-1]), _allowed_keys(model, key[:-1], tags)))
+        if kind == "missing":
+            return self.complaint(key, "is missing" + _unit_hint(self.values, key))
+        if kind in ("union_tag_invalid", "union_tag_not_found"):
+            context = item.get("ctx", {})
+            return self.complaint((*key, "driver"), f"got {context.get('tag', 'nothing')!r}, allowed {context.get('expected_tags', 'a known driver')}")
+        return self.complaint(key, f"got {_short(item['input'])}: {_plain(item)}")
+
+
+def read_toml(path: Path) -> TomlFile:
+    """Read a TOML file. Raises: DescriptionError when it is missing, unreadable, not UTF-8 or not TOML."""
+    try:
+        return TomlFile(path, path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise DescriptionError(f"{path}: no such file; check the path") from None
+    except UnicodeDecodeError as error:
+        raise DescriptionError(f"{path}: not UTF-8 text (byte {error.start}); save the file as UTF-8") from None
+    except OSError as error:
+        raise DescriptionError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def _parse(path: Path, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        line = re.search(r"line (\d+)", str(error))
+        raise DescriptionError(f"{path}:{line.group(1) if line else 1}: not valid TOML: {error}") from None
+
+
+def _lines_of_keys(text: str) -> dict[KeyPath, int]:
+    lines: dict[KeyPath, int] = {}
+    table: KeyPath = ()
+    for number, line in enumerate(text.splitlines(), start=1):
+        header = _HEADER.match(line)
+        if header and "=" not in header["path"]:
+            table = _parts(header["path"])
+            lines.setdefault(table, number)
+            continue
+        _index_assignments(lines, table, line, number)
+    return lines
+
+
+def _index_assignments(lines: dict[KeyPath, int], table: KeyPath, line: str, number: int) -> None:
+    """Index ``a = 1`` and, inside inline tables, every further ``key =`` under the first key of the line."""
+    owner: KeyPath | None = None
+    for match in _ASSIGNMENT.finditer(line.split("#", 1)[0]):
+        parts = _parts(match["key"])
+        path = (*table, *parts) if owner is None else (*owner, *parts)
+        lines.setdefault(path, number)
+        owner = owner or path
+
+
+def _parts(dotted: str) -> KeyPath:
+    return tuple(part.strip("\"'") for part in _KEY_PART.findall(dotted))
+
+
+def _without_tags(values: Mapping[str, Any], loc: Sequence[str | int]) -> tuple[list[str | int], list[str]]:
+    """Drop the names of union members, which pydantic mixes into the location, and tell them apart."""
+    key: list[str | int] = []
+    tags: list[str] = []
+    here: Any = values
+    for place, part in enumerate(loc):
+        known = isinstance(here, Mapping) and part in here or isinstance(here, list) and isinstance(part, int)
+        if not known and place < len(loc) - 1 or isinstance(here, int | float | str | bool):
+            tags.append(str(part))
+            continue
+        key.append(part)
+        here = here[part] if known else None
+    return key, tags
+
+
+def _allowed_keys(model: type[BaseModel], table: Sequence[str | int], tags: Sequence[str]) -> list[str]:
+    """Field names of the table at ``table`` below ``model``, following dictionaries, options and unions."""
+    candidates: list[Any] = [model]
+    for part in table:
+        candidates = [inner for outer in candidates for inner in _descend(outer, str(part))]
+    names = [name for item in candidates if _is_table(item) for name in item.model_fields]
+    tagged = [
+        name
+        for item in candidates
+        if _is_table(item) and tags and tags[-1] in str(item.model_fields.get("driver", ""))
+        for name in item.model_fields
+    ]
+    return sorted(set(tagged or names))
+
+
+def _is_table(item: Any) -> bool:
+    return isinstance(item, type) and issubclass(item, BaseModel)
+
+
+def _descend(item: Any, part: str) -> list[Any]:
+    if _is_table(item):
+        return _alternatives(item.model_fields[part].annotation) if part in item.model_fields else []
+    arguments = getattr(item, "__args__", ())
+    return _alternatives(arguments[-1]) if arguments else []
+
+
+def _alternatives(annotation: Any) -> list[Any]:
+    """The members of a union, or the annotation itself."""
+    arguments = getattr(annotation, "__args__", ())
+    if getattr(annotation, "__origin__", None) in (dict, list, tuple, Mapping) or not arguments:
+        return [annotation]
+    return [inner for argument in arguments for inner in _alternatives(argument)]
+
+
+def _unknown_key(key: str, allowed: Sequence[str]) -> str:
+    with_unit = [name for name in allowed if name.startswith(f"{key}_") and name.removeprefix(f"{key}_") in _UNITS]
+    if with_unit:
+        return f"unknown key: the unit is missing; write {with_unit[0]}"
+    near = difflib.get_close_matches(key, allowed, n=1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    return f"unknown key{hint} (allowed: {', '.join(allowed) or 'none'})"
+
+
+def _unit_hint(values: Mapping[str, Any], key: Sequence[str | int]) -> str:
+    """If the key stands there without its unit, say so."""
+    here: Any = values
+    for part in key[:-1]:
+        here = here.get(part, {}) if isinstance(here, Mapping) else {}
+    stem = next((str(key[-1]).removesuffix(f"_{unit}") for unit in _UNITS if str(key[-1]).endswith(f"_{unit}")), "")
+    return f" ({stem} stands there without its unit)" if stem and isinstance(here, Mapping) and stem in here else ""
+
+
+def _plain(item: Mapping[str, Any]) -> str:
+    message = str(item["msg"]).removeprefix("Value error, ")
+    return message[:1].lower() + message[1:]
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
