@@ -13,8 +13,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Field, create_model, field_validator, model_validator
 
 from rig.drivers import Ability, settings_classes
-from rig.settings import TWIN_PORT, AxisSettings, EnvironmentSettings, NotNegative, Positive, ReadoutSettings, _as_pair
-from rig.toml_file import StrictTable, TomlFile, read_toml
+from rig.settings import TWIN_PORT, AxisSettings, EnvironmentSettings, NotNegative, Positive, ReadoutSettings
+from rig.toml_file import StrictTable, TomlFile, as_tuple, read_toml
 
 SENSOR_AXES = ("x", "y", "z")
 PACKAGES = {"single-axis package": 1, "two-axis package": 2, "three-axis package": 3}
@@ -132,7 +132,7 @@ class Chain(StrictTable):
     @field_validator("supply_band_v", mode="before")
     @classmethod
     def _pair(cls, value: object) -> object:
-        return _as_pair(value)
+        return as_tuple(value)
 
 
 class Job(StrictTable):
@@ -182,7 +182,7 @@ class AxisTruth(StrictTable):
     @field_validator("q_v_per_g2", mode="before")
     @classmethod
     def _five(cls, value: object) -> object:
-        return tuple(float(item) for item in value) if isinstance(value, list) else value
+        return as_tuple(value)
 
 
 class AxisTwin(StrictTable):
@@ -311,7 +311,9 @@ def _cross_check(file: TomlFile, rig: RigDescription) -> Iterable[str]:
     if rig.uses_twins:
         yield from _missing_truth(file, rig)
     if not rig.uses_twins and rig.twin is not None and rig.twin.control is None:
-        yield file.complaint(("twin",), 'stands there, but no port says "twin" and no control address is given; remove it')
+        yield file.complaint(
+            ("twin",), 'stands there, but no port says "twin" and no control address is given; remove it'
+        )
 
 
 def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str]) -> Iterable[str]:
@@ -326,7 +328,9 @@ def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str]) -> I
                 yield file.complaint(key, f"channel {channel!r} already belongs to {taken[channel]}")
             taken[channel] = f"{serial}.{axis}"
         if sensor.temperature and sensor.temperature.channel not in known:
-            yield file.complaint(("sensors", serial, "temperature"), f"no channel {sensor.temperature.channel!r} (allowed: {allowed})")
+            yield file.complaint(
+                ("sensors", serial, "temperature"), f"no channel {sensor.temperature.channel!r} (allowed: {allowed})"
+            )
     for channel in rig.chain:
         if channel not in known:
             yield file.complaint(("chain", channel), f"no channel {channel!r} (allowed: {allowed})")
@@ -362,7 +366,9 @@ def _missing_truth(file: TomlFile, rig: RigDescription) -> Iterable[str]:
     for serial, sensor in rig.sensors.items():
         for axis in sensor.channels:
             if axis not in rig.twin.truth.get(serial, {}):
-                yield file.complaint(("twin",), f"[twin.truth.{serial}.{axis}] is missing; the twin needs the sensor's truth")
+                yield file.complaint(
+                    ("twin",), f"[twin.truth.{serial}.{axis}] is missing; the twin needs the sensor's truth"
+                )
     for serial in rig.twin.truth:
         if serial not in rig.sensors:
             yield file.complaint(("twin", "truth", serial), f"no sensor {serial!r} (allowed: {', '.join(rig.sensors)})")

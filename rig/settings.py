@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from rig.toml_file import StrictTable
+from rig.toml_file import StrictTable, as_tuple
 
 TWIN_PORT = "twin"
 
@@ -39,7 +39,7 @@ class AxisSettings(StrictTable):
     @field_validator("limits_deg", mode="before")
     @classmethod
     def _pair(cls, value: object) -> object:
-        return _as_pair(value)
+        return as_tuple(value)
 
     @model_validator(mode="after")
     def _low_below_high(self) -> "AxisSettings":
@@ -66,12 +66,3 @@ class EnvironmentSettings(StrictTable):
     driver: str
     port: str
     standard: str | None = None
-
-
-def _as_pair(value: object) -> object:
-    """TOML has lists; a pair of numbers becomes the tuple that a strict table asks for."""
-    if isinstance(value, list):
-        if len(value) != 2:
-            raise ValueError(f"must be two numbers [low, high], got {len(value)}")
-        return tuple(float(item) if isinstance(item, int) and not isinstance(item, bool) else item for item in value)
-    return value

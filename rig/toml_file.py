@@ -18,7 +18,9 @@ from rig.errors import DescriptionError
 KeyPath = tuple[str, ...]
 
 _HEADER = re.compile(r"^\s*\[\[?\s*(?P<path>[^\[\]]+?)\s*\]\]?\s*(#.*)?$")
-_ASSIGNMENT = re.compile(r"""(?P<key>(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*=""")
+_ASSIGNMENT = re.compile(
+    r"""(?P<key>(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*="""
+)
 _KEY_PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
 _UNITS = ("deg", "rad", "s", "hz", "v", "g", "degc", "dps", "arcsec", "mps2", "v_per_g", "ohm", "pa")
 
@@ -30,6 +32,11 @@ class StrictTable(BaseModel):
 
 
 Table = TypeVar("Table", bound=BaseModel)
+
+
+def as_tuple(value: object) -> object:
+    """TOML has lists where a frozen table holds tuples; for ``field_validator(..., mode="before")``."""
+    return tuple(value) if isinstance(value, list) else value
 
 
 class TomlFile:
@@ -66,15 +73,18 @@ class TomlFile:
             raise DescriptionError("\n".join(dict.fromkeys(complaints))) from None
 
     def _sentence(self, item: dict[str, Any], model: type[BaseModel]) -> str:
-        key, tags = _without_tags(self.values, item["loc"])
         kind = item["type"]
+        key, tags = _without_tags(self.values, item["loc"], last_is_key=kind == "missing")
         if kind == "extra_forbidden":
             return self.complaint(key, _unknown_key(str(key[-1]), _allowed_keys(model, key[:-1], tags)))
         if kind == "missing":
             return self.complaint(key, "is missing" + _unit_hint(self.values, key))
         if kind in ("union_tag_invalid", "union_tag_not_found"):
             context = item.get("ctx", {})
-            return self.complaint((*key, "driver"), f"got {context.get('tag', 'nothing')!r}, allowed {context.get('expected_tags', 'a known driver')}")
+            return self.complaint(
+                (*key, "driver"),
+                f"got {context.get('tag', 'nothing')!r}, allowed {context.get('expected_tags', 'a known driver')}",
+            )
         return self.complaint(key, f"got {_short(item['input'])}: {_plain(item)}")
 
 
@@ -125,14 +135,16 @@ def _parts(dotted: str) -> KeyPath:
     return tuple(part.strip("\"'") for part in _KEY_PART.findall(dotted))
 
 
-def _without_tags(values: Mapping[str, Any], loc: Sequence[str | int]) -> tuple[list[str | int], list[str]]:
+def _without_tags(
+    values: Mapping[str, Any], loc: Sequence[str | int], *, last_is_key: bool
+) -> tuple[list[str | int], list[str]]:
     """Drop the names of union members, which pydantic mixes into the location, and tell them apart."""
     key: list[str | int] = []
     tags: list[str] = []
     here: Any = values
     for place, part in enumerate(loc):
         known = isinstance(here, Mapping) and part in here or isinstance(here, list) and isinstance(part, int)
-        if not known and place < len(loc) - 1 or isinstance(here, int | float | str | bool):
+        if not known and not (last_is_key and place == len(loc) - 1):
             tags.append(str(part))
             continue
         key.append(part)
@@ -145,14 +157,9 @@ def _allowed_keys(model: type[BaseModel], table: Sequence[str | int], tags: Sequ
     candidates: list[Any] = [model]
     for part in table:
         candidates = [inner for outer in candidates for inner in _descend(outer, str(part))]
-    names = [name for item in candidates if _is_table(item) for name in item.model_fields]
-    tagged = [
-        name
-        for item in candidates
-        if _is_table(item) and tags and tags[-1] in str(item.model_fields.get("driver", ""))
-        for name in item.model_fields
-    ]
-    return sorted(set(tagged or names))
+    tables = [item for item in candidates if _is_table(item)]
+    tagged = [item for item in tables if tags and tags[-1] in str(item.model_fields.get("driver", ""))]
+    return sorted({field.alias or name for item in tagged or tables for name, field in item.model_fields.items()})
 
 
 def _is_table(item: Any) -> bool:
