@@ -66,7 +66,7 @@ def _range_or_list(value: object) -> str:
 
 
 AngleSet = Annotated[
-    Annotated[Range, Tag("range")] | Annotated[tuple[Angle, ...], Tag("list"), BeforeValidator(as_tuple)],
+    Annotated[Range, Tag("range")] | Annotated[tuple[Angle, ...], BeforeValidator(as_tuple), Tag("list")],
     Discriminator(_range_or_list),
 ]
 

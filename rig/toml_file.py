@@ -143,7 +143,7 @@ def _without_tags(
     tags: list[str] = []
     here: Any = values
     for place, part in enumerate(loc):
-        known = isinstance(here, Mapping) and part in here or isinstance(here, list) and isinstance(part, int)
+        known = (isinstance(here, Mapping) and part in here) or (isinstance(here, list) and isinstance(part, int))
         if not known and not (last_is_key and place == len(loc) - 1):
             tags.append(str(part))
             continue
