@@ -98,6 +98,9 @@ class Design(StrictTable):
             raise ValueError('kind = "file" needs file = "points.csv"')
         if self.kind == "fractional" and self.fractional is None:
             raise ValueError('kind = "fractional" needs fractional = [K_pitch, K_roll]')
+        for key, owner in (("file", "file"), ("fractional", "fractional")):
+            if self.kind != owner and getattr(self, key) is not None:
+                raise ValueError(f'{key} belongs to kind = "{owner}", not to kind = "{self.kind}"')
         if self.kind not in ("file", "T") and self.pitch_deg is None:
             raise ValueError(f'kind = "{self.kind}" needs pitch_deg')
         return self

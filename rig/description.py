@@ -289,9 +289,9 @@ def read_rig(path: Path) -> RigDescription:
 def _file_model() -> type[RigDescription]:
     """RigDescription with the tables of the installed drivers in place of their bases."""
     fields: dict[str, Any] = {
-        "axes": (dict[Name, _driver_table("axes")], Field(min_length=1)),
-        "readouts": (dict[Name, _driver_table("readouts")], Field(min_length=1)),
-        "environment": (dict[Name, _driver_table("environments")], {}),
+        "axes": (dict[Name, _driver_table("axes")], Field(min_length=1)),  # type: ignore[misc]
+        "readouts": (dict[Name, _driver_table("readouts")], Field(min_length=1)),  # type: ignore[misc]
+        "environment": (dict[Name, _driver_table("environments")], {}),  # type: ignore[misc]
     }
     return create_model("RigFile", __base__=RigDescription, **fields)
 

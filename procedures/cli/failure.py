@@ -1,0 +1,68 @@
+"""What a user sees when something went wrong: a sentence and an exit status, never a traceback."""
+
+import os
+import sys
+import traceback
+from datetime import UTC, datetime
+from pathlib import Path
+
+from ams.errors import AmsError, ArchiveError, SolveError, VectorsDisagree
+from procedures.errors import ExitStatus, ProcedureError
+from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
+
+WRONG_REQUEST = (DescriptionError, RequestRefused)
+FAILED = (SolveError, VectorsDisagree, ArchiveError)
+
+
+def status_of(error: BaseException) -> ExitStatus:
+    """Exit status of an error, by the table of ``procedures.errors``."""
+    if isinstance(error, ProcedureError):
+        return error.exit_status
+    if isinstance(error, KeyboardInterrupt | WaitEnded):
+        return ExitStatus.ABORTED
+    if isinstance(error, AmsError):
+        return ExitStatus.FAILED if isinstance(error, FAILED) else ExitStatus.WRONG_REQUEST
+    if isinstance(error, WRONG_REQUEST):
+        return ExitStatus.WRONG_REQUEST
+    return ExitStatus.FAILED
+
+
+def tell(error: BaseException) -> None:
+    """Print the sentence of an error on standard error; a defect of ours also leaves a report file."""
+    if isinstance(error, SystemExit):
+        return
+    if isinstance(error, BrokenPipeError):
+        _close_standard_output()
+        return
+    for line in _sentence(error).splitlines():
+        print(f"calrig: {line}", file=sys.stderr)  # noqa: T201
+
+
+def _sentence(error: BaseException) -> str:
+    if isinstance(error, RigError | ProcedureError | AmsError):
+        return str(error)
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted from the keyboard"
+    if isinstance(error, OSError) and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    return f"this is a defect of calrig ({type(error).__name__}: {error}); please send {_write_report(error)}"
+
+
+def _write_report(error: BaseException) -> Path:
+    from platformdirs import user_state_path
+
+    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
+    folder = user_state_path("calrig")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        path = folder / f"defect-{stamp}-{os.getpid()}.txt"
+        path.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
+    except OSError:
+        traceback.print_exception(error)
+        return Path("the lines above")
+    return path
+
+
+def _close_standard_output() -> None:
+    """The reader of our output went away (``calrig … | head``): end quietly."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,0 +1,69 @@
+"""``calrig``: the command. Commands are loaded when they are called, so that ``--help`` stays quick."""
+
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError
+
+from procedures.cli.failure import status_of, tell
+from procedures.errors import ExitStatus
+
+HELP = """Calibrate attitude sensors: drive the rig, record every dwell, solve with honest uncertainty, archive, export.
+
+Start with `calrig demo`. Exit status: 0 done, 1 failed, 2 the request or a file is wrong, 3 held or waiting for a
+person, 4 aborted by the operator."""
+
+COMMANDS = (
+    ("demo", "demo:demo", "The whole job on the twin: run, solve, archive, report, export."),
+    ("check", "check:check", "Validate a rig and a procedure; print plan, duration and expected uncertainty."),
+    ("design", "design:design", "Evaluate an experimental design."),
+    ("run", "run:run", "Run a procedure on a rig, then solve, archive, report and export."),
+    ("resume", "run:resume", "Continue a run after a crash, a stop or a trip."),
+    ("status", "steer:status", "Look at a run, also from another process."),
+    ("pause", "steer:pause", "Pause a run after the dwell in progress."),
+    ("continue", "steer:continue_", "Continue a paused run."),
+    ("stop", "steer:stop", "Stop a run after the dwell in progress."),
+    ("abort", "steer:abort", "Abort a run: axes stop now."),
+    ("jog", "jog:jog", "Move one axis by hand, or read the channels, under the limits of the rig."),
+    ("solve", "solve:solve", "Solve a run again from its journal."),
+    ("fit", "solve:fit", "Solve observations from a CSV file; no rig needed."),
+    ("archive", "archive:app", "Coefficient sets in the archive: list, show."),
+    ("export", "export:export", "Write a coefficient set for another system."),
+    ("verify", "export:verify", "Read an exported file back and recompute its test vectors."),
+    ("simulate", "simulate:simulate", "The twins of a rig on real ports, until stopped."),
+    ("devices", "devices:devices", "Serial ports and VISA resources found here, with their identities."),
+)
+
+
+def make_app() -> App:
+    """The command tree. Function names are import paths: nothing is imported before it is called."""
+    app = App(name="calrig", help=HELP, version=_version, version_flags=["--version"])
+    for name, target, summary in COMMANDS:
+        app.command(f"procedures.cli.{target}", name=name, help=summary)
+    return app
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Entry point: run one command and leave with the exit status of the table in ``procedures.errors``."""
+    sys.exit(run_command(sys.argv[1:] if arguments is None else arguments))
+
+
+def run_command(arguments: Sequence[str]) -> int:
+    """Run one command; every error becomes a sentence on standard error and a status."""
+    try:
+        result = make_app()(list(arguments), exit_on_error=False, print_error=False, result_action="return_value")
+        sys.stdout.flush()
+    except CycloptsError as error:
+        print(f"calrig: {error}", file=sys.stderr)  # noqa: T201
+        print("calrig: `calrig --help` and `calrig COMMAND --help` tell what is allowed", file=sys.stderr)  # noqa: T201
+        return ExitStatus.WRONG_REQUEST
+    except BaseException as error:  # noqa: BLE001  the rim of the program: no traceback ever reaches a user
+        tell(error)
+        return status_of(error)
+    return int(result) if isinstance(result, int) else ExitStatus.DONE
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("calrig")

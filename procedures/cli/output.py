@@ -1,0 +1,27 @@
+"""How a command speaks: one JSON document on standard output, or text for a person."""
+
+import json
+import math
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+
+def print_json(document: Mapping[str, Any]) -> None:
+    """One JSON document, strict (no NaN), UTF-8, ended by a newline."""
+    print(json.dumps(document, ensure_ascii=False, allow_nan=False))  # noqa: T201
+
+
+def say(text: str = "") -> None:
+    """A line for a person, on standard output."""
+    print(text)  # noqa: T201
+
+
+def note(text: str) -> None:
+    """A line for a person that is no result, on standard error."""
+    print(text, file=sys.stderr, flush=True)  # noqa: T201
+
+
+def finite(value: float | None) -> float | None:
+    """JSON has no NaN: what is not finite is null."""
+    return None if value is None or not math.isfinite(value) else value

@@ -1,0 +1,60 @@
+"""Where things are: run folders, the archive, the user's folders."""
+
+import os
+import re
+from datetime import datetime
+from pathlib import Path
+
+from procedures.errors import RequestError
+
+JOURNAL = "journal.sqlite"
+RUNS = Path("runs")
+
+
+def find_run(run: str, runs: Path = RUNS) -> Path:
+    """The run folder that RUN means: a run folder, its journal, its name under ``./runs``, or a folder that holds
+    exactly one run. Raises: RequestError."""
+    for candidate in (Path(run), runs / run):
+        if candidate.is_file() and candidate.name == JOURNAL:
+            return candidate.parent
+        if (candidate / JOURNAL).exists():
+            return candidate
+    held = sorted(path.parent for path in Path(run).glob(f"*/{JOURNAL}")) if Path(run).is_dir() else []
+    if len(held) == 1:
+        return held[0]
+    if held:
+        raise RequestError(f"{run}: holds {len(held)} runs ({', '.join(path.name for path in held[:5])} …); name one of them")
+    if Path(run).is_file():
+        raise RequestError(f"{run}: is a file and not a run's {JOURNAL}; give the run's folder")
+    raise RequestError(f"{run}: no run is there (looked for {JOURNAL} in it and in {runs / run}); check the path")
+
+
+def new_run_folder(out: Path, title: str, now: datetime) -> Path:
+    """``<out>/<utc>-<slug>``, made new. File names are safe on every system."""
+    slug = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")[:48] or "run"
+    stem = f"{now:%Y%m%dT%H%M%SZ}-{slug}"
+    for attempt in range(1, 1000):
+        folder = out / (stem if attempt == 1 else f"{stem}-{attempt}")
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            continue
+        return folder
+    raise RequestError(f"{out}: holds a thousand runs of this second; look at the clock")
+
+
+def default_archive_url() -> str:
+    """``CALRIG_ARCHIVE``, else ``archive.sqlite`` in the user's state folder."""
+    from platformdirs import user_state_path
+
+    return os.environ.get("CALRIG_ARCHIVE") or f"sqlite:///{user_state_path('calrig') / 'archive.sqlite'}"
+
+
+def login_name() -> str:
+    """Who is logged in, for the record."""
+    import getpass
+
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError):
+        return f"uid {os.getuid()}" if hasattr(os, "getuid") else "unknown"
