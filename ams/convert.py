@@ -1,0 +1,55 @@
+"""Between the conventions of TP and CR for the same physical sensor.
+
+TP's specific force and CR's gravity in model axes are the same vector with opposite sign, and TP counts the azimuth
+from the next axis where CR counts it from minus the one after: at Ψ = 0, Θ = α, Φ = R both models give the same outputs
+at every attitude when
+
+    B = b,   C = Ω,   A_CR = A_TP + 90°,   S_CR·G = −S_TP.
+
+CR's S·G is the sensitivity per local g used throughout this package, so no value of g enters. A sensitivity per
+standard g, as some sets state it, is another matter: see :func:`sensitivity_per_local_g`.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ams.models.cr import CrSensor
+
+STANDARD_GRAVITY_MPS2: Final = 9.80665
+
+
+@dataclass(frozen=True)
+class TpSensor:
+    """One accelerometer in TP's convention."""
+
+    axis: str
+    offset_v: float
+    sensitivity_v_per_g: float
+    """Signed, per local g of specific force."""
+    coning_rad: float
+    azimuth_rad: float
+
+
+def wrap_angle_rad(angle_rad: float) -> float:
+    """The same direction in (−π, π]."""
+    wrapped = float(np.remainder(angle_rad + np.pi, 2 * np.pi) - np.pi)
+    return np.pi if wrapped == -np.pi else wrapped
+
+
+def cr_from_tp(sensor: TpSensor) -> CrSensor:
+    """The same sensor in CR's convention, sensitivity per local g of gravity."""
+    azimuth = wrap_angle_rad(sensor.azimuth_rad + np.pi / 2)
+    return CrSensor(sensor.axis, sensor.offset_v, -sensor.sensitivity_v_per_g, azimuth, sensor.coning_rad)
+
+
+def tp_from_cr(sensor: CrSensor) -> TpSensor:
+    """The same sensor in TP's convention, sensitivity per local g of specific force."""
+    azimuth = wrap_angle_rad(sensor.azimuth_rad - np.pi / 2)
+    return TpSensor(sensor.axis, sensor.bias_v, -sensor.sensitivity, sensor.coning_rad, azimuth)
+
+
+def sensitivity_per_local_g(sensitivity_v_per_standard_g: float, gravity_mps2: float) -> float:
+    """Sensitivity per local g where the sensor is used, from one per 9.80665 m/s²."""
+    return sensitivity_v_per_standard_g * gravity_mps2 / STANDARD_GRAVITY_MPS2

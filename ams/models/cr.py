@@ -1,0 +1,176 @@
+"""The accelerometer models of CR: two packages on one sting, pitch, yaw and roll.
+
+Every CR sensor is linear in its offset and in k = S·u, where u is the unit vector of its sensitive axis in the axes of
+its own package and the field it senses is gravity in those axes, in units of local g. A sensor nominally along axis i
+(cyclic: x, y, z, x, y) has, after the azimuth rotation first and the coning rotation second (III-B.7 to 12),
+
+    u = cos C e_i + sin C (sin A e_{i+1} − cos A e_{i+2}).
+
+The sting package is the model package at zero roll, so one model serves both. Tunnel axes: z down, gravity (0, 0, −G)
+before the first half turn about y. Source: CR (III-B.1) to (III-B.32), (IV-A.7) to (IV-A.32).
+
+All functions accept complex numbers, so that their derivatives can be checked by a complex step.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import DesignError
+
+FloatArray = NDArray[np.float64]
+Array = NDArray[Any]
+"""float64, or complex128 under a complex step."""
+
+AXES: Final = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class CrSensor:
+    """One sensor in CR's convention: accelerometer (V/g) or gyro (V/(rad/s))."""
+
+    axis: str
+    """Nominal axis: ``x``, ``y`` or ``z``."""
+    bias_v: float
+    sensitivity: float
+    """Signed; V per g for an accelerometer, V per (rad/s) for a gyro."""
+    azimuth_rad: float
+    coning_rad: float
+    """0 to π/2."""
+
+    @property
+    def k(self) -> FloatArray:
+        """(3,) sensitivity times the sensitive axis, in package axes."""
+        return self.sensitivity * sensitive_axis(self.axis, self.azimuth_rad, self.coning_rad)
+
+
+def sting_gravity_g(pitch_rad: Array, yaw_rad: Array) -> Array:
+    """Gravity in sting axes, (N, 3), in units of local g. Source: CR (III-B.6), (IV-B.3) to (IV-B.5)."""
+    pitch, yaw = np.broadcast_arrays(pitch_rad, yaw_rad)
+    return np.stack([-np.sin(pitch) * np.cos(yaw), np.sin(pitch) * np.sin(yaw), np.cos(pitch)], axis=-1)
+
+
+def model_gravity_g(sting_g: Array, roll_rad: Array) -> Array:
+    """Gravity in model axes, (N, 3), from gravity in sting axes and roll. Source: CR (III-B.5)."""
+    g_x, g_y, g_z = np.moveaxis(np.asarray(sting_g), -1, 0)
+    c, s = np.cos(roll_rad), np.sin(roll_rad)
+    return np.stack([g_x + 0 * c, c * g_y + s * g_z, -s * g_y + c * g_z], axis=-1)
+
+
+def sensitive_axis(axis: str, azimuth_rad: Any, coning_rad: Any) -> Array:
+    """Unit vector of the sensitive axis in package axes, (3,)."""
+    i = AXES.index(axis)
+    u: list[Any] = [0.0, 0.0, 0.0]
+    u[i] = np.cos(coning_rad)
+    u[(i + 1) % 3] = np.sin(coning_rad) * np.sin(azimuth_rad)
+    u[(i + 2) % 3] = -np.sin(coning_rad) * np.cos(azimuth_rad)
+    return np.array(u)
+
+
+def predict_v(axis: str, parameters: Array, field: Array) -> Array:
+    """Output in volts, (N,).
+
+    ``parameters`` is (B, S, A, C) in volts, volts per unit of field, radians; ``field`` is (N, 3): gravity in g, or the
+    angular velocity in rad/s for a gyro. Source: CR (III-B.27) to (III-B.32), (III-C.16) to (III-C.18).
+    """
+    bias, sensitivity, azimuth, coning = parameters
+    return np.asarray(bias + sensitivity * (field @ sensitive_axis(axis, azimuth, coning)))
+
+
+def jacobian(axis: str, parameters: Array, field: Array) -> Array:
+    """Derivatives with respect to (B, S, A, C), (N, 4). Source: CR (IV-A.7) to (IV-A.32), derived anew."""
+    _, sensitivity, azimuth, coning = parameters
+    i = AXES.index(axis)
+    own, first, second = field[:, i], field[:, (i + 1) % 3], field[:, (i + 2) % 3]
+    c_a, s_a, c_c, s_c = np.cos(azimuth), np.sin(azimuth), np.cos(coning), np.sin(coning)
+    across = s_a * first - c_a * second
+    return np.stack(
+        [
+            np.ones_like(own),
+            c_c * own + s_c * across,
+            sensitivity * s_c * (c_a * first + s_a * second),
+            sensitivity * (-s_c * own + c_c * across),
+        ],
+        axis=1,
+    )
+
+
+def sensor_from_linear(axis: str, linear: FloatArray) -> CrSensor:
+    """The sensor on the branch C ≤ 90° with signed S from (b, k_x, k_y, k_z)."""
+    i = AXES.index(axis)
+    k = np.asarray(linear[1:], dtype=float)
+    norm = float(np.linalg.norm(k))
+    if norm == 0.0:
+        raise DesignError(f"sensor {axis}: the sensitivity is zero: it has no sensitive axis; check its wiring")
+    sign = -1.0 if k[i] < 0 else 1.0
+    first, second = sign * k[(i + 1) % 3], sign * k[(i + 2) % 3]
+    coning = float(np.arctan2(np.hypot(first, second), abs(k[i])))
+    azimuth = float(np.arctan2(first + 0.0, -second)) if coning > 0 else 0.0
+    return CrSensor(axis, float(linear[0]), sign * norm, azimuth, coning)
+
+
+def linear_estimate(field: FloatArray, output_v: FloatArray) -> FloatArray:
+    """(b, k_x, k_y, k_z) by ordinary least squares on scaled columns.
+
+    Raises: DesignError where the field does not span three dimensions and an offset.
+    """
+    basis = np.column_stack([np.ones(field.shape[0]), field])
+    scale = np.linalg.norm(basis, axis=0)
+    scale[scale == 0] = 1.0
+    solution, _, rank, singular = np.linalg.lstsq(basis / scale, output_v, rcond=1e-13)
+    if rank < 4:
+        raise DesignError(
+            f"CR model: {field.shape[0]} rows determine only {rank} of offset and three sensitivities "
+            f"(singular values {', '.join(f'{s:.2g}' for s in singular)}); "
+            "the attitudes must turn the field about at least two axes"
+        )
+    return np.asarray(solution / scale, dtype=float)
+
+
+def calibrate_package(field: FloatArray, outputs_v: Mapping[str, FloatArray]) -> dict[str, CrSensor]:
+    """Start-free solution of every sensor of one package, keyed by axis, from (N, 3) field and (N,) outputs."""
+    return {axis: sensor_from_linear(axis, linear_estimate(field, output)) for axis, output in outputs_v.items()}
+
+
+def sensed_field(sensors: Mapping[str, CrSensor], outputs_v: Mapping[str, FloatArray]) -> FloatArray:
+    """The field in package axes, (N, 3), from the outputs of a three-axis package.
+
+    Source: CR (IV-B.1), (IV-B.2), (IV-D.1). Raises: DesignError where the sensitive axes do not span space.
+    """
+    K = np.stack([sensors[axis].k for axis in AXES])
+    if abs(np.linalg.det(K / np.linalg.norm(K, axis=1)[:, None])) < 1e-9:
+        raise DesignError("CR package: the three sensitive axes lie in one plane: the field cannot be resolved")
+    volts = np.stack([outputs_v[axis] - sensors[axis].bias_v for axis in AXES], axis=-1)
+    return np.asarray(np.linalg.solve(K, volts[..., None])[..., 0], dtype=float)
+
+
+@dataclass(frozen=True)
+class CrPair:
+    """A calibrated sting package and a calibrated model package."""
+
+    sting: Mapping[str, CrSensor]
+    model: Mapping[str, CrSensor]
+
+
+def calibrate_pair(
+    pitch_rad: FloatArray,
+    yaw_rad: FloatArray,
+    roll_rad: FloatArray,
+    sting_v: Mapping[str, FloatArray],
+    model_v: Mapping[str, FloatArray],
+    *,
+    gravity_from_sting: bool = False,
+) -> CrPair:
+    """Two steps: the sting package from pitch and yaw, then the model package from roll and gravity in sting axes.
+
+    ``gravity_from_sting`` takes the second step's gravity from the sting package just calibrated instead of from the
+    table's angles: what a tunnel does where the sting's own angles are not known. Source: CR IV-A.
+    """
+    gravity = sting_gravity_g(pitch_rad, yaw_rad)
+    sting = calibrate_package(gravity, sting_v)
+    if gravity_from_sting:
+        gravity = sensed_field(sting, sting_v)
+    return CrPair(sting, calibrate_package(model_gravity_g(gravity, roll_rad), model_v))
