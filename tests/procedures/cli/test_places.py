@@ -1,0 +1,41 @@
+"""Laws of where a run is found."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from procedures.cli.places import find_run, new_run_folder
+from procedures.errors import RequestError
+
+
+def make_run(folder: Path) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "journal.sqlite").write_bytes(b"")
+    return folder
+
+
+def test_a_run_is_meant_by_folder_journal_name_or_only_child(tmp_path: Path) -> None:
+    run = make_run(tmp_path / "runs" / "20260101T000000Z-grid")
+    for meaning in (str(run), str(run / "journal.sqlite"), run.name, str(tmp_path / "runs")):
+        assert find_run(meaning, tmp_path / "runs") == run
+
+
+def test_two_runs_in_a_folder_are_ambiguous(tmp_path: Path) -> None:
+    make_run(tmp_path / "a")
+    make_run(tmp_path / "b")
+    with pytest.raises(RequestError, match="holds 2 runs"):
+        find_run(str(tmp_path))
+
+
+def test_no_run_is_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(RequestError, match="no run is there"):
+        find_run(str(tmp_path / "nowhere"))
+
+
+def test_two_runs_of_one_second_get_two_folders(tmp_path: Path) -> None:
+    now = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+    first = new_run_folder(tmp_path, "three-axis, ±90°", now)
+    second = new_run_folder(tmp_path, "three-axis, ±90°", now)
+    assert first.name == "20260102T030405Z-three-axis-90"
+    assert second.name == "20260102T030405Z-three-axis-90-2"
