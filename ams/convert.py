@@ -15,6 +15,7 @@ from typing import Final
 
 import numpy as np
 
+from ams.frames import wrap_rad
 from ams.models.cr import CrSensor
 
 STANDARD_GRAVITY_MPS2: Final = 9.80665
@@ -32,21 +33,15 @@ class TpSensor:
     azimuth_rad: float
 
 
-def wrap_angle_rad(angle_rad: float) -> float:
-    """The same direction in (−π, π]."""
-    wrapped = float(np.remainder(angle_rad + np.pi, 2 * np.pi) - np.pi)
-    return np.pi if wrapped == -np.pi else wrapped
-
-
 def cr_from_tp(sensor: TpSensor) -> CrSensor:
     """The same sensor in CR's convention, sensitivity per local g of gravity."""
-    azimuth = wrap_angle_rad(sensor.azimuth_rad + np.pi / 2)
+    azimuth = float(wrap_rad(np.asarray(sensor.azimuth_rad + np.pi / 2)))
     return CrSensor(sensor.axis, sensor.offset_v, -sensor.sensitivity_v_per_g, azimuth, sensor.coning_rad)
 
 
 def tp_from_cr(sensor: CrSensor) -> TpSensor:
     """The same sensor in TP's convention, sensitivity per local g of specific force."""
-    azimuth = wrap_angle_rad(sensor.azimuth_rad - np.pi / 2)
+    azimuth = float(wrap_rad(np.asarray(sensor.azimuth_rad - np.pi / 2)))
     return TpSensor(sensor.axis, sensor.bias_v, -sensor.sensitivity, sensor.coning_rad, azimuth)
 
 

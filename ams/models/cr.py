@@ -14,18 +14,17 @@ All functions accept complex numbers, so that their derivatives can be checked b
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ams.errors import DesignError
+from ams.frames import AXES
 
 FloatArray = NDArray[np.float64]
 Array = NDArray[Any]
 """float64, or complex128 under a complex step."""
-
-AXES: Final = ("x", "y", "z")
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ams.errors import DesignError
+from ams.frames import AXES
 from ams.models.cr import (
-    AXES,
     CrSensor,
     calibrate_package,
     calibrate_pair,

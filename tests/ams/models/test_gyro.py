@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ams.models.cr import AXES, predict_v
+from ams.frames import AXES
+from ams.models.cr import predict_v
 from ams.models.gyro import body_rates_rad_s, calibrate_gyros, euler_rates_rad_s
 
 DEG = np.pi / 180

@@ -1,0 +1,96 @@
+"""CR's accelerometers as models for the solvers: pitch, yaw and roll known, sting or model package.
+
+The primary parameters are the offset and k = S·u per g of *gravity* in package axes (CR's sign: minus the specific
+force of TP). Coning is TP's for the same k, and CR's azimuth is TP's plus a quarter turn; so the derived parameters
+and their derivatives are those of :class:`ams.models.accelerometer.PitchRoll`. Source: CR (III-B.27) to (III-B.32).
+"""
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import DesignError, ObservationsError
+from ams.frames import wrap_deg
+from ams.models.accelerometer import PitchRoll
+from ams.models.cr import model_gravity_g, sting_gravity_g
+from ams.models.model import Stimulus
+
+FloatArray = NDArray[np.float64]
+
+_NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
+
+
+@dataclass(frozen=True)
+class PitchYawRoll:
+    """CR (III-B.27) to (III-B.29) for the sting package, (III-B.30) to (III-B.32) for the model package."""
+
+    nominal_axis: str
+    package: str = "model"
+    """``sting`` (roll does not reach it) or ``model``."""
+    name: ClassVar[str] = "pitch-yaw-roll"
+    convention: ClassVar[str] = "CR"
+    primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
+    parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg")
+    fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
+
+    def __post_init__(self) -> None:
+        if self.package not in ("sting", "model"):
+            raise DesignError(f"model pitch-yaw-roll: got package {self.package!r}, allowed 'sting' or 'model'")
+
+    @property
+    def basis_key(self) -> Hashable | None:
+        return ("pitch-yaw-roll", self.package)
+
+    def basis(self, stimulus: Stimulus) -> FloatArray:
+        gravity = self._gravity_g(stimulus)
+        return np.concatenate([np.ones((gravity.shape[0], 1)), gravity], axis=1)
+
+    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
+
+    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        return np.asarray(self.basis(stimulus) @ primary)
+
+    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
+        return self.basis(stimulus)
+
+    def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
+        pitch, yaw, roll = self._angles(stimulus)
+        k = primary[1:4]
+        s_pitch, c_pitch, s_yaw, c_yaw = np.sin(pitch), np.cos(pitch), np.sin(yaw), np.cos(yaw)
+        by_pitch = np.stack([-c_pitch * c_yaw, c_pitch * s_yaw, -s_pitch], axis=-1)
+        by_yaw = np.stack([s_pitch * s_yaw, s_pitch * c_yaw, np.zeros_like(yaw)], axis=-1)
+        _, g_y, g_z = np.moveaxis(self._gravity_g(stimulus), -1, 0)
+        by_roll = g_z * k[1] - g_y * k[2] if self.package == "model" else np.zeros_like(pitch)
+        return {
+            "pitch": model_gravity_g(by_pitch, roll) @ k,
+            "yaw": model_gravity_g(by_yaw, roll) @ k,
+            "roll": by_roll,
+        }
+
+    def parameters(self, primary: FloatArray) -> FloatArray:
+        found = PitchRoll(self.nominal_axis).parameters(primary)
+        found[..., 3] = wrap_deg(found[..., 3] + 90.0)
+        return found
+
+    def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
+        return PitchRoll(self.nominal_axis).parameters_jacobian(primary)
+
+    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
+        return PitchRoll(self.nominal_axis).undetermined(primary, covariance)
+
+    def _angles(self, stimulus: Stimulus) -> tuple[FloatArray, FloatArray, FloatArray]:
+        if stimulus.yaw_rad is None:
+            raise ObservationsError(
+                "model pitch-yaw-roll: the observations have no yaw: it needs a column yaw_deg; "
+                "nothing was solved; use the model pitch-roll where there is no yaw"
+            )
+        roll = stimulus.roll_rad if self.package == "model" else np.zeros_like(stimulus.pitch_rad)
+        return stimulus.pitch_rad, stimulus.yaw_rad, roll
+
+    def _gravity_g(self, stimulus: Stimulus) -> FloatArray:
+        pitch, yaw, roll = self._angles(stimulus)
+        return np.asarray(model_gravity_g(sting_gravity_g(pitch, yaw), roll))
