@@ -1,0 +1,95 @@
+"""A line of bytes inside the process: what is written reaches the other side at once, what it answers comes when due.
+
+Reading lets the clock run to the moment the other side names, so with a virtual clock a night's conversation takes
+as long as its arithmetic. Faults of the line are a passed-in collaborator (:mod:`rig.link.faults`).
+"""
+
+from typing import Protocol
+
+from rig.clock import Clock
+from rig.errors import LinkClosed
+from rig.link.faults import LinkFaults, Part
+
+
+class Peer(Protocol):
+    """The other side of a line: bytes in, bytes out, time as an argument (rig seconds). No port and no thread."""
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        """Take ``data``, which arrived at ``now_s``."""
+
+    def transmit(self, now_s: float) -> bytes:
+        """Everything due by ``now_s`` that was not taken yet; ``b""`` when nothing is."""
+
+    def next_event_s(self) -> float | None:
+        """When :meth:`transmit` should be asked again, later than it was last asked; None when nothing is pending."""
+
+
+class MemoryStream:
+    """A :class:`rig.link.byte_stream.ByteStream` to a peer in this process."""
+
+    def __init__(self, peer: Peer, clock: Clock, name: str, faults: LinkFaults | None = None) -> None:
+        self.name = name
+        self.clock = clock
+        self._peer = peer
+        self._faults = faults
+        self._outbound: list[tuple[float, bytes]] = []
+        self._inbound: list[tuple[float, bytes]] = []
+        self._is_closed = False
+
+    def write(self, data: bytes) -> None:
+        self._require_open()
+        now_s = self.clock.monotonic_s()
+        if self._faults is None:
+            self._peer.receive(data, now_s)
+            return
+        _queue(self._outbound, self._faults.on_write(data), now_s)
+        self._deliver_outbound(now_s)
+
+    def read(self, deadline_s: float) -> bytes:
+        self._require_open()
+        while True:
+            now_s = self.clock.monotonic_s()
+            if data := self._take(now_s):
+                return data
+            if now_s >= deadline_s:
+                return b""
+            self.clock.sleep(self._next_look_s(now_s, deadline_s) - now_s)
+
+    def discard_input(self) -> bytes:
+        self._require_open()
+        return self._take(self.clock.monotonic_s())
+
+    def close(self) -> None:
+        self._is_closed = True
+
+    def _require_open(self) -> None:
+        if self._is_closed:
+            raise LinkClosed(f"{self.name}: used after it was closed; nothing was sent; open it again")
+
+    def _take(self, now_s: float) -> bytes:
+        if self._faults is None:
+            return self._peer.transmit(now_s)
+        self._deliver_outbound(now_s)
+        if data := self._peer.transmit(now_s):
+            _queue(self._inbound, self._faults.on_read(data), now_s)
+        return b"".join(_due(self._inbound, now_s))
+
+    def _deliver_outbound(self, now_s: float) -> None:
+        for data in _due(self._outbound, now_s):
+            self._peer.receive(data, now_s)
+
+    def _next_look_s(self, now_s: float, deadline_s: float) -> float:
+        event_s = self._peer.next_event_s()
+        assert event_s is None or event_s > now_s, f"{self.name}: the other side named {event_s} s at {now_s} s"
+        pending = [due_s for due_s, _ in (*self._inbound, *self._outbound)]
+        return min([deadline_s, *pending] if event_s is None else [deadline_s, event_s, *pending])
+
+
+def _queue(line: list[tuple[float, bytes]], parts: tuple[Part, ...], now_s: float) -> None:
+    line.extend((now_s + part.delay_s, part.data) for part in parts)
+
+
+def _due(line: list[tuple[float, bytes]], now_s: float) -> list[bytes]:
+    due = [data for due_s, data in line if due_s <= now_s]
+    line[:] = [(due_s, data) for due_s, data in line if due_s > now_s]
+    return due

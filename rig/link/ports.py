@@ -1,0 +1,29 @@
+"""Opens real ports by their URL: a device path, ``socket://host:port`` or ``rfc2217://host:port``."""
+
+from rig.clock import Clock
+from rig.link.byte_stream import ByteStream
+from rig.link.serial_stream import LineSettings, SerialStream
+from rig.link.socket_stream import SocketStream
+
+SOCKET_SCHEME = "socket://"
+
+
+def open_stream(
+    url: str,
+    *,
+    clock: Clock,
+    baud_rate: int = 9600,
+    data_bits: int = 8,
+    parity: str = "N",
+    stop_bits: float = 1.0,
+    rts_cts: bool = False,
+    connect_timeout_s: float = 5.0,
+) -> ByteStream:
+    """The stream behind ``url``; ``clock`` is the machine's (unscaled) clock.
+
+    ``parity`` is one of ``N E O M S``. The line settings matter to devices and ``rfc2217://`` only.
+    Raises: LinkLost (missing, refused, broken), RigBusy (the device is open elsewhere), RequestRefused (no such URL).
+    """
+    if url.startswith(SOCKET_SCHEME):
+        return SocketStream(url, clock, connect_timeout_s)
+    return SerialStream(url, clock, LineSettings(baud_rate, data_bits, parity, stop_bits, rts_cts))

@@ -1,0 +1,121 @@
+"""Serial ports, pseudo-terminals and ``rfc2217://`` through pyserial.
+
+An unplugged port shows itself in three ways (SerialException, bare OSError, termios.error) and ``is_open`` stays
+true: all three become :class:`rig.errors.LinkLost`. ``exclusive`` is an advisory lock: it keeps a second calrig out,
+not every program.
+"""
+
+import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rig.clock import WAIT_SLICE_S, Clock
+from rig.errors import LinkClosed, LinkLost, RequestRefused, RigBusy
+
+if TYPE_CHECKING:
+    import serial
+
+WRITE_TIMEOUT_S = 5.0
+
+
+def _port_errors() -> tuple[type[Exception], ...]:
+    try:
+        import termios
+    except ImportError:
+        return (OSError,)
+    return (OSError, termios.error)
+
+
+PORT_ERRORS = _port_errors()
+"""Every way in which a broken port shows itself; pyserial's SerialException is an OSError."""
+
+
+@dataclass(frozen=True, slots=True)
+class LineSettings:
+    """What a UART must agree on. A pseudo-terminal enforces none of it."""
+
+    baud_rate: int = 9600
+    data_bits: int = 8
+    parity: str = "N"
+    stop_bits: float = 1.0
+    rts_cts: bool = False
+
+
+class SerialStream:
+    """A device path or ``rfc2217://host:port``."""
+
+    def __init__(self, url: str, clock: Clock, line: LineSettings) -> None:
+        self.name = url
+        self.clock = clock
+        self._port = _open(url, line)
+        self._is_closed = False
+
+    def write(self, data: bytes) -> None:
+        self._require_open()
+        with _losses(self.name):
+            self._port.write(data)
+
+    def read(self, deadline_s: float) -> bytes:
+        self._require_open()
+        while True:
+            left_s = deadline_s - self.clock.monotonic_s()
+            if left_s <= 0.0:
+                return self.discard_input()
+            with _losses(self.name):
+                self._set_timeout(min(left_s, WAIT_SLICE_S))
+                if first := self._port.read(1):
+                    return bytes(first) + bytes(self._port.read(self._port.in_waiting))
+
+    def discard_input(self) -> bytes:
+        self._require_open()
+        with _losses(self.name):
+            return bytes(self._port.read(waiting)) if (waiting := self._port.in_waiting) else b""
+
+    def close(self) -> None:
+        self._is_closed = True
+        with _losses(self.name):
+            self._port.close()
+
+    def _set_timeout(self, timeout_s: float) -> None:
+        if self._port.timeout != timeout_s:  # setting it makes pyserial configure the port again
+            self._port.timeout = timeout_s
+
+    def _require_open(self) -> None:
+        if self._is_closed:
+            raise LinkClosed(f"{self.name}: used after it was closed; nothing was sent; open it again")
+
+
+def _open(url: str, line: LineSettings) -> "serial.Serial":
+    import serial
+
+    is_device = "://" not in url
+    try:
+        return serial.serial_for_url(
+            url,
+            baudrate=line.baud_rate,
+            bytesize=line.data_bits,
+            parity=line.parity,
+            stopbits=line.stop_bits,
+            rtscts=line.rts_cts,
+            timeout=WAIT_SLICE_S,
+            write_timeout=WRITE_TIMEOUT_S,
+            **({"exclusive": True} if is_device else {}),
+        )
+    except ValueError as error:
+        raise RequestRefused(f"{url}: not a port or not its settings: {error}; nothing was opened") from error
+    except PORT_ERRORS as error:
+        if getattr(error, "errno", None) in (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK):
+            raise RigBusy(f"{url}: another program has this port open; nothing was opened; close it there") from error
+        raise LinkLost(f"{url}: cannot be opened: {error}; nothing was sent; check the cable and the path") from error
+
+
+@contextmanager
+def _losses(name: str) -> Iterator[None]:
+    try:
+        yield
+    except PORT_ERRORS as error:
+        raise LinkLost(
+            f"{name}: the port is gone or broken: {error}; what was sent last is in doubt; check cable and adapter"
+        ) from error
