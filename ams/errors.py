@@ -27,3 +27,7 @@ class VectorsDisagree(AmsError):
 
 class ArchiveError(AmsError):
     """The archive cannot be reached, read or written; nothing was half published."""
+
+
+class OutsideValidity(AmsError):
+    """A set is asked for an attitude or temperature it was not calibrated for, or lacks an input it needs."""

@@ -1,0 +1,143 @@
+"""One solved axis as its section of the document, and the numbers of evaluation back from it."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ams.errors import SetError
+from ams.sets.canonical import Document, Json, number, plain, table
+from ams.sets.equations import AxisNumbers, equation_of
+from ams.sets.units import UNITS, unit_of
+from ams.solve.result import AxisCalibration, FloatArray, FTest, ParameterEstimate, Replication, TpReplication
+
+
+def axis_section(axis: AxisCalibration, sensor: str) -> Document:
+    """The document of one axis. Raises: SetError where a primary parameter is not determined."""
+    if not np.isfinite(axis.primary).all():
+        raise SetError(
+            f"{sensor}: axis {axis.axis}: a primary parameter is not determined: got "
+            f"{dict(zip(axis.primary_names, axis.primary.tolist(), strict=True))}; no set was built; "
+            "a set needs every coefficient of its equation: add the missing design points"
+        )
+    section: Document = {
+        "nominal_axis": axis.nominal_axis,
+        "equation": {},
+        "parameters": {parameter.name: _parameter(parameter) for parameter in axis.parameters},
+        "covariance_order": [parameter.name for parameter in axis.parameters],
+        "covariance": _matrix(axis.covariance, len(axis.parameters), f"{sensor}: axis {axis.axis}: covariance"),
+        "primary": _primary(axis, sensor),
+        "sensitive_axis_v_per_g": dict(zip("xyz", map(_number, axis.sensitive_axis_v_per_g), strict=True)),
+        "standard_error_v": _number(axis.standard_error_v),
+        "degrees_of_freedom": int(axis.degrees_of_freedom),
+        "replication": None if axis.replication is None else _replication(axis.replication),
+        "warnings": list(axis.warnings),
+        "notes": plain(axis.notes, f"{sensor}: axis {axis.axis}: notes"),
+    }
+    section["equation"] = _equation(axis, axis_numbers(axis.axis, section, axis.model))
+    return section
+
+
+def axis_numbers(axis: str, section: Mapping[str, Json], model: str | None = None) -> AxisNumbers:
+    """What the equation takes, read from the section of a checked document."""
+    return AxisNumbers(
+        axis=axis,
+        model=str(table(section["equation"])["name"]) if model is None else model,
+        nominal_axis=str(section["nominal_axis"]),
+        primary={name: number(value) for name, value in table(table(section["primary"])["values"]).items()},
+        parameters={name: _value(table(entry)) for name, entry in table(section["parameters"]).items()},
+    )
+
+
+def _value(parameter: Document) -> float | None:
+    return None if parameter["value"] is None else number(parameter["value"])
+
+
+def _equation(axis: AxisCalibration, numbers: AxisNumbers) -> Document:
+    equation = equation_of(axis.model, axis.nominal_axis, numbers.needs_temperature)
+    return {
+        "name": equation.name,
+        "source": equation.source,
+        "primary": equation.primary,
+        "derived": equation.derived,
+    }
+
+
+def _unit(name: str) -> str:
+    unit = unit_of(name)
+    if unit is None:
+        raise SetError(
+            f"parameter {name}: its name ends in no unit that sets know: allowed are "
+            f"{', '.join(ending for ending, _ in UNITS)}; nothing was built"
+        )
+    return unit
+
+
+def _parameter(parameter: ParameterEstimate) -> Document:
+    return {
+        "value": _number(parameter.value),
+        "unit": _unit(parameter.name),
+        "standard_uncertainty": _number(parameter.standard_uncertainty),
+        "tp_standard_uncertainty": _number(parameter.tp_standard_uncertainty),
+        "effective_degrees_of_freedom": _number(parameter.effective_degrees_of_freedom),
+        "interval_95": None if parameter.interval_95 is None else [_number(end) for end in parameter.interval_95],
+    }
+
+
+def _primary(axis: AxisCalibration, sensor: str) -> Document:
+    names, where = axis.primary_names, f"{sensor}: axis {axis.axis}: primary covariance"
+    return {
+        "order": list(names),
+        "values": {name: float(value) for name, value in zip(names, axis.primary, strict=True)},
+        "units": {name: _unit(name) for name in names},
+        "covariance": _matrix(axis.primary_covariance, len(names), where),
+        "tp_covariance": _matrix(axis.tp_primary_covariance, len(names), where),
+        "effective_degrees_of_freedom": dict(zip(names, map(_number, axis.primary_dof), strict=True)),
+    }
+
+
+def _replication(replication: Replication) -> Document:
+    return {
+        "n": int(replication.replications),
+        "points": int(replication.points),
+        "lack_of_fit": _f_test(replication.lack_of_fit),
+        "drift": {name: _f_test(test) for name, test in replication.drift.items()},
+        "tp": _tp(replication.tp),
+        "precision_v": _number(replication.precision_v),
+        "lack_of_fit_v": _number(replication.lack_of_fit_v),
+        "per_replication": {
+            str(label): {name: _number(value) for name, value in estimates.items()}
+            for label, estimates in replication.per_replication.items()
+        },
+    }
+
+
+def _tp(tp: TpReplication) -> Document:
+    return {
+        "sigma_bias_v": _number(tp.sigma_bias_v),
+        "sigma_prec_v": _number(tp.sigma_prec_v),
+        "t_bias": _number(tp.t_bias),
+        "f_bias_95": _number(tp.f_bias_95),
+        "drift": {name: _f_test(test) for name, test in tp.drift.items()},
+    }
+
+
+def _f_test(test: FTest) -> Document:
+    return {
+        "t": _number(test.t),
+        "f_95": _number(test.f_95),
+        "p_value": _number(test.p_value),
+        "numerator_dof": _number(test.numerator_dof),
+        "denominator_dof": _number(test.denominator_dof),
+        "is_significant": bool(test.is_significant),
+    }
+
+
+def _matrix(values: FloatArray, size: int, where: str) -> list[Json]:
+    if values.shape != (size, size):
+        raise SetError(f"{where}: has the wrong shape: got {values.shape}, needed ({size}, {size}); nothing was built")
+    return [[_number(value) for value in row] for row in values]
+
+
+def _number(value: float | None) -> float | None:
+    """The value as a plain float, null where it is not finite."""
+    return float(value) if value is not None and np.isfinite(value) else None

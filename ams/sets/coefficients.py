@@ -1,0 +1,174 @@
+"""The coefficient set, version 1: a calibration and its provenance as one sealed document.
+
+The document (plain JSON values) is the set; :class:`CoefficientSet` holds it with the numbers that evaluation needs
+already read out. A set is built once, from a solved calibration, and from then on only read.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+
+from ams.errors import SetError
+from ams.sets.axis_section import axis_numbers, axis_section
+from ams.sets.canonical import Document, Json, listed, plain, seal, table
+from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
+from ams.sets.provenance import Provenance, origin_sections, record_sections
+from ams.sets.schema import FORMAT, VERSION, check_document
+from ams.sets.vectors import Validity, VectorAgreement, check_vectors, make_vectors
+from ams.solve.result import Calibration
+
+
+@dataclass(frozen=True)
+class CoefficientSet:
+    """A sealed document, checked, with its numbers at hand. Treat the document as read-only."""
+
+    document: Document
+    axes: Mapping[str, AxisNumbers]
+    validity: Validity
+
+    @property
+    def sensor(self) -> str:
+        return str(self._section("sensor")["name"])
+
+    @property
+    def sha256(self) -> str:
+        """The checksum: what identifies the set."""
+        return str(self._section("checksum")["sha256"])
+
+    @property
+    def convention(self) -> str:
+        return str(self._section("convention")["name"])
+
+    @property
+    def model(self) -> str:
+        return str(self.document["model"])
+
+    @property
+    def status(self) -> str:
+        """``engineering`` or ``approved``."""
+        return str(self.document["status"])
+
+    @property
+    def is_simulated(self) -> bool:
+        return bool(self.document["simulated"])
+
+    @property
+    def created_utc(self) -> datetime:
+        return datetime.fromisoformat(str(self.provenance["created_utc"]))
+
+    @property
+    def provenance(self) -> Document:
+        return self._section("provenance")
+
+    @property
+    def test_vectors(self) -> Document:
+        return self._section("test_vectors")
+
+    @property
+    def needs_temperature(self) -> bool:
+        return any(numbers.needs_temperature for numbers in self.axes.values())
+
+    def check_vectors(self, where: str) -> VectorAgreement:
+        """Recompute the test vectors. Raises: VectorsDisagree."""
+        return check_vectors(self.axes, self.test_vectors, where)
+
+    def _section(self, name: str) -> Document:
+        return table(self.document[name])
+
+
+def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSet:
+    """The sealed set of one sensor package.
+
+    Raises: SetError where the calibration cannot be a set (unknown equation, an undetermined primary parameter,
+    temperature terms without a temperature range); VectorsDisagree where its parameter forms contradict each other.
+    """
+    axes = {name: axis_section(axis, provenance.sensor) for name, axis in calibration.axes.items()}
+    numbers = {name: axis_numbers(name, section) for name, section in axes.items()}
+    _check_temperature_range(numbers, provenance)
+    document: Document = {
+        "format": FORMAT,
+        "version": VERSION,
+        **origin_sections(provenance),
+        "model": calibration.model,
+        "convention": {"name": calibration.convention, "text": CONVENTIONS.get(calibration.convention, "")},
+        "inputs": _inputs(numbers),
+        "axes": dict(axes),
+        "test_vectors": make_vectors(numbers, _validity_of(provenance)),
+        "warnings": plain(calibration.warnings, "warnings"),
+        **record_sections(provenance),
+    }
+    coefficients = from_document(seal(document), provenance.sensor)
+    coefficients.check_vectors(provenance.sensor)
+    return coefficients
+
+
+def from_document(value: Json, where: str) -> CoefficientSet:
+    """A set from its document, every check but the test vectors made.
+
+    Raises: SetError naming ``where`` and what does not hold.
+    """
+    document = check_document(value, where)
+    axes = {name: axis_numbers(name, table(section)) for name, section in table(document["axes"]).items()}
+    coefficients = CoefficientSet(document, axes, _read_validity(document))
+    _check_convention(coefficients, where)
+    for numbers in axes.values():
+        check_numbers(numbers, where)
+    _check_vector_axes(coefficients, where)
+    return coefficients
+
+
+def _check_temperature_range(axes: Mapping[str, AxisNumbers], provenance: Provenance) -> None:
+    needing = [name for name, numbers in axes.items() if numbers.needs_temperature]
+    if needing and provenance.temperature_range_degc is None:
+        raise SetError(
+            f"{provenance.sensor}: axis {needing[0]}: has temperature coefficients but no temperature range "
+            "to be valid in; nothing was built; give the provenance its temperature_range_degc"
+        )
+
+
+def _inputs(axes: Mapping[str, AxisNumbers]) -> Json:
+    temperature = any(numbers.needs_temperature for numbers in axes.values())
+    return ["pitch_deg", "roll_deg", *(["temperature_degc"] if temperature else [])]
+
+
+def _validity_of(provenance: Provenance) -> Validity:
+    return Validity(
+        _as_range(provenance.pitch_range_deg),
+        _as_range(provenance.roll_range_deg),
+        None if provenance.temperature_range_degc is None else _as_range(provenance.temperature_range_degc),
+    )
+
+
+def _read_validity(document: Document) -> Validity:
+    section = table(document["validity"])
+    temperature = section["temperature_degc"]
+    return Validity(
+        _as_range(section["pitch_deg"]),
+        _as_range(section["roll_deg"]),
+        None if temperature is None else _as_range(temperature),
+    )
+
+
+def _as_range(value: object) -> tuple[float, float]:
+    assert isinstance(value, list | tuple), "the schema was checked"
+    return float(value[0]), float(value[1])
+
+
+def _check_convention(coefficients: CoefficientSet, where: str) -> None:
+    if coefficients.convention not in CONVENTIONS:
+        raise SetError(
+            f"{where}: convention: does not go with the equations of this set: got {coefficients.convention}, "
+            f"{', '.join(coefficients.axes)} by {coefficients.model!r} need {', '.join(CONVENTIONS)}; "
+            "the set is not used; convert it, or use the version of calrig that wrote it"
+        )
+
+
+def _check_vector_axes(coefficients: CoefficientSet, where: str) -> None:
+    section = coefficients.test_vectors
+    for vector in [*listed(section["forward"]), *listed(section["inverse"])]:
+        axes = set(table(table(vector)["outputs_v"]))
+        if axes != set(coefficients.axes):
+            raise SetError(
+                f"{where}: test_vectors: are for other axes: got {', '.join(sorted(axes))}, the set has "
+                f"{', '.join(coefficients.axes)}; the set is not used; export it again from the archive"
+            )

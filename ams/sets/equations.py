@@ -1,0 +1,168 @@
+"""The equations a set names, each as text for people and as code for us, from the set's own numbers alone.
+
+Every accelerometer equation here is linear in the primary parameters b and k: v = b + k·f, with f the specific force
+in package axes (x forward, y right, z down). The usual parameters (sensitivity, coning angle, azimuth) are derived
+from k; both forms are printed and both must give the same outputs. Source: TP (1), (2), (4), (5).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import SetError
+
+FloatArray = NDArray[np.float64]
+
+CONVENTIONS = {
+    "TP": (
+        "Package axes: x forward, y right, z down. Pitch alpha (nose up) about y, then roll R (right wing down) about "
+        "x; no yaw. f = (sin alpha, -cos alpha sin R, -cos alpha cos R) in local g. Source: NASA/TP-1999-209835."
+    ),
+}
+PRIMARY_TEXT = "output = offset_v + k_x_v_per_g*f_x + k_y_v_per_g*f_y + k_z_v_per_g*f_z"
+TEMPERATURE_TEXT = (
+    "; with temperature T and dT = T - reference_temperature_degc: offset_v becomes offset_v + offset_tc_v_per_degc*dT "
+    "and every k (and S) is multiplied by 1 + sensitivity_tc_per_degc*dT; a coefficient that is not given is 0"
+)
+SYMBOLS = "; alpha = pitch_deg, R = roll_deg, b = offset_v, S = sensitivity_v_per_g, "
+PITCH_ROLL_TEXT = {
+    "x": "v = b + S*(cos W sin alpha - sin W cos alpha sin(R + A))",
+    "y": "v = b + S*(-cos W cos alpha sin R + sin W (sin A sin alpha - cos A cos alpha cos R))",
+    "z": "v = b + S*(-cos W cos alpha cos R + sin W (cos A sin alpha - sin A cos alpha sin R))",
+}
+PITCH_ONLY_TEXT = {"x": "v = b + S*sin(alpha - p)", "z": "v = b - S*cos(alpha - p)"}
+PITCH_ROLL_SOURCE = {"x": "TP (2)", "y": "TP (4)", "z": "TP (5)"}
+DIRECTION_NAMES = ("k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
+PRIMARY_NAMES = ("offset_v", *DIRECTION_NAMES)
+TEMPERATURE_NAMES = ("offset_tc_v_per_degc", "sensitivity_tc_per_degc")
+
+
+@dataclass(frozen=True)
+class Equation:
+    """What a set prints about the equation of one axis."""
+
+    name: str
+    source: str
+    primary: str
+    derived: str
+
+
+@dataclass(frozen=True)
+class AxisNumbers:
+    """The numbers of one axis, as the equation takes them."""
+
+    axis: str
+    model: str
+    nominal_axis: str
+    primary: Mapping[str, float]
+    parameters: Mapping[str, float | None]
+
+    @property
+    def direction_v_per_g(self) -> FloatArray:
+        """(3,) k, a component that the model lacks as zero."""
+        return np.array([self.primary.get(name, 0.0) for name in DIRECTION_NAMES])
+
+    @property
+    def scale_v(self) -> float:
+        """|offset| + |k_x| + |k_y| + |k_z|, volts: what a relative tolerance is relative to."""
+        return abs(self.primary["offset_v"]) + float(np.abs(self.direction_v_per_g).sum())
+
+    @property
+    def needs_temperature(self) -> bool:
+        return any(self._coefficient(name) != 0.0 for name in TEMPERATURE_NAMES)
+
+    def offset_v(self, temperature_degc: FloatArray | None) -> FloatArray:
+        """The offset at the temperature."""
+        return np.asarray(
+            self.primary["offset_v"] + self._coefficient("offset_tc_v_per_degc") * self._above(temperature_degc)
+        )
+
+    def gain(self, temperature_degc: FloatArray | None) -> FloatArray:
+        """What the sensitivity is multiplied by at the temperature."""
+        return np.asarray(1.0 + self._coefficient("sensitivity_tc_per_degc") * self._above(temperature_degc))
+
+    def _coefficient(self, name: str) -> float:
+        value = self.primary.get(name, self.parameters.get(name))
+        return 0.0 if value is None else value
+
+    def _above(self, temperature_degc: FloatArray | None) -> FloatArray:
+        reference = self.primary.get("reference_temperature_degc", self.parameters.get("reference_temperature_degc"))
+        if not self.needs_temperature:
+            return np.zeros(())
+        if temperature_degc is None or reference is None:
+            raise SetError(
+                f"axis {self.axis}: has temperature coefficients and no temperature to use them with: got "
+                f"temperature {temperature_degc} degc, reference {reference} degc, needed are both"
+            )
+        return np.asarray(temperature_degc - reference)
+
+
+def specific_force(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    """(3, …) specific force in package axes, local g. Source: TP (2), (4), (5)."""
+    f = np.sin(pitch_rad), -np.cos(pitch_rad) * np.sin(roll_rad), -np.cos(pitch_rad) * np.cos(roll_rad)
+    return np.stack(np.broadcast_arrays(*f))
+
+
+def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArray | None) -> FloatArray:
+    """The output of the axis at the specific force, from the primary parameters."""
+    k_dot_f = np.tensordot(numbers.direction_v_per_g, f, axes=1)
+    return np.asarray(numbers.offset_v(temperature_degc) + numbers.gain(temperature_degc) * k_dot_f)
+
+
+def derived_direction_v_per_g(numbers: AxisNumbers) -> FloatArray | None:
+    """(3,) k from sensitivity, coning and azimuth (or the pitch misalignment); None where one of them is null."""
+    sensitivity = numbers.parameters.get("sensitivity_v_per_g")
+    angles_deg = [numbers.parameters.get(name) for name in _ANGLES[numbers.model]]
+    if sensitivity is None or any(angle is None for angle in angles_deg):
+        return None
+    angles_rad = np.radians(np.array(angles_deg, dtype=float))
+    along = _along_misalignment if numbers.model == "pitch-only" else _along_cone
+    return sensitivity * along(numbers.nominal_axis, angles_rad)
+
+
+_ANGLES = {"pitch-roll": ("coning_deg", "azimuth_deg"), "pitch-only": ("pitch_misalignment_deg",)}
+
+
+def _along_cone(nominal_axis: str, angles_rad: FloatArray) -> FloatArray:
+    coning, azimuth = angles_rad
+    first = "xyz".index(nominal_axis)
+    unit = np.zeros(3)
+    unit[first] = np.cos(coning)
+    unit[(first + 1) % 3] = np.sin(coning) * np.cos(azimuth)
+    unit[(first + 2) % 3] = np.sin(coning) * np.sin(azimuth)
+    return unit
+
+
+def _along_misalignment(nominal_axis: str, angles_rad: FloatArray) -> FloatArray:
+    cosine, sine = np.cos(angles_rad[0]), np.sin(angles_rad[0])
+    return np.array([cosine, 0.0, sine]) if nominal_axis == "x" else np.array([-sine, 0.0, cosine])
+
+
+def equation_of(model: str, nominal_axis: str, with_temperature: bool) -> Equation:
+    """The printed equation. Raises: SetError for a model or an axis that no set has an equation for."""
+    suffix = TEMPERATURE_TEXT if with_temperature else ""
+    if model == "pitch-roll" and nominal_axis in PITCH_ROLL_TEXT:
+        derived = PITCH_ROLL_TEXT[nominal_axis] + SYMBOLS + "W = coning_deg, A = azimuth_deg"
+        return Equation(model, PITCH_ROLL_SOURCE[nominal_axis], PRIMARY_TEXT + suffix, derived)
+    if model == "pitch-only" and nominal_axis in PITCH_ONLY_TEXT:
+        derived = PITCH_ONLY_TEXT[nominal_axis] + SYMBOLS + "p = pitch_misalignment_deg"
+        return Equation(model, "TP (1)", PRIMARY_TEXT + " at R = 0; k_y_v_per_g is 0" + suffix, derived)
+    raise SetError(
+        f"model {model!r}, nominal axis {nominal_axis!r}: no set of this version has its equation: known are "
+        f"{', '.join(sorted(_ANGLES))}; nothing was evaluated; use the version of calrig that wrote it"
+    )
+
+
+def check_numbers(numbers: AxisNumbers, where: str) -> None:
+    """Raises: SetError where the equation does not take these numbers."""
+    equation_of(numbers.model, numbers.nominal_axis, numbers.needs_temperature)
+    allowed = {*PRIMARY_NAMES, *TEMPERATURE_NAMES, "reference_temperature_degc"}
+    unknown = sorted(set(numbers.primary) - allowed)
+    if unknown or "offset_v" not in numbers.primary or not set(DIRECTION_NAMES) & set(numbers.primary):
+        raise SetError(
+            f"{where}: axis {numbers.axis}: the equation {numbers.model!r} does not take these primary parameters: got "
+            f"{', '.join(numbers.primary)}, allowed are {', '.join(sorted(allowed))} with offset_v and at least one "
+            "k; nothing was evaluated; use the version of calrig that wrote it"
+        )

@@ -1,0 +1,69 @@
+"""JSON: the set itself, and the only format that others are made from.
+
+The file is exactly the rendered document: a file that differs in one byte is not the file that was written, also
+where its values happen to read the same.
+"""
+
+import json
+import math
+
+from ams.errors import SetError
+from ams.sets.canonical import Json, canonical_bytes, render
+from ams.sets.coefficients import CoefficientSet, from_document
+
+INTACT = "the set is not used; take an intact copy, or export the set again from the archive"
+
+
+def to_json(coefficients: CoefficientSet) -> bytes:
+    """The bytes of the file."""
+    return render(coefficients.document)
+
+
+def from_json(content: bytes, where: str) -> CoefficientSet:
+    """The set in the bytes of a file.
+
+    Raises: SetError that tells truncated, not JSON, not a set, newer, changed and misshapen apart.
+    """
+    coefficients = from_document(_parsed(content, where), where)
+    written = render(coefficients.document)
+    if written != content:
+        position = next(
+            (i for i, pair in enumerate(zip(written, content, strict=False)) if pair[0] != pair[1]),
+            min(len(written), len(content)),
+        )
+        line = content[:position].count(b"\n") + 1
+        raise SetError(
+            f"{where}:{line}: is not byte for byte what was written, though its values read the same: reformatted, "
+            f"saved again by another program, or damaged; {INTACT}"
+        )
+    return coefficients
+
+
+def _parsed(content: bytes, where: str) -> Json:
+    if not content.strip():
+        raise SetError(f"{where}: is empty: got {len(content)} bytes; {INTACT}")
+    try:
+        text = content.decode("utf-8")
+        value: Json = json.loads(text, parse_constant=_refuse_constant, parse_float=_finite)
+        canonical_bytes(value)
+    except UnicodeDecodeError as error:
+        raise SetError(
+            f"{where}: is no text in UTF-8: byte {error.start} is 0x{content[error.start]:02x}; it is damaged or "
+            f"no JSON file; {INTACT}"
+        ) from error
+    except (ValueError, RecursionError) as error:
+        if content.lstrip().startswith(b"{") and not content.endswith(b"}\n"):
+            raise SetError(f"{where}: is truncated: it breaks off after {len(content)} bytes; {INTACT}") from error
+        raise SetError(f"{where}: is not JSON: {error}; it is damaged or another kind of file; {INTACT}") from error
+    return value
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"the number {text} is too large")
+    return number
+
+
+def _refuse_constant(name: str) -> Json:
+    raise ValueError(f"the constant {name} is not allowed")

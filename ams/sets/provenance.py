@@ -1,0 +1,136 @@
+"""Where a set comes from and where it may be used: all that the numbers alone do not say."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, date, datetime
+
+from ams.errors import SetError
+from ams.sets.canonical import Document, plain
+
+
+@dataclass(frozen=True)
+class Standard:
+    """One standard the calibration rests on."""
+
+    name: str
+    """As declared in the rig file, ``standards.NAME``."""
+    serial: str | None = None
+    certificate: str | None = None
+    due: date | None = None
+    uncertainty: Mapping[str, object] | None = None
+    """As declared: value with its unit in the key, kind, k."""
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Everything about a calibration that its solution does not know. Declared tables are carried as declared."""
+
+    sensor: str
+    """Name of the sensor in the rig file, such as ``SN1047``."""
+    gravity_mps2: float
+    """The local g that is the unit of acceleration."""
+    gravity_source: str
+    pitch_range_deg: tuple[float, float]
+    """Where the set is valid, ends included."""
+    roll_range_deg: tuple[float, float]
+    """Where the set is valid; (0, 0) where roll was never varied; a whole circle is any range of 360°."""
+    created_utc: datetime
+    software_version: str
+    rig: str
+    procedure: str
+    simulated: bool
+    temperature_range_degc: tuple[float, float] | None = None
+    serial: str | None = None
+    sensor_model: str | None = None
+    operator: str | None = None
+    run_id: str | None = None
+    """None where the observations came from a file."""
+    journal_sha256: str | None = None
+    approved_by: str | None = None
+    """None: everything drawn from the set is stamped 'engineering'."""
+    environment: Mapping[str, object] = field(default_factory=dict)
+    """What was measured while calibrating, such as ``{"air": {"mean_degc": 20.0, "min_degc": 19.8, …}}``."""
+    standards: tuple[Standard, ...] = ()
+    mount: Mapping[str, object] | None = None
+    level: Mapping[str, object] | None = None
+    chain: Mapping[str, object] | None = None
+    job: Mapping[str, object] | None = None
+    acceptance: Mapping[str, object] | None = None
+    laboratory: Mapping[str, object] | None = None
+
+    def __post_init__(self) -> None:
+        if self.created_utc.tzinfo is None:
+            raise SetError(
+                f"{self.sensor}: provenance: created_utc has no time zone: got {self.created_utc.isoformat()}, "
+                "needed is a time with its offset; nothing was built; pass an aware time"
+            )
+        _check_range(self.sensor, "pitch_range_deg", self.pitch_range_deg)
+        _check_range(self.sensor, "roll_range_deg", self.roll_range_deg)
+        if self.temperature_range_degc is not None:
+            _check_range(self.sensor, "temperature_range_degc", self.temperature_range_degc)
+
+
+def _check_range(sensor: str, name: str, limits: tuple[float, float]) -> None:
+    if not -float("inf") < limits[0] <= limits[1] < float("inf"):
+        raise SetError(
+            f"{sensor}: provenance: {name} is no range: got {limits[0]!r} to {limits[1]!r}, "
+            "needed are two finite numbers, the lower first; nothing was built"
+        )
+
+
+def utc_text(moment: datetime) -> str:
+    """ISO 8601 in UTC, such as ``2026-03-01T06:20:00+00:00``."""
+    return moment.astimezone(UTC).isoformat()
+
+
+def origin_sections(provenance: Provenance) -> Document:
+    """Who and with what right: the document's sections before the coefficients."""
+    return {
+        "sensor": {
+            "name": provenance.sensor,
+            "serial": provenance.serial,
+            "model": provenance.sensor_model,
+        },
+        "status": "approved" if provenance.approved_by else "engineering",
+        "approved_by": provenance.approved_by,
+        "simulated": provenance.simulated,
+        "acceleration_unit": {
+            "name": "local g",
+            "value_mps2": float(provenance.gravity_mps2),
+            "source": provenance.gravity_source,
+        },
+        "validity": {
+            "pitch_deg": plain(provenance.pitch_range_deg, "pitch_range_deg"),
+            "roll_deg": plain(provenance.roll_range_deg, "roll_range_deg"),
+            "temperature_degc": plain(provenance.temperature_range_degc, "temperature_range_degc"),
+        },
+    }
+
+
+def record_sections(provenance: Provenance) -> Document:
+    """How it came about: the document's sections after the coefficients."""
+    declared = ("mount", "level", "chain", "job", "acceptance", "laboratory")
+    return {
+        "environment": plain(provenance.environment, "environment"),
+        "provenance": {
+            "rig": provenance.rig,
+            "procedure": provenance.procedure,
+            "operator": provenance.operator,
+            "run_id": provenance.run_id,
+            "journal_sha256": provenance.journal_sha256,
+            "software_version": provenance.software_version,
+            "created_utc": utc_text(provenance.created_utc),
+            "standards": [_standard_document(standard) for standard in provenance.standards],
+            **{name: plain(getattr(provenance, name), name) for name in declared},
+        },
+    }
+
+
+def _standard_document(standard: Standard) -> Document:
+    return {
+        "name": standard.name,
+        "serial": standard.serial,
+        "certificate": standard.certificate,
+        "due": plain(standard.due, "due"),
+        "uncertainty": plain(standard.uncertainty, "uncertainty"),
+    }

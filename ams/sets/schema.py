@@ -1,0 +1,90 @@
+"""Whether a document is a coefficient set that this version can read, asked in the order that tells people most.
+
+Not a set at all, of a newer version, changed after it was written, of a shape that no set has: each its own sentence.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from ams.errors import SetError
+from ams.sets.canonical import Document, Json, checksum
+
+if TYPE_CHECKING:
+    from jsonschema.protocols import Validator
+
+FORMAT = "calrig coefficient set"
+VERSION = 1
+
+
+def check_document(value: Json, where: str) -> Document:
+    """The value as a document of version 1.
+
+    Raises: SetError where it is something else, newer, damaged or misshapen.
+    """
+    document = _checked_identity(value, where)
+    _check_checksum(document, where)
+    _check_schema(document, where)
+    return document
+
+
+def _checked_identity(value: Json, where: str) -> Document:
+    if not isinstance(value, dict) or value.get("format") != FORMAT:
+        raise SetError(
+            f'{where}: is not a coefficient set: got {_described(value)}, needed is "format": "{FORMAT}"; '
+            "nothing was read; give a set that calrig wrote"
+        )
+    version = value.get("version")
+    if isinstance(version, bool) or not isinstance(version, int) or version < 1:
+        raise SetError(
+            f"{where}: version: is no version of a coefficient set: got {version!r}, known is {VERSION}; "
+            "nothing was read; the file is damaged: take an intact copy, or export the set again from the archive"
+        )
+    if version > VERSION:
+        raise SetError(
+            f"{where}: version: was written by a newer calrig: got version {version}, this one reads up to {VERSION}; "
+            "nothing was read; install the calrig that wrote it"
+        )
+    return value
+
+
+def _described(value: Json) -> str:
+    if isinstance(value, dict):
+        return f'"format": {value["format"]!r}' if "format" in value else 'a document without "format"'
+    return f"a {type(value).__name__}"
+
+
+def _check_checksum(document: Mapping[str, Json], where: str) -> None:
+    entry = document.get("checksum")
+    stated = entry.get("sha256") if isinstance(entry, dict) else None
+    if stated is None:
+        raise SetError(
+            f"{where}: checksum: is missing; the set is not used; "
+            "the file is damaged: take an intact copy, or export the set again from the archive"
+        )
+    actual = checksum(document)
+    if stated != actual:
+        raise SetError(
+            f"{where}: checksum: does not fit the content: stated {stated}, computed {actual}; the set is not used; "
+            "the file was changed or damaged after it was written: take an intact copy, or export it from the archive"
+        )
+
+
+def _check_schema(document: Document, where: str) -> None:
+    for error in sorted(_validator().iter_errors(document), key=lambda found: (len(found.path), str(found.path))):
+        path = "/".join(str(part) for part in error.absolute_path) or "document"
+        raise SetError(
+            f"{where}: {path}: does not fit the schema of version {VERSION}: {error.message[:200]}; "
+            "the set is not used; it was not written by calrig, or by a defective one: export it again from the archive"
+        )
+
+
+@cache
+def _validator() -> "Validator":
+    import json
+
+    from jsonschema import Draft202012Validator
+
+    text = files("ams.sets").joinpath("coefficient_set.schema.json").read_text(encoding="utf-8")
+    return Draft202012Validator(json.loads(text))

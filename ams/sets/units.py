@@ -1,0 +1,18 @@
+"""The unit that a name ends in."""
+
+UNITS = (
+    ("_v_per_g2", "V/g^2"),
+    ("_v_per_g", "V/g"),
+    ("_v_per_degc", "V/degC"),
+    ("_per_degc", "1/degC"),
+    ("_degc", "degC"),
+    ("_deg", "deg"),
+    ("_mps2", "m/s^2"),
+    ("_v", "V"),
+)
+"""The first ending that fits counts."""
+
+
+def unit_of(name: str) -> str | None:
+    """The unit in the name, None where it ends in none that sets know."""
+    return next((unit for ending, unit in UNITS if name.endswith(ending)), None)

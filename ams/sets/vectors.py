@@ -1,0 +1,192 @@
+"""Test vectors: inputs and expected outputs inside a set, so that whoever applies it can see that he does it right.
+
+Forward vectors spread over the validity range, ends included. Inverse vectors take outputs back to angles; they exist
+where three axes together determine the specific force: f = K⁻¹(v − b), the rows of K being the axes' k.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ams.errors import VectorsDisagree
+from ams.sets.canonical import Document, Json, listed, number, table
+from ams.sets.equations import AxisNumbers, FloatArray, derived_direction_v_per_g, predicted_v, specific_force
+
+TOLERANCE_RELATIVE = 1e-12
+TOLERANCE_TEXT = "outputs: of |offset_v| + |k_x| + |k_y| + |k_z| of the axis; angles: of 180 degrees"
+DERIVED_TOLERANCE_RELATIVE = 1e-9
+"""Derived parameters come from k by square roots and arc tangents, in degrees."""
+INVERSE_TEXT = (
+    "K has one row (k_x, k_y, k_z) for each axis; f = K^-1 (outputs - offsets) (offsets and K at the temperature); "
+    "pitch = atan2(f_x, sqrt(f_y^2 + f_z^2)); roll = atan2(-f_y, -f_z)"
+)
+NO_INVERSE_TEXT = "none: it takes three axes that together determine the specific force; infer angles axis by axis"
+LARGEST_CONDITION_NUMBER = 30.0
+LARGEST_INVERSE_PITCH_DEG = 80.0
+SPREAD = (
+    (0.5, 0.5, 0.5),
+    (0.0, 0.5, 0.0),
+    (1.0, 0.5, 1.0),
+    (0.5, 0.25, 0.25),
+    (0.5, 0.75, 0.75),
+    (0.71, 0.13, 0.9),
+    (0.18, 0.87, 0.1),
+    (0.37, 0.62, 0.6),
+    (0.93, 0.41, 0.3),
+)
+"""Fractions of the validity ranges of pitch, roll and temperature."""
+
+
+@dataclass(frozen=True)
+class Validity:
+    """Where a set may be used, ends included."""
+
+    pitch_deg: tuple[float, float]
+    roll_deg: tuple[float, float]
+    temperature_degc: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class VectorAgreement:
+    """How well the test vectors were reproduced."""
+
+    forward: int
+    inverse: int
+    largest_relative_error: float
+    """Over all vectors, relative as the set says; at most 1e-12."""
+
+
+def make_vectors(axes: Mapping[str, AxisNumbers], validity: Validity) -> Document:
+    """The document's section ``test_vectors``, computed from the numbers."""
+    with_temperature = any(numbers.needs_temperature for numbers in axes.values())
+    forward = [_forward(axes, validity, fractions, with_temperature) for fractions in SPREAD]
+    inverse = [vector for vector in forward if _is_invertible(axes, vector)]
+    return {
+        "tolerance_relative": TOLERANCE_RELATIVE,
+        "tolerance_text": TOLERANCE_TEXT,
+        "forward": list(forward),
+        "inverse": list(inverse) or None,
+        "inverse_text": INVERSE_TEXT if inverse else NO_INVERSE_TEXT,
+    }
+
+
+def check_vectors(axes: Mapping[str, AxisNumbers], section: Mapping[str, Json], where: str) -> VectorAgreement:
+    """Recompute every vector from the numbers.
+
+    Raises: VectorsDisagree naming the axis, the attitude, both values and the tolerance.
+    """
+    forward, inverse = _tables(section["forward"]), _tables(section["inverse"])
+    for numbers in axes.values():
+        _check_derived(numbers, where)
+    errors = [_forward_error(numbers, vector, where) for vector in forward for numbers in axes.values()]
+    errors += [_inverse_error(axes, vector, where) for vector in inverse]
+    return VectorAgreement(len(forward), len(inverse), max(errors))
+
+
+def inferred_force(
+    axes: Mapping[str, AxisNumbers], outputs_v: Mapping[str, FloatArray], temperature_degc: FloatArray | None
+) -> FloatArray:
+    """(3, …) specific force from the outputs of three axes, local g."""
+    above = [
+        (outputs_v[name] - numbers.offset_v(temperature_degc)) / numbers.gain(temperature_degc)
+        for name, numbers in axes.items()
+    ]
+    return np.asarray(np.tensordot(np.linalg.inv(_matrix(axes)), np.stack(np.broadcast_arrays(*above)), axes=1))
+
+
+def angles_of(f: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Pitch in [−π/2, π/2] and roll in (−π, π] of a specific force of any length."""
+    return np.arctan2(f[0], np.hypot(f[1], f[2])), np.arctan2(-f[1], -f[2])
+
+
+def is_package(axes: Mapping[str, AxisNumbers]) -> bool:
+    """Whether the axes together determine the specific force, well conditioned."""
+    return len(axes) == 3 and bool(np.linalg.cond(_matrix(axes)) < LARGEST_CONDITION_NUMBER)
+
+
+def _matrix(axes: Mapping[str, AxisNumbers]) -> FloatArray:
+    return np.stack([numbers.direction_v_per_g for numbers in axes.values()])
+
+
+def _forward(
+    axes: Mapping[str, AxisNumbers], validity: Validity, fractions: tuple[float, float, float], with_temperature: bool
+) -> Document:
+    vector: Document = {
+        "pitch_deg": _between(validity.pitch_deg, fractions[0]),
+        "roll_deg": _between(validity.roll_deg, fractions[1]),
+    }
+    if with_temperature and validity.temperature_degc is not None:
+        vector["temperature_degc"] = _between(validity.temperature_degc, fractions[2])
+    vector["outputs_v"] = {name: _output_v(numbers, vector) for name, numbers in axes.items()}
+    return vector
+
+
+def _between(limits: tuple[float, float], fraction: float) -> float:
+    """A point of the range, rounded to a micro-unit but never beyond an end."""
+    return min(max(round(limits[0] + fraction * (limits[1] - limits[0]), 6), limits[0]), limits[1])
+
+
+def _output_v(numbers: AxisNumbers, vector: Mapping[str, Json]) -> float:
+    f = specific_force(np.radians(number(vector["pitch_deg"])), np.radians(number(vector["roll_deg"])))
+    return float(predicted_v(numbers, f, _temperature(vector)))
+
+
+def _temperature(vector: Mapping[str, Json]) -> FloatArray | None:
+    return np.asarray(number(vector["temperature_degc"])) if "temperature_degc" in vector else None
+
+
+def _is_invertible(axes: Mapping[str, AxisNumbers], vector: Mapping[str, Json]) -> bool:
+    return is_package(axes) and abs(number(vector["pitch_deg"])) <= LARGEST_INVERSE_PITCH_DEG
+
+
+def _check_derived(numbers: AxisNumbers, where: str) -> None:
+    derived = derived_direction_v_per_g(numbers)
+    if derived is None:
+        return
+    error = float(np.abs(derived - numbers.direction_v_per_g).max()) / numbers.scale_v
+    if not error <= DERIVED_TOLERANCE_RELATIVE:
+        raise VectorsDisagree(
+            f"{where}: axis {numbers.axis}: sensitivity and angles do not belong to the primary k: relative difference "
+            f"{error:.1e}, allowed {DERIVED_TOLERANCE_RELATIVE:.0e}; do not use this set; solve the run again"
+        )
+
+
+def _forward_error(numbers: AxisNumbers, vector: Mapping[str, Json], where: str) -> float:
+    expected_v, got_v = number(table(vector["outputs_v"])[numbers.axis]), _output_v(numbers, vector)
+    error = abs(got_v - expected_v) / numbers.scale_v
+    if not error <= TOLERANCE_RELATIVE:
+        raise VectorsDisagree(
+            f"{where}: axis {numbers.axis}: test vector at {_attitude(vector)} is not reproduced by the coefficients: "
+            f"got {got_v!r} V, expected {expected_v!r} V, relative difference {error:.1e}, allowed "
+            f"{TOLERANCE_RELATIVE:.0e}; do not use this set; it was assembled wrongly or for another convention"
+        )
+    return error
+
+
+def _inverse_error(axes: Mapping[str, AxisNumbers], vector: Mapping[str, Json], where: str) -> float:
+    outputs_v = {name: np.asarray(number(value)) for name, value in table(vector["outputs_v"]).items()}
+    pitch_rad, roll_rad = angles_of(inferred_force(axes, outputs_v, _temperature(vector)))
+    turn_deg = float(np.degrees(roll_rad)) - number(vector["roll_deg"])
+    errors = (float(np.degrees(pitch_rad)) - number(vector["pitch_deg"]), (turn_deg + 180.0) % 360.0 - 180.0)
+    error = max(abs(errors[0]), abs(errors[1])) / 180.0
+    if not error <= TOLERANCE_RELATIVE:
+        raise VectorsDisagree(
+            f"{where}: inverse test vector at {_attitude(vector)} is not reproduced by the coefficients: got "
+            f"{float(np.degrees(pitch_rad))!r} deg pitch, {float(np.degrees(roll_rad))!r} deg roll; "
+            "do not use this set; it was assembled wrongly or for another convention"
+        )
+    return error
+
+
+def _attitude(vector: Mapping[str, Json]) -> str:
+    parts = [
+        f"{name.rsplit('_', 1)[0]} {value} {name.rsplit('_', 1)[1]}"
+        for name, value in vector.items()
+        if name != "outputs_v"
+    ]
+    return ", ".join(parts)
+
+
+def _tables(value: Json) -> list[Document]:
+    return [table(entry) for entry in listed(value)]
