@@ -122,14 +122,17 @@ class TwinChance(Protocol):
     Real devices get a :class:`NoChance`.
     """
 
-    def announce(self, step: int, phase: str, attempt: int) -> None:
-        """``phase`` is one of ``settle``, ``read``, ``check`` or another name: each has numbers of its own."""
+    def announce(self, step: int, phase: str, attempt: int, replications: float) -> None:
+        """``phase`` is one of ``settle``, ``read``, ``check`` or another name: each has numbers of its own.
+
+        ``replications`` are those completed so far: the twins' drift follows it.
+        """
 
 
 class NoChance:
     """For rigs without twins: nothing to tell."""
 
-    def announce(self, step: int, phase: str, attempt: int) -> None:
+    def announce(self, step: int, phase: str, attempt: int, replications: float) -> None:
         return None
 
 

@@ -1,0 +1,141 @@
+"""What turns: one axis of the twins' table as a body that moves at its speed and rests where its teeth are.
+
+The controller's twin commands it in table angles; the world asks for the attitude that the package really has.
+"""
+
+import math
+from dataclasses import dataclass
+
+from rig.twins.chance import Chance
+from rig.twins.geometry import ARCSEC_RAD
+
+_CREEP_TAIL = 20.0
+"""Time constants after which a creep is over: exp(−20) of it is 2e-9."""
+
+
+@dataclass(frozen=True, slots=True)
+class AxisErrors:
+    """What the axis really is, besides what its controller believes."""
+
+    index_half_width_arcsec: float = 0.0
+    """Each tooth is off by a fixed amount within ± this (rectangular)."""
+    zero_error_arcsec: float = 0.0
+    creep_arcsec: float = 0.0
+    creep_s: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Travel:
+    from_deg: float
+    to_deg: float
+    start_s: float
+    arrival_s: float
+
+
+class AxisBody:
+    """One axis: where its table really points at any time."""
+
+    def __init__(
+        self,
+        name: str,
+        chance: Chance,
+        *,
+        speed_dps: float,
+        increment_deg: float,
+        sign: int = 1,
+        zero_deg: float = 0.0,
+        errors: AxisErrors | None = None,
+    ) -> None:
+        self.name = name
+        self.speed_dps = speed_dps
+        self.increment_deg = increment_deg
+        self.reached_deg = (0.0, 0.0)
+        """Lowest and highest table angle that was ever commanded: what a limit test looks at."""
+        self._sign, self._zero_deg = sign, zero_deg
+        self._errors = errors or AxisErrors()
+        self._chance = chance
+        self._travel = _Travel(0.0, 0.0, -math.inf, -math.inf)
+        self._teeth: dict[int, float] = {}
+
+    @property
+    def still_from_s(self) -> float:
+        """From this instant on the body is at rest, creep included."""
+        creeping = self._errors.creep_arcsec != 0.0
+        return self._travel.arrival_s + (_CREEP_TAIL * self._errors.creep_s if creeping else 0.0)
+
+    def rotate(self, target_deg: float, start_s: float) -> float:
+        """Turn to a table angle from where the body is at ``start_s``; returns the arrival in rig seconds."""
+        here_deg = self.table_deg(start_s)
+        arrival_s = start_s + abs(target_deg - here_deg) / self.speed_dps
+        self._travel = _Travel(here_deg, target_deg, start_s, arrival_s)
+        self.reached_deg = (min(self.reached_deg[0], target_deg), max(self.reached_deg[1], target_deg))
+        return arrival_s
+
+    def table_deg(self, now_s: float) -> float:
+        """Nominal table angle."""
+        travel = self._travel
+        if now_s >= travel.arrival_s:
+            return travel.to_deg
+        if now_s <= travel.start_s:
+            return travel.from_deg
+        part = (now_s - travel.start_s) / (travel.arrival_s - travel.start_s)
+        return travel.from_deg + part * (travel.to_deg - travel.from_deg)
+
+    def attitude_rad(self, now_s: float) -> float:
+        """True angle of this axis, its own errors included."""
+        nominal_deg = self._sign * (self.table_deg(now_s) - self._zero_deg)
+        off_arcsec = self._errors.zero_error_arcsec + self._sign * self._index_error_arcsec(now_s)
+        return math.radians(nominal_deg) + (off_arcsec + self._creep_arcsec(now_s)) * ARCSEC_RAD
+
+    def _index_error_arcsec(self, now_s: float) -> float:
+        """The error of the tooth that the body rests on; none between teeth and on a continuous axis."""
+        if now_s < self._travel.arrival_s or self.increment_deg == 0.0:
+            return 0.0
+        tooth = round(self._travel.to_deg / self.increment_deg) % round(360.0 / self.increment_deg)
+        error = self._teeth.get(tooth)
+        if error is None:
+            half_width = self._errors.index_half_width_arcsec
+            error = float(self._chance.fixed("tooth", self.name, tooth).uniform(-half_width, half_width))
+            self._teeth[tooth] = error
+        return error
+
+    def _creep_arcsec(self, now_s: float) -> float:
+        after_s = now_s - self._travel.arrival_s
+        if self._errors.creep_arcsec == 0.0 or not 0.0 <= after_s < _CREEP_TAIL * self._errors.creep_s:
+            return 0.0
+        return self._errors.creep_arcsec * math.exp(-after_s / self._errors.creep_s)
+
+
+class Air:
+    """The temperature of one environment: ramps to its setpoint, rests exactly there, drifts with the replications."""
+
+    def __init__(
+        self, start_degc: float, drift_degc_per_replication: float = 0.0, rate_degc_per_s: float = 0.05
+    ) -> None:
+        self._from_degc = self._setpoint_degc = start_degc
+        self._start_s = self._arrival_s = -math.inf
+        self._drift_degc_per_replication = drift_degc_per_replication
+        self._rate_degc_per_s = rate_degc_per_s
+
+    @property
+    def setpoint_degc(self) -> float:
+        return self._setpoint_degc
+
+    @property
+    def still_from_s(self) -> float:
+        return self._arrival_s
+
+    def hold(self, setpoint_degc: float, now_s: float) -> None:
+        """Head for a setpoint."""
+        self._from_degc = self._ramp_degc(now_s)
+        self._setpoint_degc, self._start_s = setpoint_degc, now_s
+        self._arrival_s = now_s + abs(setpoint_degc - self._from_degc) / self._rate_degc_per_s
+
+    def temperature_degc(self, replications: float, now_s: float) -> float:
+        return self._ramp_degc(now_s) + self._drift_degc_per_replication * replications
+
+    def _ramp_degc(self, now_s: float) -> float:
+        if now_s >= self._arrival_s:
+            return self._setpoint_degc
+        part = (now_s - self._start_s) / (self._arrival_s - self._start_s)
+        return self._from_degc + part * (self._setpoint_degc - self._from_degc)

@@ -1,0 +1,214 @@
+"""The one physical truth behind all twins: attitude, gravity, temperature, sensors, noise.
+
+Independent physics: explicit rotation matrices, no solver of this distribution is imported. 1 g is local gravity.
+A reading at rest depends on the attitude, the announced step and its running number, never on time; so a run in
+memory, one over real ports and one that was interrupted read the same bits. A creep is the only exception.
+"""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from rig.description import (
+    AxisTruth,
+    AxisTwin,
+    RigDescription,
+    Sensor,
+    Standard,
+    TwinBase,
+    TwinEnvironment,
+    TwinSection,
+)
+from rig.settings import AxisSettings
+from rig.twins.chance import Announcement, Chance
+from rig.twins.geometry import (
+    ARCSEC_RAD,
+    UP,
+    Matrix,
+    Vector,
+    about_x,
+    about_y,
+    about_z,
+    permutation,
+    sensitive_direction,
+)
+from rig.twins.motion import Air, AxisBody, AxisErrors
+
+
+class SensorTruth:
+    """One sensor axis: what it really gives, without noise."""
+
+    def __init__(self, axis: str, truth: AxisTruth, mount: Matrix) -> None:
+        self.noise_v = truth.noise_v
+        self._truth = truth
+        self._mount = mount
+        """From stage axes into package axes, the mounting's small rotation included."""
+        self._direction = sensitive_direction(axis, math.radians(truth.coning_deg), math.radians(truth.azimuth_deg))
+        self._q = _soft_mount(truth.q_v_per_g2)
+
+    def mean_v(self, stage_force_g: Vector, temperature_degc: float | None, replications: float) -> float:
+        """v = b + S (u·f) + fᵀQf."""
+        truth = self._truth
+        warmer_degc = 0.0 if temperature_degc is None else temperature_degc - truth.reference_temperature_degc
+        drift_v = truth.offset_drift_v_per_replication * replications
+        offset_v = truth.offset_v + truth.offset_tc_v_per_degc * warmer_degc + drift_v
+        sensitivity_v_per_g = (
+            truth.sensitivity_v_per_g
+            * (1.0 + truth.sensitivity_tc_per_degc * warmer_degc)
+            * (1.0 + truth.sensitivity_drift_per_replication * replications)
+        )
+        force_g = self._mount @ stage_force_g
+        return float(offset_v + sensitivity_v_per_g * (self._direction @ force_g) + force_g @ self._q @ force_g)
+
+
+class World:
+    """Everything the twins share. One thread at a time."""
+
+    def __init__(self, description: RigDescription) -> None:
+        twin = description.twin or TwinSection()
+        self._chance = Chance(twin.seed)
+        self._base = twin.base
+        self.axes = {name: _body(name, axis, description, self._chance) for name, axis in description.axes.items()}
+        """By the names of the rig file."""
+        self._environments = {name: twin.environment.get(name, TwinEnvironment()) for name in description.environment}
+        self.air = {
+            name: Air(truth.temperature_degc, truth.drift_degc_per_replication)
+            for name, truth in self._environments.items()
+        }
+        self._sensors = _sensors(description.sensors, twin, self._chance)
+        thermometers = (sensor.temperature for sensor in description.sensors.values())
+        self._thermometers = {thermometer.channel: thermometer for thermometer in thermometers if thermometer}
+        self._supplies_v = {
+            chain.supply_channel: sum(chain.supply_band_v) / 2.0
+            for chain in description.chain.values()
+            if chain.supply_channel is not None and chain.supply_band_v is not None
+        }
+        self._steady_v: dict[str, float] = {}
+        self._noise_v = {channel: sensor.noise_v for channel, sensor in self._sensors.items()}
+
+    @property
+    def announcement(self) -> Announcement:
+        return self._chance.announcement
+
+    def announce(self, step: int, phase: str, attempt: int, replications: float) -> None:
+        """As :class:`rig.devices.abilities.TwinChance` asks."""
+        self._chance.announce(Announcement(step, phase, attempt, replications))
+        self._steady_v.clear()
+
+    def rotate(self, axis: str, target_deg: float, start_s: float) -> float:
+        """Turn an axis to a table angle; returns the arrival in rig seconds."""
+        self._steady_v.clear()
+        return self.axes[axis].rotate(target_deg, start_s)
+
+    def hold(self, environment: str, setpoint_degc: float, now_s: float) -> None:
+        """Send an environment to a setpoint."""
+        self._steady_v.clear()
+        self.air[environment].hold(setpoint_degc, now_s)
+
+    def read_voltage_v(self, channel: str, now_s: float) -> float:
+        """One reading of a channel such as ``dmm.x``; a channel with nothing behind it is a short.
+
+        Counts as a reading: the next call has the next noise.
+        """
+        mean_v = self._steady_v.get(channel)
+        if mean_v is None:
+            mean_v = self.mean_v(channel, now_s)
+            if now_s >= self._still_from_s():
+                self._steady_v[channel] = mean_v
+        noise_v = self._noise_v.get(channel, 0.0)
+        return mean_v + noise_v * self._chance.normal(channel) if noise_v else mean_v
+
+    def mean_v(self, channel: str, now_s: float) -> float:
+        """What the channel carries, without noise."""
+        sensor = self._sensors.get(channel)
+        if sensor is not None:
+            replications = self._chance.announcement.replications
+            return sensor.mean_v(self.stage_force_g(now_s), self._sensor_degc(now_s), replications)
+        thermometer = self._thermometers.get(channel)
+        degc = self._sensor_degc(now_s)
+        if thermometer is not None and degc is not None:
+            return (degc - thermometer.offset_degc) / thermometer.slope_degc_per_v
+        return self._supplies_v.get(channel, 0.0)
+
+    def read_temperature_degc(self, environment: str, now_s: float) -> float:
+        """One reading of an environment's own probe."""
+        noise_degc = self._environments[environment].noise_degc
+        truth_degc = self.air[environment].temperature_degc(self._chance.announcement.replications, now_s)
+        return truth_degc + noise_degc * self._chance.normal(f"environment.{environment}")
+
+    def stage_force_g(self, now_s: float) -> Vector:
+        """Specific force in the axes of the stage that carries the packages: base, pitch, yaw, roll from outside in."""
+        angles = {name: body.attitude_rad(now_s) for name, body in self.axes.items()}
+        pitch = angles.get("pitch", 0.0)
+        pitch -= self._base.droop_arcsec * ARCSEC_RAD * math.cos(pitch)
+        yaw = angles.get("yaw", 0.0) + self._base.orthogonality_arcsec * ARCSEC_RAD
+        force_g: Vector = about_x(angles.get("roll", 0.0)) @ about_z(yaw) @ about_y(pitch) @ _tilt(self._base) @ UP
+        return force_g
+
+    def _sensor_degc(self, now_s: float) -> float | None:
+        """The sensors sit in the first environment of the file."""
+        for air in self.air.values():
+            return air.temperature_degc(self._chance.announcement.replications, now_s)
+        return None
+
+    def _still_from_s(self) -> float:
+        bodies = max((body.still_from_s for body in self.axes.values()), default=-math.inf)
+        return max(bodies, max((air.still_from_s for air in self.air.values()), default=-math.inf))
+
+
+def _body(name: str, axis: AxisSettings, description: RigDescription, chance: Chance) -> AxisBody:
+    truth = (description.twin or TwinSection()).axes.get(name, AxisTwin())
+    declared_arcsec = _half_width_arcsec(axis, description.standards)
+    errors = AxisErrors(
+        index_half_width_arcsec=declared_arcsec if truth.index_error_arcsec is None else truth.index_error_arcsec,
+        zero_error_arcsec=truth.zero_error_arcsec,
+        creep_arcsec=truth.creep_arcsec,
+        creep_s=truth.creep_s,
+    )
+    return AxisBody(
+        name,
+        chance,
+        speed_dps=axis.speed_dps,
+        increment_deg=axis.increment_deg,
+        sign=axis.sign,
+        zero_deg=axis.zero_deg,
+        errors=errors,
+    )
+
+
+def _half_width_arcsec(axis: AxisSettings, standards: Mapping[str, Standard]) -> float:
+    """The rectangular distribution that has the standard uncertainty which the file declares."""
+    standard = standards.get(axis.standard or "")
+    if standard is None or standard.kind == "limit":
+        return axis.uncertainty_arcsec
+    return axis.uncertainty_arcsec * math.sqrt(3.0) / (standard.k if standard.kind == "expanded" else 1.0)
+
+
+def _sensors(sensors: Mapping[str, Sensor], twin: TwinSection, chance: Chance) -> dict[str, SensorTruth]:
+    return {
+        channel: SensorTruth(axis, twin.truth[serial][axis], _mounting(serial, sensor, twin, chance))
+        for serial, sensor in sensors.items()
+        for axis, channel in sensor.channels.items()
+    }
+
+
+def _mounting(serial: str, sensor: Sensor, twin: TwinSection, chance: Chance) -> Matrix:
+    """The declared mount and the small rotation that this mounting of the package drew."""
+    x, y, z = twin.base.remount_arcsec * ARCSEC_RAD * chance.fixed("mounting", serial, twin.mounting).standard_normal(3)
+    mount = sensor.mount
+    turned: Matrix = about_x(x) @ about_y(y) @ about_z(z) @ permutation(mount.x, mount.y, mount.z)
+    return turned
+
+
+def _tilt(base: TwinBase) -> Matrix:
+    tilt: Matrix = about_y(base.tilt_about_pitch_arcsec * ARCSEC_RAD) @ about_x(
+        base.tilt_about_roll_arcsec * ARCSEC_RAD
+    )
+    return tilt
+
+
+def _soft_mount(q_v_per_g2: tuple[float, float, float, float, float] | None) -> Matrix:
+    """The traceless symmetric Q from its five terms [xx, xy, xz, yy, yz]."""
+    xx, xy, xz, yy, yz = q_v_per_g2 or (0.0, 0.0, 0.0, 0.0, 0.0)
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
