@@ -1,0 +1,81 @@
+"""Gyro attitude: the order of the method, the report's own profile, and what interpolation is worth."""
+
+import numpy as np
+import pytest
+
+from ams.attitude.gyro import integrate_outputs, integrate_rates
+from ams.errors import ObservationsError, SolveError
+from ams.models.cr import CrSensor
+from ams.models.gyro import body_rates_rad_s
+
+DEG = np.pi / 180
+# CR table 4, V/(deg/s)
+SENSORS = {
+    "x": CrSensor("x", 0.051, 1.25 / DEG, 0.14 * DEG, 0.11 * DEG),
+    "y": CrSensor("y", 0.052, 1.26 / DEG, 0.15 * DEG, 0.12 * DEG),
+    "z": CrSensor("z", 0.053, 1.27 / DEG, 0.16 * DEG, 0.13 * DEG),
+}
+
+
+def report_motion(rate_hz, seconds=10.0):
+    """Θ, Ψ, Φ = 10 sin 2πft degrees, f = 0.125, 0.0625, 0.25 Hz (CR IV-D)."""
+    time_s = np.arange(int(seconds * rate_hz) + 1) / rate_hz
+    omega = 2 * np.pi * np.array([0.125, 0.0625, 0.25])
+    phase = time_s[:, None] * omega
+    euler = 10 * DEG * np.sin(phase)
+    return euler, body_rates_rad_s(euler, 10 * DEG * omega * np.cos(phase))
+
+
+def worst_error_deg(rate_hz, interpolation):
+    euler, body = report_motion(rate_hz)
+    outputs = {a: s.bias_v + body @ s.k for a, s in SENSORS.items()}
+    found = integrate_outputs(SENSORS, outputs, euler[0], 1 / rate_hz, interpolation)
+    return np.max(np.abs(found - euler)) / DEG
+
+
+def test_interpolation_is_worth_what_the_specification_says():
+    assert worst_error_deg(100, "hold") == pytest.approx(0.16, abs=0.005)
+    assert worst_error_deg(100, "linear") == pytest.approx(0.00024, abs=0.00001)
+    assert worst_error_deg(100, "cubic") < 1e-7
+
+
+def test_the_method_is_of_fifth_order():
+    # ω constant about a tilted axis is a nonlinear problem in Euler angles whose rates need no interpolation.
+    def end(steps):
+        body = np.tile([0.5, 0.7, -0.4], (steps + 1, 1))
+        return integrate_rates(body, np.array([0.1, 0.2, 0.3]), 1.0 / steps, "linear")[-1]
+
+    exact = end(400)
+    errors = [np.max(np.abs(end(n) - exact)) for n in (5, 10, 20)]
+    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert np.all(orders > 4.7)
+
+
+def test_a_turn_about_a_fixed_axis_is_the_matrix_exponential():
+    from scipy.spatial.transform import Rotation
+
+    w = np.array([0.5, 0.7, -0.4])
+    start = np.array([0.1, 0.2, 0.3])
+    found = integrate_rates(np.tile(w, (201, 1)), start, 0.01)[-1]
+
+    def body_from_initial(euler):
+        # frames turn by pitch about y, yaw about z, roll about x (CR III-B.3 to 5)
+        return Rotation.from_euler("YZX", euler).inv()
+
+    turned = Rotation.from_rotvec(-w * 2.0) * body_from_initial(start)
+    assert (turned * body_from_initial(found).inv()).magnitude() < 1e-10
+
+
+def test_yaw_of_ninety_degrees_is_refused_in_words():
+    with pytest.raises(SolveError, match="integrate the quaternion"):
+        integrate_rates(np.tile([0.0, 0.0, 1.0], (400, 1)), np.zeros(3), 0.001 * np.pi * 2)
+    with pytest.raises(SolveError, match="carried across"):  # a step that jumps over 90°
+        integrate_rates(np.tile([0.0, 0.0, 1.0], (400, 1)), np.zeros(3), 0.11)
+    with pytest.raises(SolveError, match="sample 0"):
+        integrate_rates(np.zeros((5, 3)), np.array([0.0, np.pi / 2, 0.0]), 0.01)
+
+
+@pytest.mark.parametrize(("count", "interval"), [(3, 0.01), (10, 0.0), (10, float("nan"))])
+def test_too_few_samples_or_no_interval_are_refused(count, interval):
+    with pytest.raises(ObservationsError, match="interval above 0 s"):
+        integrate_rates(np.zeros((count, 3)), np.zeros(3), interval)
