@@ -59,6 +59,10 @@ class ReadoutSettings(StrictTable):
         """Names of the channels this readout offers."""
         raise NotImplementedError
 
+    def reading_s(self, nplc: float | None = None) -> float:
+        """Expected seconds for one reading; ``nplc`` None: the description's."""
+        raise NotImplementedError
+
 
 class EnvironmentSettings(StrictTable):
     """One ``[environment.NAME]`` table."""

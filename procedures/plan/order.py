@@ -37,8 +37,9 @@ def visits(design: Design, order: Order) -> Design:
 
 
 def sequence(design: Design, order: Order, chance: np.random.Generator | None = None) -> tuple[DesignPoint, ...]:
-    """The points of :func:`visits` in the order of one replication. ``chance`` is needed by the shuffled orders."""
-    points = visits(design, order).points
+    """The points of one replication in their order. ``design`` is what :func:`visits` made for this order; the shuffled
+    orders need ``chance``."""
+    points = design.points
     if order == "forward-reverse":
         half = len(points) // 2
         return (*_snake(_rows(points[:half])), *reversed(_snake(_rows(points[half:]))))

@@ -55,3 +55,7 @@ class Hp3458aSettings(ReadoutSettings):
 
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
+
+    def reading_s(self, nplc: float | None = None) -> float:
+        """Autozero takes a second conversion for every reading."""
+        return 2.0 * (self.nplc if nplc is None else nplc) / self.line_frequency_hz

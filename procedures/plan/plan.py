@@ -1,0 +1,132 @@
+"""The plan: everything a run will do, as one frozen value that can be printed, hashed, stored and read back.
+
+It names devices and holds none. The journal keeps it as JSON with its SHA-256; resuming, reporting and solving read
+the plan of the journal and never make it again.
+"""
+
+import hashlib
+import json
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from procedures.description import CheckPlan, DwellSettings, EnvironmentPlan, Solve
+from procedures.errors import PlanError
+from procedures.plan.designs import Design
+from procedures.plan.order import Order
+from procedures.plan.steps import Dwell, Soak, Step
+from rig.description import Sensor
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
+PLAN_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """How long the steps should take, by the devices' own timing."""
+
+    p50_s: float
+    p90_s: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What :func:`procedures.plan.planner.make_plan` makes of a rig and a procedure."""
+
+    version: int
+    title: str
+    kind: str
+    """``grid`` or ``tumble``."""
+    axes: tuple[str, ...]
+    """In the order in which they move."""
+    sensors: dict[str, Sensor]
+    """Serial to what is calibrated."""
+    channels: tuple[str, ...]
+    """Every channel that a dwell reads, ``readout.channel``, in the order read."""
+    settle_channel: str
+    """The channel that decides when the package is at rest."""
+    design: Design
+    """One point a visit: with forward-reverse twice as many as attitudes."""
+    order: Order
+    seed: int | None
+    """Of the shuffled orders."""
+    replications: int
+    """Replication labels run from 1 to this, over all plateaus."""
+    usage_pitch_deg: tuple[float, float] | None
+    dwell: DwellSettings
+    environment: EnvironmentPlan | None
+    """With its name filled in."""
+    reference: CheckPlan | None
+    solve: Solve
+    export_formats: tuple[str, ...]
+    max_duration_s: float | None
+    expected: Expectation
+    steps: tuple[Step, ...]
+
+    @property
+    def dwells(self) -> tuple[Dwell, ...]:
+        """Every dwell: check set, design and references."""
+        return tuple(step for step in self.steps if isinstance(step, Dwell))
+
+    @property
+    def design_dwells(self) -> tuple[Dwell, ...]:
+        """The dwells that enter the solution."""
+        return tuple(dwell for dwell in self.dwells if dwell.purpose == "design")
+
+    @property
+    def check_set(self) -> tuple[Dwell, ...]:
+        """The check attitudes, measured at the start and again after every restart."""
+        return tuple(dwell for dwell in self.dwells if dwell.purpose == "check")
+
+    @property
+    def soaks(self) -> tuple[Soak, ...]:
+        return tuple(step for step in self.steps if isinstance(step, Soak))
+
+    @property
+    def sha256(self) -> str:
+        """Of :meth:`to_json`, hexadecimal."""
+        return hashlib.sha256(self.to_json().encode("utf-8")).hexdigest()
+
+    def to_json(self) -> str:
+        """One line of JSON: the same plan is the same text everywhere. Key order is kept: axes move in it."""
+        document = _adapter().dump_python(self, mode="json")
+        return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+    @staticmethod
+    def from_json(text: str, source: str = "plan") -> "Plan":
+        """Read a plan back. Raises: PlanError when it is of another version or is no plan."""
+        from pydantic import ValidationError
+
+        _require_version(text, source)
+        try:
+            return _adapter().validate_json(text, strict=True)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            where = ".".join(str(part) for part in first["loc"])
+            raise PlanError(f"{source}: {where}: {first['msg']}; this is not a plan that calrig wrote") from None
+
+
+def _require_version(text: str, source: str) -> None:
+    try:
+        document = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise PlanError(f"{source}: not JSON: {error}; the plan was not read") from None
+    found = document.get("version") if isinstance(document, dict) else None
+    if found != PLAN_VERSION:
+        raise PlanError(f"{source}: plan version: got {found!r}, allowed {PLAN_VERSION}; use the calrig that wrote it")
+
+
+@lru_cache(maxsize=1)
+def _adapter() -> "TypeAdapter[Plan]":
+    """Reader and writer of the plan's JSON, built once from the field types."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(Plan)
+
+
+def summary(plan: Plan) -> dict[str, Any]:
+    """The plan without its steps, for screens and logs."""
+    document = json.loads(plan.to_json())
+    return {item.name: document[item.name] for item in fields(plan) if item.name not in ("steps", "design")}

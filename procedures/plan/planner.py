@@ -1,0 +1,211 @@
+"""From a rig and a procedure to the plan of a run; every impossible wish is refused here, before any port is opened.
+
+Steps in their order: for each plateau its soak; before the first design dwell the check set; then the replications,
+each in the order asked for, with a return to the reference attitude after every so many design dwells.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import count
+
+import numpy as np
+
+from ams.frames import specific_force
+from procedures.description import AngleSet, EnvironmentPlan, ProcedureDescription, Range
+from procedures.errors import PlanError
+from procedures.plan import designs
+from procedures.plan.designs import Design, DesignPoint
+from procedures.plan.estimate import expected_duration
+from procedures.plan.order import DRAWN_ANEW, SHUFFLED, sequence, visits
+from procedures.plan.plan import PLAN_VERSION, Plan
+from procedures.plan.refusals import refuse_impossible
+from procedures.plan.steps import Dwell, Purpose, Soak, Step
+from rig.description import RigDescription
+
+AXES = ("pitch", "yaw", "roll")
+"""A gimbal from outside in: the order in which the axes move."""
+CHECK_ATTITUDES = 6
+
+
+def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: int | None = None) -> Plan:
+    """The plan of a run. ``fresh_seed`` serves the order ``random``; by default it is drawn here and kept in the plan.
+
+    Raises: PlanError naming file, line and key of everything that the rig cannot do or the design cannot determine.
+    """
+    design = visits(make_design(procedure), procedure.design.order)
+    axes = tuple(name for name in AXES if name in rig.axes)
+    channels = _channels(rig)
+    environment = _environment(rig, procedure)
+    refuse_impossible(rig, procedure, design, environment)
+    seed = _seed(procedure, fresh_seed)
+    steps = tuple(_steps(procedure, design, axes, environment, seed))
+    return Plan(
+        version=PLAN_VERSION,
+        title=procedure.procedure.title,
+        kind=procedure.procedure.kind,
+        axes=axes,
+        sensors=dict(rig.sensors),
+        channels=channels,
+        settle_channel=channels[0],
+        design=design,
+        order=procedure.design.order,
+        seed=seed,
+        replications=procedure.procedure.replications * len(_plateaus(environment)),
+        usage_pitch_deg=procedure.design.usage_pitch_deg,
+        dwell=procedure.dwell,
+        environment=environment,
+        reference=procedure.check,
+        solve=procedure.solve,
+        export_formats=procedure.export.formats,
+        max_duration_s=procedure.stop.max_duration_s if procedure.stop else None,
+        expected=expected_duration(rig, steps, procedure.dwell, channels),
+        steps=steps,
+    )
+
+
+def make_design(procedure: ProcedureDescription) -> Design:
+    """The design that a procedure file asks for. Raises: PlanError naming file, line and key."""
+    wanted = procedure.design
+    try:
+        if wanted.kind == "file":
+            assert wanted.file is not None
+            return designs.read_points(procedure.path.parent / wanted.file)
+        if wanted.kind == "T":
+            _refuse_sets_of_a_tumble(procedure)
+            return designs.tumble(with_roll=procedure.solve.model != "pitch-only")
+        return _grid(procedure)
+    except PlanError as error:
+        if str(error).startswith(str(procedure.path)):
+            raise
+        raise procedure.error(("design", "kind"), str(error)) from None
+
+
+def _grid(procedure: ProcedureDescription) -> Design:
+    wanted = procedure.design
+    assert wanted.pitch_deg is not None
+    pitch, roll = _values(wanted.pitch_deg), _values(wanted.roll_deg) if wanted.roll_deg is not None else (0.0,)
+    roll = designs.with_repeated_roll(roll) if wanted.repeat_roll else roll
+    match wanted.kind:
+        case "D":
+            return designs.full_grid(pitch, roll)
+        case "D0":
+            return designs.uniform_roll(pitch, roll)
+        case "D1":
+            return designs.uniform_symmetric(pitch, roll)
+        case "fractional":
+            assert wanted.fractional is not None
+            return designs.fractional(pitch, roll, wanted.fractional)
+    raise procedure.error(
+        ("design", "kind"), f'kind = "{wanted.kind}" is not there yet; use D, D0, D1, fractional, T or a file of points'
+    )
+
+
+def _refuse_sets_of_a_tumble(procedure: ProcedureDescription) -> None:
+    for key in ("pitch_deg", "roll_deg"):
+        if getattr(procedure.design, key) is not None:
+            raise procedure.error(("design", key), 'kind = "T" has its own six (without roll: four) points; remove it')
+
+
+def _values(angles: AngleSet) -> tuple[float, ...]:
+    return angles.values() if isinstance(angles, Range) else tuple(angles)
+
+
+def _channels(rig: RigDescription) -> tuple[str, ...]:
+    """Outputs first, then the sensors' own temperatures, then the supplies; each once."""
+    outputs = [channel for sensor in rig.sensors.values() for channel in sensor.channels.values()]
+    temperatures = [sensor.temperature.channel for sensor in rig.sensors.values() if sensor.temperature]
+    supplies = [chain.supply_channel for chain in rig.chain.values() if chain.supply_channel]
+    return tuple(dict.fromkeys([*outputs, *temperatures, *supplies]))
+
+
+def _environment(rig: RigDescription, procedure: ProcedureDescription) -> EnvironmentPlan | None:
+    """The plateaus with the name of the environment that holds them."""
+    if procedure.environment is None:
+        return None
+    known = ", ".join(rig.environment) or "none"
+    name = procedure.environment.name or (next(iter(rig.environment)) if len(rig.environment) == 1 else None)
+    if name is None:
+        raise procedure.error(
+            ("environment",), f"plateaus need one environment of the rig, which has: {known}; give name"
+        )
+    if name not in rig.environment:
+        raise procedure.error(("environment", "name"), f"got {name!r}, the rig has: {known}")
+    return procedure.environment.model_copy(update={"name": name})
+
+
+def _plateaus(environment: EnvironmentPlan | None) -> Sequence[float | None]:
+    return (None,) if environment is None else environment.plateaus_degc
+
+
+def _seed(procedure: ProcedureDescription, fresh_seed: int | None) -> int | None:
+    if procedure.design.order not in SHUFFLED:
+        return None
+    if procedure.design.order not in DRAWN_ANEW:
+        return procedure.design.seed
+    return int(np.random.SeedSequence().generate_state(1)[0]) if fresh_seed is None else fresh_seed
+
+
+def _steps(
+    procedure: ProcedureDescription,
+    design: Design,
+    axes: Sequence[str],
+    environment: EnvironmentPlan | None,
+    seed: int | None,
+) -> Iterator[Step]:
+    numbers = count()
+    replications = procedure.procedure.replications
+    for plateau, setpoint_degc in enumerate(_plateaus(environment)):
+        if environment is not None and setpoint_degc is not None:
+            assert environment.name is not None
+            yield Soak(
+                next(numbers), plateau, environment.name, setpoint_degc, environment.band_degc, environment.soak_s
+            )
+        if plateau == 0:
+            for point in check_points(design):
+                yield _dwell(next(numbers), "check", 0, 0, axes, (point.pitch_deg, point.roll_deg))
+        for replication in range(plateau * replications + 1, (plateau + 1) * replications + 1):
+            yield from _replication(procedure, design, axes, replication, seed, numbers)
+
+
+def _replication(
+    procedure: ProcedureDescription,
+    design: Design,
+    axes: Sequence[str],
+    replication: int,
+    seed: int | None,
+    numbers: "count[int]",
+) -> Iterator[Dwell]:
+    order, check = procedure.design.order, procedure.check
+    chance = None if seed is None else np.random.default_rng([seed, replication])
+    points = sequence(design, order, chance)
+    for place, point in enumerate(points, start=(replication - 1) * len(points) + 1):
+        yield _dwell(next(numbers), "design", replication, point.label, axes, (point.pitch_deg, point.roll_deg))
+        if check is not None and place % check.reference_every == 0:
+            yield _dwell(next(numbers), "reference", replication, 0, axes, (check.pitch_deg, check.roll_deg))
+
+
+def check_points(design: Design) -> tuple[DesignPoint, ...]:
+    """Up to six attitudes of the design as different as they can be: first the one nearest to level, then always the
+    one whose specific force lies farthest from those chosen. On a full circle of roll this is the six-point tumble."""
+    points = sorted(design.points, key=lambda point: (abs(point.pitch_deg) + abs(point.roll_deg), point.label))
+    force = specific_force(
+        np.deg2rad([point.pitch_deg for point in points]), np.deg2rad([point.roll_deg for point in points])
+    )
+    chosen = [0]
+    while len(chosen) < CHECK_ATTITUDES:
+        apart = np.linalg.norm(force[:, None, :] - force[chosen], axis=2).min(axis=1).round(9)
+        if apart.max() == 0.0:
+            break
+        chosen.append(int(apart.argmax()))
+    return tuple(points[place] for place in chosen)
+
+
+def _dwell(
+    step: int,
+    purpose: Purpose,
+    replication: int,
+    point: int,
+    axes: Sequence[str],
+    attitude_deg: tuple[float, float],
+) -> Dwell:
+    angles = {"pitch": attitude_deg[0], "yaw": 0.0, "roll": attitude_deg[1]}
+    return Dwell(step, purpose, replication, point, {name: angles[name] for name in axes})

@@ -1,0 +1,274 @@
+"""What a rig cannot do and what a design cannot determine, each a sentence with file, line, key and the way out.
+
+Everything is told at once, before any port is opened.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from decimal import Decimal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.frames import specific_force
+from procedures.description import EnvironmentPlan, ProcedureDescription
+from procedures.errors import PlanError
+from procedures.plan.designs import Design, DesignPoint
+from rig.description import RigDescription
+from rig.settings import AxisSettings
+
+FloatArray = NDArray[np.float64]
+PARAMETERS = {
+    "pitch-roll": ("offset", "sensitivity", "coning", "azimuth"),
+    "pitch-only": ("offset", "sensitivity", "pitch misalignment"),
+}
+LINEAR_PARAMETERS = {"pitch-roll": ("offset", "k_x", "k_y", "k_z"), "pitch-only": ("offset", "k_x", "k_z")}
+TEMPERATURE_PARAMETERS = ("offset temperature coefficient", "sensitivity temperature coefficient")
+RANK_TOLERANCE = 1e-9
+LEAST_TEMPERATURE_SPAN_DEGC = 5.0
+"""Below it temperature terms are not estimated (mathematics, section 2)."""
+MOST_TIME_CORRELATION = 0.8
+"""Above it temperature would be time in disguise."""
+
+
+def refuse_impossible(
+    rig: RigDescription, procedure: ProcedureDescription, design: Design, environment: EnvironmentPlan | None
+) -> None:
+    """Raises: PlanError with one line for every reason why this plan cannot be."""
+    reasons = [
+        *_missing_axes(rig, procedure, design),
+        *_unreachable(rig, procedure, design),
+        *_undetermined(procedure, design),
+        *_senseless_channels(rig, procedure),
+        *_temperature_terms(rig, procedure, environment),
+    ]
+    if reasons:
+        raise PlanError("\n".join(str(reason) for reason in reasons))
+
+
+def _missing_axes(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
+    needed = {"pitch": "pitch_deg", "roll": "roll_deg"} if _rolls(design) else {"pitch": "pitch_deg"}
+    for axis, key in needed.items():
+        if axis not in rig.axes:
+            has = ", ".join(rig.axes)
+            yield procedure.error(
+                ("design", key), f"needs the axis {axis}, which the rig does not have (it has: {has})"
+            )
+
+
+def _rolls(design: Design) -> bool:
+    return any(point.roll_deg != 0.0 for point in design.points)
+
+
+def _unreachable(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
+    """One complaint an axis and reason, naming the worst point."""
+    keyed = [(axis, ("design", f"{axis}_deg"), _targets(design, axis)) for axis in ("pitch", "roll")]
+    if procedure.check is not None:
+        check = procedure.check
+        keyed.append(("pitch", ("check", "pitch_deg"), {"the reference attitude": check.pitch_deg}))
+        keyed.append(("roll", ("check", "roll_deg"), {"the reference attitude": check.roll_deg}))
+    for axis, key, targets in keyed:
+        if axis in rig.axes:
+            yield from _beyond_limits(procedure, key, axis, rig.axes[axis], targets)
+            yield from _off_increment(procedure, key, axis, rig.axes[axis], targets)
+
+
+def _targets(design: Design, axis: str) -> dict[str, float]:
+    return {f"point {point.label}": _angle(point, axis) for point in reversed(design.points)}
+
+
+def _angle(point: DesignPoint, axis: str) -> float:
+    return point.pitch_deg if axis == "pitch" else point.roll_deg
+
+
+def _beyond_limits(
+    procedure: ProcedureDescription, key: Sequence[str], axis: str, settings: AxisSettings, targets: dict[str, float]
+) -> Iterator[PlanError]:
+    low, high = settings.limits_deg
+    beyond = {name: max(low - angle, angle - high) for name, angle in _reach(settings, targets).items()}
+    name = max(beyond, key=lambda each: (beyond[each], -targets[each]))
+    if beyond[name] > 0.0:
+        yield procedure.error(
+            key,
+            f"{name} asks for {axis} {targets[name]:g}°, allowed {low:g} to {high:g}° (axes.{axis}.limits_deg), "
+            f"{beyond[name]:g}° too far{_with_approach(settings)}; nothing moved; narrow the design",
+        )
+
+
+def _reach(settings: AxisSettings, targets: dict[str, float]) -> dict[str, float]:
+    """The farthest angle on the way to each target, a one-sided approach included."""
+    low, high = settings.limits_deg
+    middle = (low + high) / 2.0
+    return {
+        name: max((angle, angle - settings.approach_deg), key=lambda each: abs(each - middle))
+        for name, angle in targets.items()
+    }
+
+
+def _with_approach(settings: AxisSettings) -> str:
+    return f" with its approach of {settings.approach_deg:g}°" if settings.approach_deg else ""
+
+
+def _off_increment(
+    procedure: ProcedureDescription, key: Sequence[str], axis: str, settings: AxisSettings, targets: dict[str, float]
+) -> Iterator[PlanError]:
+    if settings.increment_deg == 0.0:
+        return
+    off = {name: angle for name, angle in targets.items() if _remainder(settings, angle)}
+    if off:
+        name, angle = list(off.items())[-1]
+        below, above = _neighbours(settings, angle)
+        yield procedure.error(
+            key,
+            f"{name} asks for {axis} {angle:g}°, the table stops only at multiples of {settings.increment_deg:g}° "
+            f"(axes.{axis}.increment_deg), nearest {below:g}° and {above:g}° ({len(off)} of {len(targets)} points "
+            "are off); nothing moved; choose other steps",
+        )
+
+
+def _remainder(settings: AxisSettings, attitude_deg: float) -> Decimal:
+    """How far the table angle stands above a multiple of the increment, exact in decimals."""
+    return _table_deg(settings, attitude_deg) % Decimal(repr(settings.increment_deg))
+
+
+def _table_deg(settings: AxisSettings, attitude_deg: float) -> Decimal:
+    return settings.sign * Decimal(repr(attitude_deg)) + Decimal(repr(settings.zero_deg))
+
+
+def _neighbours(settings: AxisSettings, attitude_deg: float) -> tuple[float, float]:
+    increment = Decimal(repr(settings.increment_deg))
+    table = _table_deg(settings, attitude_deg)
+    below = table // increment * increment
+    around = {below, below + increment} if table > 0 else {below, below - increment}
+    low, high = sorted(settings.sign * (each - Decimal(repr(settings.zero_deg))) for each in around)
+    return float(low), float(high)
+
+
+def _undetermined(procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
+    names = model_parameters(procedure)
+    attitudes = {(point.pitch_deg, point.roll_deg) for point in design.points}
+    linear = PARAMETERS[procedure.solve.model]
+    if len(attitudes) < len(linear):
+        yield procedure.error(
+            ("design",),
+            f"{len(attitudes)} different attitudes for {len(linear)} parameters ({', '.join(linear)}) of model "
+            f"{procedure.solve.model}; nothing can be solved; give at least {len(linear) + 1}",
+        )
+    elif procedure.procedure.replications * len(design.points) <= len(names):
+        yield procedure.error(
+            ("procedure", "replications"),
+            f"{procedure.procedure.replications} × {len(design.points)} dwells for {len(names)} parameters leave no "
+            "degree of freedom, so no uncertainty; give more replications or points",
+        )
+    else:
+        yield from _rank_deficient(procedure, design)
+
+
+def model_parameters(procedure: ProcedureDescription) -> tuple[str, ...]:
+    """Names of what is estimated for each sensor axis."""
+    further = TEMPERATURE_PARAMETERS if procedure.solve.temperature == "estimate" else ()
+    return (*PARAMETERS[procedure.solve.model], *further)
+
+
+def basis(model: str, points: Sequence[DesignPoint]) -> FloatArray:
+    """(K, P) linear form of the model at the points: TP (128), and without roll its pitch columns."""
+    pitch, roll = (np.deg2rad([_angle(point, axis) for point in points]) for axis in ("pitch", "roll"))
+    columns = specific_force(pitch, roll)[:, [0, 2] if model == "pitch-only" else [0, 1, 2]]
+    return np.concatenate([np.ones((len(points), 1)), columns], axis=1)
+
+
+def _rank_deficient(procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
+    model = procedure.solve.model
+    if model == "pitch-only" and _rolls(design):
+        yield procedure.error(
+            ("solve", "model"), 'the model "pitch-only" needs roll 0° everywhere; use "pitch-roll" or remove roll_deg'
+        )
+        return
+    lost = _lost(basis(model, design.points), LINEAR_PARAMETERS[model])
+    if not lost:
+        return
+    for axis, values in (("roll", design.roll_values_deg), ("pitch", design.pitch_values_deg)):
+        if len(set(values)) == 1:
+            yield procedure.error(
+                ("design", f"{axis}_deg"),
+                f"{axis} at one value only ({values[0]:g}°): {_cannot(axis, model, lost)} cannot be determined; "
+                f"give {axis} values over the whole range" + _or_without_roll(axis),
+            )
+            return
+    yield procedure.error(
+        ("design",),
+        f"these attitudes cannot tell {', '.join(lost)} of model {model} apart; add pitch or roll values between",
+    )
+
+
+def _lost(columns: FloatArray, names: Sequence[str]) -> list[str]:
+    """Linear parameters that some direction without effect on the outputs has a share in."""
+    _, singular, directions = np.linalg.svd(columns, full_matrices=False)
+    blind = directions[singular < RANK_TOLERANCE * singular[0]]
+    return [name for name, share in zip(names, np.abs(blind).max(axis=0, initial=0.0), strict=True) if share > 1e-6]
+
+
+def _cannot(axis: str, model: str, lost: Iterable[str]) -> str:
+    return "coning and azimuth" if axis == "roll" and model == "pitch-roll" else " and ".join(lost)
+
+
+def _or_without_roll(axis: str) -> str:
+    return ', or use solve.model = "pitch-only"' if axis == "roll" else ""
+
+
+def _senseless_channels(rig: RigDescription, procedure: ProcedureDescription) -> Iterator[PlanError]:
+    if procedure.solve.model == "pitch-only":
+        for serial, sensor in rig.sensors.items():
+            if "y" in sensor.channels:
+                yield procedure.error(
+                    ("solve", "model"),
+                    f'the model "pitch-only" has nothing for {serial}.y: without roll it senses no gravity; '
+                    'use "pitch-roll"',
+                )
+
+
+def _temperature_terms(
+    rig: RigDescription, procedure: ProcedureDescription, environment: EnvironmentPlan | None
+) -> Iterator[PlanError]:
+    wanted = procedure.solve.temperature
+    if wanted == "none":
+        return
+    for serial, sensor in rig.sensors.items():
+        if sensor.temperature is None and not rig.environment:
+            yield procedure.error(
+                ("solve", "temperature"),
+                f'"{wanted}" needs a temperature reading, but {serial} has no temperature channel and the rig no '
+                'environment; nothing is guessed; declare one in the rig file or use temperature = "none"',
+            )
+    if wanted == "apply":
+        yield from _unknown_coefficients(rig, procedure)
+    elif environment is not None:
+        yield from _plateaus_too_poor(procedure, environment)
+
+
+def _unknown_coefficients(rig: RigDescription, procedure: ProcedureDescription) -> Iterator[PlanError]:
+    needed = {f"{serial}.{axis}" for serial, sensor in rig.sensors.items() for axis in sensor.channels}
+    given = set(procedure.solve.known_temperature)
+    for name in sorted(needed - given):
+        yield procedure.error(("solve", "known_temperature"), f"coefficients of {name} are missing; nothing is guessed")
+    for name in sorted(given - needed):
+        yield procedure.error(
+            ("solve", "known_temperature", name), f"the rig has no {name} (it has: {', '.join(sorted(needed))})"
+        )
+
+
+def _plateaus_too_poor(procedure: ProcedureDescription, environment: EnvironmentPlan) -> Iterator[PlanError]:
+    plateaus = environment.plateaus_degc
+    span_degc = max(plateaus) - min(plateaus)
+    if span_degc < LEAST_TEMPERATURE_SPAN_DEGC:
+        yield procedure.error(
+            ("environment", "plateaus_degc"),
+            f"span {span_degc:g} °C, needed {LEAST_TEMPERATURE_SPAN_DEGC:g} °C or more to estimate temperature terms",
+        )
+        return
+    with_time = abs(float(np.corrcoef(np.arange(len(plateaus)), plateaus)[0, 1]))
+    if with_time > MOST_TIME_CORRELATION:
+        yield procedure.error(
+            ("environment", "plateaus_degc"),
+            f"temperature and time are correlated by {with_time:.2f}, allowed {MOST_TIME_CORRELATION:g}: a drift would "
+            "pass for a temperature coefficient; visit the plateaus from both sides, such as [10.0, 20.0, 30.0, 20.0]",
+        )
