@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ams.errors import OutsideValidity
+from ams.frames import specific_force
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.equations import FloatArray, predicted_v, specific_force
+from ams.sets.equations import FloatArray, predicted_v
 from ams.sets.vectors import inferred_force, is_package
 
 ROUNDING_DEG = 1e-9
@@ -44,7 +45,7 @@ def apply(
 def sensed_force(
     coefficients: CoefficientSet, outputs_v: Mapping[str, ArrayLike], temperature_degc: ArrayLike | None = None
 ) -> FloatArray:
-    """(3, …) specific force in package axes, local g, from the outputs of a three-axis package.
+    """(…, 3) specific force in package axes, local g, from the outputs of a three-axis package.
 
     Raises: OutsideValidity where the set has no three independent axes, an output is missing or a temperature is.
     """

@@ -99,15 +99,9 @@ class AxisNumbers:
         return np.asarray(temperature_degc - reference)
 
 
-def specific_force(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """(3, …) specific force in package axes, local g. Source: TP (2), (4), (5)."""
-    f = np.sin(pitch_rad), -np.cos(pitch_rad) * np.sin(roll_rad), -np.cos(pitch_rad) * np.cos(roll_rad)
-    return np.stack(np.broadcast_arrays(*f))
-
-
 def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArray | None) -> FloatArray:
-    """The output of the axis at the specific force, from the primary parameters."""
-    k_dot_f = np.tensordot(numbers.direction_v_per_g, f, axes=1)
+    """The output of the axis at the specific force (…, 3), from the primary parameters."""
+    k_dot_f = f @ numbers.direction_v_per_g
     return np.asarray(numbers.offset_v(temperature_degc) + numbers.gain(temperature_degc) * k_dot_f)
 
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams.errors import VectorsDisagree
+from ams.frames import specific_force
 from ams.sets.canonical import Document, Json, listed, number, table
-from ams.sets.equations import AxisNumbers, FloatArray, derived_direction_v_per_g, predicted_v, specific_force
+from ams.sets.equations import AxisNumbers, FloatArray, derived_direction_v_per_g, predicted_v
 
 TOLERANCE_RELATIVE = 1e-12
 TOLERANCE_TEXT = "outputs: of |offset_v| + |k_x| + |k_y| + |k_z| of the axis; angles: of 180 degrees"
@@ -87,17 +88,18 @@ def check_vectors(axes: Mapping[str, AxisNumbers], section: Mapping[str, Json], 
 def inferred_force(
     axes: Mapping[str, AxisNumbers], outputs_v: Mapping[str, FloatArray], temperature_degc: FloatArray | None
 ) -> FloatArray:
-    """(3, …) specific force from the outputs of three axes, local g."""
+    """(…, 3) specific force from the outputs of three axes, local g."""
     above = [
         (outputs_v[name] - numbers.offset_v(temperature_degc)) / numbers.gain(temperature_degc)
         for name, numbers in axes.items()
     ]
-    return np.asarray(np.tensordot(np.linalg.inv(_matrix(axes)), np.stack(np.broadcast_arrays(*above)), axes=1))
+    return np.asarray(np.stack(np.broadcast_arrays(*above), axis=-1) @ np.linalg.inv(_matrix(axes)).T)
 
 
 def angles_of(f: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Pitch in [−π/2, π/2] and roll in (−π, π] of a specific force of any length."""
-    return np.arctan2(f[0], np.hypot(f[1], f[2])), np.arctan2(-f[1], -f[2])
+    x, y, z = np.moveaxis(f, -1, 0)
+    return np.arctan2(x, np.hypot(y, z)), np.arctan2(-y, -z)
 
 
 def is_package(axes: Mapping[str, AxisNumbers]) -> bool:
