@@ -1,0 +1,192 @@
+"""One request, one reply: be quiet, send, collect to the terminator by one overall deadline, judge the whole line.
+
+The danger on a line without sequence numbers is the late reply: after a time-out a naive driver takes it for the
+answer to the next question, and every later answer is shifted by one. So bytes that wait before a question are
+never an answer; after any doubt the line must first fall silent (or answer a sentinel) before the next question;
+more bytes than one reply are refused; and only questions that may be asked twice are asked again, and counted.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from rig.errors import DeviceNonsense, DeviceSilent
+from rig.link.byte_stream import ByteStream
+
+Reply = TypeVar("Reply")
+
+LONGEST_REPLY = 65536
+"""Bytes without a terminator after which it is noise and no reply."""
+
+
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """How long an exchange waits, in seconds of the stream's clock."""
+
+    timeout_s: float = 1.0
+    """From sending to the reply's terminator."""
+    quiet_s: float = 0.2
+    """A silence this long after a doubt means that nothing more is on the way: at least the device's worst latency."""
+    quiet_limit_s: float = 5.0
+    """A line that is not quiet within this time streams or is noise."""
+    attempts: int = 3
+    """Times a question that may be repeated is asked in all."""
+
+
+@dataclass(slots=True)
+class ExchangeCounts:
+    """What happened on one line so far: the measure of a link that degrades."""
+
+    asked: int = 0
+    repeated: int = 0
+    silent: int = 0
+    nonsense: int = 0
+    stale_bytes: int = 0
+
+
+class Exchange:
+    """Questions and answers over one stream.
+
+    ``resynchronise`` replaces the wait for silence after a doubt where the device offers something surer, such as
+    a question whose answer is known.
+    """
+
+    def __init__(
+        self,
+        stream: ByteStream,
+        *,
+        terminator: bytes = b"\r\n",
+        patience: Patience | None = None,
+        resynchronise: Callable[[], None] | None = None,
+    ) -> None:
+        self.stream = stream
+        self.counts = ExchangeCounts()
+        self.patience = patience or Patience()
+        self._terminator = terminator
+        self._resynchronise = resynchronise or self.wait_for_quiet
+        self._is_in_doubt = True  # until the line was quiet once: a boot banner or an old stream may be waiting
+
+    def tell(self, request: bytes) -> None:
+        """Send what has no reply. Raises: LinkLost, LinkClosed, DeviceNonsense (a line that does not fall quiet)."""
+        self._clear_the_line()
+        self.stream.write(request)
+
+    def ask(
+        self,
+        request: bytes,
+        parse: Callable[[bytes], Reply],
+        *,
+        idempotent: bool,
+        timeout_s: float | None = None,
+    ) -> Reply:
+        """Send ``request`` and return what ``parse`` makes of the reply without its terminator.
+
+        ``parse`` raises DeviceNonsense for a line that cannot be the answer. ``idempotent`` says that asking twice
+        does no harm: only then is the question repeated. Raises: DeviceSilent, DeviceNonsense, LinkLost, LinkClosed.
+        """
+        attempts = self.patience.attempts if idempotent else 1
+        for attempt in range(1, attempts + 1):
+            try:
+                self._clear_the_line()
+                return self._ask_once(request, parse, self.patience.timeout_s if timeout_s is None else timeout_s)
+            except (DeviceSilent, DeviceNonsense) as error:
+                self._is_in_doubt = True
+                self._count(error)
+                if attempt == attempts:
+                    raise
+                self.counts.repeated += 1
+        raise AssertionError("a question is asked at least once")
+
+    def take_waiting(self) -> bytes:
+        """Bytes nobody asked for, taken and counted."""
+        waiting = self.stream.discard_input()
+        self.counts.stale_bytes += len(waiting)
+        return waiting
+
+    def doubt(self) -> None:
+        """The next question must first bring the line to a known state: something went wrong above this exchange."""
+        self._is_in_doubt = True
+
+    def wait_for_quiet(self) -> None:
+        """Take and count what still arrives until the line has been silent for ``quiet_s``. Raises: DeviceNonsense."""
+        clock = self.stream.clock
+        limit_s = clock.monotonic_s() + self.patience.quiet_limit_s
+        while stale := self.stream.read(clock.monotonic_s() + self.patience.quiet_s):
+            self.counts.stale_bytes += len(stale)
+            if clock.monotonic_s() >= limit_s:
+                raise DeviceNonsense(
+                    f"{self.stream.name}: the line does not fall quiet: bytes still arrive after"
+                    f" {self.patience.quiet_limit_s:g} s, the last {stale[-40:]!r}; nothing was sent;"
+                    " check what else talks on this port"
+                )
+
+    def skip_to(self, sentinel: bytes, timeout_s: float) -> None:
+        """Take bytes until ``sentinel`` came whole; all others are counted as stale. Raises: DeviceSilent."""
+        deadline_s = self.stream.clock.monotonic_s() + timeout_s
+        buffer = b""
+        while sentinel not in buffer:
+            more = self.stream.read(deadline_s)
+            if not more:
+                raise self._silence(sentinel, buffer, timeout_s)
+            buffer = buffer[-LONGEST_REPLY:] + more
+            self.counts.stale_bytes += len(more)
+        self.counts.stale_bytes -= len(sentinel)
+
+    def read_line(self, timeout_s: float, waited_for: bytes) -> bytes:
+        """The next line without its terminator (``waited_for`` is for messages).
+
+        Raises: DeviceSilent, DeviceNonsense.
+        """
+        stream, end = self.stream, self._terminator
+        deadline_s = stream.clock.monotonic_s() + timeout_s
+        buffer = stream.read(deadline_s)
+        while not buffer.endswith(end):
+            more = stream.read(deadline_s)
+            if not more:
+                raise self._silence(waited_for, buffer, timeout_s)
+            buffer += more
+            if len(buffer) > LONGEST_REPLY:
+                raise self._nonsense(waited_for, buffer, f"no terminator {end!r} in {len(buffer)} bytes")
+        line = buffer[: -len(end)]
+        if end in line:
+            raise self._nonsense(waited_for, buffer, "more than one reply to one question")
+        return line
+
+    def _ask_once(self, request: bytes, parse: Callable[[bytes], Reply], timeout_s: float) -> Reply:
+        self.counts.asked += 1
+        self.stream.write(request)
+        line = self.read_line(timeout_s, request)
+        try:
+            return parse(line)
+        except DeviceNonsense as error:
+            raise self._nonsense(request, line, str(error)) from error
+
+    def _clear_the_line(self) -> None:
+        if self._is_in_doubt:
+            self._resynchronise()
+            self._is_in_doubt = False
+        else:
+            self.take_waiting()
+
+    def _count(self, error: DeviceSilent | DeviceNonsense) -> None:
+        if isinstance(error, DeviceSilent):
+            self.counts.silent += 1
+        else:
+            self.counts.nonsense += 1
+
+    def _silence(self, request: bytes, received: bytes, timeout_s: float) -> DeviceSilent:
+        return DeviceSilent(
+            f"{self.stream.name}: no complete reply to {shown(request)}: got {shown(received)} within {timeout_s:g} s;"
+            " nothing was taken from it; check power, address, cable and terminator"
+        )
+
+    def _nonsense(self, request: bytes, received: bytes, why: str) -> DeviceNonsense:
+        return DeviceNonsense(
+            f"{self.stream.name}: no answer to {shown(request)}: got {shown(received)}: {why};"
+            " nothing was taken from it; check the line settings and that this is the right device"
+        )
+
+
+def shown(data: bytes, longest: int = 60) -> str:
+    """Bytes for a message: printable and short."""
+    return repr(data) if len(data) <= longest else f"{data[:longest]!r}… ({len(data)} bytes)"

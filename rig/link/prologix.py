@@ -1,0 +1,114 @@
+"""GPIB through a Prologix adapter (USB or Ethernet), on any byte stream.
+
+The adapter remembers whatever its last user set, so every setting is written and read back each time, with
+``++savecfg 0`` first to spare its EEPROM. A message and the ``++read eoi`` that fetches its answer leave in one send.
+The answer to ``++ver`` is known, so after a doubt it serves as the sentinel: whatever comes before it is stale.
+
+Source: Prologix GPIB-USB controller manual 6.107.
+"""
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent
+from rig.exchange import Exchange, ExchangeCounts, Patience
+from rig.link.byte_stream import ByteStream
+from rig.wire import prologix as wire
+
+Reply = TypeVar("Reply")
+
+ADAPTER_TIMEOUT_S = wire.TIMEOUT_RANGE_MS[1] / 1000.0
+TALK_TIMEOUT_S = ADAPTER_TIMEOUT_S + 0.5
+"""The adapter gives up first, so that it listens again when we ask again."""
+PATIENCE = Patience(timeout_s=TALK_TIMEOUT_S, quiet_s=0.1, quiet_limit_s=2.0 * TALK_TIMEOUT_S)
+
+
+class PrologixBus:
+    """A :class:`rig.link.gpib.GpibBus`; the only owner of its adapter."""
+
+    def __init__(self, stream: ByteStream) -> None:
+        self.name = stream.name
+        self.clock = stream.clock
+        self._exchange = Exchange(stream, terminator=b"\n", patience=PATIENCE, resynchronise=self._resynchronise)
+        self._address: int | None = None
+        self._version = ""
+        self._set_up()
+
+    @property
+    def counts(self) -> ExchangeCounts:
+        return self._exchange.counts
+
+    def identify(self) -> str:
+        return self._version
+
+    def send(self, address: int, message: bytes) -> None:
+        self._exchange.tell(self._addressed(address) + wire.message(message))
+
+    def ask(
+        self,
+        address: int,
+        message: bytes,
+        parse: Callable[[bytes], Reply],
+        *,
+        idempotent: bool,
+        timeout_s: float = TALK_TIMEOUT_S,
+    ) -> Reply:
+        request = self._addressed(address) + wire.message(message) + wire.READ_TO_EOI
+        return self._asked(request, parse, idempotent, timeout_s)
+
+    def read(self, address: int, parse: Callable[[bytes], Reply], *, timeout_s: float = TALK_TIMEOUT_S) -> Reply:
+        return self._asked(self._addressed(address) + wire.READ_TO_EOI, parse, False, timeout_s)
+
+    def serial_poll(self, address: int) -> int:
+        return self._asked(wire.serial_poll(address), wire.parse_status_byte, True, TALK_TIMEOUT_S)
+
+    def clear(self, address: int) -> None:
+        self._exchange.tell(self._addressed(address) + wire.CLEAR)
+
+    def take_waiting(self) -> bytes:
+        return self._exchange.take_waiting()
+
+    def close(self) -> None:
+        self._exchange.stream.close()
+
+    def _set_up(self) -> None:
+        without_saving = b"\n" + wire.setting("savecfg", 0)
+        self._version = self._asked(without_saving + wire.VERSION, wire.parse_version, True, TALK_TIMEOUT_S)
+        self._exchange.tell(b"".join(wire.setting(name, value) for name, value in wire.SETTINGS.items()))
+        self._exchange.tell(wire.INTERFACE_CLEAR)
+        for name, value in wire.SETTINGS.items():
+            self._require_setting(name, value)
+
+    def _require_setting(self, name: str, value: int) -> None:
+        got = self._asked(wire.setting_query(name), wire.parse_number, True, TALK_TIMEOUT_S)
+        if got != value:
+            raise DeviceRefused(
+                f"{self.name}: adapter setting ++{name}: got {got}, need {value}, which was written just before;"
+                " nothing was sent to an instrument; renew the adapter's firmware or use one that accepts it"
+            )
+
+    def _addressed(self, address: int) -> bytes:
+        """What must go before a message to ``address``."""
+        if address == self._address:
+            return b""
+        self._address = address
+        return wire.address(address)
+
+    def _asked(self, request: bytes, parse: Callable[[bytes], Reply], idempotent: bool, timeout_s: float) -> Reply:
+        try:
+            return self._exchange.ask(
+                request, lambda line: parse(line.removesuffix(b"\r")), idempotent=idempotent, timeout_s=timeout_s
+            )
+        except (DeviceSilent, DeviceNonsense):
+            self._address = None
+            raise
+
+    def _resynchronise(self) -> None:
+        """Ask for the version, whose answer is known; what comes before it belongs to nobody. Raises: DeviceSilent."""
+        self._address = None
+        if not self._version:
+            self._exchange.wait_for_quiet()
+            return
+        self._exchange.stream.write(b"\n" + wire.VERSION)
+        self._exchange.skip_to(self._version.encode("ascii") + b"\r\n", 2.0 * TALK_TIMEOUT_S)
+        self._exchange.wait_for_quiet()
