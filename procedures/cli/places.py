@@ -23,7 +23,9 @@ def find_run(run: str, runs: Path = RUNS) -> Path:
     if len(held) == 1:
         return held[0]
     if held:
-        raise RequestError(f"{run}: holds {len(held)} runs ({', '.join(path.name for path in held[:5])} …); name one of them")
+        raise RequestError(
+            f"{run}: holds {len(held)} runs ({', '.join(path.name for path in held[:5])} …); name one of them"
+        )
     if Path(run).is_file():
         raise RequestError(f"{run}: is a file and not a run's {JOURNAL}; give the run's folder")
     raise RequestError(f"{run}: no run is there (looked for {JOURNAL} in it and in {runs / run}); check the path")

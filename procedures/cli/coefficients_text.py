@@ -1,0 +1,84 @@
+"""Coefficients for a person: the parameters of a document (a set, a fit or a solved run) as lines of text."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+UNITS = {
+    "_v_per_g": "V/g",
+    "_v_per_degc": "V/°C",
+    "_v_per_dps": "V/(°/s)",
+    "_per_degc": "1/°C",
+    "_degc": "°C",
+    "_deg": "°",
+    "_v": "V",
+}
+
+
+def set_text(document: Mapping[str, Any]) -> str:
+    """A coefficient set as text."""
+    stamp = f"{document['status']}{', simulated' if document['simulated'] else ''}"
+    sensor, provenance = document["sensor"], document["provenance"]
+    lines = [
+        f"{sensor['name']}: {document['model']} ({document['convention']['name']}), {stamp}",
+        f"calibrated {provenance['created_utc'][:16]} UTC, run {provenance['run_id'] or 'none'}, "
+        f"checksum {document['checksum']['sha256'][:12]}",
+        *axes_lines(document["axes"]),
+        *(f"warning: {text}" for text in document["warnings"]),
+    ]
+    return "\n".join(lines)
+
+
+def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
+    """Every axis: parameters with standard uncertainties, standard error, replication tests, warnings."""
+    for name, axis in axes.items():
+        yield ""
+        yield f"axis {name}   (standard error {axis['standard_error_v']:.3g} V, {axis['degrees_of_freedom']} degrees of freedom)"
+        for parameter, estimate in axis["parameters"].items():
+            yield f"  {parameter_line(parameter, estimate)}"
+        if axis["replication"] is not None:
+            yield f"  {replication_line(axis['replication'])}"
+        yield from (f"  warning: {text}" for text in axis["warnings"])
+
+
+def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
+    """``offset   +0.0050012 V   u 1.1e-06 V   (TP 0.9e-06)``."""
+    label, unit = label_and_unit(name)
+    if estimate["value"] is None:
+        return f"{label:<28} not determined"
+    uncertainty = estimate["standard_uncertainty"]
+    text = f"{label:<28} {with_uncertainty(estimate['value'], uncertainty):>16} {unit:<8}"
+    if uncertainty is not None:
+        text += f" u {uncertainty:.2g} {unit}"
+    if estimate.get("tp_standard_uncertainty") is not None:
+        text += f"   (TP's pooled form {estimate['tp_standard_uncertainty']:.2g})"
+    return text
+
+
+def replication_line(replication: Mapping[str, Any]) -> str:
+    """The tests in one line, each against its 95 % limit."""
+    fit = replication["lack_of_fit"]
+    drift = ", ".join(_test(name, test) for name, test in replication["drift"].items())
+    return f"{replication['n']} replications of {replication['points']} points: {_test('lack of fit', fit)}; drift: {drift}"
+
+
+def label_and_unit(name: str) -> tuple[str, str]:
+    """``sensitivity_v_per_g`` as ``sensitivity`` and ``V/g``."""
+    for ending, unit in UNITS.items():
+        if name.endswith(ending):
+            return name.removesuffix(ending).replace("_", " "), unit
+    return name.replace("_", " "), ""
+
+
+def with_uncertainty(value: float, uncertainty: float | None) -> str:
+    """The value to two digits of its uncertainty."""
+    if uncertainty is None or not uncertainty > 0.0:
+        return f"{value:+.9g}"
+    digits = max(0, 1 - math.floor(math.log10(uncertainty)))
+    return f"{value:+.{min(digits, 15)}f}"
+
+
+def _test(name: str, test: Mapping[str, Any] | None) -> str:
+    if test is None or test["t"] is None:
+        return f"{name} untested"
+    return f"{name} {test['t']:.3g} ({'above' if test['t'] > test['f_95'] else 'below'} {test['f_95']:.3g})"

@@ -1,0 +1,1 @@
+"""``calrig devices``: what is plugged in here."""

@@ -1,0 +1,69 @@
+"""``calrig export`` and ``calrig verify``: a coefficient set for another system, and back."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from procedures.cli.output import print_json, say
+from procedures.errors import RequestError
+
+
+def export(
+    coefficient_set: Path,
+    /,
+    *,
+    to: str,
+    out: Path | None = None,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Write a coefficient set for another system; `calrig verify` reads every format back.
+
+    Parameters
+    ----------
+    coefficient_set
+        A set: `coefficients/<sensor>.json` of a run, or an export of any format.
+    to
+        json, csv or mat.
+    out
+        The file to write; by default beside the set, with the format's ending.
+    json
+        Print one JSON document.
+    """
+    from ams.sets.export.formats import export_set, load_set
+
+    loaded = load_set(coefficient_set)
+    loaded.check_vectors(str(coefficient_set))
+    target = out or coefficient_set.with_suffix(f".{to}")
+    if target.resolve() == coefficient_set.resolve():
+        raise RequestError(f"{target}: is the set itself; give --out with another name; nothing was written")
+    export_set(loaded, to, target)
+    if json:
+        print_json({"file": str(target), "format": to, "sensor": loaded.sensor, "sha256": loaded.sha256})
+    else:
+        say(f"{target}: {loaded.sensor}, format {to}, checksum {loaded.sha256[:12]}")
+
+
+def verify(file: Path, /, *, json: Annotated[bool, Parameter(negative=())] = False) -> None:
+    """Read an exported file back, check it, recompute its test vectors.
+
+    Parameters
+    ----------
+    file
+        A coefficient set or an export of any format.
+    json
+        Print one JSON document.
+    """
+    from ams.sets.verify import verify as verify_file
+
+    found = verify_file(file)
+    if json:
+        print_json({**asdict(found), "verified": True})
+        return
+    stamp = f"{found.status}{', simulated' if found.simulated else ''}"
+    say(f"{found.path}: intact ({found.format}, {found.sensor}, axes {', '.join(found.axes)}, {stamp})")
+    say(
+        f"{found.forward_vectors} test vectors forward and {found.inverse_vectors} inverse reproduced, "
+        f"largest relative difference {found.largest_relative_error:.1e} (allowed {found.tolerance_relative:.0e})"
+    )
