@@ -1,0 +1,94 @@
+"""Attitude as a quaternion q = (q₁, q₂, q₃, q₄), scalar last, after SR.
+
+q turns a vector of the package (body axes) into the reference frame. Its kinematics are q̇ = ½ Ω(ω) q with ω the
+angular velocity in body axes; a constant ω over a step is integrated exactly, and q is normalised at each step. The
+Euler angles are those of the sequence yaw, pitch, roll (about z, y, x of the turning frame), read by the atan2 forms of
+SR (2a) to (2c). SR's equation (1) lacks the ½ and has two signs wrong (see the tests).
+"""
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+IDENTITY: Final = (0.0, 0.0, 0.0, 1.0)
+"""SR's initial attitude."""
+
+
+def rate_matrix(rate_rad_s: FloatArray) -> FloatArray:
+    """Ω(ω), (4, 4), with q̇ = ½ Ω q, scalar last."""
+    x, y, z = rate_rad_s
+    return np.array([[0.0, z, -y, x], [-z, 0.0, x, y], [y, -x, 0.0, z], [-x, -y, -z, 0.0]])
+
+
+def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
+    """p ⊗ q (Hamilton's product), (..., 4): the turn q first, then p, both read in the reference frame."""
+    p_v, p_s, q_v, q_s = p[..., :3], p[..., 3:], q[..., :3], q[..., 3:]
+    vector = p_s * q_v + q_s * p_v + np.cross(p_v, q_v)
+    scalar = p_s * q_s - np.sum(p_v * q_v, axis=-1, keepdims=True)
+    return np.concatenate([vector, scalar], axis=-1)
+
+
+def from_turn(turn_rad: FloatArray) -> FloatArray:
+    """Quaternion of a turn by |turn| about its direction, (..., 4) of (..., 3)."""
+    half = np.linalg.norm(turn_rad, axis=-1, keepdims=True) / 2.0
+    return np.concatenate([turn_rad * np.sinc(half / np.pi) / 2.0, np.cos(half)], axis=-1)
+
+
+def normalised(q: FloatArray) -> FloatArray:
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
+
+
+def advance(q: FloatArray, rate_rad_s: FloatArray, interval_s: float) -> FloatArray:
+    """q after one interval of constant body rate: exact, and normalised."""
+    return normalised(multiply(q, from_turn(np.asarray(rate_rad_s) * interval_s)))
+
+
+def integrate(body_rate_rad_s: FloatArray, interval_s: float, start: FloatArray | None = None) -> FloatArray:
+    """Quaternions at every sample, (N, 4), from body rates (N, 3), evenly sampled, starting at ``start``.
+
+    Over each interval the rate runs straight from one sample to the next; its mean and the commutator of its ends are
+    taken (Magnus expansion), which is of fourth order in the interval.
+    """
+    rates = np.asarray(body_rate_rad_s, dtype=float)
+    first, last = rates[:-1], rates[1:]
+    turns = (first + last) * (interval_s / 2.0) + np.cross(first, last) * (interval_s**2 / 12.0)
+    steps = from_turn(turns)
+    path = np.empty((rates.shape[0], 4))
+    path[0] = np.array(IDENTITY) if start is None else normalised(np.asarray(start, dtype=float))
+    for n in range(steps.shape[0]):
+        path[n + 1] = normalised(multiply(path[n], steps[n]))
+    return path
+
+
+def rotation_matrix(q: FloatArray) -> FloatArray:
+    """Body to reference, (..., 3, 3)."""
+    x, y, z, s = np.moveaxis(q, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - s * z), 2 * (x * z + s * y)],
+        [2 * (x * y + s * z), 1 - 2 * (x * x + z * z), 2 * (y * z - s * x)],
+        [2 * (x * z - s * y), 2 * (y * z + s * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def euler_angles_rad(q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Pitch, roll and yaw. Source: SR (2a), (2b), (2c), as atan2; at pitch ±90° roll and yaw merge and are NaN."""
+    q_1, q_2, q_3, q_4 = np.moveaxis(q, -1, 0)
+    sine = np.clip(2 * (q_4 * q_2 - q_1 * q_3), -1.0, 1.0)
+    roll = np.arctan2(2 * (q_2 * q_3 + q_4 * q_1), 2 * (q_4**2 + q_3**2) - 1)
+    yaw = np.arctan2(2 * (q_1 * q_2 + q_4 * q_3), 2 * (q_4**2 + q_1**2) - 1)
+    merged = np.abs(sine) > 1.0 - 1e-12
+    return np.arcsin(sine), np.where(merged, np.nan, roll), np.where(merged, np.nan, yaw)
+
+
+def from_euler(pitch_rad: Any, roll_rad: Any, yaw_rad: Any) -> FloatArray:
+    """Quaternion of yaw, then pitch, then roll, (..., 4)."""
+    pitch, roll, yaw = np.broadcast_arrays(*(np.asarray(a, dtype=float) for a in (pitch_rad, roll_rad, yaw_rad)))
+    zero = np.zeros_like(pitch)
+    about_z = from_turn(np.stack([zero, zero, yaw], axis=-1))
+    about_y = from_turn(np.stack([zero, pitch, zero], axis=-1))
+    about_x = from_turn(np.stack([roll, zero, zero], axis=-1))
+    return multiply(multiply(about_z, about_y), about_x)

@@ -1,0 +1,103 @@
+"""The filter is honest: its errors are as large as it says, and what it cannot see it says it cannot see."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from ams.attitude.kalman import GyroNoise, correct, propagate, start_estimate
+from ams.attitude.quaternion import from_euler, from_turn, multiply, rotation_matrix
+from ams.errors import ObservationsError
+
+DOWN_FORCE_G = np.array([0.0, 0.0, -1.0])  # specific force of a level package, z down
+FIELD_UT = np.array([22.0, 3.0, 42.0])  # a northern field, north-east-down
+NOISE = GyroNoise(2e-3, 2e-5)
+INTERVAL_S = 0.05
+
+
+def campaign(rng, *, steps, with_field, start_sd=0.1, bias_sd=0.01):
+    """One simulated flight; returns the true quaternion, true bias and the filter's last estimate."""
+    q_true = from_euler(0.2, -0.4, 1.0)
+    bias = rng.normal(0, bias_sd, 3)
+    estimate = start_estimate(multiply(q_true, from_turn(rng.normal(0, start_sd, 3))), start_sd, bias_sd)
+    innovations = []
+    for n in range(steps):
+        rate = 0.4 * np.array([np.sin(0.03 * n), np.cos(0.05 * n), np.sin(0.02 * n + 1.0)])
+        q_true = multiply(q_true, from_turn(rate * INTERVAL_S))
+        bias = bias + rng.normal(0, NOISE.bias_walk_rad_s_per_sqrt_s * np.sqrt(INTERVAL_S), 3)
+        white = rng.normal(0, NOISE.angle_random_walk_rad_per_sqrt_s / np.sqrt(INTERVAL_S), 3)
+        estimate = propagate(estimate, rate + bias + white, INTERVAL_S, NOISE)
+        body = rotation_matrix(q_true).T
+        step = correct(estimate, body @ DOWN_FORCE_G + rng.normal(0, 0.01, 3), DOWN_FORCE_G, 0.01)
+        innovations.append(step.normalised_innovation)
+        estimate = step.estimate
+        if with_field:
+            step = correct(estimate, body @ FIELD_UT + rng.normal(0, 0.5, 3), FIELD_UT, 0.5)
+            innovations.append(step.normalised_innovation)
+            estimate = step.estimate
+    return q_true, bias, estimate, np.array(innovations)
+
+
+def error_of(q_true, bias, estimate):
+    turn = (Rotation.from_quat(q_true) * Rotation.from_quat(estimate.quaternion).inv()).as_rotvec()
+    return np.concatenate([turn, bias - estimate.bias_rad_s])
+
+
+def test_errors_are_as_large_as_the_covariance_says():
+    rng = np.random.default_rng(21)
+    nees, innovations = [], []
+    for _ in range(60):
+        q_true, bias, estimate, seen = campaign(rng, steps=120, with_field=True)
+        error = error_of(q_true, bias, estimate)
+        nees.append(error @ np.linalg.solve(estimate.covariance, error))
+        innovations.append(seen[40:].mean())
+    # chi-square of 6 degrees of freedom, mean of 60: 6 ± 3 √(12/60)
+    assert np.mean(nees) == pytest.approx(6.0, abs=1.35)
+    assert np.mean(innovations) == pytest.approx(3.0, abs=0.15)
+
+
+def test_bias_is_found_within_its_stated_spread():
+    q_true, bias, estimate, _ = campaign(np.random.default_rng(4), steps=1500, with_field=True)
+    error = error_of(q_true, bias, estimate)
+    sd = np.sqrt(np.diag(estimate.covariance))
+    assert np.all(np.abs(error) < 4 * sd)
+    assert np.all(sd[3:] < 0.002)
+
+
+def test_without_a_field_the_turn_about_the_vertical_stays_unknown():
+    rng = np.random.default_rng(5)
+    seen = campaign(rng, steps=400, with_field=True)[2]
+    unseen = campaign(rng, steps=400, with_field=False)[2]
+    vertical = np.array([0.0, 0.0, 1.0])
+    assert unseen.turn_sd_about(vertical) >= 0.1 * (1 - 1e-9)
+    assert seen.turn_sd_about(vertical) < 0.01
+    assert unseen.turn_sd_about(np.array([1.0, 0.0, 0.0])) < 0.01
+
+
+def test_one_correction_of_a_small_turn_is_least_squares():
+    # With a vague attitude about x and y, the tilt after one measurement of gravity has the measurement's own spread.
+    before = start_estimate(np.array([0.0, 0.0, 0.0, 1.0]), 10.0, 1e-9)
+    after = correct(before, DOWN_FORCE_G, DOWN_FORCE_G, 0.01).estimate
+    np.testing.assert_allclose(np.sqrt(np.diag(after.covariance)[:3]), [0.01, 0.01, 10.0], rtol=1e-5)
+
+
+def test_propagation_adds_the_noise_it_was_given():
+    estimate = start_estimate(np.array([0.0, 0.0, 0.0, 1.0]), 0.0, 0.0)
+    for _ in range(100):
+        estimate = propagate(estimate, np.zeros(3), 0.1, GyroNoise(1e-3, 1e-4))
+    # closed form after t: angle variance N² t + K² t³/3, bias variance K² t
+    np.testing.assert_allclose(np.diag(estimate.covariance)[:3], 1e-6 * 10 + 1e-8 * 1000 / 3, rtol=1e-10)
+    np.testing.assert_allclose(np.diag(estimate.covariance)[3:], 1e-8 * 10, rtol=1e-10)
+
+
+def test_a_vector_beyond_the_gate_is_left_out_and_said():
+    before = start_estimate(np.array([0.0, 0.0, 0.0, 1.0]), 0.01, 0.001)
+    accelerating = np.array([0.8, 0.0, -1.0])
+    result = correct(before, accelerating, DOWN_FORCE_G, 0.01, gate=16.3)
+    assert result.estimate is before
+    assert result.normalised_innovation > 1000
+
+
+def test_a_missing_field_is_refused_in_words():
+    before = start_estimate(np.array([0.0, 0.0, 0.0, 1.0]), 0.01, 0.001)
+    with pytest.raises(ObservationsError, match="leave the measurement out"):
+        correct(before, np.zeros(3), np.zeros(3), 0.01)
