@@ -70,6 +70,18 @@ class Replication:
 
 
 @dataclass(frozen=True)
+class VarianceComponent:
+    """One independent part of the covariance of the primary parameters."""
+
+    name: str
+    """``replications`` (precision and drift), ``lack-of-fit``, ``residuals``, ``table``, ``temperature``."""
+    covariance: FloatArray
+    """(P, P), in the order of the primary parameters."""
+    dof: float
+    """Degrees of freedom it was estimated with; infinite for what a certificate states."""
+
+
+@dataclass(frozen=True)
 class AxisCalibration:
     """One sensor axis, solved."""
 
@@ -101,6 +113,8 @@ class AxisCalibration:
     """(N,) observed minus fitted."""
     replication: Replication | None
     warnings: tuple[str, ...] = ()
+    variance_components: tuple[VarianceComponent, ...] = ()
+    """They add up to ``primary_covariance``; Welch-Satterthwaite for any combination is made from them."""
     notes: Mapping[str, object] = field(default_factory=dict)
     """Further results for the report (extended model's F-test, convergence, temperature)."""
 

@@ -1,0 +1,75 @@
+"""A calibration as the JSON document of ``calrig fit`` and ``calrig solve``: finite numbers or null, nothing else."""
+
+from collections.abc import Mapping
+from math import isfinite
+
+from ams.solve.result import AxisCalibration, Calibration, FTest, ParameterEstimate, Replication, TpReplication
+from ams.uncertainty.intervals import INFINITE_DOF
+
+Document = dict[str, object]
+
+
+def to_document(calibration: Calibration) -> Document:
+    """``{"axes": {label: …}}``; warnings that concern every axis stand in each of them."""
+    return {"axes": {label: _axis(axis, calibration.warnings) for label, axis in calibration.axes.items()}}
+
+
+def _axis(axis: AxisCalibration, shared_warnings: tuple[str, ...]) -> Document:
+    sensitive = dict(zip(("x", "y", "z"), map(_number, axis.sensitive_axis_v_per_g), strict=True))
+    return {
+        "parameters": {estimate.name: _parameter(estimate) for estimate in axis.parameters},
+        "covariance": [[_number(float(value)) for value in row] for row in axis.covariance],
+        "standard_error_v": _number(axis.standard_error_v),
+        "degrees_of_freedom": axis.degrees_of_freedom,
+        "effective_degrees_of_freedom": {
+            estimate.name: _degrees_of_freedom(estimate.effective_degrees_of_freedom) for estimate in axis.parameters
+        },
+        "sensitive_axis_v_per_g": sensitive,
+        "replication": None if axis.replication is None else _replication(axis.replication),
+        "warnings": [*shared_warnings, *axis.warnings],
+    }
+
+
+def _parameter(estimate: ParameterEstimate) -> Document:
+    return {
+        "value": _number(estimate.value),
+        "standard_uncertainty": _number(estimate.standard_uncertainty),
+        "tp_standard_uncertainty": _number(estimate.tp_standard_uncertainty),
+    }
+
+
+def _replication(replication: Replication) -> Document:
+    return {
+        "n": replication.replications,
+        "points": replication.points,
+        "lack_of_fit": _test(replication.lack_of_fit),
+        "drift": _tests(replication.drift),
+        "tp": _tp(replication.tp),
+    }
+
+
+def _tp(tp: TpReplication) -> Document:
+    return {
+        "sigma_bias_v": _number(tp.sigma_bias_v),
+        "sigma_prec_v": _number(tp.sigma_prec_v),
+        "t_bias": _number(tp.t_bias),
+        "f_bias_95": _number(tp.f_bias_95),
+        "drift": _tests(tp.drift),
+    }
+
+
+def _tests(tests: Mapping[str, FTest]) -> Document:
+    return {name: _test(test) for name, test in tests.items()}
+
+
+def _test(test: FTest) -> Document:
+    return {"t": _number(test.t), "f_95": _number(test.f_95)}
+
+
+def _degrees_of_freedom(dof: float | None) -> float | None:
+    """Null where there is nothing to count: an exact value, or an uncertainty that a certificate states."""
+    return None if dof is None or dof >= INFINITE_DOF else _number(dof)
+
+
+def _number(value: float | None) -> float | None:
+    return None if value is None or not isfinite(value) else float(value)

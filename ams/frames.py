@@ -1,0 +1,65 @@
+"""Axes, angles and the specific force a package senses at rest.
+
+Package axes are forward (x), right (y) and down (z). Pitch α is nose up, roll R right wing down, applied pitch first.
+At rest the package senses f = (sin α, −cos α sin R, −cos α cos R), in units of local gravity. Source: TP (2), (4), (5)
+and appendix A; checked against explicit rotations in the tests.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+AXES = ("x", "y", "z")
+RAD_PER_ARCSEC = float(np.deg2rad(1.0 / 3600.0))
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """Attitudes to evaluate a model at: arrays of the same length N, radians and °C."""
+
+    pitch_rad: FloatArray
+    roll_rad: FloatArray
+    yaw_rad: FloatArray | None = None
+    temperature_degc: FloatArray | None = None
+
+
+def attitude_from_degrees(
+    pitch_deg: object, roll_deg: object = 0.0, temperature_degc: object | None = None
+) -> Attitude:
+    """Degrees to an :class:`Attitude`; scalars and arrays are broadcast to one dimension."""
+    pitch, roll = np.broadcast_arrays(np.atleast_1d(np.deg2rad(pitch_deg)), np.atleast_1d(np.deg2rad(roll_deg)))  # type: ignore[call-overload]
+    if temperature_degc is None:
+        return Attitude(pitch, roll)
+    return Attitude(pitch, roll, None, np.broadcast_to(np.asarray(temperature_degc, dtype=float), pitch.shape))
+
+
+def specific_force(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    """Specific force in package axes, shape (N, 3), in units of local gravity. Source: TP (2), (4), (5)."""
+    cos_pitch = np.cos(pitch_rad)
+    return np.stack([np.sin(pitch_rad), -cos_pitch * np.sin(roll_rad), -cos_pitch * np.cos(roll_rad)], axis=-1)
+
+
+def specific_force_by_pitch(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    """∂f/∂α, shape (N, 3), per radian."""
+    sin_pitch = np.sin(pitch_rad)
+    return np.stack([np.cos(pitch_rad), sin_pitch * np.sin(roll_rad), sin_pitch * np.cos(roll_rad)], axis=-1)
+
+
+def specific_force_by_roll(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    """∂f/∂R, shape (N, 3), per radian."""
+    cos_pitch = np.cos(pitch_rad)
+    zero = np.zeros_like(cos_pitch * roll_rad)
+    return np.stack([zero, -cos_pitch * np.cos(roll_rad), cos_pitch * np.sin(roll_rad)], axis=-1)
+
+
+def wrap_rad(angle_rad: FloatArray) -> FloatArray:
+    """The same angle in (−π, π]."""
+    return np.pi - np.mod(np.pi - angle_rad, 2.0 * np.pi)
+
+
+def wrap_deg(angle_deg: FloatArray) -> FloatArray:
+    """The same angle in (−180°, 180°]."""
+    return 180.0 - np.mod(180.0 - angle_deg, 360.0)

@@ -1,0 +1,186 @@
+"""Accelerometer models of NASA/TP-1999-209835: with roll, TP (2), (4), (5), and without, TP (1).
+
+With roll one form serves all three sensors: v = b + S·(u·f) with u the unit vector of the sensitive axis. A sensor of
+nominal axis i has u = cos Ω e(i) + sin Ω (cos A e(i+1) + sin A e(i+2)), indices cyclic. The output is linear in
+(b, k = S·u), which are the primary parameters; S, Ω and A follow from k on the branch 0 ≤ Ω ≤ 90°, S signed.
+"""
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import DesignError
+from ams.frames import AXES, specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.models.model import Stimulus
+
+FloatArray = NDArray[np.float64]
+
+_NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
+_OBSERVABLE_CONING_U = 5.0
+_ROUNDING_CONING_RAD = 1e-10
+
+
+def cyclic(nominal_axis: str) -> tuple[int, int, int]:
+    """Indices of e(i), e(i+1), e(i+2) for a nominal axis ``x``, ``y`` or ``z``."""
+    first = AXES.index(nominal_axis)
+    return first, (first + 1) % 3, (first + 2) % 3
+
+
+def vector_from_angles(nominal_axis: str, sensitivity: float, coning_rad: float, azimuth_rad: float) -> FloatArray:
+    """(3,) k = S·u of TP (2), (4), (5)."""
+    i, j, m = cyclic(nominal_axis)
+    k = np.zeros(3, dtype=np.result_type(sensitivity, coning_rad, azimuth_rad, float))
+    k[i] = sensitivity * np.cos(coning_rad)
+    k[j] = sensitivity * np.sin(coning_rad) * np.cos(azimuth_rad)
+    k[m] = sensitivity * np.sin(coning_rad) * np.sin(azimuth_rad)
+    return k
+
+
+@dataclass(frozen=True)
+class PitchRoll:
+    """TP (2), (4), (5): offset, sensitivity, coning and azimuth, with pitch and roll known."""
+
+    nominal_axis: str
+    name: ClassVar[str] = "pitch-roll"
+    convention: ClassVar[str] = "TP"
+    primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
+    parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg")
+    fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
+    basis_key: ClassVar[Hashable | None] = "pitch-roll"
+
+    def basis(self, stimulus: Stimulus) -> FloatArray:
+        force = specific_force(stimulus.pitch_rad, stimulus.roll_rad)
+        return np.concatenate([np.ones((force.shape[0], 1)), force], axis=1)
+
+    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
+
+    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        return np.asarray(self.basis(stimulus) @ primary)
+
+    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
+        return self.basis(stimulus)
+
+    def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
+        k = primary[1:4]
+        return {
+            "pitch": specific_force_by_pitch(stimulus.pitch_rad, stimulus.roll_rad) @ k,
+            "roll": specific_force_by_roll(stimulus.pitch_rad, stimulus.roll_rad) @ k,
+        }
+
+    def parameters(self, primary: FloatArray) -> FloatArray:
+        i, j, m = (1 + index for index in cyclic(self.nominal_axis))
+        sign = np.where(primary[..., i] < 0.0, -1.0, 1.0)
+        along, first, second = (sign * primary[..., index] for index in (i, j, m))
+        across = np.hypot(first, second)
+        azimuth_deg = np.rad2deg(np.arctan2(second, first))
+        azimuth_deg = np.where(azimuth_deg <= -180.0, 180.0, azimuth_deg)
+        sensitivity = sign * np.hypot(along, across)
+        return np.stack([primary[..., 0], sensitivity, np.rad2deg(np.arctan2(across, along)), azimuth_deg], axis=-1)
+
+    def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
+        i, j, m = (1 + index for index in cyclic(self.nominal_axis))
+        sensitivity = self.parameters(primary)[1]
+        across, along = np.hypot(primary[j], primary[m]), abs(primary[i])
+        rows = np.zeros((4, 4))
+        rows[0, 0] = 1.0
+        rows[1, 1:] = primary[1:] / sensitivity
+        with np.errstate(divide="ignore", invalid="ignore"):
+            towards = np.array([primary[j], primary[m]]) / across
+            rows[2, [j, m]] = np.rad2deg(along * towards / sensitivity**2)
+            rows[2, i] = np.rad2deg(-np.sign(primary[i]) * across / sensitivity**2)
+            rows[3, [j, m]] = np.rad2deg(np.array([-towards[1], towards[0]]) / across)
+        return rows
+
+    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
+        """Coning and azimuth, where the coning angle is within five of its standard uncertainties of zero."""
+        _, sensitivity, coning_deg, _ = self.parameters(primary)
+        _, j, m = (1 + index for index in cyclic(self.nominal_axis))
+        across = covariance[np.ix_([j, m], [j, m])]
+        u_deg = float(np.rad2deg(np.sqrt(max(np.linalg.eigvalsh(across)[-1], 0.0)) / abs(sensitivity)))
+        if np.deg2rad(coning_deg) > _ROUNDING_CONING_RAD and coning_deg >= _OBSERVABLE_CONING_U * u_deg:
+            return {}
+        reason = (
+            f"coning angle {coning_deg:.3g}° is within five standard uncertainties ({u_deg:.3g}°) of zero: "
+            "its direction cannot be told and an interval for it would not cover; use the vector of sensitivities"
+        )
+        return {"coning_deg": reason, "azimuth_deg": reason}
+
+
+@dataclass(frozen=True)
+class PitchOnly:
+    """TP (1), v = b + S sin(α − φ): offset, sensitivity and pitch misalignment, roll staying zero.
+
+    For a sensor along z the same physics reads v = b − S cos(α − φ).
+    """
+
+    nominal_axis: str
+    name: ClassVar[str] = "pitch-only"
+    convention: ClassVar[str] = "TP"
+    primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_z_v_per_g")
+    parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "pitch_misalignment_deg")
+    fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
+    basis_key: ClassVar[Hashable | None] = "pitch-only"
+
+    def __post_init__(self) -> None:
+        if self.nominal_axis not in ("x", "z"):
+            raise DesignError(
+                f"model pitch-only: got nominal axis {self.nominal_axis}, allowed x or z: "
+                "without roll a sensor along y senses nothing; use pitch-roll"
+            )
+
+    def basis(self, stimulus: Stimulus) -> FloatArray:
+        turned = np.abs(np.sin(stimulus.roll_rad)) + (np.cos(stimulus.roll_rad) < 0.0)
+        if np.any(turned > 1e-9):
+            worst_deg = float(np.rad2deg(stimulus.roll_rad[int(np.argmax(turned))]))
+            raise DesignError(
+                f"model pitch-only: roll must stay 0°: got {worst_deg:g}°; nothing was solved; use the model pitch-roll"
+            )
+        pitch = stimulus.pitch_rad
+        return np.stack([np.ones_like(pitch), np.sin(pitch), -np.cos(pitch)], axis=1)
+
+    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
+
+    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        return np.asarray(self.basis(stimulus) @ primary)
+
+    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
+        return self.basis(stimulus)
+
+    def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
+        pitch = stimulus.pitch_rad
+        return {
+            "pitch": primary[1] * np.cos(pitch) + primary[2] * np.sin(pitch),
+            "roll": np.zeros_like(pitch),
+        }
+
+    def _turned(self, primary: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(S cos φ, S sin φ) for either nominal axis."""
+        if self.nominal_axis == "x":
+            return primary[..., 1], primary[..., 2]
+        return primary[..., 2], -primary[..., 1]
+
+    def parameters(self, primary: FloatArray) -> FloatArray:
+        along, across = self._turned(primary)
+        sign = np.where(along < 0.0, -1.0, 1.0)
+        misalignment_deg = np.rad2deg(np.arctan2(sign * across, sign * along))
+        return np.stack([primary[..., 0], sign * np.hypot(along, across), misalignment_deg], axis=-1)
+
+    def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
+        along, across = self._turned(primary)
+        sensitivity = self.parameters(primary)[1]
+        by_turned = np.array(
+            [[along / sensitivity, across / sensitivity], np.rad2deg([-across, along]) / sensitivity**2]
+        )
+        turn = np.eye(2) if self.nominal_axis == "x" else np.array([[0.0, 1.0], [-1.0, 0.0]])
+        rows = np.zeros((3, 3))
+        rows[0, 0] = 1.0
+        rows[1:, 1:] = by_turned @ turn
+        return rows
+
+    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:  # noqa: ARG002
+        return {}

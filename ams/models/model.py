@@ -1,0 +1,86 @@
+"""What a model is: one small object that the solvers use without knowing which sensor it stands for.
+
+A model has *primary* parameters, in which it is linear or nearly so and whose intervals keep their coverage everywhere
+(offset and the vector of sensitivities k = S·u, MATH of TP theorems I to III), and *parameters* as the reports and the
+files name them (sensitivity, coning, azimuth), in the unit that their name ends in, derived from the primary ones.
+
+To add a model, write a class with these members anywhere and pass an instance per sensor axis to
+:func:`ams.calibrate.calibrate`; no solver changes.
+"""
+
+from collections.abc import Hashable, Mapping
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class Stimulus(Protocol):
+    """What the package was exposed to, row by row: both ``Observations`` and ``Attitude`` are one."""
+
+    @property
+    def pitch_rad(self) -> FloatArray: ...
+    @property
+    def roll_rad(self) -> FloatArray: ...
+    @property
+    def yaw_rad(self) -> FloatArray | None: ...
+    @property
+    def temperature_degc(self) -> FloatArray | None: ...
+
+
+class Model(Protocol):
+    """One sensor axis as a function of what it is exposed to."""
+
+    @property
+    def name(self) -> str:
+        """As the files have it: ``pitch-roll``."""
+
+    @property
+    def convention(self) -> str:
+        """``TP`` or ``CR``."""
+
+    @property
+    def nominal_axis(self) -> str:
+        """``x``, ``y`` or ``z``."""
+
+    @property
+    def primary_names(self) -> tuple[str, ...]:
+        """(P,) names of the primary parameters, ending in their unit."""
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """(L,) names of the derived parameters, ending in their unit."""
+
+    @property
+    def fixed(self) -> Mapping[str, tuple[float, float]]:
+        """Primary parameters that are known beforehand: name to value and standard uncertainty."""
+
+    @property
+    def basis_key(self) -> Hashable | None:
+        """Two models with the same key have the same :meth:`basis` for the same rows; None where there is none."""
+
+    def basis(self, stimulus: Stimulus) -> FloatArray:
+        """(N, P') with v = basis · (free primary parameters) exactly; asked for only where ``basis_key`` is set."""
+
+    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
+        """(P,) primary parameters good enough to iterate from; asked for only where there is no basis."""
+
+    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        """(N,) outputs, volts."""
+
+    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        """(N, P) derivatives of :meth:`predict` by every primary parameter, fixed ones included."""
+
+    def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
+        """(N,) derivatives of :meth:`predict` by the angles, volts per radian, keyed ``pitch``, ``roll`` (``yaw``)."""
+
+    def parameters(self, primary: FloatArray) -> FloatArray:
+        """(…, L) derived parameters of (…, P) primary ones, in the units of their names."""
+
+    def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
+        """(L, P) derivatives of :meth:`parameters`; a row that does not exist (azimuth at no coning) is NaN."""
+
+    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
+        """Derived parameters that this estimate cannot state, each with the reason in words."""

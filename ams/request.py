@@ -1,0 +1,143 @@
+"""What is asked of the observations, and what is refused before anything is solved."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import DesignError, ObservationsError
+from ams.models.model import Model
+from ams.models.registry import model_named
+from ams.models.thermal import TemperatureCoefficients, WithTemperature, refuse_unless_estimable
+from ams.observations import Observations
+from ams.uncertainty.table import TableUncertainty
+
+FloatArray = NDArray[np.float64]
+
+DEFAULT_REFERENCE_DEGC = 20.0
+
+
+@dataclass(frozen=True)
+class CalibrationRequest:
+    """One calibration of a package."""
+
+    model: str = "pitch-roll"
+    """``pitch-roll`` or ``pitch-only``."""
+    nominal_axes: Mapping[str, str] = field(default_factory=dict)
+    """Sensor axis label to the package axis it nominally lies along. Empty: every output is its own (``x``,
+    ``y``, ``z``)."""
+    temperature: Literal["none", "apply", "estimate"] = "none"
+    known_temperature: Mapping[str, TemperatureCoefficients] = field(default_factory=dict)
+    """Sensor axis label to its coefficients, for ``apply``."""
+    reference_temperature_degc: float | None = None
+    """None: the mean of the measured temperatures rounded to 1 °C."""
+    extended: Literal["no", "test", "yes"] = "no"
+    table: TableUncertainty | None = None
+    """Index errors of the table, carried in U_Y."""
+    weights: FloatArray | None = None
+    """(N,) relative weights of the rows, inversely proportional to their variances. None: equal."""
+    models: Mapping[str, Model] = field(default_factory=dict)
+    """Sensor axis label to a model of the caller's own, used instead of the one that ``model`` names."""
+
+    def axes_of(self, observations: Observations) -> Mapping[str, str]:
+        """Sensor axis label to nominal axis, for the axes to solve."""
+        return self.nominal_axes or {label: label for label in observations.outputs_v}
+
+
+def model_of(label: str, observations: Observations, request: CalibrationRequest) -> Model:
+    """The model of one sensor axis, temperature terms included.
+
+    Raises:
+        DesignError: no such model, or temperature coefficients that were asked for are not known or not estimable.
+    """
+    base = request.models.get(label) or model_named(request.model, request.axes_of(observations)[label])
+    if request.temperature == "none":
+        return base
+    reference_degc = _reference_degc(observations, request)
+    if request.temperature == "estimate":
+        refuse_unless_estimable(observations)
+        return WithTemperature(base, reference_degc)
+    if label not in request.known_temperature:
+        raise DesignError(
+            f"temperature apply: axis {label}: no coefficients given: got those of "
+            f"{', '.join(request.known_temperature) or 'no axis'}; nothing was solved; give offset and "
+            f"sensitivity coefficients"
+        )
+    return WithTemperature(base, reference_degc, request.known_temperature[label])
+
+
+def _reference_degc(observations: Observations, request: CalibrationRequest) -> float:
+    if request.reference_temperature_degc is not None:
+        return request.reference_temperature_degc
+    if observations.temperature_degc is None:
+        return DEFAULT_REFERENCE_DEGC
+    return float(np.round(observations.temperature_degc.mean()))
+
+
+def refuse_unusable(observations: Observations, request: CalibrationRequest) -> None:
+    """Arrays of one length, finite numbers, known axes and weights.
+
+    Raises:
+        ObservationsError: what is wrong, and in which column.
+        DesignError: a combination that is asked for does not exist.
+    """
+    if request.temperature not in ("none", "apply", "estimate"):
+        raise DesignError(
+            f"temperature: got {request.temperature!r}, allowed none, apply, estimate; nothing was solved"
+        )
+    for label in request.axes_of(observations):
+        if label not in observations.outputs_v:
+            raise ObservationsError(
+                f"{observations.source}: axis {label}: no outputs; there are "
+                f"{', '.join(observations.outputs_v) or 'none'}; "
+                "nothing was solved; name an axis that was measured"
+            )
+    for name, values in _columns(observations, request).items():
+        _refuse_column(observations, name, values)
+
+
+def _columns(observations: Observations, request: CalibrationRequest) -> Mapping[str, FloatArray]:
+    columns: dict[str, FloatArray | None] = {
+        "pitch": observations.pitch_rad,
+        "roll": observations.roll_rad,
+        "yaw": observations.yaw_rad,
+        "temperature": observations.temperature_degc,
+        "time": observations.time_s,
+        "weights": request.weights,
+    }
+    outputs = {f"output {label}": observations.outputs_v[label] for label in request.axes_of(observations)}
+    return {name: values for name, values in columns.items() if values is not None} | outputs
+
+
+def _refuse_column(observations: Observations, name: str, values: FloatArray) -> None:
+    if values.shape != (observations.rows,):
+        raise ObservationsError(
+            f"{observations.source}: {name}: got an array of shape {values.shape}, allowed ({observations.rows},), "
+            "one value a row; nothing was solved"
+        )
+    allowed = np.isfinite(values) & (values > 0.0) if name == "weights" else np.isfinite(values)
+    if not allowed.all():
+        row = int(np.flatnonzero(~allowed)[0])
+        raise ObservationsError(
+            f"{observations.source}: {name}: row {row + 1} (replication {observations.replication[row]}, point "
+            f"{observations.point[row]}): got {values[row]}, allowed a "
+            f"finite{' positive' if name == 'weights' else ''} number; "
+            "nothing was solved; correct or leave out the row"
+        )
+
+
+def select_rows(observations: Observations, kept: NDArray[np.bool_]) -> Observations:
+    """The rows where ``kept`` is true."""
+    return replace(
+        observations,
+        replication=observations.replication[kept],
+        point=observations.point[kept],
+        pitch_rad=observations.pitch_rad[kept],
+        roll_rad=observations.roll_rad[kept],
+        outputs_v={label: values[kept] for label, values in observations.outputs_v.items()},
+        yaw_rad=None if observations.yaw_rad is None else observations.yaw_rad[kept],
+        temperature_degc=None if observations.temperature_degc is None else observations.temperature_degc[kept],
+        time_s=None if observations.time_s is None else observations.time_s[kept],
+    )

@@ -1,0 +1,96 @@
+"""Which row belongs to which replication and which point: the bookkeeping under every replicated solution."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import ObservationsError
+from ams.observations import Observations
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """n replications of K points, N rows; every (replication, point) pair at most once."""
+
+    replication: IntArray
+    """(N,) index 0 … n−1."""
+    point: IntArray
+    """(N,) index 0 … K−1."""
+    replication_labels: tuple[int, ...]
+    point_labels: tuple[int, ...]
+
+    @property
+    def rows(self) -> int:
+        return int(self.replication.size)
+
+    @property
+    def replications(self) -> int:
+        return len(self.replication_labels)
+
+    @property
+    def points(self) -> int:
+        return len(self.point_labels)
+
+    @property
+    def is_complete(self) -> bool:
+        return self.rows == self.replications * self.points
+
+    @property
+    def order(self) -> IntArray:
+        """(N,) rows sorted by replication, then point; reshapes to (n, K) where complete."""
+        return np.argsort(self.replication * self.points + self.point)
+
+    def missing(self) -> dict[int, tuple[int, ...]]:
+        """Replication label to the labels of the points that it lacks."""
+        present = np.zeros((self.replications, self.points), dtype=bool)
+        present[self.replication, self.point] = True
+        labels = np.array(self.point_labels)
+        return {
+            label: tuple(int(point) for point in labels[~here])
+            for label, here in zip(self.replication_labels, present, strict=True)
+            if not here.all()
+        }
+
+    def sum_by_replication(self, values: FloatArray) -> FloatArray:
+        """(n, …) sums of (N, …) values."""
+        return _sum_by(self.replication, values, self.replications)
+
+    def sum_by_point(self, values: FloatArray) -> FloatArray:
+        """(K, …) sums of (N, …) values."""
+        return _sum_by(self.point, values, self.points)
+
+
+def _sum_by(index: IntArray, values: FloatArray, size: int) -> FloatArray:
+    flat = values.reshape(values.shape[0], -1)
+    sums = [np.bincount(index, weights=column, minlength=size) for column in flat.T]
+    return np.asarray(np.stack(sums, axis=-1).reshape(size, *values.shape[1:]), dtype=np.float64)
+
+
+def layout_of(observations: Observations) -> Layout:
+    """Sort the labels out.
+
+    Raises:
+        ObservationsError: there are no rows, or a (replication, point) pair stands twice.
+    """
+    if observations.rows == 0:
+        raise ObservationsError(f"{observations.source}: no rows: nothing to solve; measure at least one replication")
+    replication_labels, replication = np.unique(observations.replication, return_inverse=True)
+    point_labels, point = np.unique(observations.point, return_inverse=True)
+    pair = replication * point_labels.size + point
+    if np.unique(pair).size != pair.size:
+        twice = int(pair[np.flatnonzero(np.bincount(pair)[pair] > 1)[0]])
+        raise ObservationsError(
+            f"{observations.source}: replication {replication_labels[twice // point_labels.size]}, "
+            f"point {point_labels[twice % point_labels.size]} stands more than once; allowed once; "
+            "nothing was solved; remove the repeated row or give it a point label of its own"
+        )
+    return Layout(
+        replication.astype(np.int64),
+        point.astype(np.int64),
+        tuple(int(label) for label in replication_labels),
+        tuple(int(label) for label in point_labels),
+    )

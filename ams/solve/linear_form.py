@@ -1,0 +1,108 @@
+"""The exact, start-free solution of a model that is linear in its primary parameters.
+
+Ordinary or weighted least squares by an orthogonal factorisation, factored once and used for every sensor axis and
+every right-hand side. Source: TP (43) to (50) with a gradient that does not depend on the parameters.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import DesignError
+from ams.models.model import Stimulus
+
+FloatArray = NDArray[np.float64]
+
+RANK_TOLERANCE = 1e-9
+_PART_OF_A_DIRECTION = 0.05
+
+
+@dataclass(frozen=True)
+class LinearForm:
+    """Factors of one (weighted) basis."""
+
+    basis: FloatArray
+    """(N, P) as given, not weighted."""
+    weights: FloatArray | None
+    """(N,) relative weights of the rows, or None for equal ones."""
+    estimator: FloatArray
+    """(P, N) with estimate = estimator @ y."""
+    unscaled_covariance: FloatArray
+    """(P, P) R⁻¹ of TP (50): covariance for rows of unit variance (and unit weight)."""
+
+    def solve(self, outputs: FloatArray) -> FloatArray:
+        """Estimate from (N,) or (N, m) outputs; refined once, so that rounding stays at that of the data."""
+        first = self.estimator @ outputs
+        return np.asarray(first + self.estimator @ (outputs - self.basis @ first))
+
+
+def factor(
+    basis: FloatArray, names: Sequence[str], stimulus: Stimulus, weights: FloatArray | None = None
+) -> LinearForm:
+    """Factor a basis of shape (N, P).
+
+    Raises:
+        DesignError: fewer rows than parameters, or the points leave a direction of the parameters undetermined.
+    """
+    rows, size = basis.shape
+    if rows < size:
+        raise DesignError(
+            f"design: {rows} observations cannot determine {size} parameters ({', '.join(names)}): "
+            f"allowed {size} distinct points or more; nothing was solved; add points"
+        )
+    root = None if weights is None else np.sqrt(weights)[:, None]
+    q, r = np.linalg.qr(basis if root is None else root * basis)
+    _refuse_rank_deficiency(r, names, stimulus)
+    inverse = np.linalg.inv(r)
+    estimator = inverse @ q.T
+    return LinearForm(basis, weights, estimator if root is None else estimator * root.T, inverse @ inverse.T)
+
+
+def condition_number(basis: FloatArray) -> float:
+    """Of the basis with its columns scaled to unit length: how much the points amplify an error."""
+    scaled = basis / np.linalg.norm(basis, axis=0)
+    return float(np.linalg.cond(scaled))
+
+
+def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> None:
+    length = np.linalg.norm(r, axis=0)
+    scaled = r / np.where(length > 0.0, length, 1.0)
+    _, singular, directions = np.linalg.svd(scaled)
+    missing = directions[singular <= RANK_TOLERANCE * singular[0]]
+    if missing.size == 0:
+        return
+    touched = np.abs(missing).max(axis=0) > _PART_OF_A_DIRECTION
+    undetermined = [name for name, is_touched in zip(names, touched, strict=True) if is_touched]
+    raise DesignError(
+        f"design: rank {len(names) - len(missing)} of {len(names)}: the points cannot determine "
+        f"{' and '.join(undetermined)}: {_values_in_words(stimulus)}; nothing was solved; {_advice(stimulus)}"
+    )
+
+
+def _distinct_deg(angle_rad: FloatArray) -> FloatArray:
+    return np.unique(np.round(np.rad2deg(angle_rad), 6))
+
+
+def _values_in_words(stimulus: Stimulus) -> str:
+    phrases = []
+    for name, angle in (("pitch", stimulus.pitch_rad), ("roll", stimulus.roll_rad)):
+        values = _distinct_deg(angle)
+        if values.size == 1:
+            phrases.append(f"{name} has one value only ({values[0]:g}°)")
+        else:
+            phrases.append(f"{name} has {values.size} values from {values[0]:g}° to {values[-1]:g}°")
+    return ", ".join(phrases)
+
+
+def _advice(stimulus: Stimulus) -> str:
+    one_pitch = _distinct_deg(stimulus.pitch_rad).size == 1
+    if _distinct_deg(stimulus.roll_rad).size == 1:
+        azimuth = (
+            "with one roll angle coning and azimuth cannot be determined: add roll angles, or use model pitch-only"
+        )
+        return f"{azimuth}; add pitch angles as well" if one_pitch else azimuth
+    if one_pitch:
+        return "with one pitch angle offset and sensitivity cannot be told apart: add pitch angles"
+    return "add attitudes at other pitch and roll angles"
