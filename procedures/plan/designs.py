@@ -168,6 +168,8 @@ def _span(values: Sequence[float]) -> str:
 
 
 def _attitude(path: Path, line: int, row: dict[str, str | None]) -> tuple[float, float]:
+    if None in row:
+        raise PlanError(f"{path}:{line}: more values than columns; no design was made")
     return _angle(path, line, row, "pitch_deg"), _angle(path, line, row, "roll_deg") if "roll_deg" in row else 0.0
 
 

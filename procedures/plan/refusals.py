@@ -73,7 +73,7 @@ def _unreachable(rig: RigDescription, procedure: ProcedureDescription, design: D
 
 
 def _targets(design: Design, axis: str) -> dict[str, float]:
-    return {f"point {point.label}": _angle(point, axis) for point in reversed(design.points)}
+    return {f"point {point.label}": _angle(point, axis) for point in design.points}
 
 
 def _angle(point: DesignPoint, axis: str) -> float:
@@ -85,7 +85,7 @@ def _beyond_limits(
 ) -> Iterator[PlanError]:
     low, high = settings.limits_deg
     beyond = {name: max(low - angle, angle - high) for name, angle in _reach(settings, targets).items()}
-    name = max(beyond, key=lambda each: (beyond[each], -targets[each]))
+    name = max(beyond, key=lambda each: beyond[each])
     if beyond[name] > 0.0:
         yield procedure.error(
             key,
@@ -115,7 +115,7 @@ def _off_increment(
         return
     off = {name: angle for name, angle in targets.items() if _remainder(settings, angle)}
     if off:
-        name, angle = list(off.items())[-1]
+        name, angle = next(iter(off.items()))
         below, above = _neighbours(settings, angle)
         yield procedure.error(
             key,
