@@ -1,10 +1,37 @@
 """Indexing tables with a curvic coupling: they stop only at multiples of their increment, and are exact there."""
 
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from threading import Lock
 from typing import Literal
 
 from pydantic import Field
 
+from rig.devices.abilities import AxisState
+from rig.devices.targets import check_target
+from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
+from rig.exchange import Exchange, Patience
+from rig.link.byte_stream import ByteStream
 from rig.settings import AxisSettings
+from rig.wire.indexing_table import (
+    AskPosition,
+    AskState,
+    Command,
+    Home,
+    Identify,
+    Identity,
+    Move,
+    Position,
+    Refused,
+    Reply,
+    Stop,
+    TableCodec,
+    TableState,
+)
+from rig.wire.table_dialect import load_dialect
+
+_SAME_ANGLE_DEG = 1e-4
+"""Half the last digit of a read-back, rounded up: closer than this is the commanded tooth."""
 
 
 class IndexingTableSettings(AxisSettings):
@@ -14,3 +41,110 @@ class IndexingTableSettings(AxisSettings):
     increment_deg: float = Field(gt=0.0)
     dialect: str | None = None
     """Name of a shipped dialect or path of a dialect file; by default it follows from the increment."""
+
+
+class IndexingTableAxis:
+    """One axis of the controller behind an exchange: a :class:`rig.devices.abilities.Axis`.
+
+    Axes of one controller share the exchange; ``turn`` lets one of them speak at a time.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        settings: IndexingTableSettings,
+        codec: TableCodec,
+        exchange: Exchange,
+        turn: AbstractContextManager[object],
+    ) -> None:
+        self.name = name
+        self.limits_deg = settings.limits_deg
+        self.increment_deg = settings.increment_deg
+        self.speed_dps = settings.speed_dps
+        self.approach_deg = settings.approach_deg
+        self.arrival_tolerance_deg = settings.arrival_tolerance_deg
+        self._number = settings.axis
+        self._sign, self._zero_deg = settings.sign, settings.zero_deg
+        self._codec, self._exchange, self._turn = codec, exchange, turn
+
+    def identify(self) -> str:
+        reply = self._ask(Identify())
+        assert isinstance(reply, Identity)
+        return f"{reply.text}, axis {self._number}"
+
+    def check_target(self, target_deg: float) -> None:
+        check_target(self.name, target_deg, self._table_deg(target_deg), self.limits_deg, self.increment_deg)
+
+    def start_move(self, target_deg: float) -> None:
+        self.check_target(target_deg)
+        if not self.state().is_homed:
+            raise RequestRefused(
+                f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
+            )
+        # Adding 0.0 turns −0.0 into 0.0, which the wire would show as -000.0000.
+        self._start(Move(self._number, round(self._table_deg(target_deg), 6) + 0.0), target_deg)
+
+    def home(self) -> None:
+        self._start(Home(self._number), None)
+
+    def state(self) -> AxisState:
+        told = self._ask(AskState(self._number))
+        position = self._ask(AskPosition(self._number))
+        assert isinstance(told, TableState)
+        assert isinstance(position, Position)
+        return AxisState(
+            position_deg=self._sign * (position.position_deg - self._zero_deg),
+            is_moving=told.is_moving,
+            is_homed=told.is_homed,
+            is_seated=told.is_seated,
+            fault="the controller reports a fault" if told.is_faulty else "",
+        )
+
+    def stop(self) -> None:
+        self._ask(Stop(self._number))
+
+    def _table_deg(self, attitude_deg: float) -> float:
+        return self._sign * attitude_deg + self._zero_deg
+
+    def _start(self, command: Move | Home, target_deg: float | None) -> None:
+        """Send a start once only. Where its acknowledgement is lost, the axis itself is asked whether it started."""
+        try:
+            self._ask(command)
+        except DeviceSilent:
+            state = self.state()
+            is_there = target_deg is not None and abs(state.position_deg - target_deg) < _SAME_ANGLE_DEG
+            if not (state.is_moving or is_there):
+                raise
+
+    def _ask(self, command: Command) -> Reply:
+        idempotent = not isinstance(command, Move | Home)
+        with self._turn:
+            reply = self._exchange.ask(
+                self._codec.encode_command(command), lambda line: self._parse(line, command), idempotent=idempotent
+            )
+        if isinstance(reply, Refused):
+            raise DeviceRefused(
+                f"{self.name}: the table refused {command}: {reply.text!r}; nothing moved;"
+                " look at the table's display and its manual"
+            )
+        return reply
+
+    def _parse(self, line: bytes, command: Command) -> Reply:
+        reply = self._codec.decode_reply(line, command)
+        if reply is None:
+            raise DeviceNonsense(f"not a line of the dialect {self._codec.dialect.name} for this question")
+        return reply
+
+
+def connect(
+    axes: Mapping[str, IndexingTableSettings], stream: ByteStream, codec: TableCodec
+) -> dict[str, IndexingTableAxis]:
+    """The axes of one controller, which share its line."""
+    exchange = Exchange(stream, terminator=codec.terminator, patience=Patience(timeout_s=codec.dialect.reply_timeout_s))
+    turn = Lock()
+    return {name: IndexingTableAxis(name, settings, codec, exchange, turn) for name, settings in axes.items()}
+
+
+def codec_for(settings: IndexingTableSettings) -> TableCodec:
+    """The codec of the settings' dialect. Raises: DescriptionError."""
+    return TableCodec(load_dialect(settings.dialect, settings.increment_deg))
