@@ -33,7 +33,8 @@ def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
     """Every axis: parameters with standard uncertainties, standard error, replication tests, warnings."""
     for name, axis in axes.items():
         yield ""
-        yield f"axis {name}   (standard error {axis['standard_error_v']:.3g} V, {axis['degrees_of_freedom']} degrees of freedom)"
+        error_v, dof = axis["standard_error_v"], axis["degrees_of_freedom"]
+        yield f"axis {name}   (standard error {error_v:.3g} V, {dof} degrees of freedom)"
         for parameter, estimate in axis["parameters"].items():
             yield f"  {parameter_line(parameter, estimate)}"
         if axis["replication"] is not None:
@@ -57,9 +58,9 @@ def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
 
 def replication_line(replication: Mapping[str, Any]) -> str:
     """The tests in one line, each against its 95 % limit."""
-    fit = replication["lack_of_fit"]
+    fit = _test("lack of fit", replication["lack_of_fit"])
     drift = ", ".join(_test(name, test) for name, test in replication["drift"].items())
-    return f"{replication['n']} replications of {replication['points']} points: {_test('lack of fit', fit)}; drift: {drift}"
+    return f"{replication['n']} replications of {replication['points']} points: {fit}; drift: {drift}"
 
 
 def label_and_unit(name: str) -> tuple[str, str]:

@@ -1,0 +1,126 @@
+"""The one importer of the solvers: what a rig and a procedure say, as a request; what a run measured, as calibrations.
+
+The command, the running estimate and the report all solve through here, so that the same observations always meet the
+same model, the same table and the same treatment of temperature.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import radians, sqrt
+from typing import TYPE_CHECKING, Literal
+
+from procedures.description import Solve
+from procedures.report.observations import TemperatureChannel, observations_of
+from procedures.run.records import DwellRecord
+from rig.description import RigDescription, Sensor, Standard
+
+if TYPE_CHECKING:
+    from ams.observations import Observations
+    from ams.request import CalibrationRequest
+    from ams.solve.result import Calibration
+    from ams.uncertainty.table import TableUncertainty
+
+ARCSEC_PER_DEG = 3600.0
+
+
+@dataclass(frozen=True)
+class SolvedSensor:
+    """One package of a run: its rows, and its calibration or why there is none."""
+
+    name: str
+    observations: "Observations"
+    calibration: "Calibration | None"
+    failure: str | None
+
+
+def solve_sensors(
+    dwells: Iterable[DwellRecord], rig: RigDescription, sensors: Mapping[str, Sensor], solve: Solve, source: str
+) -> dict[str, SolvedSensor]:
+    """Solve every sensor of a run from its dwells; a sensor that cannot be solved says why and hinders no other."""
+    rows = tuple(dwells)
+    return {name: _solve_sensor(name, rows, rig, sensor, solve, source) for name, sensor in sensors.items()}
+
+
+def solve_observations(observations: "Observations", request: "CalibrationRequest") -> "Calibration":
+    """Solve observations that came from a file. Raises: ams.errors.AmsError."""
+    from ams.calibrate import calibrate
+
+    return calibrate(observations, request)
+
+
+def table_uncertainty(rig: RigDescription) -> "TableUncertainty | None":
+    """The rig's pitch and roll index, as standard uncertainties; None where neither axis has any."""
+    from ams.uncertainty.table import TableUncertainty
+
+    pitch_arcsec, roll_arcsec = (standard_uncertainty_arcsec(rig, axis) for axis in ("pitch", "roll"))
+    if pitch_arcsec == roll_arcsec == 0.0:
+        return None
+    return TableUncertainty(_arcsec_to_rad(pitch_arcsec), _arcsec_to_rad(roll_arcsec), kind="standard")
+
+
+def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:
+    """Of one index: a limit divided by √3 unless the axis' standard says otherwise; 0 where there is no such axis."""
+    settings = rig.axes.get(axis)
+    if settings is None:
+        return 0.0
+    standard = rig.standards.get(settings.standard) if settings.standard else None
+    return settings.uncertainty_arcsec / _divisor(standard)
+
+
+def request_for(
+    sensor_name: str, channels: Iterable[str], solve: Solve, table: "TableUncertainty | None"
+) -> "CalibrationRequest":
+    """What a procedure's ``[solve]`` asks of one sensor."""
+    from ams.models.thermal import TemperatureCoefficients
+    from ams.request import CalibrationRequest
+
+    axes = tuple(channels)
+    known = {
+        axis: solve.known_temperature[key]
+        for axis in axes
+        if (key := f"{sensor_name}.{axis}") in solve.known_temperature
+    }
+    references = {item.reference_temperature_degc for item in known.values()}
+    return CalibrationRequest(
+        model=solve.model,
+        nominal_axes={axis: axis for axis in axes},
+        temperature=solve.temperature,
+        known_temperature={
+            axis: TemperatureCoefficients(item.offset_tc_v_per_degc, item.sensitivity_tc_per_degc)
+            for axis, item in known.items()
+        },
+        reference_temperature_degc=references.pop() if len(references) == 1 else None,
+        extended=solve.extended,
+        table=table,
+    )
+
+
+def _solve_sensor(
+    name: str, rows: tuple[DwellRecord, ...], rig: RigDescription, sensor: Sensor, solve: Solve, source: str
+) -> SolvedSensor:
+    from ams.calibrate import calibrate
+    from ams.errors import AmsError
+
+    observations = observations_of(rows, dict(sensor.channels), temperature_source(rig, sensor), f"{source}, {name}")
+    try:
+        request = request_for(name, sensor.channels, solve, table_uncertainty(rig))
+        return SolvedSensor(name, observations, calibrate(observations, request), None)
+    except AmsError as error:
+        return SolvedSensor(name, observations, None, str(error))
+
+
+def temperature_source(rig: RigDescription, sensor: Sensor) -> TemperatureChannel | str | None:
+    """The sensor's own channel, else the rig's only environment, else none."""
+    if sensor.temperature is not None:
+        own = sensor.temperature
+        return TemperatureChannel(own.channel, own.offset_degc, own.slope_degc_per_v)
+    return next(iter(rig.environment)) if len(rig.environment) == 1 else None
+
+
+def _divisor(standard: Standard | None) -> float:
+    kind: Literal["limit", "standard", "expanded"] = "limit" if standard is None else standard.kind
+    return {"limit": sqrt(3.0), "standard": 1.0, "expanded": 1.0 if standard is None else standard.k}[kind]
+
+
+def _arcsec_to_rad(value_arcsec: float) -> float:
+    return radians(value_arcsec / ARCSEC_PER_DEG)
