@@ -1,0 +1,166 @@
+"""Move and arrive: the one way in which an axis is moved, by the engine and by hand.
+
+Absolute targets only, checked before anything is sent; arrival is judged by the machine's own read-back and its
+coupling, never by the command; the time is bounded, a stall is noticed, and a stop that was asked for during the
+move stops the axis before it is passed on.
+"""
+
+from collections.abc import Mapping
+from threading import Thread
+
+from rig.clock import Clock
+from rig.devices.abilities import Axis, AxisState, Wait
+from rig.errors import DeviceFault, RequestRefused, RigError, WaitEnded
+
+STALL_S = 2.0
+"""Rig seconds without progress after which an axis that says it moves is stalled."""
+STANDSTILL_S = 1.0
+_FIRST_LOOK_S, _LAST_LOOK_S = 0.1, 0.5
+_ALLOWANCE_S = 5.0
+_STOP_LIMIT_S = 20.0
+
+
+def move_and_arrive(axis: Axis, target_deg: float, clock: Clock, wait: Wait) -> float:
+    """Bring an axis to rest at ``target_deg`` and return its read-back, degrees.
+
+    An axis that is there already, by read-back and seated, is not moved, unless it must be approached from one side.
+    Raises: RequestRefused (outside limits, off the increment, not homed, before anything moved), DeviceFault (stalled,
+    late, not where it was sent, not seated; the axis was stopped), WaitEnded (the axis was stopped).
+    """
+    axis.check_target(target_deg)
+    state = trusted_state(axis)
+    if axis.approach_deg == 0.0 and _has_arrived(axis, state, target_deg):
+        return state.position_deg
+    if axis.approach_deg != 0.0:
+        before_deg = target_deg + axis.approach_deg
+        axis.check_target(before_deg)
+        state = _go(axis, before_deg, state.position_deg, clock, wait)
+    return _go(axis, target_deg, state.position_deg, clock, wait).position_deg
+
+
+def trusted_state(axis: Axis) -> AxisState:
+    """The state of an axis that may be moved. Raises: RequestRefused, DeviceFault."""
+    state = axis.state()
+    if state.fault:
+        raise DeviceFault(f"{axis.name}: {state.fault}; nothing moved; clear it at the machine")
+    if not state.is_homed:
+        raise RequestRefused(
+            f"{axis.name}: the axis is not homed, so its position is not known; nothing moved; home it first"
+        )
+    if state.is_moving:
+        raise RequestRefused(f"{axis.name}: the axis is moving already; no further move was started; stop it or wait")
+    return state
+
+
+def home_and_arrive(axis: Axis, clock: Clock, wait: Wait) -> float:
+    """Run the reference move and return the read-back at rest, degrees. Raises as :func:`move_and_arrive`."""
+    axis.home()
+    limit_s = 360.0 / axis.speed_dps * 1.5 + _ALLOWANCE_S
+    state = _watch(axis, "home", None, limit_s, clock, wait)
+    if not state.is_homed:
+        raise DeviceFault(
+            f"{axis.name}: home: the axis came to rest without a home; look for what stopped it, then home again"
+        )
+    _require_seat(axis, state, "home")
+    return state.position_deg
+
+
+def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMIT_S) -> None:
+    """Stop every axis at once and see them stand still for a second; a failing axis keeps no other from its stop.
+
+    Raises: DeviceFault naming every axis that could not be stopped or still moves.
+    """
+    failures: dict[str, str] = {}
+    threads = [Thread(target=_stop_one, args=(axis, clock, limit_s, failures), daemon=True) for axis in axes.values()]
+    for thread in threads:
+        thread.start()
+    for thread, name in zip(threads, axes, strict=True):
+        thread.join(limit_s + _ALLOWANCE_S)
+        if thread.is_alive():
+            failures[name] = f"no answer within {limit_s + _ALLOWANCE_S:g} s"
+    if failures:
+        told = "; ".join(f"{name}: {failures[name]}" for name in sorted(failures))
+        raise DeviceFault(f"stop: not every axis is known to stand still: {told}; use the stop button at the machine")
+
+
+def _stop_one(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str]) -> None:
+    try:
+        axis.stop()
+        _see_standstill(axis, clock, limit_s)
+    except RigError as error:
+        failures[axis.name] = str(error)
+
+
+def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
+    started_s = rested_s = clock.monotonic_s()
+    last_deg = axis.state().position_deg
+    while clock.monotonic_s() - rested_s < STANDSTILL_S:
+        if clock.monotonic_s() - started_s > limit_s:
+            raise DeviceFault(f"still moving at {last_deg:g} deg, {limit_s:g} s after the stop")
+        clock.sleep(min(_FIRST_LOOK_S, clock.slice_s))
+        state = axis.state()
+        if state.is_moving or state.position_deg != last_deg:
+            rested_s, last_deg = clock.monotonic_s(), state.position_deg
+
+
+def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:
+    task = f"move to {target_deg:g} deg"
+    axis.start_move(target_deg)
+    limit_s = abs(target_deg - from_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
+    state = _watch(axis, task, target_deg, limit_s, clock, wait)
+    _require_seat(axis, state, task)
+    if not _has_arrived(axis, state, target_deg):
+        raise DeviceFault(
+            f"{axis.name}: {task}: the axis came to rest at {state.position_deg:g} deg, allowed within"
+            f" {axis.arrival_tolerance_deg:g} deg (axes.{axis.name}: arrival_tolerance_deg);"
+            " it stands still; check the machine, then home it"
+        )
+    return state
+
+
+def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, clock: Clock, wait: Wait) -> AxisState:
+    """Look until the axis is at rest; stop it when it stalls, takes too long, is at fault or a stop was asked for."""
+    started_s = progressed_s = clock.monotonic_s()
+    look_s, last_deg = _FIRST_LOOK_S, None
+    while True:
+        state = axis.state()
+        if state.fault:
+            raise _stopped(axis, f"{task}: {state.fault}")
+        if not state.is_moving:
+            return state
+        now_s = clock.monotonic_s()
+        if state.position_deg != last_deg:
+            last_deg, progressed_s = state.position_deg, now_s
+        elif now_s - progressed_s >= STALL_S:
+            raise _stopped(axis, f"{task}: no progress in {STALL_S:g} s at {last_deg:g} deg, though it says it moves")
+        if now_s - started_s > limit_s:
+            raise _stopped(axis, f"{task}: still moving at {last_deg:g} deg after {limit_s:.3g} s, the time allowed")
+        left_s = 0.0 if target_deg is None else abs(target_deg - state.position_deg) / axis.speed_dps
+        _wait_or_stop(axis, min(max(left_s, look_s), STALL_S), wait)
+        look_s = look_s if left_s > 0.0 else min(2.0 * look_s, _LAST_LOOK_S)
+
+
+def _wait_or_stop(axis: Axis, duration_s: float, wait: Wait) -> None:
+    try:
+        wait(duration_s)
+    except WaitEnded:
+        axis.stop()
+        raise
+
+
+def _stopped(axis: Axis, what: str) -> DeviceFault:
+    axis.stop()
+    return DeviceFault(f"{axis.name}: {what}; the axis was told to stop; check the machine, then home it")
+
+
+def _has_arrived(axis: Axis, state: AxisState, target_deg: float) -> bool:
+    at_rest = state.is_seated and state.is_homed and not state.is_moving and not state.fault
+    return at_rest and abs(state.position_deg - target_deg) <= axis.arrival_tolerance_deg
+
+
+def _require_seat(axis: Axis, state: AxisState, task: str) -> None:
+    if not state.is_seated:
+        raise DeviceFault(
+            f"{axis.name}: {task}: at rest at {state.position_deg:g} deg, but the coupling is not seated and locked;"
+            " nothing can be measured here; check the coupling, then home it"
+        )
