@@ -1,0 +1,297 @@
+"""The twin of a 3458A: arm, trigger and sample events in time, DC volts, ASCII readings.
+
+What is not modelled, and says so by an error of the meter: other functions than DC volts, binary formats, reading
+memory, mathematics, external and level events. Readings that nobody fetches wait without limit.
+
+Source: 3458A user's guide (reset state, events, EOI, error and status registers). Overhead of a reading and the
+answers' number shapes are assumptions.
+"""
+
+import re
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from rig.twins.hp3488a import Hp3488aTwin
+from rig.wire import hp3458a as wire
+from rig.wire.hp3458a import End, Event, Status
+
+OVERHEAD_S = 0.0006
+"""What a reading takes beyond its integration."""
+TEMPERATURE_DEGC = 36.4
+SYNTAX, UNDEFINED, OUT_OF_RANGE = 8, 32, 64
+LARGEST_COUNT = 16777215
+
+SWITCH = {"OFF": 0, "ON": 1}
+WORDS: Mapping[str, Mapping[str, int]] = {
+    "AZERO": {**SWITCH, "ONCE": 2},
+    "BEEP": {**SWITCH, "ONCE": 2},
+    "DISP": SWITCH,
+    "END": {"OFF": 0, "ON": 1, "ALWAYS": 2},
+    "INBUF": SWITCH,
+    "LOCK": SWITCH,
+    "MATH": {"OFF": 0},
+    "MEM": {"OFF": 0},
+    "OFORMAT": {"ASCII": 1},
+    "QFORMAT": {"NORM": 1},
+}
+"""Settings with named values; the number is what the query answers."""
+RESET_STATE: Mapping[str, float] = {
+    **{"AZERO": 1, "BEEP": 1, "DISP": 1, "END": 0, "INBUF": 0, "LOCK": 0, "MATH": 0, "MEM": 0, "OFORMAT": 1},
+    **{"QFORMAT": 1, "NDIG": 7, "NPLC": 10, "LFREQ": 50, "RANGE": 1000, "AUTORANGE": 1, "NRDGS": 1},
+    **{"TARM": Event.AUTO, "TRIG": Event.AUTO, "SAMPLE": Event.AUTO},
+}
+PRESET_NORM: Mapping[str, float] = {"NPLC": 1, "NDIG": 6, "TRIG": Event.SYN, "INBUF": 0, "AZERO": 1, "NRDGS": 1}
+
+_COMMAND = re.compile(r"([A-Z]+\??)\s*(.*)")
+
+
+class VoltageSource(Protocol):
+    """The physical world as a meter meets it."""
+
+    def read_voltage_v(self, channel: str, now_s: float) -> float:
+        """One reading of ``channel`` (such as ``dmm.x``), volts, with its noise; asking again draws again."""
+
+
+class ScannedInput:
+    """What the scanner connects to the meter's terminals: nothing (0 V) unless exactly one wired channel is closed."""
+
+    def __init__(self, source: VoltageSource, scanner: Hp3488aTwin, wiring: Mapping[int, str]) -> None:
+        self._source = source
+        self._scanner = scanner
+        self._wiring = dict(wiring)
+
+    def __call__(self, now_s: float) -> float:
+        closed = self._scanner.only_closed()
+        channel = self._wiring.get(closed) if closed is not None else None
+        return 0.0 if channel is None else self._source.read_voltage_v(channel, now_s)
+
+
+class Hp3458aTwin:
+    """A GPIB instrument that measures ``input_v(now_s)``."""
+
+    def __init__(self, input_v: Callable[[float], float]) -> None:
+        self._input_v = input_v
+        self._ready: deque[bytes] = deque()
+        self._reply = b""
+        self._errors = 0
+        self._is_fresh = True
+        self._left = 0
+        self._due_s = 0.0
+        self._reading_s = 0.0
+        self._settings = dict(RESET_STATE)
+        self._actions: dict[str, Callable[[list[str], float], None]] = {
+            "DCV": lambda words, _now_s: self._set_range(words),
+            "FUNC": lambda words, _now_s: self._set_function(words),
+            "LFREQ": lambda words, _now_s: self._set_number("LFREQ", words, 45.0, 440.0),
+            "NDIG": lambda words, _now_s: self._set_number("NDIG", words, 3.0, 8.0),
+            "NPLC": lambda words, _now_s: self._set_power_line_cycles(words),
+            "NRDGS": lambda words, _now_s: self._set_count(words),
+            "PRESET": lambda words, _now_s: self._preset(words),
+            "RANGE": lambda words, _now_s: self._set_range(words),
+            "RESET": lambda _words, _now_s: self._reset(),
+            "CSB": lambda _words, _now_s: self._clear_status(),
+            "TARM": self._set_arm,
+            "TRIG": self._set_trigger,
+        }
+
+    def power_cycle(self) -> None:
+        """As if the mains had failed: nothing of the configuration is left."""
+        self._reset()
+        self._abort()
+        self._errors = 0
+        self._is_fresh = True
+
+    def listen(self, message: bytes, now_s: float) -> float:
+        self._reply = b""
+        for text in message.decode("latin-1").upper().replace(";", "\n").split("\n"):
+            if command := text.strip():
+                self._execute(command, now_s)
+        return now_s if self._settings["INBUF"] or not self._left else self._due_s + (self._left - 1) * self._reading_s
+
+    def talk(self, now_s: float) -> tuple[bytes, bool]:
+        if self._left:
+            self.advance(now_s)
+        end = self._settings["END"]
+        if self._reply:
+            reply, self._reply = self._reply, b""
+            return reply, end != End.OFF
+        if self._ready:
+            line = self._ready.popleft()
+            return line, end == End.ALWAYS or (end == End.ON and not self._left and not self._ready)
+        if not self._left and self._is_triggered_by_talking():
+            self._begin(now_s)
+        return b"", False
+
+    def next_talk_s(self) -> float | None:
+        return self._due_s if self._left else None
+
+    def serial_poll(self, now_s: float) -> int:
+        self.advance(now_s)
+        status = 0 if self._left else Status.READY
+        status |= Status.DATA if self._reply or self._ready else 0
+        status |= Status.ERROR if self._errors else 0
+        return int(status | (Status.POWER_ON if self._is_fresh else 0))
+
+    def clear(self, now_s: float) -> None:
+        self.advance(now_s)
+        self._abort()
+
+    def advance(self, now_s: float) -> None:
+        while self._left and self._due_s <= now_s:
+            self._ready.append(wire.format_reading(self._measured_v(self._input_v(self._due_s))))
+            self._left -= 1
+            self._due_s += self._reading_s
+
+    def _measured_v(self, true_v: float) -> float:
+        range_v = wire.range_for(min(abs(true_v), 1000.0)) if self._settings["AUTORANGE"] else self._settings["RANGE"]
+        if abs(true_v) <= wire.FULL_SCALE_V[range_v]:
+            return true_v
+        return wire.OVERLOAD_V if true_v > 0.0 else -wire.OVERLOAD_V
+
+    def _is_triggered_by_talking(self) -> bool:
+        implied = (Event.AUTO, Event.SYN)
+        return self._settings["TARM"] in implied and self._settings["TRIG"] in implied
+
+    def _begin(self, now_s: float) -> None:
+        cycles = self._settings["NPLC"] * (2.0 if self._settings["AZERO"] == 1 else 1.0)
+        self._reading_s = cycles / self._settings["LFREQ"] + OVERHEAD_S
+        self._left = int(self._settings["NRDGS"])
+        self._due_s = now_s + self._reading_s
+
+    def _abort(self) -> None:
+        self._left = 0
+        self._ready.clear()
+        self._reply = b""
+
+    def _execute(self, text: str, now_s: float) -> None:
+        match = _COMMAND.fullmatch(text)
+        if match is None:
+            self._errors |= SYNTAX
+            return
+        name, words = match[1], [word.strip() for word in match[2].split(",")]
+        if name.endswith("?"):
+            self._answer(name[:-1])
+        elif name in self._actions:
+            self._actions[name](words, now_s)
+        elif name in WORDS:
+            self._set_word(name, words[0])
+        else:
+            self._errors |= SYNTAX
+
+    def _answer(self, name: str) -> None:
+        settings = self._settings
+        if name == "ID":
+            self._say(wire.IDENTITIES[0])
+        elif name == "ERR":
+            self._say(b"%d" % self._errors)
+            self._errors = 0
+        elif name == "ERRSTR":
+            self._say(wire.format_error(self._errors))
+            self._errors &= self._errors - 1
+        elif name == "AUXERR":
+            self._say(b"0")
+        elif name == "TEMP":
+            self._say(b"%.1f" % TEMPERATURE_DEGC)
+        elif name in ("FUNC", "DCV"):
+            self._say(b"%d,%.9E" % (wire.DC_VOLTS, settings["RANGE"]))
+        elif name == "NRDGS":
+            self._say(b"%d,%d" % (settings["NRDGS"], settings["SAMPLE"]))
+        elif name in settings:
+            self._say(b"%.9g" % settings[name])
+        else:
+            self._errors |= SYNTAX
+
+    def _say(self, text: bytes) -> None:
+        self._reply = text + b"\r\n"
+
+    def _set_word(self, name: str, word: str) -> None:
+        values = WORDS[name]
+        if word in values:
+            self._settings[name] = values[word]
+        elif word.isdigit() and int(word) in values.values():
+            self._settings[name] = int(word)
+        else:
+            self._errors |= UNDEFINED
+
+    def _set_number(self, name: str, words: list[str], low: float, high: float) -> None:
+        value = _number(words[0])
+        if value is None or not low <= value <= high:
+            self._errors |= UNDEFINED if value is None else OUT_OF_RANGE
+        else:
+            self._settings[name] = value
+
+    def _set_power_line_cycles(self, words: list[str]) -> None:
+        """Whole cycles from 1 to 10, tens above: the meter takes the next step up."""
+        self._set_number("NPLC", words, 0.0, 1000.0)
+        cycles = self._settings["NPLC"]
+        step = 10.0 if cycles > 10.0 else 1.0
+        self._settings["NPLC"] = cycles if cycles < 1.0 else step * -(-cycles // step)
+
+    def _set_count(self, words: list[str]) -> None:
+        self._set_number("NRDGS", words, 1.0, LARGEST_COUNT)
+        if len(words) > 1 and words[1] not in ("AUTO", "1"):
+            self._errors |= UNDEFINED
+
+    def _set_function(self, words: list[str]) -> None:
+        if words[0] not in ("DCV", "1"):
+            self._errors |= UNDEFINED
+        else:
+            self._set_range(words[1:])
+
+    def _set_range(self, words: list[str]) -> None:
+        if not words or words[0] in ("", "AUTO", "-1"):
+            self._settings["AUTORANGE"] = 1
+        elif (value := _number(words[0])) is None:
+            self._errors |= UNDEFINED
+        elif not 0.0 <= value <= 1000.0:
+            self._errors |= OUT_OF_RANGE
+        else:
+            self._settings |= {"AUTORANGE": 0, "RANGE": wire.range_for(value)}
+
+    def _set_arm(self, words: list[str], now_s: float) -> None:
+        event = self._event(words[0])
+        if event is Event.SGL:
+            self._settings["TARM"] = Event.HOLD
+            self._abort()
+            if self._settings["TRIG"] == Event.AUTO:
+                self._begin(now_s)
+        elif event is not None:
+            self._settings["TARM"] = event
+            self._abort()
+
+    def _set_trigger(self, words: list[str], now_s: float) -> None:
+        event = self._event(words[0])
+        if event is Event.SGL:
+            self._settings["TRIG"] = Event.HOLD
+            if self._settings["TARM"] == Event.AUTO:
+                self._begin(now_s)
+        elif event is not None:
+            self._settings["TRIG"] = event
+
+    def _event(self, word: str) -> Event | None:
+        known = {event.name: event for event in (Event.AUTO, Event.SGL, Event.HOLD, Event.SYN)}
+        event = known.get(word) or {str(int(event)): event for event in known.values()}.get(word)
+        if event is None:
+            self._errors |= UNDEFINED
+        return event
+
+    def _preset(self, words: list[str]) -> None:
+        if words[0] not in ("NORM", ""):
+            self._errors |= UNDEFINED
+        else:
+            self._settings |= {"TARM": Event.AUTO, "AUTORANGE": 1, **PRESET_NORM}
+
+    def _reset(self) -> None:
+        self._settings = dict(RESET_STATE)
+        self._abort()
+
+    def _clear_status(self) -> None:
+        self._is_fresh = False
+
+
+def _number(word: str) -> float | None:
+    try:
+        return float(word)
+    except ValueError:
+        return None

@@ -1,0 +1,145 @@
+"""HP/Agilent/Keysight 3458A: its command words, its numbers, its lines.
+
+The meter speaks its own language, neither SCPI nor IEEE 488.2: several commands a line separated by ``;``, one query
+at a time. Under ``QFORMAT NORM`` (its reset state) queries answer in numbers, so the enumerations below are the
+wire's. A reading in ASCII is a number and CR LF; its shape is not documented in public, so it is read as a number
+and never by column.
+
+Source: 3458A user's guide (commands END, ERRSTR?, FUNC, NPLC, NRDGS, OFORMAT, TARM, TRIG; status byte).
+"""
+
+import re
+from collections.abc import Mapping
+from enum import IntEnum, IntFlag
+
+from rig.errors import DeviceNonsense
+
+DEFAULT_ADDRESS = 22
+IDENTITIES = (b"HP3458A", b"Keysight 3458A")
+"""``ID?`` of HP and Agilent firmware, and as the Keysight manual prints it."""
+OVERLOAD_V = 1.0e38
+"""What an ASCII reading says instead of a value outside its range, with the sign of the input."""
+NO_ERROR = b'0,"NO ERROR"'
+DC_VOLTS = 1
+
+DCV_RANGES_V = ((0.12, 0.1), (1.2, 1.0), (12.0, 10.0), (120.0, 100.0), (1000.0, 1000.0))
+"""Largest expected input to the range that ``DCV`` then takes, volts."""
+FULL_SCALE_V: Mapping[float, float] = {0.1: 0.12, 1.0: 1.2, 10.0: 12.0, 100.0: 120.0, 1000.0: 1050.0}
+
+
+class Event(IntEnum):
+    """Arm, trigger and sample events share one numbering."""
+
+    AUTO = 1
+    EXT = 2
+    SGL = 3
+    HOLD = 4
+    SYN = 5
+    TIMER = 6
+    LEVEL = 7
+    LINE = 8
+
+
+class End(IntEnum):
+    """When EOI is asserted. RESET and power-on leave OFF, and then a read to EOI can only time out."""
+
+    OFF = 0
+    ON = 1
+    ALWAYS = 2
+
+
+class Status(IntFlag):
+    """The status byte of a serial poll."""
+
+    PROGRAM_DONE = 1
+    LIMIT = 2
+    SERVICE_REQUESTED = 4
+    POWER_ON = 8
+    READY = 16
+    ERROR = 32
+    SERVICE = 64
+    DATA = 128
+
+
+ERRORS: Mapping[int, str] = {
+    1: "HARDWARE ERROR",
+    2: "CALIBRATION ERROR",
+    4: "TRIGGER TOO FAST",
+    8: "SYNTAX ERROR",
+    16: "COMMAND NOT ALLOWED FROM REMOTE",
+    32: "UNDEFINED PARAMETER RECEIVED",
+    64: "PARAMETER OUT OF RANGE",
+    128: "MEMORY ERROR",
+    256: "DESTRUCTIVE OVERLOAD DETECTED",
+    512: "OUT OF CALIBRATION",
+    1024: "CALIBRATION REQUIRED",
+    2048: "SETTINGS CONFLICT",
+    4096: "MATH ERROR",
+    8192: "SUBPROGRAM ERROR",
+    16384: "SYSTEM ERROR",
+}
+"""Bit of ``ERR?`` to its text; ``ERRSTR?`` numbers it 100 + position of the bit."""
+HARMFUL_ERRORS = frozenset({100, 101, 108, 109, 110, 114})
+"""Numbers of ``ERRSTR?`` that speak of the meter and not of what it was told; all of the 200 series do, too."""
+
+_NUMBER = re.compile(rb" *[+-]?\d{1,12}(?:\.\d{0,16})?(?:E[+-]?\d{1,2})?", re.IGNORECASE)
+_ERROR_STRING = re.compile(rb' *(\d{1,3}) *, *"([^"]*)"')
+
+
+def range_for(max_input_v: float) -> float:
+    """The fixed range, volts, that ``DCV max_input_v`` selects. Raises: ValueError above 1000 V."""
+    for largest_v, range_v in DCV_RANGES_V:
+        if abs(max_input_v) <= largest_v:
+            return range_v
+    raise ValueError(f"no DCV range for {max_input_v:g} V (allowed: up to 1000 V)")
+
+
+def parse_number(line: bytes) -> float:
+    """A reading or a numeric answer: the whole line is one finite number. Raises: DeviceNonsense."""
+    if _NUMBER.fullmatch(line) is None:
+        raise DeviceNonsense("the meter answers with one decimal number")
+    return float(line)
+
+
+def parse_pair(line: bytes) -> tuple[float, float]:
+    """Two numbers, such as ``FUNC?`` (function, range) and ``NRDGS?`` (count, event). Raises: DeviceNonsense."""
+    first, comma, second = line.partition(b",")
+    if not comma:
+        raise DeviceNonsense("the meter answers with two numbers and a comma")
+    return parse_number(first), parse_number(second)
+
+
+def is_overload(reading_v: float) -> bool:
+    """Whether a reading is the overload mark, with room for a damaged mantissa: no input reaches 1e30 V."""
+    return abs(reading_v) > 1.0e30
+
+
+def parse_identity(line: bytes) -> str:
+    """Raises: DeviceNonsense unless it is a 3458A in one of the two accepted spellings."""
+    if line.strip() not in IDENTITIES:
+        raise DeviceNonsense(f"a 3458A answers ID? with one of {[name.decode() for name in IDENTITIES]}")
+    return line.strip().decode("ascii")
+
+
+def parse_error(line: bytes) -> tuple[int, str]:
+    """``ERRSTR?``: number and text, 0 when there is none (the lowest set bit is cleared by asking).
+
+    Raises: DeviceNonsense.
+    """
+    match = _ERROR_STRING.fullmatch(line)
+    if match is None or not (match[2].isascii() and match[2].decode("ascii").isprintable()):
+        raise DeviceNonsense('the meter answers ERRSTR? with a number and a text, such as 0,"NO ERROR"')
+    return int(match[1]), match[2].decode("ascii")
+
+
+def format_reading(value_v: float) -> bytes:
+    """As the meter sends it, 16 characters and CR LF: sign or space, digit, point, nine digits, exponent."""
+    return b"% .9E\r\n" % value_v
+
+
+def format_error(bits: int) -> bytes:
+    """The answer to ``ERRSTR?`` for an error register: its lowest set bit."""
+    if not bits:
+        return NO_ERROR
+    lowest = bits & -bits
+    return b'%d,"%s"' % (99 + lowest.bit_length(), ERRORS[lowest].encode("ascii"))

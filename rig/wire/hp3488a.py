@@ -1,0 +1,88 @@
+"""HP 3488A switch and control unit: its command words and lines.
+
+A channel is the slot (1 to 5) and two digits. There is no query that names all closed channels: ``VIEW`` tells the
+state of one. Relays latch; a device clear opens them all. Commands carry no answer; a serial poll tells ready.
+
+Source: HP 3488A operating manual as used by gpib-utils' hp3488.
+"""
+
+import re
+from collections.abc import Mapping
+from enum import IntFlag
+
+from rig.errors import DeviceNonsense
+
+DEFAULT_ADDRESS = 9
+IDENTITY = b"HP3488A"
+MODEL_OFFSET = 11
+"""Where the model number starts in an answer to ``CTYPE``."""
+
+
+class Status(IntFlag):
+    """The status byte of a serial poll."""
+
+    SCAN_DONE = 1
+    OUTPUT = 2
+    POWER_ON = 4
+    FRONT_PANEL = 8
+    READY = 16
+    ERROR = 32
+    SERVICE = 64
+
+
+ERRORS: Mapping[int, str] = {1: "syntax", 2: "execution", 4: "trigger too fast", 8: "logic", 16: "power"}
+"""Bit of the answer to ``ERROR`` to its meaning; asking clears."""
+
+_VIEW = re.compile(rb"(?:(CLOSED) {1,3}0|OPEN {1,3}1) *")
+_CARD = re.compile(rb"[ -~]{11}([0-9]{5})[ -~]*")
+_NUMBER = re.compile(rb" *[+-]?\d{1,5} *")
+
+
+def close(channel: int) -> bytes:
+    return b"CLOSE %03d" % channel
+
+
+def open_channel(channel: int) -> bytes:
+    return b"OPEN %03d" % channel
+
+
+def view(channel: int) -> bytes:
+    return b"VIEW %03d" % channel
+
+
+def card_type(slot: int) -> bytes:
+    return b"CTYPE %d" % slot
+
+
+def slot_of(channel: int) -> int:
+    return channel // 100
+
+
+def parse_identity(line: bytes) -> str:
+    """Raises: DeviceNonsense unless it is a 3488A."""
+    if line.strip() != IDENTITY:
+        raise DeviceNonsense("a 3488A answers ID? with HP3488A")
+    return IDENTITY.decode("ascii")
+
+
+def parse_view(line: bytes) -> bool:
+    """``CLOSED 0`` or ``OPEN   1``: whether the channel is closed. Raises: DeviceNonsense."""
+    match = _VIEW.fullmatch(line)
+    if match is None:
+        raise DeviceNonsense("the scanner answers VIEW with CLOSED 0 or OPEN   1")
+    return match[1] is not None
+
+
+def parse_card_type(line: bytes) -> str:
+    """The model number of the card in a slot, such as ``44470``. Raises: DeviceNonsense."""
+    match = _CARD.fullmatch(line)
+    if match is None:
+        raise DeviceNonsense("the scanner answers CTYPE with a text whose model number starts at character 12")
+    return match[1].decode("ascii")
+
+
+def parse_errors(line: bytes) -> tuple[str, ...]:
+    """``ERROR``: the meanings of the set bits, empty when there is none. Raises: DeviceNonsense."""
+    if _NUMBER.fullmatch(line) is None or not 0 <= int(line) < 32:
+        raise DeviceNonsense("the scanner answers ERROR with a sum of 1, 2, 4, 8 and 16")
+    return tuple(text for bit, text in ERRORS.items() if int(line) & bit)
