@@ -1,0 +1,132 @@
+"""Figures as bytes: one style, one size, the same SVG for the same input on every run.
+
+Matplotlib's object-oriented interface alone: no pyplot, no figure that lives on. Colours are those of Okabe and Ito,
+told apart by colour-blind readers and, with the symbols, in a black and white print.
+"""
+
+from dataclasses import dataclass
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+WIDTH_IN = 7.3
+INK, FAINT, GRID = "#1a1a1a", "#767676", "#e3e3e3"
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BROWN = (
+    "#0072b2", "#e69f00", "#009e73", "#d55e00", "#aa4499", "#56b4e9", "#7f5f2a",
+)  # fmt: skip
+SERIES = (BLUE, RED, GREEN, ORANGE, PURPLE, SKY, BROWN, INK)
+SYMBOLS = ("o", "s", "^", "D", "v", "P", "X", "*")
+SYMBOL_SIZES = {"s": 0.9, "D": 0.85, "^": 1.15, "v": 1.15, "P": 1.15, "X": 1.1, "*": 1.4}
+"""Relative sizes at which the symbols look alike."""
+RASTERISE_FROM = 1200
+"""A panel of more points than this is embedded as a picture: the page stays small."""
+TICK_STEPS_DEG = (0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0)
+DPI = 220
+"""Dots per inch of such a picture."""
+
+STYLE: dict[str, Any] = {
+    "svg.hashsalt": "calrig",
+    "svg.fonttype": "path",
+    "font.family": "DejaVu Sans",
+    "font.size": 8.0,
+    "axes.titlesize": 8.5,
+    "axes.labelsize": 8.0,
+    "axes.edgecolor": FAINT,
+    "axes.linewidth": 0.6,
+    "axes.labelcolor": INK,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "axes.unicode_minus": True,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "legend.fontsize": 7.5,
+    "legend.frameon": False,
+    "lines.linewidth": 1.0,
+    "figure.facecolor": "white",
+    "text.color": INK,
+}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One finished picture."""
+
+    name: str
+    """Of letters, digits and hyphens: its file name and its anchor on the page."""
+    title: str
+    caption: str
+    svg: bytes
+
+
+def canvas(height_in: float) -> "Canvas":
+    """An empty figure as wide as the page. Call inside :func:`style`."""
+    from matplotlib.figure import Figure as Canvas
+
+    return Canvas(figsize=(WIDTH_IN, height_in))
+
+
+def style() -> Any:
+    """Context in which figures are made and saved."""
+    import matplotlib
+
+    return matplotlib.rc_context(STYLE)
+
+
+def to_svg(figure: "Canvas") -> bytes:
+    """The figure's bytes, without date and without the version of the program that drew it."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    buffer = BytesIO()
+    FigureCanvasSVG(figure).print_figure(buffer, format="svg", dpi=DPI, metadata={"Date": None, "Creator": None})
+    return buffer.getvalue()
+
+
+def plain_axes(axes: "Axes", *, zero_line: bool = False) -> None:
+    """Thin grid, no box on the right and above."""
+    axes.grid(visible=True, color=GRID, linewidth=0.5)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(length=2.5, width=0.6)
+    if zero_line:
+        axes.axhline(0.0, color=FAINT, linewidth=0.6)
+
+
+def pitch_ticks(axes: "Axes", angles_deg: NDArray[np.float64], most: float = 8.0) -> None:
+    """Angles up the ordinate."""
+    ticks, limits = _angle_scale(angles_deg, most)
+    axes.set_yticks(ticks)
+    axes.set_ylim(*limits)
+
+
+def angle_ticks(axes: "Axes", angles_deg: NDArray[np.float64], most: float = 12.5) -> None:
+    """Angles along the abscissa, at most so many steps."""
+    ticks, limits = _angle_scale(angles_deg, most)
+    axes.set_xticks(ticks)
+    axes.set_xlim(*limits)
+
+
+def _angle_scale(angles_deg: NDArray[np.float64], most: float) -> tuple[list[float], tuple[float, float]]:
+    """Ticks at whole steps that a reader of attitudes expects, and limits with a margin."""
+    lowest, highest = float(angles_deg.min()), float(angles_deg.max())
+    span = highest - lowest
+    step = next((step for step in TICK_STEPS_DEG if span / step <= most), 90.0)
+    first = -(-(lowest - 1e-6) // step) * step
+    count = int((highest - first) / step + 1e-6) + 1
+    margin = 0.035 * span if span > 0.0 else 0.5
+    return [first + step * place for place in range(count)], (lowest - margin, highest + margin)
+
+
+def series_style(place: int, count: int) -> tuple[Any, str]:
+    """Colour and symbol of one replication among ``count``; beyond eight the colours run from dark to light."""
+    if count <= len(SERIES):
+        return SERIES[place], SYMBOLS[place]
+    import matplotlib
+
+    return matplotlib.colormaps["cividis"](place / (count - 1)), SYMBOLS[place % len(SYMBOLS)]

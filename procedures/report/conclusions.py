@@ -1,0 +1,150 @@
+"""What the numbers of one sensor axis say, in plain words: parameters as rows, tests as sentences.
+
+Pure functions of the solution and the observations it was made from. Source: TP 8, table 2; MATH 5.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.observations import Observations
+from ams.solve.result import AxisCalibration, FTest, ParameterEstimate, Replication
+from procedures.report.numbers import ARCSEC_PER_RAD, angle, arcsec, three_digits, two_digits
+from procedures.report.view import AxisView, ParameterRow, TestRow
+
+FloatArray = NDArray[np.float64]
+
+LABELS = {
+    "offset_v": ("offset", "b", "V"),
+    "sensitivity_v_per_g": ("sensitivity", "S", "V/g"),
+    "sensitivity_v_per_dps": ("sensitivity", "S", "V/(°/s)"),
+    "coning_deg": ("coning angle", "Ω", "°"),
+    "azimuth_deg": ("azimuth", "A", "°"),
+    "pitch_misalignment_deg": ("pitch misalignment", "φ", "°"),
+    "offset_tc_v_per_degc": ("offset, temperature", "b₁", "V/°C"),
+    "sensitivity_tc_per_degc": ("sensitivity, temperature", "s₁", "1/°C"),
+    "reference_temperature_degc": ("reference temperature", "T₀", "°C"),
+}
+
+
+def axis_view(
+    axis: str, channel: str, calibration: AxisCalibration, observations: Observations, truth: dict[str, float]
+) -> AxisView:
+    """Everything that is said about one axis. ``truth``: parameter name to the twin's value; empty at the bench."""
+    sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
+    rows = tuple(parameter_row(estimate, sensitivity, truth.get(estimate.name)) for estimate in calibration.parameters)
+    tests = () if calibration.replication is None else _tests(calibration, calibration.replication, observations)
+    return AxisView(axis, channel, calibration, sensitivity, rows, tests)
+
+
+def parameter_row(estimate: ParameterEstimate, sensitivity: float, truth: float | None) -> ParameterRow:
+    """One printed row. ``sensitivity``: magnitude, V/g, that turns an offset into an angle."""
+    label, symbol, unit = LABELS.get(estimate.name, (estimate.name.replace("_", " "), "", ""))
+    factor, expanded = _expanded(estimate)
+    return ParameterRow(
+        name=estimate.name,
+        label=label,
+        symbol=symbol,
+        unit=unit,
+        value=estimate.value,
+        standard_uncertainty=estimate.standard_uncertainty,
+        degrees_of_freedom=estimate.effective_degrees_of_freedom,
+        coverage_factor=factor,
+        expanded_uncertainty=expanded,
+        interval_95=estimate.interval_95,
+        tp_standard_uncertainty=estimate.tp_standard_uncertainty,
+        in_other_terms=_in_other_terms(estimate, expanded, sensitivity),
+        truth=truth,
+    )
+
+
+def _expanded(estimate: ParameterEstimate) -> tuple[float | None, float | None]:
+    """k from Student's t and U = k·u."""
+    u, dof = estimate.standard_uncertainty, estimate.effective_degrees_of_freedom
+    if u is None or dof is None or not dof > 0.0:
+        return None, None
+    from ams.uncertainty.intervals import t_quantile
+
+    factor = float(t_quantile(0.95, dof))
+    return factor, factor * u
+
+
+def _in_other_terms(estimate: ParameterEstimate, expanded: float | None, sensitivity: float) -> str:
+    if expanded is None or estimate.value is None:
+        return ""
+    if estimate.name == "offset_v" and sensitivity > 0.0:
+        return f"{two_digits(arcsec(expanded, sensitivity))}″"
+    if estimate.name.startswith("sensitivity_v") and estimate.value != 0.0:
+        return f"{two_digits(1e6 * expanded / abs(estimate.value))} ppm"
+    return f"{two_digits(3600.0 * expanded)}″" if estimate.name.endswith("_deg") else ""
+
+
+def mean_residuals(
+    calibration: AxisCalibration, observations: Observations
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Pitch (°), roll (°) and mean residual over the replications (V) of every design point, by label."""
+    labels, place = np.unique(observations.point, return_inverse=True)
+    visits = np.bincount(place, minlength=labels.size)
+    columns = (np.rad2deg(observations.pitch_rad), np.rad2deg(observations.roll_rad), calibration.residuals_v)
+    pitch, roll, residual = (np.bincount(place, column, labels.size) / visits for column in columns)
+    return pitch, roll, residual
+
+
+def _tests(calibration: AxisCalibration, replication: Replication, observations: Observations) -> tuple[TestRow, ...]:
+    tp = replication.tp
+    lack_of_fit = _row(
+        "lack of fit",
+        replication.lack_of_fit,
+        (tp.t_bias, tp.f_bias_95),
+        _lack_of_fit_sentence(calibration, replication, observations),
+    )
+    drifts = [
+        _row(f"drift of {name}", test, _tp_drift(replication, name), _drift_sentence(calibration, replication, name))
+        for name, test in replication.drift.items()
+    ]
+    return (lack_of_fit, *drifts)
+
+
+def _row(subject: str, test: FTest, tp: tuple[float, float], conclusion: str) -> TestRow:
+    dof = (test.numerator_dof, test.denominator_dof)
+    return TestRow(subject, test.t, test.f_95, test.p_value, dof, test.is_significant, conclusion, *tp)
+
+
+def _tp_drift(replication: Replication, name: str) -> tuple[float, float]:
+    test = replication.tp.drift.get(name)
+    return (float("nan"), float("nan")) if test is None else (test.t, test.f_95)
+
+
+def _lack_of_fit_sentence(calibration: AxisCalibration, replication: Replication, observations: Observations) -> str:
+    scale = ARCSEC_PER_RAD / float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
+    if not replication.lack_of_fit.is_significant:
+        return "The model describes every attitude within the repeatability: no lack of fit found."
+    pitch, roll, residual = mean_residuals(calibration, observations)
+    worst = int(np.argmax(np.abs(residual)))
+    return (
+        f"The residuals repeat from replication to replication: {two_digits(replication.lack_of_fit_v * scale)}″ "
+        f"(standard deviation over the attitudes), most at pitch {angle(float(pitch[worst]))}, roll "
+        f"{angle(float(roll[worst]))} with {two_digits(abs(float(residual[worst])) * scale)}″. "
+        "The table's own index errors are part of it. It is contained in the stated uncertainties."
+    )
+
+
+def _drift_sentence(calibration: AxisCalibration, replication: Replication, name: str) -> str:
+    test = replication.drift[name]
+    parameter = next((row.name for row in calibration.parameters if row.name.startswith(name)), name)
+    changes = [values.get(parameter, float("nan")) for _, values in sorted(replication.per_replication.items())]
+    if not test.is_significant:
+        return f"No change of {name} from replication to replication found."
+    span = float(np.nanmax(changes) - np.nanmin(changes)) if changes else float("nan")
+    sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
+    return (
+        f"{name.capitalize()} changed between the replications by {_span_text(parameter, span, sensitivity)} "
+        "(largest less smallest). It is contained in the stated uncertainties."
+    )
+
+
+def _span_text(parameter: str, span: float, sensitivity: float) -> str:
+    if parameter == "offset_v":
+        return f"{two_digits(span * 1e6)} µV, {two_digits(arcsec(span, sensitivity))}″"
+    if parameter.startswith("sensitivity_v"):
+        return f"{two_digits(1e6 * span / sensitivity)} ppm"
+    return f"{two_digits(3600.0 * span)}″" if parameter.endswith("_deg") else three_digits(span)

@@ -1,0 +1,44 @@
+"""All figures of a run's report, in the order in which the page shows them.
+
+The same view gives the same bytes, so a report can be compared with its reprint.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from procedures.report.canvas import Figure, style
+from procedures.report.residual_figures import residual_figures
+from procedures.report.run_figures import drift_figure, run_figures
+from procedures.report.view import RunView, SensorView
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Figures of the run, and of each sensor by its name."""
+
+    run: tuple[Figure, ...]
+    sensors: Mapping[str, tuple[Figure, ...]]
+
+    def all(self) -> tuple[Figure, ...]:
+        return (*self.run, *(figure for figures in self.sensors.values() for figure in figures))
+
+
+def draw_figures(view: RunView) -> Figures:
+    """Every figure that has something to show."""
+    with style():
+        return Figures(tuple(run_figures(view)), {sensor.name: _of_sensor(view, sensor) for sensor in view.sensors})
+
+
+def write_figures(figures: Figures, folder: Path) -> tuple[Path, ...]:
+    """One SVG file a figure, for slides and papers."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = tuple(folder / f"{figure.name}.svg" for figure in figures.all())
+    for path, figure in zip(paths, figures.all(), strict=True):
+        path.write_bytes(figure.svg)
+    return paths
+
+
+def _of_sensor(view: RunView, sensor: SensorView) -> tuple[Figure, ...]:
+    drift = drift_figure(sensor) if sensor.axes else None
+    return (*residual_figures(view, sensor), *(() if drift is None else (drift,)))

@@ -1,0 +1,74 @@
+"""The report as one self-contained HTML file: no script, no external resource, the same bytes for the same run.
+
+Everything printed comes from the view; templates only place it. Names and notes of the laboratory are escaped by
+Jinja's autoescape, and a content security policy forbids the page to load anything but its own pictures.
+"""
+
+import hashlib
+from base64 import b64encode
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ams.sets.whole_file import write_whole
+from procedures.report.cells import FILTERS
+from procedures.report.figures import Figures
+from procedures.report.numbers import to_place
+from procedures.report.view import RunView
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+def render_page(view: RunView, figures: Figures) -> str:
+    """The page's text."""
+    style = (TEMPLATES / "page.css").read_text(encoding="utf-8")
+    return (
+        _environment()
+        .get_template("page.html.j2")
+        .render(
+            view=view,
+            figures=figures,
+            style=_trusted(style),
+            style_hash=b64encode(hashlib.sha256(style.encode()).digest()).decode(),
+            attitudes=f"{view.design.points} × {view.design.replications} replications",
+            temperature=_temperature(view),
+        )
+    )
+
+
+def write_page(view: RunView, figures: Figures, path: Path) -> None:
+    """Render and write whole: a reader sees the old page or the new one, never half of one."""
+    write_whole(path, render_page(view, figures).encode("utf-8"))
+
+
+def _environment() -> "Environment":
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(FILTERS)
+    return environment
+
+
+def _trusted(text: str) -> object:
+    """Our own style sheet, which must reach the page as it is for its hash to hold."""
+    from markupsafe import Markup
+
+    return Markup(text)  # noqa: S704 (a constant of this package)
+
+
+def _temperature(view: RunView) -> str:
+    parts: Mapping[str, str] = {
+        trace.name: f"{to_place(float(trace.temperature_degc.min()), -2)} to "
+        f"{to_place(float(trace.temperature_degc.max()), -2)} °C"
+        for trace in view.temperature
+    }
+    return "; ".join(f"{name} {span}" for name, span in parts.items()) or "not measured"

@@ -1,0 +1,187 @@
+"""Figures of the run itself: the design and its order, temperature, reference attitude, parameters by replication."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ams.solve.result import Replication
+from procedures.report.canvas import (
+    FAINT,
+    INK,
+    RED,
+    SERIES,
+    SYMBOLS,
+    Figure,
+    angle_ticks,
+    canvas,
+    pitch_ticks,
+    plain_axes,
+    series_style,
+    to_svg,
+)  # fmt: skip
+from procedures.report.numbers import ARCSEC_PER_RAD
+from procedures.report.view import AxisView, DesignView, ParameterRow, RunView, SensorView
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+DRAWN_SCALE = {"V": (1e6, "µV"), "V/g": (1e6, "µV/g"), "°": (3600.0, "″"), "V/°C": (1e6, "µV/°C")}
+"""A parameter's unit to the factor and the unit in which its small changes are drawn."""
+
+
+def run_figures(view: RunView) -> Iterator[Figure]:
+    """Design map, temperature and reference attitude. Call inside ``canvas.style()``."""
+    if view.design.points:
+        yield _design_map(view.design)
+    if view.temperature:
+        yield _temperature(view)
+    if view.reference:
+        yield _reference(view)
+
+
+def drift_figure(sensor: SensorView) -> Figure | None:
+    """Every parameter by replication; None where there was one replication."""
+    if not any(axis.tests for axis in sensor.axes):
+        return None
+    columns = max(len(axis.parameters) for axis in sensor.axes)
+    height = 0.75 + 1.3 * len(sensor.axes)
+    figure = canvas(height)
+    panels = figure.subplots(len(sensor.axes), columns, squeeze=False)
+    figure.subplots_adjust(left=0.075, right=0.99, top=1 - 0.3 / height, bottom=0.45 / height, hspace=0.55, wspace=0.42)
+    for row, axis in zip(panels, sensor.axes, strict=True):
+        for panel in row[len(axis.parameters) :]:
+            panel.set_axis_off()
+        for panel, parameter in zip(row, axis.parameters, strict=False):
+            _parameter_panel(panel, axis, parameter)
+    for panel in panels[-1]:
+        panel.set_xlabel("replication")
+    return Figure(
+        f"{sensor.slug}-drift",
+        f"{sensor.name}: parameters by replication",
+        "Every replication solved alone, as the change from the mean of all. Bars: ± one standard uncertainty of one "
+        "replication, from the dwell-to-dwell precision. A red title marks a significant drift (after Holm).",
+        to_svg(figure),
+    )
+
+
+def _parameter_panel(panel: "Axes", axis: AxisView, parameter: ParameterRow) -> None:
+    replication = axis.calibration.replication
+    factor, unit = DRAWN_SCALE.get(parameter.unit, (1.0, parameter.unit))
+    changes = {} if replication is None else _changes(replication, parameter.name)
+    plain_axes(panel, zero_line=True)
+    test = next((test for test in axis.tests if test.subject.endswith(parameter.label.split()[0])), None)
+    marked = test is not None and test.is_significant
+    panel.set_title(
+        f"{axis.axis}: {parameter.label} ({unit})", loc="left", pad=3.0, fontsize=7.5, color=RED if marked else INK,
+        fontweight="bold" if marked else "normal",
+    )  # fmt: skip
+    if not changes:
+        panel.text(0.5, 0.5, "not determined", transform=panel.transAxes, ha="center", va="center", color=FAINT)
+        panel.set(xticks=[], yticks=[])
+        return
+    error = None if replication is None else _one_replication(axis, replication, parameter)
+    panel.errorbar(
+        list(changes), [change * factor for change in changes.values()],
+        yerr=None if error is None else error * factor, fmt="o-", color=SERIES[0], markersize=3, linewidth=0.8,
+        elinewidth=0.7, capsize=1.5,
+    )  # fmt: skip
+    panel.set_xlim(min(changes) - 0.5, max(changes) + 0.5)
+    if len(changes) <= 8:
+        panel.set_xticks(list(changes))
+
+
+def _changes(replication: Replication, name: str) -> dict[int, float]:
+    values = {label: row[name] for label, row in sorted(replication.per_replication.items()) if name in row}
+    finite = {label: value for label, value in values.items() if np.isfinite(value)}
+    mean = sum(finite.values()) / len(finite) if finite else 0.0
+    return {label: value - mean for label, value in finite.items()}
+
+
+def _one_replication(axis: AxisView, replication: Replication, parameter: ParameterRow) -> float | None:
+    """Standard uncertainty of one replication's estimate: the pooled one, at the precision alone, times √n."""
+    pooled = parameter.tp_standard_uncertainty
+    if pooled is None or not axis.calibration.standard_error_v > 0.0:
+        return None
+    return (
+        pooled * replication.precision_v / axis.calibration.standard_error_v * float(np.sqrt(replication.replications))
+    )
+
+
+def _design_map(design: DesignView) -> Figure:
+    figure = canvas(3.3)
+    axes = figure.subplots()
+    figure.subplots_adjust(left=0.085, right=0.9, top=0.97, bottom=0.14)
+    plain_axes(axes)
+    axes.plot(design.roll_deg, design.pitch_deg, color=FAINT, linewidth=0.7, zorder=1)
+    marks = axes.scatter(
+        design.roll_deg, design.pitch_deg, c=np.arange(1, design.points + 1), cmap="cividis", s=16, zorder=2,
+        edgecolors="white", linewidths=0.3,
+    )  # fmt: skip
+    for place, name in ((0, "first"), (-1, "last")):
+        axes.annotate(
+            name, (float(design.roll_deg[place]), float(design.pitch_deg[place])), textcoords="offset points",
+            xytext=(4, 5), fontsize=7.5, fontweight="bold",
+            bbox={"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
+        )  # fmt: skip
+    angle_ticks(axes, design.roll_deg)
+    pitch_ticks(axes, design.pitch_deg)
+    axes.set(xlabel="roll (°)", ylabel="pitch (°)")
+    bar = figure.colorbar(marks, cax=figure.add_axes((0.915, 0.14, 0.014, 0.83)))
+    bar.set_label("order of visit")
+    bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+    return Figure(
+        "design",
+        "Design and order of visits",
+        f"The {design.points} attitudes of design {design.kind} in the order “{design.order}”, as the first replication "
+        "visited them.",
+        to_svg(figure),
+    )
+
+
+def _temperature(view: RunView) -> Figure:
+    figure = canvas(2.2)
+    axes = figure.subplots()
+    figure.subplots_adjust(left=0.085, right=0.985, top=0.9, bottom=0.2)
+    plain_axes(axes)
+    for place, trace in enumerate(view.temperature):
+        colour, _ = series_style(place, len(view.temperature))
+        axes.plot(trace.hours, trace.temperature_degc, color=colour, linewidth=0.8, label=trace.name)
+    _interruptions(axes, view)
+    axes.set(xlabel="time since the first dwell (h)", ylabel="temperature (°C)")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=6, borderaxespad=0.0)
+    return Figure(
+        "temperature",
+        "Temperature",
+        "Mean of the readings before and after every dwell. Dashed lines: interruptions.",
+        to_svg(figure),
+    )
+
+
+def _reference(view: RunView) -> Figure:
+    figure = canvas(2.5)
+    axes = figure.subplots()
+    figure.subplots_adjust(left=0.085, right=0.985, top=0.88, bottom=0.18)
+    plain_axes(axes, zero_line=True)
+    for place, trace in enumerate(view.reference):
+        colour, symbol = (
+            series_style(place, len(view.reference)) if len(view.reference) > 1 else (SERIES[0], SYMBOLS[0])
+        )
+        arcsec = trace.change_v / trace.sensitivity_v_per_g * ARCSEC_PER_RAD
+        axes.plot(trace.hours, arcsec, marker=symbol, color=colour, markersize=3, linewidth=0.7, label=trace.label)
+    _interruptions(axes, view)
+    axes.set(xlabel="time since the first dwell (h)", ylabel="change (arc seconds)")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=6, borderaxespad=0.0)
+    return Figure(
+        "reference",
+        "Reference attitude over the run",
+        "Output at the reference attitude less that of its first visit, as an angle (change / |S|). "
+        "Dashed lines: interruptions.",
+        to_svg(figure),
+    )
+
+
+def _interruptions(axes: "Axes", view: RunView) -> None:
+    for interruption in view.interruptions:
+        hours = (interruption.began_utc - view.started_utc).total_seconds() / 3600.0
+        axes.axvline(hours, color=FAINT, linestyle=(0, (3, 2)), linewidth=0.8)

@@ -1,0 +1,137 @@
+"""Is the calibration trustworthy: one plain sentence, and the grounds it stands on.
+
+Three answers only. *Sound*: finished, replicated, and no test speaks against model or stability beyond what the table's
+certificate explains. *Reserved*: usable with the stated uncertainties, but somebody must read the grounds. *Unusable*:
+there is no solution for at least one sensor.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.observations import Observations
+from procedures.report.bands import band_along
+from procedures.report.numbers import angle, arcsec, two_digits
+from procedures.report.view import AxisView, CheckComparison, Counts, Interruption, SensorView, Verdict
+
+TABLE_MARGIN = 1.25
+"""Lack of fit up to this multiple of the table's own standard uncertainty is taken as the table's."""
+CHECK_LIMIT = 4.0
+"""Changes of the check set above this many standard uncertainties are named."""
+
+
+def judge(
+    state: str,
+    counts: Counts,
+    sensors: Sequence[SensorView],
+    interruptions: Sequence[Interruption],
+    checks: Sequence[CheckComparison],
+    table_arcsec: float | None,
+) -> Verdict:
+    """The verdict on a run. ``table_arcsec``: standard uncertainty of the table's indices, pitch and roll together."""
+    failures = [f"{sensor.name}: {sensor.failure}" for sensor in sensors if sensor.failure]
+    doubts = [
+        *_run_doubts(state, counts),
+        *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, table_arcsec)),
+        *_check_doubts(checks),
+    ]
+    facts = [*_explained(sensors, table_arcsec), *_went_on(interruptions), *_rejected(counts)]
+    result = "; ".join(_result(sensor) for sensor in sensors if sensor.axes)
+    if failures:
+        return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
+    if doubts:
+        sentence = f"Usable with the stated uncertainties, with reservations. {result}."
+        return Verdict("reserved", sentence, (*doubts, *facts))
+    return Verdict("sound", f"The calibration is sound. {result}.", tuple(facts))
+
+
+def _result(sensor: SensorView) -> str:
+    """The sensor's result in one clause: which axes, over which attitudes, how good."""
+    axes = ", ".join(axis.axis for axis in sensor.axes)
+    errors = [_as_angle(axis, axis.calibration.standard_error_v) for axis in sensor.axes]
+    if sensor.observations is None:
+        return f"{sensor.name} ({axes}): standard error of one dwell at most {two_digits(max(errors))}″"
+    widest = [_as_angle(axis, _widest_v(axis, sensor.observations)) for axis in sensor.axes]
+    return (
+        f"{sensor.name} ({axes}), {_span('pitch', sensor.observations.pitch_rad)}, "
+        f"{_span('roll', sensor.observations.roll_rad)}: standard error of one dwell at most {two_digits(max(errors))}″, "
+        f"95 % confidence interval of the fitted output at most ±{two_digits(max(widest))}″"
+    )
+
+
+def _widest_v(axis: AxisView, observations: Observations) -> float:
+    return float(band_along(axis.calibration, observations, "pitch").confidence_v.max())
+
+
+def _as_angle(axis: AxisView, voltage_v: float) -> float:
+    return arcsec(voltage_v, axis.sensitivity_v_per_g)
+
+
+def _span(name: str, angle_rad: NDArray[np.float64]) -> str:
+    low, high = float(np.rad2deg(angle_rad.min())), float(np.rad2deg(angle_rad.max()))
+    return f"{name} {angle(low)}" if high - low < 1e-6 else f"{name} {angle(low)} to {angle(high)}"
+
+
+def _run_doubts(state: str, counts: Counts) -> Iterable[str]:
+    if state != "finished":
+        yield f"The run did not finish (state “{state}”)."
+    missing = counts.design_planned - counts.design_accepted
+    if missing > 0:
+        yield f"{missing} of {counts.design_planned} planned design dwells are missing."
+
+
+def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[str]:
+    for axis in sensor.axes:
+        where = f"{sensor.name} {axis.axis}"
+        if not axis.tests:
+            yield f"{where}: one replication only, so lack of fit and drift could not be tested."
+        for test in axis.tests:
+            if test.is_significant and not _is_the_tables(axis, test.subject, table_arcsec):
+                yield f"{where}: {test.subject}. {test.conclusion}"
+        yield from (f"{where}: {warning}" for warning in axis.calibration.warnings)
+    yield from (f"{sensor.name}: {warning}" for warning in sensor.warnings)
+
+
+def _explained(sensors: Sequence[SensorView], table_arcsec: float | None) -> Iterable[str]:
+    axes = [
+        f"{sensor.name} {axis.axis}"
+        for sensor in sensors
+        for axis in sensor.axes
+        if any(test.is_significant and _is_the_tables(axis, test.subject, table_arcsec) for test in axis.tests)
+    ]
+    if axes and table_arcsec is not None:
+        yield (
+            f"Residuals that repeat were found ({', '.join(axes)}), no larger than the table's index errors explain "
+            f"(standard uncertainty {two_digits(table_arcsec)}″, pitch and roll together); they are contained in the "
+            "stated uncertainties."
+        )
+
+
+def _is_the_tables(axis: AxisView, subject: str, table_arcsec: float | None) -> bool:
+    replication = axis.calibration.replication
+    if subject != "lack of fit" or replication is None or table_arcsec is None:
+        return False
+    return _as_angle(axis, replication.lack_of_fit_v) <= TABLE_MARGIN * table_arcsec
+
+
+def _check_doubts(checks: Sequence[CheckComparison]) -> Iterable[str]:
+    for check in checks:
+        if abs(check.mean_change_v) > CHECK_LIMIT * check.scatter_v / check.attitudes**0.5 > 0.0:
+            change_arcsec = arcsec(check.mean_change_v, check.sensitivity_v_per_g)
+            yield (
+                f"{check.label}: the check set after restart {check.epoch - 1} reads {two_digits(change_arcsec)}″ away from "
+                f"that at the start (mean of {check.attitudes} attitudes)."
+            )
+
+
+def _went_on(interruptions: Sequence[Interruption]) -> Iterable[str]:
+    count = len(interruptions)
+    if count:
+        yield f"The run was interrupted {'once' if count == 1 else f'{count} times'}; every interruption is listed below."
+
+
+def _rejected(counts: Counts) -> Iterable[str]:
+    if counts.rejected:
+        plural = "dwell was" if counts.rejected == 1 else "dwells were"
+        yield f"{counts.rejected} {plural} rejected and repeated; each is listed below with its reason."

@@ -1,0 +1,270 @@
+"""One run as one plain value: what every screen draws and nothing a screen must work out for itself.
+
+Made from the journal by :mod:`procedures.report.assemble`; the page, the terminal summary and the figures only read it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.observations import Observations
+from ams.solve.result import AxisCalibration
+
+FloatArray = NDArray[np.float64]
+Trust = Literal["sound", "reserved", "unusable"]
+
+
+@dataclass(frozen=True)
+class ParameterRow:
+    """One parameter as it is printed: its unit stands in ``unit`` and holds for every number of the row."""
+
+    name: str
+    """As in the coefficient set, such as ``offset_v``."""
+    label: str
+    symbol: str
+    unit: str
+    value: float | None
+    standard_uncertainty: float | None
+    degrees_of_freedom: float | None
+    """Effective, of the standard uncertainty."""
+    coverage_factor: float | None
+    """k of the 95 % interval, from Student's t at these degrees of freedom."""
+    expanded_uncertainty: float | None
+    interval_95: tuple[float, float] | None
+    tp_standard_uncertainty: float | None
+    in_other_terms: str
+    """The expanded uncertainty as an angle or in parts per million."""
+    truth: float | None
+    """What the twin's sensor really is; None at the bench."""
+
+
+@dataclass(frozen=True)
+class TestRow:
+    """One test of the replication analysis with its conclusion in plain words."""
+
+    __test__ = False
+    subject: str
+    t: float
+    f_95: float
+    p_value: float
+    dof: tuple[float, float]
+    is_significant: bool
+    """After Holm's correction over the tests of the axis."""
+    conclusion: str
+    tp_t: float
+    """The same test as TP 8 has it, and its limit."""
+    tp_f_95: float
+
+
+@dataclass(frozen=True)
+class AxisView:
+    """One sensor axis: its solution and what is said about it."""
+
+    axis: str
+    channel: str
+    calibration: AxisCalibration
+    sensitivity_v_per_g: float
+    """Magnitude of the sensitive axis; turns volts into angles."""
+    parameters: tuple[ParameterRow, ...]
+    tests: tuple[TestRow, ...]
+    """Empty where there was one replication."""
+
+    @property
+    def is_clear(self) -> bool:
+        """True where no test is significant."""
+        return not any(test.is_significant for test in self.tests)
+
+
+@dataclass(frozen=True)
+class SensorView:
+    """One package: what it is, what was seen, what came out."""
+
+    name: str
+    model: str
+    mount: str
+    is_check_sensor: bool
+    observations: Observations | None
+    axes: tuple[AxisView, ...]
+    warnings: tuple[str, ...]
+    failure: str | None
+    """Why there is no solution; None where there is one."""
+    place: int
+    """1-based among the sensors of the run."""
+
+    @property
+    def slug(self) -> str:
+        """Unique among the sensors and safe in a file name and an anchor."""
+        letters = (letter.lower() if letter.isascii() and letter.isalnum() else "-" for letter in self.name)
+        return f"{self.place}-{''.join(letters)}"
+
+
+@dataclass(frozen=True)
+class Interruption:
+    """A stretch in which the run did not go on."""
+
+    what: str
+    """``paused``, ``held``, ``stopped``, ``tripped``, ``interrupted`` …"""
+    began_utc: datetime
+    ended_utc: datetime | None
+    """None where it never went on."""
+    by: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class RejectedDwell:
+    """A dwell that was judged and not used."""
+
+    utc: datetime
+    step: int
+    purpose: str
+    replication: int
+    point: int
+    attempt: int
+    targets_deg: Mapping[str, float]
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Note:
+    """A line of the audit trail that a reader of the report should see."""
+
+    utc: datetime
+    by: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Device:
+    """A device as it introduced itself."""
+
+    name: str
+    driver: str
+    identity: str
+    standard: str
+
+
+@dataclass(frozen=True)
+class StandardRow:
+    """A certificate the calibration rests on."""
+
+    name: str
+    serial: str
+    certificate: str
+    due: str
+    uncertainty: str
+
+
+@dataclass(frozen=True)
+class DesignView:
+    """The design points in the order of the first replication's visits."""
+
+    kind: str
+    order: str
+    replications: int
+    point: NDArray[np.int64]
+    pitch_deg: FloatArray
+    roll_deg: FloatArray
+
+    @property
+    def points(self) -> int:
+        return int(self.point.size)
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Dwells by what became of them."""
+
+    planned: int
+    accepted: int
+    rejected: int
+    design_planned: int
+    design_accepted: int
+
+
+@dataclass(frozen=True)
+class TemperatureTrace:
+    """One environment over the run, a value a dwell."""
+
+    name: str
+    hours: FloatArray
+    temperature_degc: FloatArray
+
+
+@dataclass(frozen=True)
+class ReferenceTrace:
+    """One channel at the reference attitude, over the run."""
+
+    label: str
+    hours: FloatArray
+    change_v: FloatArray
+    """Against the first visit."""
+    sensitivity_v_per_g: float
+
+
+@dataclass(frozen=True)
+class CheckComparison:
+    """The check set of a later epoch against that of the first, one channel."""
+
+    epoch: int
+    label: str
+    attitudes: int
+    mean_change_v: float
+    largest_change_v: float
+    largest_at: str
+    scatter_v: float
+    """Standard uncertainty of one change, from the samples of both dwells (root mean square over the attitudes)."""
+    sensitivity_v_per_g: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Is it trustworthy: one sentence and what stands behind it."""
+
+    trust: Trust
+    sentence: str
+    grounds: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RunView:
+    """The whole run."""
+
+    title: str
+    run_id: str
+    state: str
+    operator: str
+    rig: str
+    gravity_mps2: float
+    gravity_source: str
+    is_simulated: bool
+    approved_by: str | None
+    started_utc: datetime
+    ended_utc: datetime | None
+    verdict: Verdict
+    design: DesignView
+    counts: Counts
+    sensors: tuple[SensorView, ...]
+    interruptions: tuple[Interruption, ...]
+    rejected: tuple[RejectedDwell, ...]
+    notes: tuple[Note, ...]
+    devices: tuple[Device, ...]
+    standards: tuple[StandardRow, ...]
+    temperature: tuple[TemperatureTrace, ...]
+    reference: tuple[ReferenceTrace, ...]
+    checks: tuple[CheckComparison, ...]
+    declared: Mapping[str, Mapping[str, str]]
+    """Sections of the rig file that are carried as declared: laboratory, job, level, chain, acceptance."""
+    hashes: Mapping[str, str]
+    """What was hashed to its SHA-256."""
+    versions: Mapping[str, str]
+    """Software to its version."""
+
+    @property
+    def stamps(self) -> tuple[str, ...]:
+        """What must be read before any number is."""
+        return (("SIMULATED",) if self.is_simulated else ()) + (() if self.approved_by else ("ENGINEERING",))
