@@ -24,13 +24,13 @@ SERIES = (BLUE, RED, GREEN, ORANGE, PURPLE, SKY, BROWN, INK)
 SYMBOLS = ("o", "s", "^", "D", "v", "P", "X", "*")
 SYMBOL_SIZES = {"s": 0.9, "D": 0.85, "^": 1.15, "v": 1.15, "P": 1.15, "X": 1.1, "*": 1.4}
 """Relative sizes at which the symbols look alike."""
-RASTERISE_FROM = 1200
+RASTERISE_FROM = 400
 """A panel of more points than this is embedded as a picture: the page stays small."""
 TICK_STEPS_DEG = (0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0)
-DPI = 220
+DPI = 200
 """Dots per inch of such a picture."""
 
-STYLE: dict[str, Any] = {
+STYLE: Any = {
     "svg.hashsalt": "calrig",
     "svg.fonttype": "path",
     "font.family": "DejaVu Sans",

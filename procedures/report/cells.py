@@ -1,9 +1,9 @@
 """Cells of the page: every value as the text that stands in a table. The templates call these as filters."""
 
-from base64 import b64encode
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Protocol
+from urllib.parse import quote
 
 import numpy as np
 
@@ -18,13 +18,17 @@ from procedures.report.numbers import (
     to_place,
     two_digits,
     with_uncertainty,
-)  # fmt: skip
+)
 from procedures.report.view import AxisView, Interruption, ParameterRow, RunView
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
 PRIMARY_LABELS = {"offset_v": "b", "k_x_v_per_g": "k forward", "k_y_v_per_g": "k right", "k_z_v_per_g": "k down"}
+
+
+URI_SAFE = " !$()*+,-./:;=?@_~"
+"""What a data URI inside an attribute may hold as it is."""
 
 
 class _HasSensitivity(Protocol):
@@ -122,7 +126,8 @@ def run_duration(view: RunView) -> str:
 
 
 def data_uri(figure: Figure) -> str:
-    return "data:image/svg+xml;base64," + b64encode(figure.svg).decode()
+    """Percent-encoded: a picture inside the figure is base64 already and need not be so twice."""
+    return "data:image/svg+xml," + quote(figure.svg.replace(b"\n", b" "), safe=URI_SAFE)
 
 
 def _minus(text: str) -> str:

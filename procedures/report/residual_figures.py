@@ -25,7 +25,7 @@ from procedures.report.canvas import (
     plain_axes,
     series_style,
     to_svg,
-)  # fmt: skip
+)
 from procedures.report.conclusions import mean_residuals
 from procedures.report.numbers import ARCSEC_PER_RAD
 from procedures.report.view import AxisView, RunView, SensorView
@@ -204,7 +204,7 @@ def _by_attitude(sensor: SensorView, observations: Observations) -> Figure:
     panels[0].set_ylabel("pitch (°)")
     bar = figure.colorbar(marks, cax=figure.add_axes((0.915, 0.15, 0.014, 0.76)))
     bar.set_label("mean residual (arc seconds)")
-    bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+    bar.outline.set_linewidth(0.4)
     return Figure(
         f"{sensor.slug}-residuals-attitude",
         f"{sensor.name}: mean residual by attitude",

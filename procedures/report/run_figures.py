@@ -11,7 +11,6 @@ from procedures.report.canvas import (
     INK,
     RED,
     SERIES,
-    SYMBOLS,
     Figure,
     angle_ticks,
     canvas,
@@ -19,7 +18,7 @@ from procedures.report.canvas import (
     plain_axes,
     series_style,
     to_svg,
-)  # fmt: skip
+)
 from procedures.report.numbers import ARCSEC_PER_RAD
 from procedures.report.view import AxisView, DesignView, ParameterRow, RunView, SensorView
 
@@ -129,12 +128,12 @@ def _design_map(design: DesignView) -> Figure:
     axes.set(xlabel="roll (°)", ylabel="pitch (°)")
     bar = figure.colorbar(marks, cax=figure.add_axes((0.915, 0.14, 0.014, 0.83)))
     bar.set_label("order of visit")
-    bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+    bar.outline.set_linewidth(0.4)
     return Figure(
         "design",
         "Design and order of visits",
-        f"The {design.points} attitudes of design {design.kind} in the order “{design.order}”, as the first replication "
-        "visited them.",
+        f"The {design.points} attitudes of design {design.kind} in the order “{design.order}”, as the first "
+        "replication visited them.",
         to_svg(figure),
     )
 
@@ -164,9 +163,7 @@ def _reference(view: RunView) -> Figure:
     figure.subplots_adjust(left=0.085, right=0.985, top=0.88, bottom=0.18)
     plain_axes(axes, zero_line=True)
     for place, trace in enumerate(view.reference):
-        colour, symbol = (
-            series_style(place, len(view.reference)) if len(view.reference) > 1 else (SERIES[0], SYMBOLS[0])
-        )
+        colour, symbol = series_style(place, len(view.reference))
         arcsec = trace.change_v / trace.sensitivity_v_per_g * ARCSEC_PER_RAD
         axes.plot(trace.hours, arcsec, marker=symbol, color=colour, markersize=3, linewidth=0.7, label=trace.label)
     _interruptions(axes, view)

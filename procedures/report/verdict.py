@@ -55,8 +55,8 @@ def _result(sensor: SensorView) -> str:
     widest = [_as_angle(axis, _widest_v(axis, sensor.observations)) for axis in sensor.axes]
     return (
         f"{sensor.name} ({axes}), {_span('pitch', sensor.observations.pitch_rad)}, "
-        f"{_span('roll', sensor.observations.roll_rad)}: standard error of one dwell at most {two_digits(max(errors))}″, "
-        f"95 % confidence interval of the fitted output at most ±{two_digits(max(widest))}″"
+        f"{_span('roll', sensor.observations.roll_rad)}: standard error of one dwell at most {two_digits(max(errors))}″"
+        f", 95 % confidence interval of the fitted output at most ±{two_digits(max(widest))}″"
     )
 
 
@@ -120,15 +120,16 @@ def _check_doubts(checks: Sequence[CheckComparison]) -> Iterable[str]:
         if abs(check.mean_change_v) > CHECK_LIMIT * check.scatter_v / check.attitudes**0.5 > 0.0:
             change_arcsec = arcsec(check.mean_change_v, check.sensitivity_v_per_g)
             yield (
-                f"{check.label}: the check set after restart {check.epoch - 1} reads {two_digits(change_arcsec)}″ away from "
-                f"that at the start (mean of {check.attitudes} attitudes)."
+                f"{check.label}: the check set after restart {check.epoch - 1} reads {two_digits(change_arcsec)}″ away "
+                f"from that at the start (mean of {check.attitudes} attitudes)."
             )
 
 
 def _went_on(interruptions: Sequence[Interruption]) -> Iterable[str]:
     count = len(interruptions)
     if count:
-        yield f"The run was interrupted {'once' if count == 1 else f'{count} times'}; every interruption is listed below."
+        times = "once" if count == 1 else f"{count} times"
+        yield f"The run was interrupted {times}; every interruption is listed below."
 
 
 def _rejected(counts: Counts) -> Iterable[str]:

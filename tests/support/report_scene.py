@@ -59,7 +59,8 @@ def run_view(scene: Scene) -> RunView:
     chance = np.random.default_rng(scene.seed)
     sensors = tuple(_sensor(scene, name, place, chance) for place, name in enumerate(scene.sensors, start=1))
     observations = sensors[0].observations
-    assert observations is not None and observations.time_s is not None
+    assert observations is not None
+    assert observations.time_s is not None
     first = observations.replication == 1
     interruptions = tuple(_interruption(place) for place in range(scene.interruptions))
     rows = observations.rows
