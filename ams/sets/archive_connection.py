@@ -151,7 +151,7 @@ def _check_schema(connection: "Connection", shown: str) -> None:
     _check_not_newer(revision, known, shown)
     if revision != known[0]:
         raise ArchiveError(
-            f"{shown}: has the older schema {revision}, this calrig reads {known[0]}; publishing a set to it migrates it"
+            f"{shown}: has the older schema {revision}, this calrig reads {known[0]}; publish a set to migrate it"
         )
 
 

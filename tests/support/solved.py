@@ -96,7 +96,7 @@ def provenance(**changes: object) -> Provenance:
         ),
         mount={"x": "+pitch", "datum": "face A"},
         chain={"x": {"load_resistor_ohm": 2500, "ratiometric": False}},
-        job={"customer": "=HYPERLINK(\"http://example.invalid\")", "item": "-1\r\n@x"},
+        job={"customer": '=HYPERLINK("http://example.invalid")', "item": "-1\r\n@x"},
         laboratory={"name": "Instrument Laboratory"},
     )
     return replace(base, **changes)

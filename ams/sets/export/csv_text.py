@@ -41,9 +41,9 @@ def to_csv(coefficients: CoefficientSet) -> bytes:
 def from_csv(content: bytes, where: str) -> CoefficientSet:
     """The set in the bytes of a file. Raises: SetError where the file is not whole, was changed, or is no set."""
     body = _checked_body(content, where)
-    rows = list(csv.reader(io.StringIO(body.decode("utf-8"), newline="")))[1:]
-    leaves = [(_parts(path), _value(kind, text, f"{where}: {path}")) for path, kind, text, _ in rows]
-    return from_document(_tree(leaves), where)
+    rows = csv.reader(io.StringIO(body.decode("utf-8"), newline=""))
+    leaves = [_leaf(row, f"{where}: row {number}") for number, row in enumerate(rows, 1) if number > 1]
+    return from_document(_tree(leaves, where) if leaves else {}, where)
 
 
 def _checksum_line(content: bytes) -> bytes:
@@ -109,36 +109,52 @@ def _cell(value: Json) -> tuple[str, str]:
     return "number", json.dumps(value)
 
 
+Leaf = tuple[tuple[str | int, ...], Json]
+
+
+def _leaf(row: list[str], where: str) -> Leaf:
+    if len(row) != len(HEADER):
+        raise SetError(f"{where}: has {len(row)} cells, needed are {len(HEADER)}; {INTACT}")
+    return _parts(row[0]), _value(row[1], row[2], f"{where}: {row[0]}")
+
+
 def _value(kind: str, text: str, where: str) -> Json:
     if kind == "text":
         return text.removeprefix("'")
-    constants: dict[str, Json] = {"true": True, "false": False, "null": None, "empty list": [], "empty table": {}}
     if kind == "number":
-        number: Json = json.loads(text)
-        return number
+        return _number(text, where)
+    constants: dict[str, Json] = {"true": True, "false": False, "null": None, "empty list": [], "empty table": {}}
     if kind not in constants:
         raise SetError(f"{where}: kind: got {kind!r}, allowed are number, text, {', '.join(constants)}; {INTACT}")
     return constants[kind]
 
 
-Leaf = tuple[tuple[str | int, ...], Json]
+def _number(text: str, where: str) -> float:
+    if not re.fullmatch(r"-?\d{1,400}(\.\d+)?(e[+-]\d{1,3})?", text):
+        raise SetError(f"{where}: is no number: got {text[:40]!r}; {INTACT}")
+    return float(text) if re.search(r"[.e]", text) else int(text)
 
 
 def _parts(path: str) -> tuple[str | int, ...]:
     return tuple(
-        int(part[1:-1]) if part.startswith("[") else part.replace("~2", "[").replace("~1", "/").replace("~0", "~")
+        int(part[1:-1])
+        if re.fullmatch(r"\[\d{1,9}\]", part)
+        else part.replace("~2", "[").replace("~1", "/").replace("~0", "~")
         for part in path.split("/")[1:]
     )
 
 
-def _tree(leaves: list[Leaf]) -> Json:
-    """The value whose leaves, in order, these are."""
-    if not leaves or not leaves[0][0]:
-        return leaves[0][1] if leaves else {}
-    branches: list[tuple[str | int, Json]] = [
-        (first, _tree([(parts[1:], value) for parts, value in inside]))
-        for first, inside in groupby(leaves, key=lambda leaf: leaf[0][0])
+def _tree(leaves: list[Leaf], where: str) -> Json:
+    """The value whose leaves, in order, these are. Raises: SetError where they make no value."""
+    if not leaves[0][0] and len(leaves) == 1:
+        return leaves[0][1]
+    branches = [
+        (first, [(parts[1:], value) for parts, value in inside])
+        for first, inside in groupby(leaves, key=lambda leaf: leaf[0][0] if leaf[0] else None)
     ]
-    if isinstance(branches[0][0], int):
-        return [value for _, value in branches]
-    return {str(first): value for first, value in branches}
+    names = [first for first, _ in branches]
+    if all(isinstance(name, str) for name in names) and len(set(names)) == len(names):
+        return {str(name): _tree(inside, where) for name, inside in branches}
+    if names == list(range(len(names))):
+        return [_tree(inside, where) for _, inside in branches]
+    raise SetError(f"{where}: rows contradict each other: one path stands twice or ends inside another; {INTACT}")

@@ -11,6 +11,7 @@ from ams.errors import SetError
 from ams.sets.canonical import Json, canonical_bytes, render
 from ams.sets.coefficients import CoefficientSet, from_document
 
+LINE_FEED = b"\n"
 INTACT = "the set is not used; take an intact copy, or export the set again from the archive"
 
 
@@ -27,15 +28,7 @@ def from_json(content: bytes, where: str) -> CoefficientSet:
     coefficients = from_document(_parsed(content, where), where)
     written = render(coefficients.document)
     if written != content:
-        position = next(
-            (i for i, pair in enumerate(zip(written, content, strict=False)) if pair[0] != pair[1]),
-            min(len(written), len(content)),
-        )
-        line = content[:position].count(b"\n") + 1
-        raise SetError(
-            f"{where}:{line}: is not byte for byte what was written, though its values read the same: reformatted, "
-            f"saved again by another program, or damaged; {INTACT}"
-        )
+        raise SetError(_difference(written, content, where))
     return coefficients
 
 
@@ -56,6 +49,18 @@ def _parsed(content: bytes, where: str) -> Json:
             raise SetError(f"{where}: is truncated: it breaks off after {len(content)} bytes; {INTACT}") from error
         raise SetError(f"{where}: is not JSON: {error}; it is damaged or another kind of file; {INTACT}") from error
     return value
+
+
+def _difference(written: bytes, content: bytes, where: str) -> str:
+    if written.startswith(content):
+        return f"{where}: is truncated: it breaks off after {len(content)} of {len(written)} bytes; {INTACT}"
+    position = next(
+        (i for i, pair in enumerate(zip(written, content, strict=False)) if pair[0] != pair[1]), len(written)
+    )
+    return (
+        f"{where}:{written[:position].count(LINE_FEED) + 1}: is not byte for byte what was written, though its values "
+        f"read the same: reformatted, saved again by another program, or damaged; {INTACT}"
+    )
 
 
 def _finite(text: str) -> float:

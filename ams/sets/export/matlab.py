@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from ams.errors import SetError, VectorsDisagree
-from ams.sets.canonical import Document, Json
+from ams.sets.canonical import Document, Json, table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.equations import AxisNumbers
 from ams.sets.export.json_text import from_json, to_json
 
 HEAD_BYTES = 116
@@ -85,14 +84,13 @@ def _read_struct(content: bytes, where: str) -> Mapping[str, Any]:
 def _struct(coefficients: CoefficientSet) -> dict[str, Any]:
     document = coefficients.document
     content = _matlab({key: value for key, value in document.items() if key != "test_vectors"})
-    content["test_vectors"] = _vectors_struct(document["test_vectors"])
+    content["test_vectors"] = _vectors_struct(coefficients.test_vectors)
     content["how_to_read"] = HOW_TO_READ
     content["document_json"] = to_json(coefficients).decode("utf-8")
     return dict(content)
 
 
-def _vectors_struct(section: Json) -> dict[str, Any]:
-    assert isinstance(section, dict), "the schema was checked"
+def _vectors_struct(section: Document) -> dict[str, Any]:
     texts = {key: _matlab(value) for key, value in section.items() if key not in ("forward", "inverse")}
     return {**texts, "forward": _columns(section["forward"]), "inverse": _columns(section["inverse"])}
 
@@ -153,42 +151,34 @@ def _name(key: str, taken: Mapping[str, Any]) -> str:
 
 def _check_numbers(struct: Mapping[str, Any], coefficients: CoefficientSet, where: str) -> None:
     """What a reader of the struct uses is what the document says. Raises: VectorsDisagree."""
-    for name, numbers in coefficients.axes.items():
-        read = _numbers_of(struct, name)
-        if read != numbers:
-            raise VectorsDisagree(
-                f"{where}: axis {name}: the struct holds other coefficients than the document in the same file: got "
-                f"{dict(read.primary)}, the document has {dict(numbers.primary)}; do not use this file; export again"
-            )
-    expected = _vectors_struct(coefficients.document["test_vectors"])
-    for kind in ("forward", "inverse"):
-        if not _same_columns(struct["test_vectors"][kind], expected[kind]):
-            raise VectorsDisagree(
-                f"{where}: test_vectors.{kind}: the struct holds other test vectors than the document in the file; "
-                "do not use this file; export again"
-            )
+    axes = table(coefficients.document["axes"])
+    expected = _matlab({name: _used_numbers(table(section)) for name, section in axes.items()})
+    if not _agrees(struct["axes"], expected):
+        raise VectorsDisagree(
+            f"{where}: axes: the struct holds other coefficients than the document in the same file; "
+            "do not use this file; export the set again"
+        )
+    if not _agrees(struct["test_vectors"], _vectors_struct(coefficients.test_vectors)):
+        raise VectorsDisagree(
+            f"{where}: test_vectors: the struct holds other test vectors than the document in the same file; "
+            "do not use this file; export the set again"
+        )
 
 
-def _numbers_of(struct: Mapping[str, Any], axis: str) -> AxisNumbers:
-    section = struct["axes"][_name(axis, {})]
-    return AxisNumbers(
-        axis=axis,
-        model=str(section["equation"]["name"]),
-        nominal_axis=str(section["nominal_axis"]),
-        primary={name: float(value) for name, value in section["primary"]["values"].items()},
-        parameters={name: _number(entry["value"]) for name, entry in section["parameters"].items()},
-    )
+def _used_numbers(section: Document) -> Document:
+    parameters = table(section["parameters"])
+    return {
+        "nominal_axis": section["nominal_axis"],
+        "equation": section["equation"],
+        "primary": {"values": table(section["primary"])["values"]},
+        "parameters": {name: {"value": table(entry)["value"]} for name, entry in parameters.items()},
+    }
 
 
-def _number(value: Any) -> float | None:
-    return None if np.size(value) == 0 else float(value)
-
-
-def _same_columns(read: Any, expected: Any) -> bool:
+def _agrees(read: Any, expected: Any) -> bool:
+    """Whether what was read holds at least what is expected, number for number."""
     if isinstance(expected, dict):
-        return (
-            isinstance(read, dict)
-            and set(read) == set(expected)
-            and all(_same_columns(read[name], column) for name, column in expected.items())
+        return isinstance(read, dict) and all(
+            name in read and _agrees(read[name], inner) for name, inner in expected.items()
         )
     return bool(np.array_equal(np.ravel(read), np.ravel(expected)))
