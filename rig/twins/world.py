@@ -106,6 +106,9 @@ class World:
         self._steady_v.clear()
         self.air[environment].hold(setpoint_degc, now_s)
 
+    def setpoint_degc(self, environment: str) -> float:
+        return self.air[environment].setpoint_degc
+
     def read_voltage_v(self, channel: str, now_s: float) -> float:
         """One reading of a channel such as ``dmm.x``; a channel with nothing behind it is a short.
 

@@ -1,0 +1,188 @@
+"""Modbus RTU over any byte stream: frames and checksums by pymodbus, the conversation by ourselves.
+
+RTU has no transaction number. pymodbus' own client takes a reply that comes after its time-out for the answer to the
+next question and says nothing (seen with 3.16.1). So here a reply must have exactly the length, unit, function and
+echo that its question asks for; after any doubt the line must fall silent, and then a register whose value is known
+(the sentinel) must answer before the next question is asked. Only this module and the twins import pymodbus.
+"""
+
+import logging
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeVar
+
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, LinkLost, RigError
+from rig.exchange import ExchangeCounts, Patience
+from rig.link.byte_stream import ByteStream
+
+if TYPE_CHECKING:
+    from pymodbus.pdu import ModbusPDU
+
+_Answer = TypeVar("_Answer")
+
+_READ = 3
+_EXCEPTION_LENGTH = 5
+_WRITE_LENGTH = 8
+_BUSY = (5, 6)
+_BUSY_ATTEMPTS, _BUSY_S = 5, 0.2
+_EXCEPTIONS: dict[int, tuple[type[RigError], str]] = {
+    1: (DeviceRefused, "illegal function"),
+    2: (DeviceRefused, "illegal register address"),
+    3: (DeviceRefused, "illegal value"),
+    4: (DeviceFault, "device failure"),
+    5: (DeviceRefused, "acknowledged, still busy"),
+    6: (DeviceRefused, "busy"),
+    8: (DeviceFault, "memory parity error"),
+    10: (LinkLost, "gateway path unavailable"),
+    11: (LinkLost, "gateway target silent"),
+}
+
+
+class ModbusRtu:
+    """The master of one slave. Values are raw registers, 0 to 65535."""
+
+    def __init__(
+        self, stream: ByteStream, unit: int, *, baud_rate: int = 9600, patience: Patience | None = None
+    ) -> None:
+        from pymodbus.framer import FramerRTU
+        from pymodbus.pdu import DecodePDU
+
+        logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # it logs whole frames as errors
+        self.stream = stream
+        self.counts = ExchangeCounts()
+        self._unit = unit
+        self._patience = patience or Patience()
+        self._framer = FramerRTU(DecodePDU(False))
+        self._gap_s = max(3.5 * 11.0 / baud_rate, 0.00175)
+        self._sentinel: tuple[int, int] | None = None
+        self._is_in_doubt = True
+
+    def set_sentinel(self, address: int, value: int) -> None:
+        """A register whose value never changes: after a doubt it must answer so before anything else is believed."""
+        self._sentinel = (address, value)
+
+    def read_holding(self, address: int, count: int = 1) -> tuple[int, ...]:
+        """``count`` holding registers from ``address`` (function 3).
+
+        Raises: DeviceSilent, DeviceNonsense, DeviceRefused, DeviceFault, LinkLost.
+        """
+        return self._repeated(lambda: self._read(address, count))
+
+    def write_register(self, address: int, value: int) -> None:
+        """One register (function 6), whose echo must repeat address and value. Raises as :meth:`read_holding`."""
+        self._repeated(lambda: self._write(address, value))
+
+    def _read(self, address: int, count: int) -> tuple[int, ...]:
+        from pymodbus.pdu.register_message import ReadHoldingRegistersRequest
+
+        request = ReadHoldingRegistersRequest(dev_id=self._unit, address=address, count=count)
+        return tuple(self._transact(request).registers)
+
+    def _write(self, address: int, value: int) -> None:
+        from pymodbus.pdu.register_message import WriteSingleRegisterRequest
+
+        request = WriteSingleRegisterRequest(dev_id=self._unit, address=address, registers=[value])
+        reply = self._transact(request)
+        if (reply.address, *reply.registers) != (address, value):
+            raise self._nonsense(request, f"the echo names register {reply.address}, value {list(reply.registers)}")
+
+    def _repeated(self, question: Callable[[], _Answer]) -> _Answer:
+        """Registers may be read twice, and absolute values written twice: ask again after silence or nonsense."""
+        for attempt in range(1, self._patience.attempts + 1):
+            try:
+                self._clear_the_line()
+                return question()
+            except (DeviceSilent, DeviceNonsense) as error:
+                self._is_in_doubt = True
+                self.counts.silent += isinstance(error, DeviceSilent)
+                self.counts.nonsense += isinstance(error, DeviceNonsense)
+                if attempt == self._patience.attempts:
+                    raise
+                self.counts.repeated += 1
+        raise AssertionError("a question is asked at least once")
+
+    def _clear_the_line(self) -> None:
+        """Bytes that wait before a question are nobody's answer: they put the line in doubt."""
+        waiting = self.stream.discard_input()
+        self.counts.stale_bytes += len(waiting)
+        if not (waiting or self._is_in_doubt):
+            return
+        self._wait_for_quiet()
+        if self._sentinel is not None:
+            address, value = self._sentinel
+            told = self._read(address, 1)
+            if told != (value,):
+                raise DeviceNonsense(
+                    f"{self.stream.name}: register {address} is {value} and cannot be {told[0]}: replies are shifted or"
+                    " another device answers; nothing was taken from it; check the line and its other masters"
+                )
+        self._is_in_doubt = False
+
+    def _wait_for_quiet(self) -> None:
+        clock = self.stream.clock
+        limit_s = clock.monotonic_s() + self._patience.quiet_limit_s
+        while stale := self.stream.read(clock.monotonic_s() + self._patience.quiet_s):
+            self.counts.stale_bytes += len(stale)
+            if clock.monotonic_s() >= limit_s:
+                raise DeviceNonsense(f"{self.stream.name}: the line does not fall quiet; check what else talks on it")
+
+    def _transact(self, request: "ModbusPDU") -> "ModbusPDU":
+        """One question and its whole reply; a busy slave is asked again for a while."""
+        for _ in range(_BUSY_ATTEMPTS):
+            reply = self._decode(request, self._exchange(request))
+            if not (reply.isError() and reply.exception_code in _BUSY):
+                break
+            self.stream.clock.sleep(_BUSY_S)
+        if reply.isError():
+            kind, text = _EXCEPTIONS.get(reply.exception_code, (DeviceNonsense, "unknown exception"))
+            raise kind(
+                f"{self.stream.name}: unit {self._unit} answered exception {reply.exception_code} ({text}) to"
+                f" {_told(request)}; nothing was changed; compare the request with the device's manual"
+            )
+        return reply
+
+    def _exchange(self, request: "ModbusPDU") -> bytes:
+        clock = self.stream.clock
+        self.counts.asked += 1
+        clock.sleep(self._gap_s)
+        self.stream.write(self._framer.buildFrame(request))
+        deadline_s = clock.monotonic_s() + self._patience.timeout_s
+        frame = b""
+        while len(frame) < (_EXCEPTION_LENGTH if len(frame) > 1 and frame[1] & 0x80 else _reply_length(request)):
+            more = self.stream.read(deadline_s)
+            if not more:
+                raise DeviceSilent(
+                    f"{self.stream.name}: no whole reply to {_told(request)}: got {frame.hex(' ') or 'nothing'} within"
+                    f" {self._patience.timeout_s:g} s; nothing was taken from it; check power, unit number and line"
+                )
+            frame += more
+        return frame
+
+    def _decode(self, request: "ModbusPDU", frame: bytes) -> "ModbusPDU":
+        is_exception = frame[1] == request.function_code | 0x80
+        wrong = [
+            (frame[0] != self._unit, f"unit {frame[0]} answered"),
+            (frame[1] & 0x7F != request.function_code, f"function {frame[1]} answered"),
+            (is_exception and len(frame) != _EXCEPTION_LENGTH, "more bytes than one reply"),
+            (not is_exception and len(frame) != _reply_length(request), "more bytes than one reply"),
+            (frame[1] == _READ and frame[2] != 2 * request.count, f"it holds {frame[2]} bytes"),
+            (self._framer.compute_CRC(frame[:-2]).to_bytes(2, "big") != frame[-2:], "the checksum is wrong"),
+        ]
+        reasons = [reason for is_wrong, reason in wrong if is_wrong]
+        reply = None if reasons else self._framer.decoder.decode(frame[1:-2])
+        if reply is None:
+            raise self._nonsense(request, f"got {frame.hex(' ')}: {(reasons or ['not decodable'])[0]}")
+        return reply
+
+    def _nonsense(self, request: "ModbusPDU", why: str) -> DeviceNonsense:
+        return DeviceNonsense(
+            f"{self.stream.name}: no answer to {_told(request)}: {why}; nothing was taken from it;"
+            " check the line settings, the unit number and other masters on this line"
+        )
+
+
+def _reply_length(request: "ModbusPDU") -> int:
+    return 5 + 2 * request.count if request.function_code == _READ else _WRITE_LENGTH
+
+
+def _told(request: "ModbusPDU") -> str:
+    return f"function {request.function_code}, register {request.address}"
