@@ -1,11 +1,29 @@
-"""HP/Agilent/Keysight 3458A multimeter behind an HP 3488A scanner, by GPIB."""
+"""HP/Agilent/Keysight 3458A multimeter behind an HP 3488A scanner, by GPIB.
 
+Whatever the meter was told is read back, a burst counts only when the scanner shows the same channel before and
+after it, the meter reports no error and no loss of power, and no byte is left over on the line.
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+import numpy as np
+from pydantic import Field, field_validator, model_validator
 
+from rig.clock import Clock
+from rig.devices.abilities import Burst, Wait
+from rig.devices.hp3458a_meter import Hp3458aMeter, Setup
+from rig.devices.hp3488a import Hp3488aScanner
+from rig.errors import LinkClosed, LinkLost, RequestRefused
+from rig.link.byte_stream import ByteStream
+from rig.link.gpib import GpibBus, GpibResource, parse_resource
+from rig.link.prologix import PrologixBus
 from rig.settings import NotNegative, Positive, ReadoutSettings
 from rig.toml_file import StrictTable
+from rig.wire import hp3458a as wire
+from rig.wire import hp3488a as scanner_wire
 
 
 class ScannedChannel(StrictTable):
@@ -14,6 +32,13 @@ class ScannedChannel(StrictTable):
     scanner: Annotated[int, Field(ge=0, le=599)]
     """Three digits, slot and channel; below 100 it means slot 1."""
     range_v: Positive
+
+    @field_validator("range_v")
+    @classmethod
+    def _is_a_range(cls, range_v: float) -> float:
+        if range_v not in wire.FULL_SCALE_V:
+            raise ValueError(f"the meter has no such range, got {range_v:g} V (allowed: 0.1, 1, 10, 100, 1000 V)")
+        return range_v
 
     @property
     def scanner_channel(self) -> int:
@@ -59,3 +84,115 @@ class Hp3458aSettings(ReadoutSettings):
     def reading_s(self, nplc: float | None = None) -> float:
         """Autozero takes a second conversion for every reading."""
         return 2.0 * (self.nplc if nplc is None else nplc) / self.line_frequency_hz
+
+
+class Hp3458aReadout:
+    """A :class:`rig.devices.abilities.Readout`. ``clock`` is the rig's; the bus has its own for time-outs."""
+
+    def __init__(
+        self,
+        name: str,
+        settings: Hp3458aSettings,
+        bus: GpibBus,
+        clock: Clock,
+        scanner_bus: GpibBus | None = None,
+    ) -> None:
+        self.name = name
+        self.channels = tuple(f"{name}.{channel}" for channel in settings.channels)
+        self._bus = bus
+        self._nplc = settings.nplc
+        self._clock = clock
+        self._inputs = dict(zip(self.channels, settings.channels.values(), strict=True))
+        address = parse_resource(settings.resource, wire.DEFAULT_ADDRESS).address
+        self.meter = Hp3458aMeter(name, bus, address, settings.line_frequency_hz, clock)
+        self.scanner = Hp3488aScanner(
+            name,
+            scanner_bus or bus,
+            scanner_resource(settings).address,
+            [entry.scanner_channel for entry in settings.channels.values()],
+            settings.relay_settle_s,
+            clock,
+        )
+
+    def identify(self) -> str:
+        return f"{self.meter.identify()}, {self.scanner.identify()}, by {self._bus.identify()}"
+
+    def prepare(self) -> None:
+        self.meter.prepare()
+        self.scanner.prepare(self._clock.sleep)
+
+    def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
+        entry = self._entry(channel, samples)
+        setup = Setup(entry.range_v, self._nplc if nplc is None else nplc, samples)
+        with self._quiet_unless_done():
+            self.scanner.select(entry.scanner_channel, wait)
+            self.meter.set_up(setup)
+            values_v, started_s = self.meter.burst(setup, wait)
+            self.scanner.verify(entry.scanner_channel)
+            self.meter.require_undisturbed()
+        overload = np.abs(values_v) > wire.LARGEST_READING_V
+        values_v[overload] = np.nan
+        return Burst(channel, values_v, overload, started_s, self.meter.reading_s(setup.nplc))
+
+    def reading_s(self, nplc: float | None = None) -> float:
+        return self.meter.reading_s(self._nplc if nplc is None else nplc)
+
+    def checks(self) -> Mapping[str, float]:
+        return {"meter_temperature_degc": self.meter.temperature_degc()}
+
+    def close(self) -> None:
+        self._bus.close()
+
+    def _entry(self, channel: str, samples: int) -> ScannedChannel:
+        if channel not in self._inputs:
+            raise RequestRefused(
+                f"{self.name}: no channel {channel!r} (allowed: {', '.join(self.channels)}); nothing was switched"
+            )
+        if samples < 1:
+            raise RequestRefused(f"{self.name}: {channel}: got {samples} readings, at least 1; nothing was switched")
+        return self._inputs[channel]
+
+    @contextmanager
+    def _quiet_unless_done(self) -> Iterator[None]:
+        """Whatever ends a burst early leaves the meter cleared and everything to be set up again."""
+        needs_clear = True
+        try:
+            yield
+            needs_clear = False
+        except (LinkLost, LinkClosed):
+            needs_clear = False  # there is no line to clear it by
+            self.meter.forget()
+            self.scanner.forget()
+            raise
+        finally:
+            if needs_clear:
+                self.scanner.forget()
+                self.meter.clear()
+
+
+def scanner_resource(settings: Hp3458aSettings) -> GpibResource:
+    """Where the scanner is: by default on the meter's own controller, address 9. Raises: RequestRefused."""
+    if settings.scanner_resource is None:
+        return replace(parse_resource(settings.resource, wire.DEFAULT_ADDRESS), address=scanner_wire.DEFAULT_ADDRESS)
+    return parse_resource(settings.scanner_resource, scanner_wire.DEFAULT_ADDRESS)
+
+
+def connect(
+    name: str,
+    settings: Hp3458aSettings,
+    stream: ByteStream,
+    clock: Clock,
+    scanner_stream: ByteStream | None = None,
+) -> Hp3458aReadout:
+    """The readout behind a Prologix adapter at ``stream``; a scanner on an adapter of its own needs its stream, too.
+
+    Raises: RequestRefused, DeviceSilent, DeviceNonsense, DeviceRefused, LinkLost.
+    """
+    meter, scanner = parse_resource(settings.resource, wire.DEFAULT_ADDRESS), scanner_resource(settings)
+    if meter.bus != scanner.bus and scanner_stream is None:
+        raise RequestRefused(
+            f"{name}: scanner_resource {settings.scanner_resource!r} is not on the meter's adapter {meter.port!r};"
+            " nothing was opened; leave scanner_resource out or open its own adapter"
+        )
+    scanner_bus = PrologixBus(scanner_stream) if scanner_stream is not None else None
+    return Hp3458aReadout(name, settings, PrologixBus(stream), clock, scanner_bus)

@@ -80,7 +80,8 @@ ERRORS: Mapping[int, str] = {
 }
 """Bit of ``ERR?`` to its text; ``ERRSTR?`` numbers it 100 + position of the bit."""
 HARMFUL_ERRORS = frozenset({100, 101, 108, 109, 110, 114})
-"""Numbers of ``ERRSTR?`` that speak of the meter and not of what it was told; all of the 200 series do, too."""
+LARGEST_READING_V = 1.0e30
+"""Beyond this a reading is the overload mark, even with a damaged mantissa."""
 
 _NUMBER = re.compile(rb" *[+-]?\d{1,12}(?:\.\d{0,16})?(?:E[+-]?\d{1,2})?", re.IGNORECASE)
 _ERROR_STRING = re.compile(rb' *(\d{1,3}) *, *"([^"]*)"')
@@ -109,9 +110,14 @@ def parse_pair(line: bytes) -> tuple[float, float]:
     return parse_number(first), parse_number(second)
 
 
-def is_overload(reading_v: float) -> bool:
-    """Whether a reading is the overload mark, with room for a damaged mantissa: no input reaches 1e30 V."""
-    return abs(reading_v) > 1.0e30
+def parse_reading(line: bytes) -> tuple[float, int]:
+    """A reading, volts, and the number of its characters: equal for all readings of a burst. Raises: DeviceNonsense."""
+    return parse_number(line), len(line)
+
+
+def is_harmful(error: int) -> bool:
+    """Whether a number of ``ERRSTR?`` speaks of the meter itself and not of what it was told."""
+    return error in HARMFUL_ERRORS or error >= 200
 
 
 def parse_identity(line: bytes) -> str:

@@ -68,7 +68,7 @@ def serial_poll(primary: int) -> bytes:
 
 def message(text: bytes) -> bytes:
     """The host line that carries ``text`` to the addressed instrument."""
-    return _SPECIAL.sub(rb"\x1b\g<0>", text) + b"\n"
+    return _SPECIAL.sub(b"\x1b\\g<0>", text) + b"\n"
 
 
 def parse_number(line: bytes) -> int:

@@ -1,0 +1,220 @@
+"""The 3458A alone: set up, read back, triggered, fetched.
+
+A burst is armed once (``TARM SGL``) and the meter paces it; each reading is waited for in rig time, looked for by
+serial poll where it is long, then fetched. What the meter was told is read back before it is trusted.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.clock import Clock
+from rig.devices.abilities import Wait
+from rig.devices.waiting import wait_until
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused
+from rig.exchange import shown
+from rig.link.gpib import GpibBus
+from rig.wire import hp3458a as wire
+from rig.wire.hp3458a import Event, Status
+
+Reply = TypeVar("Reply")
+
+INTEGRATIONS_PER_READING = 2.0
+"""Autozero measures an internal zero with every reading."""
+OVERHEAD_S = 0.001
+POLL_ABOVE_S = 1.0
+"""A reading longer than this is fetched only once the meter says that it is there: the adapter gives up after 3 s."""
+DATA_LIMIT_S = 3.0
+"""How much later than expected a reading may come."""
+READY_LIMIT_S = 10.0
+READ_BACK_TOLERANCE = 1e-3
+LONGEST_ERROR_LIST = 40
+
+CONFIGURATION = b"QFORMAT NORM;INBUF ON;OFORMAT ASCII;MEM OFF;MATH OFF;AZERO ON;TRIG AUTO;TARM HOLD"
+"""INBUF ON frees the bus during a burst, so that the meter can be polled and cleared."""
+CONFIRMED: tuple[tuple[bytes, float], ...] = ((b"OFORMAT?", 1), (b"AZERO?", 1), (b"TRIG?", 1), (b"TARM?", 4))
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """What may differ from one burst to the next."""
+
+    range_v: float
+    nplc: float
+    samples: int
+
+
+class Hp3458aMeter:
+    """The meter at ``address``. ``clock`` is the rig's; the bus has its own for time-outs."""
+
+    def __init__(self, name: str, bus: GpibBus, address: int, line_frequency_hz: int, clock: Clock) -> None:
+        self.name = name
+        self.earlier_errors: tuple[str, ...] = ()
+        """Errors that :meth:`prepare` found left over from earlier use."""
+        self._bus = bus
+        self._address = address
+        self._line_frequency_hz = line_frequency_hz
+        self._clock = clock
+        self._setup: Setup | None = None
+        self._power_on_sign = Status(0)
+
+    def identify(self) -> str:
+        self._bus.send(self._address, b"END ALWAYS")
+        return f"{self._ask(b'ID?', wire.parse_identity)} at address {self._address}"
+
+    def prepare(self) -> None:
+        """Clear, reset, identify, configure, read back."""
+        self._setup = None
+        self._bus.clear(self._address)
+        self._bus.send(self._address, b"END ALWAYS")
+        self._bus.send(self._address, b"RESET;TARM HOLD;END ALWAYS;CSB")
+        self._await_ready()
+        self._ask(b"ID?", wire.parse_identity)
+        self.earlier_errors = self._earlier_errors()
+        self._configure()
+        # Where CSB does not clear the sign, it says nothing about what happens from here on.
+        self._power_on_sign = Status.POWER_ON & ~Status(self._bus.serial_poll(self._address))
+
+    def set_up(self, setup: Setup) -> None:
+        """Send what one burst needs and read it back. Raises: DeviceRefused."""
+        if setup == self._setup:
+            return
+        if self._setup is None:
+            self._configure()
+        self._setup = None
+        command = f"DCV {setup.range_v:g};NPLC {setup.nplc:g};NRDGS {setup.samples},AUTO"
+        self._bus.send(self._address, command.encode("ascii"))
+        self._require_pair(b"FUNC?", (wire.DC_VOLTS, setup.range_v))
+        self._require_pair(b"NRDGS?", (setup.samples, Event.AUTO))
+        self._require_number(b"NPLC?", setup.nplc)
+        self._setup = setup
+
+    def burst(self, setup: Setup, wait: Wait) -> tuple[NDArray[np.float64], float]:
+        """All readings of one burst, volts, shape (samples,), and when it was triggered, rig seconds.
+
+        Raises: DeviceSilent, DeviceNonsense, and what ``wait`` raises.
+        """
+        reading_s = self.reading_s(setup.nplc)
+        self._bus.send(self._address, b"TARM SGL")
+        started_s = self._clock.monotonic_s()
+        readings = [self._reading(started_s + k * reading_s, reading_s, wait) for k in range(1, setup.samples + 1)]
+        self._require_one_shape({length for _, length in readings}, setup.samples)
+        return np.array([value_v for value_v, _ in readings]), started_s
+
+    def reading_s(self, nplc: float) -> float:
+        return INTEGRATIONS_PER_READING * nplc / self._line_frequency_hz + OVERHEAD_S
+
+    def require_undisturbed(self) -> None:
+        """A meter that met an error or lost power since it was set up says so. Raises: DeviceRefused, DeviceFault."""
+        status = self._bus.serial_poll(self._address)
+        if status & Status.ERROR:
+            told = ", ".join(text for _, text in self._errors())
+            raise DeviceRefused(f"{self.name}: meter: {told}; the burst is dropped; look at its display")
+        if status & self._power_on_sign:
+            raise DeviceFault(
+                f"{self.name}: meter: it was switched off and on since it was set up; the burst is dropped;"
+                " let it warm up again, then prepare it anew"
+            )
+
+    def temperature_degc(self) -> float:
+        return self._ask(b"TEMP?", wire.parse_number)
+
+    def clear(self) -> None:
+        """End whatever it does; the next burst sets everything up again."""
+        self.forget()
+        self._bus.clear(self._address)
+
+    def forget(self) -> None:
+        self._setup = None
+
+    def _reading(self, due_s: float, reading_s: float, wait: Wait) -> tuple[float, int]:
+        """The next reading, volts, and its length in characters; waited for in rig time, then fetched."""
+        ahead_s = due_s - self._clock.monotonic_s()
+        if ahead_s > 0.0:
+            wait(ahead_s)
+        if reading_s > POLL_ABOVE_S:
+            self._await_data(reading_s, wait)
+        return self._bus.read(self._address, wire.parse_reading)
+
+    def _await_data(self, reading_s: float, wait: Wait) -> None:
+        limit_s = reading_s + DATA_LIMIT_S
+        wait_until(
+            lambda: bool(self._bus.serial_poll(self._address) & Status.DATA),
+            wait,
+            (self._clock, self._bus.clock),
+            limit_s,
+            lambda: (
+                f"{self.name}: meter: no reading within {limit_s:g} s of its time; the burst is dropped;"
+                " check that the meter is in remote and not waiting for an external trigger"
+            ),
+        )
+
+    def _require_one_shape(self, lengths: set[int], samples: int) -> None:
+        """All readings have one length, so a cut one shows; and nothing may be left on the line behind them."""
+        if len(lengths) > 1:
+            raise DeviceNonsense(
+                f"{self.name}: meter: readings of {sorted(lengths)} characters in one burst, one length is allowed;"
+                " the burst is dropped; check the line for lost bytes"
+            )
+        if left := self._bus.take_waiting():
+            raise DeviceNonsense(
+                f"{self.name}: meter: {shown(left)} came after the last of {samples} readings; the burst is dropped,"
+                " its readings may be shifted; check the line for doubled bytes"
+            )
+
+    def _configure(self) -> None:
+        """Everything that no burst changes, read back, and no error left behind."""
+        self._bus.send(self._address, b"END ALWAYS")
+        self._bus.send(self._address, CONFIGURATION)
+        self._bus.send(self._address, b"LFREQ %d" % self._line_frequency_hz)
+        for query, need in (*CONFIRMED, (b"LFREQ?", self._line_frequency_hz)):
+            self._require_number(query, need)
+        if errors := self._errors():
+            told = ", ".join(text for _, text in errors)
+            raise DeviceRefused(f"{self.name}: meter: configuration: {told}; it is not set up; look at its display")
+
+    def _require_number(self, query: bytes, need: float) -> None:
+        self._require(query, self._ask(query, wire.parse_number), need)
+
+    def _require_pair(self, query: bytes, need: tuple[float, float]) -> None:
+        for got_one, need_one in zip(self._ask(query, wire.parse_pair), need, strict=True):
+            self._require(query, got_one, need_one)
+
+    def _require(self, query: bytes, got: float, need: float) -> None:
+        if abs(got - need) > READ_BACK_TOLERANCE * abs(need):
+            raise DeviceRefused(
+                f"{self.name}: meter: {query.decode('ascii')} reads back {got:g}, it was set to {need:g}; no reading"
+                " is taken; choose a value that the meter offers (nplc: whole cycles from 1, tens above 10)"
+            )
+
+    def _earlier_errors(self) -> tuple[str, ...]:
+        """What the meter's registers still held; refused only where it speaks of the meter itself."""
+        errors = self._errors()
+        harmful = [text for number, text in errors if wire.is_harmful(number)]
+        if harmful:
+            raise DeviceFault(f"{self.name}: meter: {', '.join(harmful)}; nothing is measured; have it looked at")
+        return tuple(text for _, text in errors)
+
+    def _errors(self) -> list[tuple[int, str]]:
+        """Ask for errors until there is none; asking clears the one that is told."""
+        errors: list[tuple[int, str]] = []
+        while (error := self._bus.ask(self._address, b"ERRSTR?", wire.parse_error, idempotent=False))[0]:
+            errors.append(error)
+            if len(errors) > LONGEST_ERROR_LIST:
+                raise DeviceNonsense(f"{self.name}: meter: more than {LONGEST_ERROR_LIST} errors; power it off and on")
+        return errors
+
+    def _await_ready(self) -> None:
+        wait_until(
+            lambda: bool(self._bus.serial_poll(self._address) & Status.READY),
+            self._clock.sleep,
+            (self._clock, self._bus.clock),
+            READY_LIMIT_S,
+            lambda: f"{self.name}: meter: not ready {READY_LIMIT_S:g} s after RESET; look at its display",
+        )
+
+    def _ask(self, query: bytes, parse: Callable[[bytes], Reply]) -> Reply:
+        return self._bus.ask(self._address, query, parse, idempotent=True)
