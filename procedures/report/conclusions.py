@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ams.observations import Observations
 from ams.solve.result import AxisCalibration, FTest, ParameterEstimate, Replication
-from procedures.report.numbers import ARCSEC_PER_RAD, angle, arcsec, three_digits, two_digits
+from procedures.report.numbers import angle, arcsec, three_digits, two_digits
 from procedures.report.view import AxisView, ParameterRow, TestRow
 
 FloatArray = NDArray[np.float64]
@@ -89,62 +89,63 @@ def mean_residuals(
     return pitch, roll, residual
 
 
+def by_replication(replication: Replication, parameter: str) -> dict[int, float]:
+    """Estimates of one parameter from each replication alone, azimuths without a jump at ±180°."""
+    values = {label: row.get(parameter, np.nan) for label, row in sorted(replication.per_replication.items())}
+    values = {label: float(value) for label, value in values.items() if np.isfinite(value)}
+    if parameter == "azimuth_deg" and values:
+        first = next(iter(values.values()))
+        return {label: first + (value - first + 180.0) % 360.0 - 180.0 for label, value in values.items()}
+    return values
+
+
 def _tests(calibration: AxisCalibration, replication: Replication, observations: Observations) -> tuple[TestRow, ...]:
-    tp = replication.tp
-    lack_of_fit = _row(
-        "lack of fit",
-        replication.lack_of_fit,
-        (tp.t_bias, tp.f_bias_95),
-        _lack_of_fit_sentence(calibration, replication, observations),
-    )
-    drifts = [
-        _row(f"drift of {name}", test, _tp_drift(replication, name), _drift_sentence(calibration, replication, name))
-        for name, test in replication.drift.items()
-    ]
-    return (lack_of_fit, *drifts)
+    sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
+    size = f"{two_digits(arcsec(replication.lack_of_fit_v, sensitivity))}″"
+    tp = (replication.tp.t_bias, replication.tp.f_bias_95)
+    sentence = _lack_of_fit_sentence(calibration, replication, observations, size)
+    lack_of_fit = _row("lack of fit", "", replication.lack_of_fit, tp, size, sentence)
+    return (lack_of_fit, *(_drift_row(calibration, replication, name, sensitivity) for name in replication.drift))
 
 
-def _row(subject: str, test: FTest, tp: tuple[float, float], conclusion: str) -> TestRow:
+def _row(subject: str, parameter: str, test: FTest, tp: tuple[float, float], size: str, conclusion: str) -> TestRow:
     dof = (test.numerator_dof, test.denominator_dof)
-    return TestRow(subject, test.t, test.f_95, test.p_value, dof, test.is_significant, conclusion, *tp)
+    return TestRow(subject, parameter, test.t, test.f_95, test.p_value, dof, test.is_significant, size, conclusion, *tp)
 
 
-def _tp_drift(replication: Replication, name: str) -> tuple[float, float]:
-    test = replication.tp.drift.get(name)
-    return (float("nan"), float("nan")) if test is None else (test.t, test.f_95)
-
-
-def _lack_of_fit_sentence(calibration: AxisCalibration, replication: Replication, observations: Observations) -> str:
-    scale = ARCSEC_PER_RAD / float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
+def _lack_of_fit_sentence(
+    calibration: AxisCalibration, replication: Replication, observations: Observations, size: str
+) -> str:
     if not replication.lack_of_fit.is_significant:
         return "The model describes every attitude within the repeatability: no lack of fit found."
     pitch, roll, residual = mean_residuals(calibration, observations)
     worst = int(np.argmax(np.abs(residual)))
-    return (
-        f"The residuals repeat from replication to replication: {two_digits(replication.lack_of_fit_v * scale)}″ "
-        f"(standard deviation over the attitudes), most at pitch {angle(float(pitch[worst]))}, roll "
-        f"{angle(float(roll[worst]))} with {two_digits(abs(float(residual[worst])) * scale)}″. "
-        "The table's own index errors are part of it. It is contained in the stated uncertainties."
-    )
-
-
-def _drift_sentence(calibration: AxisCalibration, replication: Replication, name: str) -> str:
-    test = replication.drift[name]
-    parameter = next((row.name for row in calibration.parameters if row.name.startswith(name)), name)
-    changes = [values.get(parameter, float("nan")) for _, values in sorted(replication.per_replication.items())]
-    if not test.is_significant:
-        return f"No change of {name} from replication to replication found."
-    span = float(np.nanmax(changes) - np.nanmin(changes)) if changes else float("nan")
     sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
     return (
-        f"{name.capitalize()} changed between the replications by {_span_text(parameter, span, sensitivity)} "
-        "(largest less smallest). It is contained in the stated uncertainties."
+        f"The residuals repeat from replication to replication: {size} (standard deviation over the attitudes), most "
+        f"at pitch {angle(float(pitch[worst]))}, roll {angle(float(roll[worst]))} with "
+        f"{two_digits(arcsec(abs(float(residual[worst])), sensitivity))}″. The table's own index errors are part of "
+        "it. It is contained in the stated uncertainties."
     )
 
 
-def _span_text(parameter: str, span: float, sensitivity: float) -> str:
+def _drift_row(calibration: AxisCalibration, replication: Replication, name: str, sensitivity: float) -> TestRow:
+    test, tp = replication.drift[name], replication.tp.drift.get(name)
+    parameter = next((row.name for row in calibration.parameters if row.name.startswith(name)), name)
+    size = _size(parameter, float(np.ptp([*by_replication(replication, parameter).values()] or [np.nan])), sensitivity)
+    conclusion = f"No change of {name} from replication to replication found."
+    if test.is_significant:
+        conclusion = (
+            f"{name.capitalize()} changed between the replications by {size} (largest less smallest). "
+            "It is contained in the stated uncertainties."
+        )
+    limits = (float("nan"), float("nan")) if tp is None else (tp.t, tp.f_95)
+    return _row(f"drift of {name}", parameter, test, limits, size, conclusion)
+
+
+def _size(parameter: str, span: float, sensitivity: float) -> str:
     if parameter == "offset_v":
-        return f"{two_digits(span * 1e6)} µV, {two_digits(arcsec(span, sensitivity))}″"
+        return f"{two_digits(span * 1e6)} µV or {two_digits(arcsec(span, sensitivity))}″"
     if parameter.startswith("sensitivity_v"):
         return f"{two_digits(1e6 * span / sensitivity)} ppm"
     return f"{two_digits(3600.0 * span)}″" if parameter.endswith("_deg") else three_digits(span)

@@ -19,6 +19,7 @@ from procedures.report.canvas import (
     series_style,
     to_svg,
 )
+from procedures.report.conclusions import by_replication
 from procedures.report.numbers import ARCSEC_PER_RAD
 from procedures.report.view import AxisView, DesignView, ParameterRow, RunView, SensorView
 
@@ -69,8 +70,7 @@ def _parameter_panel(panel: "Axes", axis: AxisView, parameter: ParameterRow) -> 
     factor, unit = DRAWN_SCALE.get(parameter.unit, (1.0, parameter.unit))
     changes = {} if replication is None else _changes(replication, parameter.name)
     plain_axes(panel, zero_line=True)
-    test = next((test for test in axis.tests if test.subject.endswith(parameter.label.split()[0])), None)
-    marked = test is not None and test.is_significant
+    marked = any(test.is_significant for test in axis.tests if test.parameter == parameter.name)
     panel.set_title(
         f"{axis.axis}: {parameter.label} ({unit})", loc="left", pad=3.0, fontsize=7.5, color=RED if marked else INK,
         fontweight="bold" if marked else "normal",
@@ -91,10 +91,9 @@ def _parameter_panel(panel: "Axes", axis: AxisView, parameter: ParameterRow) -> 
 
 
 def _changes(replication: Replication, name: str) -> dict[int, float]:
-    values = {label: row[name] for label, row in sorted(replication.per_replication.items()) if name in row}
-    finite = {label: value for label, value in values.items() if np.isfinite(value)}
-    mean = sum(finite.values()) / len(finite) if finite else 0.0
-    return {label: value - mean for label, value in finite.items()}
+    values = by_replication(replication, name)
+    mean = sum(values.values()) / len(values) if values else 0.0
+    return {label: value - mean for label, value in values.items()}
 
 
 def _one_replication(axis: AxisView, replication: Replication, parameter: ParameterRow) -> float | None:
@@ -110,23 +109,23 @@ def _one_replication(axis: AxisView, replication: Replication, parameter: Parame
 def _design_map(design: DesignView) -> Figure:
     figure = canvas(3.3)
     axes = figure.subplots()
-    figure.subplots_adjust(left=0.085, right=0.9, top=0.97, bottom=0.14)
+    figure.subplots_adjust(left=0.085, right=0.9, top=0.92, bottom=0.14)
     plain_axes(axes)
     axes.plot(design.roll_deg, design.pitch_deg, color=FAINT, linewidth=0.7, zorder=1)
     marks = axes.scatter(
         design.roll_deg, design.pitch_deg, c=np.arange(1, design.points + 1), cmap="cividis", s=16, zorder=2,
         edgecolors="white", linewidths=0.3,
     )  # fmt: skip
-    for place, name in ((0, "first"), (-1, "last")):
-        axes.annotate(
-            name, (float(design.roll_deg[place]), float(design.pitch_deg[place])), textcoords="offset points",
-            xytext=(4, 5), fontsize=7.5, fontweight="bold",
-            bbox={"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
+    for place, symbol, name in ((0, "o", "first"), (-1, "s", "last")):
+        axes.plot(
+            design.roll_deg[place], design.pitch_deg[place], symbol, markersize=9, markerfacecolor="none",
+            markeredgecolor=RED, markeredgewidth=1.3, linestyle="", label=name, clip_on=False,
         )  # fmt: skip
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)
     angle_ticks(axes, design.roll_deg)
     pitch_ticks(axes, design.pitch_deg)
     axes.set(xlabel="roll (°)", ylabel="pitch (°)")
-    bar = figure.colorbar(marks, cax=figure.add_axes((0.915, 0.14, 0.014, 0.83)))
+    bar = figure.colorbar(marks, cax=figure.add_axes((0.915, 0.14, 0.014, 0.78)))
     bar.set_label("order of visit")
     bar.outline.set_linewidth(0.4)
     return Figure(

@@ -37,7 +37,7 @@ def judge(
         *_check_doubts(checks),
     ]
     facts = [*_explained(sensors, table_arcsec), *_went_on(interruptions), *_rejected(counts)]
-    result = "; ".join(_result(sensor) for sensor in sensors if sensor.axes)
+    result = _result([sensor for sensor in sensors if sensor.axes])
     if failures:
         return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
     if doubts:
@@ -46,18 +46,24 @@ def judge(
     return Verdict("sound", f"The calibration is sound. {result}.", tuple(facts))
 
 
-def _result(sensor: SensorView) -> str:
-    """The sensor's result in one clause: which axes, over which attitudes, how good."""
-    axes = ", ".join(axis.axis for axis in sensor.axes)
-    errors = [_as_angle(axis, axis.calibration.standard_error_v) for axis in sensor.axes]
-    if sensor.observations is None:
-        return f"{sensor.name} ({axes}): standard error of one dwell at most {two_digits(max(errors))}″"
-    widest = [_as_angle(axis, _widest_v(axis, sensor.observations)) for axis in sensor.axes]
-    return (
-        f"{sensor.name} ({axes}), {_span('pitch', sensor.observations.pitch_rad)}, "
-        f"{_span('roll', sensor.observations.roll_rad)}: standard error of one dwell at most {two_digits(max(errors))}″"
-        f", 95 % confidence interval of the fitted output at most ±{two_digits(max(widest))}″"
+def _result(sensors: Sequence[SensorView]) -> str:
+    """Which axes, over which attitudes, how good; the worst axis speaks for several sensors."""
+    axes = [axis for sensor in sensors for axis in sensor.axes]
+    if not axes:
+        return "Nothing was solved"
+    error = max(_as_angle(axis, axis.calibration.standard_error_v) for axis in axes)
+    names = (
+        f"{sensors[0].name} ({', '.join(axis.axis for axis in axes)})"
+        if len(sensors) == 1
+        else f"{len(sensors)} sensors"
     )
+    text = f"{names}: standard error of one dwell at most {two_digits(error)}″"
+    seen = [(axis, sensor.observations) for sensor in sensors for axis in sensor.axes if sensor.observations]
+    if not seen:
+        return text
+    widest = max(_as_angle(axis, _widest_v(axis, observations)) for axis, observations in seen)
+    where = f"{_span('pitch', seen[0][1].pitch_rad)} and {_span('roll', seen[0][1].roll_rad)}"
+    return f"{text}; over {where} the fitted output is known to ±{two_digits(widest)}″ or better (95 %)"
 
 
 def _widest_v(axis: AxisView, observations: Observations) -> float:
@@ -82,14 +88,16 @@ def _run_doubts(state: str, counts: Counts) -> Iterable[str]:
 
 
 def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[str]:
+    if any(not axis.tests for axis in sensor.axes):
+        yield f"{sensor.name}: one replication only, so lack of fit and drift could not be tested."
+    found: dict[str, list[str]] = {}
     for axis in sensor.axes:
-        where = f"{sensor.name} {axis.axis}"
-        if not axis.tests:
-            yield f"{where}: one replication only, so lack of fit and drift could not be tested."
         for test in axis.tests:
             if test.is_significant and not _is_the_tables(axis, test.subject, table_arcsec):
-                yield f"{where}: {test.subject}. {test.conclusion}"
-        yield from (f"{where}: {warning}" for warning in axis.calibration.warnings)
+                found.setdefault(test.subject, []).append(f"{axis.axis} {test.size}")
+    for subject, sizes in found.items():
+        yield f"{sensor.name}: {subject} ({', '.join(sizes)}), contained in the stated uncertainties."
+    yield from (f"{sensor.name} {axis.axis}: {text}" for axis in sensor.axes for text in axis.calibration.warnings)
     yield from (f"{sensor.name}: {warning}" for warning in sensor.warnings)
 
 

@@ -48,12 +48,16 @@ class TestRow:
 
     __test__ = False
     subject: str
+    parameter: str
+    """The parameter it is about; empty for the lack of fit."""
     t: float
     f_95: float
     p_value: float
     dof: tuple[float, float]
     is_significant: bool
     """After Holm's correction over the tests of the axis."""
+    size: str
+    """How large the effect is, as an angle or in parts per million."""
     conclusion: str
     tp_t: float
     """The same test as TP 8 has it, and its limit."""
