@@ -307,6 +307,11 @@ def _layout_warnings(layout: Layout) -> tuple[str, ...]:
         warnings.append(
             "one replication only: precision, lack of fit and drift cannot be told apart; measure two or more"
         )
+    if layout.replications in (2, 3):
+        warnings.append(
+            f"{layout.replications} replications only: intervals rest on {layout.replications - 1} degrees of freedom and are "
+            "wide; four or more make them much narrower"
+        )
     for label, points in layout.missing().items():
         some = ", ".join(map(str, points[:_LONGEST_LIST])) + (" …" if len(points) > _LONGEST_LIST else "")
         warnings.append(f"replication {label} lacks {len(points)} of {layout.points} points ({some}): used as it is")

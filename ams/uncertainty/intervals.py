@@ -14,6 +14,8 @@ FloatArray = NDArray[np.float64]
 
 INFINITE_DOF = 1e7
 """Beyond this Student's t is the normal distribution to nine digits."""
+_FEW_DOF = 3.0
+_NORMAL_FACTOR = 1.9601
 
 
 def t_quantile(level: float, dof: float | FloatArray) -> FloatArray:
@@ -56,16 +58,30 @@ def holm(p_values: Sequence[float], level: float = 0.05) -> tuple[bool, ...]:
 
 
 def effective_dof(directions: FloatArray, components: Sequence[VarianceComponent]) -> FloatArray:
-    """Welch-Satterthwaite degrees of freedom of gᵀ·estimate for every row g of (m, P); NaN where the variance
-    is zero."""
-    variances = [_quadratic(directions, component.covariance) for component in components]
-    total = np.asarray(sum(variances))
-    spread = np.asarray(
-        sum(variance**2 / component.dof for variance, component in zip(variances, components, strict=True))
+    """(m,) effective degrees of freedom of gᵀ·estimate for every row g of (m, P); NaN where the variance is zero."""
+    return combined_dof(
+        np.stack([_quadratic(directions, component.covariance) for component in components]),
+        np.array([component.dof for component in components]),
     )
+
+
+def combined_dof(variances: FloatArray, dof: FloatArray) -> FloatArray:
+    """Effective degrees of freedom of sums of (c, m) variances estimated with (c,) degrees of freedom.
+
+    Welch-Satterthwaite, GUM (G.2b). It is too generous where a part has one or two degrees of freedom (two or three
+    replications: 95 % intervals cover 86 to 93 %): there Student's factors are averaged with the variances as weights
+    (Cochran and Cox), and the degrees of freedom are those that have this factor at 95 %.
+    """
+    total = variances.sum(axis=0)
+    spread = (variances**2 / dof[:, None]).sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        dof = np.where(spread > 0.0, total**2 / spread, np.inf)
-    return np.asarray(np.where(total > 0.0, dof, np.nan))
+        effective = np.where(spread > 0.0, total**2 / spread, np.inf)
+        if dof.min() < _FEW_DOF:
+            from scipy.special import stdtridf
+
+            factor = (variances * t_quantile(0.95, dof)[:, None]).sum(axis=0) / total
+            effective = np.where(factor > _NORMAL_FACTOR, stdtridf(0.975, factor), effective)
+    return np.asarray(np.where(total > 0.0, effective, np.nan))
 
 
 def confidence_halfwidth(
@@ -89,16 +105,15 @@ def prediction_halfwidth(
 
     The reading's own variance is that of the place where the calibration is used, not of the calibration.
     """
-    reading = np.full(directions.shape[0], reading_standard_deviation**2)
-    parts = [(_quadratic(directions, component.covariance), component.dof) for component in components]
-    parts.append((reading, reading_dof))
+    variances = [_quadratic(directions, component.covariance) for component in components]
+    dof = [component.dof for component in components]
+    variances.append(np.full(directions.shape[0], reading_standard_deviation**2))
+    dof.append(reading_dof)
     if roll_slope_v_per_rad is not None:
-        parts.append(((roll_slope_v_per_rad * roll_standard_uncertainty_rad) ** 2, np.inf))
-    total = np.asarray(sum(variance for variance, _ in parts))
-    spread = np.asarray(sum(variance**2 / dof for variance, dof in parts))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        dof = np.where(spread > 0.0, total**2 / spread, np.inf)
-    return np.asarray(t_quantile(level, dof) * np.sqrt(total))
+        variances.append((roll_slope_v_per_rad * roll_standard_uncertainty_rad) ** 2)
+        dof.append(float("inf"))
+    stacked = np.stack(variances)
+    return np.asarray(t_quantile(level, combined_dof(stacked, np.array(dof))) * np.sqrt(stacked.sum(axis=0)))
 
 
 def _quadratic(directions: FloatArray, covariance: FloatArray) -> FloatArray:
