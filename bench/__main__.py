@@ -1,0 +1,36 @@
+"""All benchmarks in one table; the exit status is 1 where a target is missed. Names of benchmarks select some."""
+
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from importlib import import_module
+
+from bench.figure import Figure
+
+BENCHMARKS = ("fit", "engine", "rehearsal", "startup")
+
+
+def main(names: Iterable[str]) -> int:
+    """Measure the named benchmarks, print every figure as it comes."""
+    print(f"{'figure':<50}{'measured':>12}  {'target':>12}")
+    missed = 0
+    for figure in _figures(tuple(names) or BENCHMARKS):
+        sign = "≤" if figure.at_most else "≥"
+        verdict = "" if figure.is_met else "   MISSED"
+        note = f"   {figure.note}" if figure.note else ""
+        print(
+            f"{figure.what:<50}{figure.value:>9.3g} {figure.unit:<4}{sign:>2}{figure.target:>7g} {figure.unit:<4}"
+            f"{verdict}{note}",
+            flush=True,
+        )
+        missed += not figure.is_met
+    return 1 if missed else 0
+
+
+def _figures(names: Iterable[str]) -> Iterator[Figure]:
+    for name in names:
+        figures: Callable[[], Iterator[Figure]] = import_module(f"bench.{name}").figures
+        yield from figures()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,131 @@
+"""The fit of one axis of 481 × 6 dwells: ours against scipy's ``curve_fit`` and a Gauss-Newton that goes row by row.
+
+The race is between equals: from the same rows to the same four parameters with their pooled covariance. What
+``calibrate`` adds (mixed-model covariance, replication tests, effective degrees of freedom, intervals, residuals) is
+timed on its own.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import curve_fit
+
+from ams.calibrate import calibrate
+from ams.models.accelerometer import PitchRoll
+from ams.observations import Observations
+from ams.request import CalibrationRequest
+from ams.solve.linear_form import factor
+from bench.figure import Figure, best_s
+
+FloatArray = NDArray[np.float64]
+REPLICATIONS = 6
+TRUTH = (0.005, 2.5, math.radians(0.5), math.radians(35.0))
+START = (0.0, 2.5, math.radians(1.0), 0.0)
+NOISE_V = 6e-6
+
+
+def figures() -> Iterator[Figure]:
+    """Times and ratios."""
+    observations = campaign()
+    request = CalibrationRequest(nominal_axes={"x": "x"})
+    agree(observations)
+    everything_s = best_s(lambda: calibrate(observations, request))
+    ours_s = best_s(lambda: by_linear_form(observations))
+    scipy_s = best_s(lambda: by_curve_fit(observations))
+    rows_s = best_s(lambda: by_rows(observations), repeats=3)
+    yield Figure("one axis of 481 × 6, parameters and covariance", ours_s * 1e3, "ms", 1.0, at_most=True)
+    yield Figure("  curve_fit / ours", scipy_s / ours_s, "×", 5.0, at_most=False, note=f"{scipy_s * 1e3:.2f} ms")
+    yield Figure("  row by row / ours", rows_s / ours_s, "×", 50.0, at_most=False, note=f"{rows_s * 1e3:.0f} ms")
+    yield Figure("one axis of 481 × 6, everything of calibrate()", everything_s * 1e3, "ms", 1.0, at_most=True)
+
+
+def campaign() -> Observations:
+    """±180° pitch by 10°, full roll by 30°, six replications, one axis with white noise."""
+    pitch, roll = np.meshgrid(np.deg2rad(np.arange(-180.0, 181.0, 10.0)), np.deg2rad(np.arange(-180.0, 181.0, 30.0)))
+    points = pitch.size
+    pitch_rad, roll_rad = np.tile(pitch.ravel(), REPLICATIONS), np.tile(roll.ravel(), REPLICATIONS)
+    noise = np.random.default_rng(1).normal(0.0, NOISE_V, points * REPLICATIONS)
+    return Observations(
+        replication=np.repeat(np.arange(1, REPLICATIONS + 1), points),
+        point=np.tile(np.arange(1, points + 1), REPLICATIONS),
+        pitch_rad=pitch_rad,
+        roll_rad=roll_rad,
+        outputs_v={"x": output_v((pitch_rad, roll_rad), *TRUTH) + noise},
+    )
+
+
+def output_v(
+    angles: tuple[FloatArray, FloatArray], offset: float, sensitivity: float, coning: float, azimuth: float
+) -> FloatArray:
+    """TP (2)."""
+    pitch, roll = angles
+    along, across = np.cos(coning) * np.sin(pitch), np.sin(coning) * np.cos(pitch) * np.sin(roll + azimuth)
+    return np.asarray(offset + sensitivity * (along - across))
+
+
+def by_linear_form(observations: Observations) -> tuple[FloatArray, FloatArray]:
+    """Parameters and covariance by the exact linear form and its propagation."""
+    model, measured = PitchRoll("x"), observations.outputs_v["x"]
+    form = factor(model.basis(observations), model.primary_names, observations)
+    primary = form.solve(measured)
+    residuals = measured - form.basis @ primary
+    directions = model.parameters_jacobian(primary)
+    variance = float(residuals @ residuals) / (observations.rows - primary.size)
+    return model.parameters(primary), variance * directions @ form.unscaled_covariance @ directions.T
+
+
+def by_curve_fit(observations: Observations) -> tuple[FloatArray, FloatArray]:
+    """Parameters and covariance by scipy, as its manual has it."""
+    angles, rows = (observations.pitch_rad, observations.roll_rad), np.arange(observations.rows)
+    fitted = curve_fit(lambda _rows, *c: output_v(angles, *c), rows, observations.outputs_v["x"], p0=START)
+    return np.asarray(fitted[0]), np.asarray(fitted[1])
+
+
+def by_rows(observations: Observations) -> tuple[FloatArray, FloatArray]:
+    """Parameters and covariance by Gauss-Newton with the normal equations summed row after row."""
+    rows = list(
+        zip(
+            observations.pitch_rad.tolist(),
+            observations.roll_rad.tolist(),
+            observations.outputs_v["x"].tolist(),
+            strict=True,
+        )
+    )
+    estimate: FloatArray = np.array(START)
+    step: FloatArray = np.ones(4)
+    squares, normal = 0.0, np.eye(4)
+    while np.abs(step).max() > 1e-9:
+        normal, right, squares = np.zeros((4, 4)), np.zeros(4), 0.0
+        b, s, coning, azimuth = estimate.tolist()
+        for pitch, roll, measured in rows:
+            residual, gradient = _row(pitch, roll, measured, b, s, coning, azimuth)
+            normal += np.outer(gradient, gradient)
+            right += gradient * residual
+            squares += residual * residual
+        step = np.asarray(np.linalg.solve(normal, right))
+        estimate = estimate + step
+    return estimate, np.linalg.inv(normal) * squares / (len(rows) - 4)
+
+
+def _row(
+    pitch: float, roll: float, measured: float, b: float, s: float, coning: float, azimuth: float
+) -> tuple[float, FloatArray]:
+    sin_pitch, cos_pitch = math.sin(pitch), math.cos(pitch)
+    sin_turn, cos_turn = math.sin(roll + azimuth), math.cos(roll + azimuth)
+    unit = math.cos(coning) * sin_pitch - math.sin(coning) * cos_pitch * sin_turn
+    by_coning = s * (-math.sin(coning) * sin_pitch - math.cos(coning) * cos_pitch * sin_turn)
+    by_azimuth = -s * math.sin(coning) * cos_pitch * cos_turn
+    return measured - b - s * unit, np.array([1.0, unit, by_coning, by_azimuth])
+
+
+def agree(observations: Observations) -> None:
+    """A race is worth something only between fits that give the same answer."""
+    parameters, covariance = by_linear_form(observations)
+    for other in (by_curve_fit, by_rows):
+        estimate, others_covariance = other(observations)
+        to_edge_unit = np.array([1.0, 1.0, math.degrees(1.0), math.degrees(1.0)])
+        uncertainty = np.sqrt(np.diag(others_covariance)) * to_edge_unit
+        assert np.all(np.abs(parameters - estimate * to_edge_unit) < 1e-2 * uncertainty), other
+        assert np.allclose(np.sqrt(np.diag(covariance)), uncertainty, rtol=1e-3), other
