@@ -58,22 +58,18 @@ def home(rig: OpenRig, axis: str, wait: Wait) -> float:
 
 def readings(rig: OpenRig, channels: Sequence[str], samples: int, wait: Wait) -> list[Reading]:
     """Read channels by full name (``dmm.x``). Raises: RequestRefused for a name the rig does not have."""
-    known = {
-        f"{name}.{channel}": (readout, channel)
-        for name, readout in rig.readouts.items()
-        for channel in readout.channels
-    }
+    known = {channel: readout for readout in rig.readouts.values() for channel in readout.channels}
     unknown = [channel for channel in channels if channel not in known]
     if unknown:
         raise RequestRefused(f"no channel {unknown[0]!r} (allowed: {', '.join(known)}); nothing was read")
-    return [_reading(channel, *known[channel], samples, wait) for channel in channels]
+    return [_reading(known[channel], channel, samples, wait) for channel in channels]
 
 
-def _reading(full_name: str, readout: Readout, channel: str, samples: int, wait: Wait) -> Reading:
+def _reading(readout: Readout, channel: str, samples: int, wait: Wait) -> Reading:
     burst = readout.read(channel, samples, wait)
     good_v = burst.values_v[~burst.overload]
     return Reading(
-        channel=full_name,
+        channel=channel,
         mean_v=float(np.mean(good_v)) if good_v.size else float("nan"),
         standard_deviation_v=float(np.std(good_v, ddof=1)) if good_v.size > 1 else float("nan"),
         samples=int(burst.values_v.size),

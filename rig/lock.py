@@ -10,6 +10,7 @@ import json
 import os
 import re
 import tempfile
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
@@ -91,7 +92,9 @@ def lock_folder() -> Path:
     """The user's runtime folder, or a private one in the temporary folder where the system has none."""
     import platformdirs
 
-    preferred = Path(platformdirs.user_runtime_dir("calrig"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # it warns that it falls back: so do we, without alarm
+        preferred = Path(platformdirs.user_runtime_dir("calrig"))
     for folder in (preferred, Path(tempfile.gettempdir()) / f"calrig-{os.getuid()}"):
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)

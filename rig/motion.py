@@ -123,17 +123,17 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
     started_s = progressed_s = clock.monotonic_s()
     look_s, last_deg = _FIRST_LOOK_S, None
     while True:
+        asked_s = clock.monotonic_s()  # before the question: a slow answer is no lack of progress
         state = axis.state()
         if state.fault:
             raise _stopped(axis, f"{task}: {state.fault}")
         if not state.is_moving:
             return state
-        now_s = clock.monotonic_s()
         if state.position_deg != last_deg:
-            last_deg, progressed_s = state.position_deg, now_s
-        elif now_s - progressed_s >= STALL_S:
+            last_deg, progressed_s = state.position_deg, clock.monotonic_s()
+        elif asked_s - progressed_s >= STALL_S:
             raise _stopped(axis, f"{task}: no progress in {STALL_S:g} s at {last_deg:g} deg, though it says it moves")
-        if now_s - started_s > limit_s:
+        if asked_s - started_s > limit_s:
             raise _stopped(axis, f"{task}: still moving at {last_deg:g} deg after {limit_s:.3g} s, the time allowed")
         left_s = 0.0 if target_deg is None else abs(target_deg - state.position_deg) / axis.speed_dps
         _wait_or_stop(axis, min(max(left_s, look_s), STALL_S), wait)

@@ -136,15 +136,11 @@ class IndexingTableAxis:
         return reply
 
 
-def connect(
-    axes: Mapping[str, IndexingTableSettings], stream: ByteStream, codec: TableCodec
-) -> dict[str, IndexingTableAxis]:
-    """The axes of one controller, which share its line."""
-    exchange = Exchange(stream, terminator=codec.terminator, patience=Patience(timeout_s=codec.dialect.reply_timeout_s))
+def connect(axes: Mapping[str, IndexingTableSettings], stream: ByteStream) -> dict[str, IndexingTableAxis]:
+    """The axes of one controller, which share its line. Raises: DescriptionError (its dialect)."""
+    finest = min(axes.values(), key=lambda settings: settings.increment_deg)
+    codec = TableCodec(load_dialect(finest.dialect, finest.increment_deg))
+    patience = Patience(timeout_s=codec.dialect.reply_timeout_s)
+    exchange = Exchange(stream, terminator=codec.terminator, patience=patience)
     turn = Lock()
     return {name: IndexingTableAxis(name, settings, codec, exchange, turn) for name, settings in axes.items()}
-
-
-def codec_for(settings: IndexingTableSettings) -> TableCodec:
-    """The codec of the settings' dialect. Raises: DescriptionError."""
-    return TableCodec(load_dialect(settings.dialect, settings.increment_deg))

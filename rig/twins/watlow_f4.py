@@ -129,4 +129,5 @@ class WatlowF4Twin:
         return 0
 
     def _raw(self, degc: float) -> int:
-        return int(round(degc * self._scale)) % 65536
+        raw: int = round(degc * self._scale) % 65536
+        return raw
