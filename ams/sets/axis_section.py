@@ -92,6 +92,13 @@ def _primary(axis: AxisCalibration, sensor: str) -> Document:
         "covariance": _matrix(axis.primary_covariance, len(names), where),
         "tp_covariance": _matrix(axis.tp_primary_covariance, len(names), where),
         "effective_degrees_of_freedom": dict(zip(names, map(_number, axis.primary_dof), strict=True)),
+        "components": {
+            component.name: {
+                "covariance": _matrix(component.covariance, len(names), f"{where} of {component.name}"),
+                "degrees_of_freedom": _number(component.dof),
+            }
+            for component in axis.variance_components
+        },
     }
 
 

@@ -1,8 +1,9 @@
 """The equations a set names, each as text for people and as code for us, from the set's own numbers alone.
 
 Every accelerometer equation here is linear in the primary parameters b and k: v = b + k·f, with f the specific force
-in package axes (x forward, y right, z down). The usual parameters (sensitivity, coning angle, azimuth) are derived
-from k; both forms are printed and both must give the same outputs. Source: TP (1), (2), (4), (5).
+in package axes (x forward, y right, z down); the extended model adds fᵀQf. The usual parameters (sensitivity, coning
+angle, azimuth) are derived from k; both forms are printed and both must give the same outputs.
+Source: TP (1), (2), (4), (5).
 """
 
 from collections.abc import Mapping
@@ -24,7 +25,11 @@ CONVENTIONS = {
 PRIMARY_TEXT = "output = offset_v + k_x_v_per_g*f_x + k_y_v_per_g*f_y + k_z_v_per_g*f_z"
 TEMPERATURE_TEXT = (
     "; with temperature T and dT = T - reference_temperature_degc: offset_v becomes offset_v + offset_tc_v_per_degc*dT "
-    "and every k (and S) is multiplied by 1 + sensitivity_tc_per_degc*dT; a coefficient that is not given is 0"
+    "and every k, q and S is multiplied by 1 + sensitivity_tc_per_degc*dT; a coefficient that is not given is 0"
+)
+EXTENDED_TEXT = (
+    " + q_xx_v_per_g2*(f_x^2 - f_z^2) + 2*q_xy_v_per_g2*f_x*f_y + 2*q_xz_v_per_g2*f_x*f_z "
+    "+ q_yy_v_per_g2*(f_y^2 - f_z^2) + 2*q_yz_v_per_g2*f_y*f_z"
 )
 SYMBOLS = "; alpha = pitch_deg, R = roll_deg, b = offset_v, S = sensitivity_v_per_g, "
 PITCH_ROLL_TEXT = {
@@ -36,6 +41,7 @@ PITCH_ONLY_TEXT = {"x": "v = b + S*sin(alpha - p)", "z": "v = b - S*cos(alpha - 
 PITCH_ROLL_SOURCE = {"x": "TP (2)", "y": "TP (4)", "z": "TP (5)"}
 DIRECTION_NAMES = ("k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
 PRIMARY_NAMES = ("offset_v", *DIRECTION_NAMES)
+EXTENDED_NAMES = ("q_xx_v_per_g2", "q_xy_v_per_g2", "q_xz_v_per_g2", "q_yy_v_per_g2", "q_yz_v_per_g2")
 TEMPERATURE_NAMES = ("offset_tc_v_per_degc", "sensitivity_tc_per_degc")
 
 
@@ -63,6 +69,17 @@ class AxisNumbers:
     def direction_v_per_g(self) -> FloatArray:
         """(3,) k, a component that the model lacks as zero."""
         return np.array([self.primary.get(name, 0.0) for name in DIRECTION_NAMES])
+
+    @property
+    def quadratic_v_per_g2(self) -> FloatArray:
+        """(3, 3) symmetric traceless Q of the extended model, zero where the model is not extended."""
+        xx, xy, xz, yy, yz = (self.primary.get(name, 0.0) for name in EXTENDED_NAMES)
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the output is linear in the specific force."""
+        return not self.quadratic_v_per_g2.any()
 
     @property
     def scale_v(self) -> float:
@@ -101,8 +118,10 @@ class AxisNumbers:
 
 def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArray | None) -> FloatArray:
     """The output of the axis at the specific force (…, 3), from the primary parameters."""
-    k_dot_f = f @ numbers.direction_v_per_g
-    return np.asarray(numbers.offset_v(temperature_degc) + numbers.gain(temperature_degc) * k_dot_f)
+    sensed_v = f @ numbers.direction_v_per_g
+    if not numbers.is_linear:
+        sensed_v = sensed_v + np.sum(f @ numbers.quadratic_v_per_g2 * f, axis=-1)
+    return np.asarray(numbers.offset_v(temperature_degc) + numbers.gain(temperature_degc) * sensed_v)
 
 
 def derived_direction_v_per_g(numbers: AxisNumbers) -> FloatArray | None:
@@ -116,7 +135,11 @@ def derived_direction_v_per_g(numbers: AxisNumbers) -> FloatArray | None:
     return sensitivity * along(numbers.nominal_axis, angles_rad)
 
 
-_ANGLES = {"pitch-roll": ("coning_deg", "azimuth_deg"), "pitch-only": ("pitch_misalignment_deg",)}
+_ANGLES = {
+    "pitch-roll": ("coning_deg", "azimuth_deg"),
+    "pitch-roll-extended": ("coning_deg", "azimuth_deg"),
+    "pitch-only": ("pitch_misalignment_deg",),
+}
 
 
 def _along_cone(nominal_axis: str, angles_rad: FloatArray) -> FloatArray:
@@ -137,9 +160,10 @@ def _along_misalignment(nominal_axis: str, angles_rad: FloatArray) -> FloatArray
 def equation_of(model: str, nominal_axis: str, with_temperature: bool) -> Equation:
     """The printed equation. Raises: SetError for a model or an axis that no set has an equation for."""
     suffix = TEMPERATURE_TEXT if with_temperature else ""
-    if model == "pitch-roll" and nominal_axis in PITCH_ROLL_TEXT:
-        derived = PITCH_ROLL_TEXT[nominal_axis] + SYMBOLS + "W = coning_deg, A = azimuth_deg"
-        return Equation(model, PITCH_ROLL_SOURCE[nominal_axis], PRIMARY_TEXT + suffix, derived)
+    if model in ("pitch-roll", "pitch-roll-extended") and nominal_axis in PITCH_ROLL_TEXT:
+        extension = EXTENDED_TEXT if model == "pitch-roll-extended" else ""
+        derived = PITCH_ROLL_TEXT[nominal_axis] + extension + SYMBOLS + "W = coning_deg, A = azimuth_deg"
+        return Equation(model, PITCH_ROLL_SOURCE[nominal_axis], PRIMARY_TEXT + extension + suffix, derived)
     if model == "pitch-only" and nominal_axis in PITCH_ONLY_TEXT:
         derived = PITCH_ONLY_TEXT[nominal_axis] + SYMBOLS + "p = pitch_misalignment_deg"
         return Equation(model, "TP (1)", PRIMARY_TEXT + " at R = 0; k_y_v_per_g is 0" + suffix, derived)
@@ -152,7 +176,8 @@ def equation_of(model: str, nominal_axis: str, with_temperature: bool) -> Equati
 def check_numbers(numbers: AxisNumbers, where: str) -> None:
     """Raises: SetError where the equation does not take these numbers."""
     equation_of(numbers.model, numbers.nominal_axis, numbers.needs_temperature)
-    allowed = {*PRIMARY_NAMES, *TEMPERATURE_NAMES, "reference_temperature_degc"}
+    extension = EXTENDED_NAMES if numbers.model == "pitch-roll-extended" else ()
+    allowed = {*PRIMARY_NAMES, *extension, *TEMPERATURE_NAMES, "reference_temperature_degc"}
     unknown = sorted(set(numbers.primary) - allowed)
     if unknown or "offset_v" not in numbers.primary or not set(DIRECTION_NAMES) & set(numbers.primary):
         raise SetError(

@@ -22,7 +22,7 @@ INVERSE_TEXT = (
     "K has one row (k_x, k_y, k_z) for each axis; f = K^-1 (outputs - offsets) (offsets and K at the temperature); "
     "pitch = atan2(f_x, sqrt(f_y^2 + f_z^2)); roll = atan2(-f_y, -f_z)"
 )
-NO_INVERSE_TEXT = "none: it takes three axes that together determine the specific force; infer angles axis by axis"
+NO_INVERSE_TEXT = "none: it takes three axes, linear in the specific force, that together determine it"
 LARGEST_CONDITION_NUMBER = 30.0
 LARGEST_INVERSE_PITCH_DEG = 80.0
 SPREAD = (
@@ -103,8 +103,12 @@ def angles_of(f: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def is_package(axes: Mapping[str, AxisNumbers]) -> bool:
-    """Whether the axes together determine the specific force, well conditioned."""
-    return len(axes) == 3 and bool(np.linalg.cond(_matrix(axes)) < LARGEST_CONDITION_NUMBER)
+    """Whether three linear axes together determine the specific force, well conditioned."""
+    return (
+        len(axes) == 3
+        and all(numbers.is_linear for numbers in axes.values())
+        and bool(np.linalg.cond(_matrix(axes)) < LARGEST_CONDITION_NUMBER)
+    )
 
 
 def _matrix(axes: Mapping[str, AxisNumbers]) -> FloatArray:

@@ -6,7 +6,15 @@ from datetime import UTC, date, datetime
 import numpy as np
 
 from ams.sets.provenance import Provenance, Standard
-from ams.solve.result import AxisCalibration, Calibration, FTest, ParameterEstimate, Replication, TpReplication
+from ams.solve.result import (
+    AxisCalibration,
+    Calibration,
+    FTest,
+    ParameterEstimate,
+    Replication,
+    TpReplication,
+    VarianceComponent,
+)
 
 PARAMETERS = {
     "x": (0.005, 2.5, 0.5, 35.0),
@@ -63,6 +71,10 @@ def solved_axis(axis: str = "x", *, with_angles: bool = True) -> AxisCalibration
         fitted_v=np.zeros(0),
         residuals_v=np.zeros(0),
         replication=replication() if axis == "x" else None,
+        variance_components=(
+            VarianceComponent("replications", np.diag([1e-12, 2e-12, 2e-12, 2e-12]), 5.0),
+            VarianceComponent("table", np.full((4, 4), 1e-13), np.inf),
+        ),
         warnings=() if with_angles else ("coning angle is within five standard uncertainties of zero",),
     )
 

@@ -39,6 +39,7 @@ def pitch_only(nominal_axis: str) -> AxisCalibration:
         primary_covariance=np.eye(3) * 1e-12,
         tp_primary_covariance=np.eye(3) * 1e-12,
         primary_dof=np.array([5.0, 5.0, 5.0]),
+        variance_components=(),
         replication=None,
     )
 
@@ -54,6 +55,7 @@ def with_temperature(axis: AxisCalibration) -> AxisCalibration:
         primary_covariance=np.eye(6) * 1e-12,
         tp_primary_covariance=np.eye(6) * 1e-12,
         primary_dof=np.full(6, 5.0),
+        variance_components=(),
     )
 
 
@@ -67,6 +69,7 @@ def test_a_set_carries_every_number_of_the_calibration() -> None:
     assert list(section["primary"]["values"].values()) == axis.primary.tolist()
     assert section["primary"]["covariance"] == axis.primary_covariance.tolist()
     assert section["primary"]["tp_covariance"] == axis.tp_primary_covariance.tolist()
+    assert section["primary"]["components"]["table"] == {"covariance": [[1e-13] * 4] * 4, "degrees_of_freedom": None}
     assert section["replication"]["tp"]["t_bias"] == 37.3
     assert section["replication"]["per_replication"]["1"]["azimuth_deg"] == 35.0
     assert (section["standard_error_v"], section["degrees_of_freedom"]) == (2e-5, 490)
