@@ -5,7 +5,7 @@ read back has passed the same checks as a set from a file. Where the archive is,
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from ams.sets.coefficients import CoefficientSet
 from ams.sets.export.json_text import from_json, to_json
 
 if TYPE_CHECKING:
-    from sqlalchemy import ColumnElement, Connection, RowMapping
+    from sqlalchemy import ColumnElement, Connection, RowMapping, Table
 
 BUSY_TIMEOUT_S = 10.0
 SHORTEST_KEY = 6
@@ -75,9 +75,10 @@ def list_sets(
     """The sets, by sensor, then oldest first. Raises: ArchiveError where the archive cannot be read."""
     from ams.sets.archive_tables import SETS
 
+    listed = [SETS.c[field.name] for field in fields(ArchivedSet)]
     with reading(archive_url, busy_timeout_s) as connection:
-        rows = _rows(connection, None if sensor is None else SETS.c.sensor == sensor)
-    return tuple(_archived(row) for row in rows)
+        rows = _rows(connection, listed, None if sensor is None else SETS.c.sensor == sensor)
+    return tuple(ArchivedSet(**row) for row in rows)
 
 
 def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> CoefficientSet:
@@ -88,9 +89,9 @@ def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> 
     from ams.sets.archive_tables import SETS
 
     with reading(archive_url, busy_timeout_s) as connection:
-        rows = _rows(connection, SETS.c.sensor == key)[-1:]
+        rows = _rows(connection, [SETS], SETS.c.sensor == key)[-1:]
         if not rows and len(key) >= SHORTEST_KEY:
-            rows = _rows(connection, SETS.c.sha256.startswith(key.lower(), autoescape=True))
+            rows = _rows(connection, [SETS], SETS.c.sha256.startswith(key.lower(), autoescape=True))
     if len(rows) != 1:
         found = ", ".join(row["sha256"][:12] for row in rows) or "nothing"
         raise ArchiveError(
@@ -112,17 +113,15 @@ def _published(connection: "Connection", coefficients: CoefficientSet, published
     return Publication(coefficients.sha256, coefficients.sensor, there is None)
 
 
-def _rows(connection: "Connection", where: "ColumnElement[bool] | None") -> "Sequence[RowMapping]":
+def _rows(
+    connection: "Connection", columns: "Sequence[ColumnElement[Any] | Table]", where: "ColumnElement[bool] | None"
+) -> "Sequence[RowMapping]":
     from sqlalchemy import select
 
     from ams.sets.archive_tables import SETS
 
-    query = select(SETS).order_by(SETS.c.sensor, SETS.c.created_utc, SETS.c.sha256)
+    query = select(*columns).order_by(SETS.c.sensor, SETS.c.created_utc, SETS.c.sha256)
     return connection.execute(query if where is None else query.where(where)).mappings().all()
-
-
-def _archived(row: "RowMapping") -> ArchivedSet:
-    return ArchivedSet(**{name: value for name, value in row.items() if name != "document"})
 
 
 def _set_row(coefficients: CoefficientSet, published_utc: datetime) -> dict[str, Any]:
