@@ -17,9 +17,7 @@ from rig.devices.abilities import Burst, Wait
 from rig.devices.hp3458a_meter import Hp3458aMeter, Setup
 from rig.devices.hp3488a import Hp3488aScanner
 from rig.errors import LinkClosed, LinkLost, RequestRefused
-from rig.link.byte_stream import ByteStream
 from rig.link.gpib import GpibBus, GpibResource, parse_resource
-from rig.link.prologix import PrologixBus
 from rig.settings import NotNegative, Positive, ReadoutSettings
 from rig.toml_file import StrictTable
 from rig.wire import hp3458a as wire
@@ -140,9 +138,6 @@ class Hp3458aReadout:
     def checks(self) -> Mapping[str, float]:
         return {"meter_temperature_degc": self.meter.temperature_degc()}
 
-    def close(self) -> None:
-        self._bus.close()
-
     def _entry(self, channel: str, samples: int) -> ScannedChannel:
         if channel not in self._inputs:
             raise RequestRefused(
@@ -175,24 +170,3 @@ def scanner_resource(settings: Hp3458aSettings) -> GpibResource:
     if settings.scanner_resource is None:
         return replace(parse_resource(settings.resource, wire.DEFAULT_ADDRESS), address=scanner_wire.DEFAULT_ADDRESS)
     return parse_resource(settings.scanner_resource, scanner_wire.DEFAULT_ADDRESS)
-
-
-def connect(
-    name: str,
-    settings: Hp3458aSettings,
-    stream: ByteStream,
-    clock: Clock,
-    scanner_stream: ByteStream | None = None,
-) -> Hp3458aReadout:
-    """The readout behind a Prologix adapter at ``stream``; a scanner on an adapter of its own needs its stream, too.
-
-    Raises: RequestRefused, DeviceSilent, DeviceNonsense, DeviceRefused, LinkLost.
-    """
-    meter, scanner = parse_resource(settings.resource, wire.DEFAULT_ADDRESS), scanner_resource(settings)
-    if meter.bus != scanner.bus and scanner_stream is None:
-        raise RequestRefused(
-            f"{name}: scanner_resource {settings.scanner_resource!r} is not on the meter's adapter {meter.port!r};"
-            " nothing was opened; leave scanner_resource out or open its own adapter"
-        )
-    scanner_bus = PrologixBus(scanner_stream) if scanner_stream is not None else None
-    return Hp3458aReadout(name, settings, PrologixBus(stream), clock, scanner_bus)
