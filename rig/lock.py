@@ -93,7 +93,7 @@ def lock_folder() -> Path:
     import platformdirs
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # it warns that it falls back: so do we, without alarm
+        warnings.simplefilter("ignore", UserWarning)  # it warns that it falls back: so do we, without alarm
         preferred = Path(platformdirs.user_runtime_dir("calrig"))
     for folder in (preferred, Path(tempfile.gettempdir()) / f"calrig-{os.getuid()}"):
         try:

@@ -1,0 +1,153 @@
+"""Real ports with a twin behind each: a TCP listener on the loopback interface, or a pseudo-terminal.
+
+A port has one client at a time, as a serial line has; a client may go and another come, the twin behind stays as it
+was. Bytes that a client left unread are lost with it on TCP; on a pseudo-terminal the next client finds them.
+"""
+
+import os
+import selectors
+import socket
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from rig.twins.twin import Twin
+
+_CHUNK = 65536
+
+
+class Port(Protocol):
+    """Where a twin is reachable."""
+
+    twin: Twin
+    address: str
+    """As a rig file names the port."""
+
+    @property
+    def is_congested(self) -> bool:
+        """Bytes wait because the client does not take them."""
+
+    def register(self, selector: selectors.BaseSelector) -> None: ...
+
+    def ready(self, selector: selectors.BaseSelector, file: object, now_s: float) -> None:
+        """Take what came at ``file``."""
+
+    def flush(self, now_s: float) -> None:
+        """Send what the twin has due by now."""
+
+    def close(self) -> None: ...
+
+
+@dataclass
+class TcpPort:
+    """A listening socket on a free port of the loopback interface."""
+
+    twin: Twin
+    host: str = "127.0.0.1"
+    address: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._listener = socket.create_server((self.host, 0))
+        self._listener.setblocking(False)
+        self._client: socket.socket | None = None
+        self._unsent = b""
+        self.address = f"socket://{self.host}:{self._listener.getsockname()[1]}"
+
+    @property
+    def is_congested(self) -> bool:
+        return bool(self._unsent)
+
+    def register(self, selector: selectors.BaseSelector) -> None:
+        selector.register(self._listener, selectors.EVENT_READ, self)
+
+    def ready(self, selector: selectors.BaseSelector, file: object, now_s: float) -> None:
+        if file is self._listener:
+            self._accept(selector)
+            return
+        if self._client is None or file is not self._client:
+            return
+        try:
+            data = self._client.recv(_CHUNK)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if data:
+            self.twin.receive(data, now_s)
+        else:
+            self._part(selector)
+
+    def flush(self, now_s: float) -> None:
+        due = self.twin.transmit(now_s)
+        if self._client is None:
+            return
+        self._unsent += due
+        if self._unsent:
+            try:
+                self._unsent = self._unsent[self._client.send(self._unsent) :]
+            except BlockingIOError:
+                return
+            except OSError:
+                self._unsent = b""  # the client is gone; its socket will say so when it is read
+
+    def close(self) -> None:
+        self._listener.close()
+        if self._client is not None:
+            self._client.close()
+
+    def _accept(self, selector: selectors.BaseSelector) -> None:
+        client, _ = self._listener.accept()
+        if self._client is not None:
+            client.close()  # taken: a line has two ends
+            return
+        client.setblocking(False)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._client = client
+        selector.register(client, selectors.EVENT_READ, self)
+
+    def _part(self, selector: selectors.BaseSelector) -> None:
+        assert self._client is not None
+        selector.unregister(self._client)
+        self._client.close()
+        self._client, self._unsent = None, b""
+
+
+@dataclass
+class PtyPort:
+    """A pseudo-terminal. It enforces neither baud rate nor parity."""
+
+    twin: Twin
+    address: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        import tty
+
+        self._master, self._slave = os.openpty()  # the slave stays open here, so a client may go and come
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        self._unsent = b""
+        self.address = os.ttyname(self._slave)
+
+    @property
+    def is_congested(self) -> bool:
+        return bool(self._unsent)
+
+    def register(self, selector: selectors.BaseSelector) -> None:
+        selector.register(self._master, selectors.EVENT_READ, self)
+
+    def ready(self, selector: selectors.BaseSelector, file: object, now_s: float) -> None:  # noqa: ARG002 one file
+        try:
+            self.twin.receive(os.read(self._master, _CHUNK), now_s)
+        except BlockingIOError:
+            return
+
+    def flush(self, now_s: float) -> None:
+        self._unsent += self.twin.transmit(now_s)
+        if self._unsent:
+            try:
+                self._unsent = self._unsent[os.write(self._master, self._unsent) :]
+            except BlockingIOError:
+                return
+
+    def close(self) -> None:
+        os.close(self._master)
+        os.close(self._slave)
