@@ -82,6 +82,8 @@ ERRORS: Mapping[int, str] = {
 HARMFUL_ERRORS = frozenset({100, 101, 108, 109, 110, 114})
 LARGEST_READING_V = 1.0e30
 """Beyond this a reading is the overload mark, even with a damaged mantissa."""
+SMALLEST_READING_V = 1.0e-98
+"""Below this the exponent would need a third digit."""
 
 _NUMBER = re.compile(rb" *[+-]?\d{1,12}(?:\.\d{0,16})?(?:E[+-]?\d{1,2})?", re.IGNORECASE)
 _ERROR_STRING = re.compile(rb' *(\d{1,3}) *, *"([^"]*)"')
@@ -140,7 +142,7 @@ def parse_error(line: bytes) -> tuple[int, str]:
 
 def format_reading(value_v: float) -> bytes:
     """As the meter sends it, 16 characters and CR LF: sign or space, digit, point, nine digits, exponent."""
-    return b"% .9E\r\n" % value_v
+    return b"% .9E\r\n" % (value_v if abs(value_v) >= SMALLEST_READING_V else 0.0)
 
 
 def format_error(bits: int) -> bytes:

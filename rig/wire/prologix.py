@@ -99,7 +99,7 @@ def split_host_lines(received: bytes) -> tuple[list[HostLine], bytes]:
     A ``+`` without an ESC inside a message is lost, as the manual warns.
     """
     lines, end = [], 0
-    for match in _HOST_LINE.finditer(received):
+    while match := _HOST_LINE.match(received, end):
         raw, end = match[1], match.end()
         if raw.startswith(b"++"):
             lines.append(HostLine(True, raw[2:]))
