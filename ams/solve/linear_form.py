@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 
 RANK_TOLERANCE = 1e-9
 _PART_OF_A_DIRECTION = 0.05
+_ROUNDING = 1e-12
+"""Of the longest column: a column shorter than this is zero but for rounding, such as sin R at roll 0° and 180°."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ def condition_number(basis: FloatArray) -> float:
 
 def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> None:
     length = np.linalg.norm(r, axis=0)
-    scaled = r / np.where(length > 0.0, length, 1.0)
+    scaled = r / np.where(length > _ROUNDING * length.max(), length, np.inf)
     _, singular, directions = np.linalg.svd(scaled)
     missing = directions[singular <= RANK_TOLERANCE * singular[0]]
     if missing.size == 0:

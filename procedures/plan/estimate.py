@@ -16,6 +16,8 @@ from rig.settings import AxisSettings
 
 REPEATED_P90 = 0.05
 """Share of dwells that are measured again on a bad night."""
+COUPLING_S = 1.3
+"""Lifting, seating and locking a curvic coupling, as the twin does it; added to every move of an indexing axis."""
 
 
 def expected_duration(
@@ -43,9 +45,12 @@ def move_s(axes: Mapping[str, AxisSettings], start_deg: Mapping[str, float], end
 
 
 def _axis_move_s(axis: AxisSettings, start_deg: float, end_deg: float) -> float:
-    if start_deg == end_deg:
-        return 0.0
-    return (abs(end_deg - start_deg) + 2.0 * abs(axis.approach_deg)) / axis.speed_dps
+    """An axis that is approached from one side goes back to the approach even where it stands at its target."""
+    coupling_s = COUPLING_S if axis.increment_deg > 0.0 else 0.0
+    if axis.approach_deg == 0.0:
+        return abs(end_deg - start_deg) / axis.speed_dps + coupling_s if start_deg != end_deg else 0.0
+    turned_deg = abs(end_deg + axis.approach_deg - start_deg) + abs(axis.approach_deg)
+    return turned_deg / axis.speed_dps + 2.0 * coupling_s
 
 
 def channel_reading_s(rig: RigDescription, channel: str) -> float:

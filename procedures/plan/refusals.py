@@ -13,6 +13,7 @@ from ams.frames import specific_force
 from procedures.description import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
 from procedures.plan.designs import Design, DesignPoint
+from procedures.solving import temperature_source
 from rig.description import RigDescription
 from rig.settings import AxisSettings
 
@@ -68,6 +69,7 @@ def _unreachable(rig: RigDescription, procedure: ProcedureDescription, design: D
         keyed.append(("roll", ("check", "roll_deg"), {"the reference attitude": check.roll_deg}))
     for axis, key, targets in keyed:
         if axis in rig.axes:
+            yield from _approach_off_increment(procedure, key, axis, rig.axes[axis])
             yield from _beyond_limits(procedure, key, axis, rig.axes[axis], targets)
             yield from _off_increment(procedure, key, axis, rig.axes[axis], targets)
 
@@ -99,7 +101,7 @@ def _reach(settings: AxisSettings, targets: dict[str, float]) -> dict[str, float
     low, high = settings.limits_deg
     middle = (low + high) / 2.0
     return {
-        name: max((angle, angle - settings.approach_deg), key=lambda each: abs(each - middle))
+        name: max((angle, angle + settings.approach_deg), key=lambda each: abs(each - middle))
         for name, angle in targets.items()
     }
 
@@ -122,6 +124,18 @@ def _off_increment(
             f"{name} asks for {axis} {angle:g}°, the table stops only at multiples of {settings.increment_deg:g}° "
             f"(axes.{axis}.increment_deg), nearest {below:g}° and {above:g}° ({len(off)} of {len(targets)} points "
             "are off); nothing moved; choose other steps",
+        )
+
+
+def _approach_off_increment(
+    procedure: ProcedureDescription, key: Sequence[str], axis: str, settings: AxisSettings
+) -> Iterator[PlanError]:
+    increment = Decimal(repr(settings.increment_deg))
+    if increment and key[0] == "design" and Decimal(repr(settings.approach_deg)) % increment:
+        yield procedure.error(
+            key,
+            f"the one-sided approach of {settings.approach_deg:g}° (axes.{axis}.approach_deg) is no multiple of the "
+            f"table's {settings.increment_deg:g}°; nothing moved; correct the rig file",
         )
 
 
@@ -233,11 +247,12 @@ def _temperature_terms(
     if wanted == "none":
         return
     for serial, sensor in rig.sensors.items():
-        if sensor.temperature is None and not rig.environment:
+        if temperature_source(rig, sensor) is None:
             yield procedure.error(
                 ("solve", "temperature"),
-                f'"{wanted}" needs a temperature reading, but {serial} has no temperature channel and the rig no '
-                'environment; nothing is guessed; declare one in the rig file or use temperature = "none"',
+                f'"{wanted}" needs a temperature reading, but {serial} has no temperature channel and the rig has '
+                f"{len(rig.environment)} environments where one would stand for it; nothing is guessed; declare one in "
+                'the rig file or use temperature = "none"',
             )
     if wanted == "apply":
         yield from _unknown_coefficients(rig, procedure)

@@ -311,11 +311,12 @@ def test_every_reason_is_told_at_once(tmp_path):
 def test_the_expected_duration_counts_moves_settling_and_readings(tmp_path):
     dwell = "[dwell]\nsamples = 10\nsettle = { window_s = 1.0, windows = 2, min_s = 2.0, max_s = 60.0 }\n"
     plan = plan_of(tmp_path, more=dwell)
-    moving_s = sum(
-        abs(b.targets_deg["pitch"] - a.targets_deg["pitch"]) / 5.0
-        + abs(b.targets_deg["roll"] - a.targets_deg["roll"]) / 10.0
-        for a, b in pairwise(plan.dwells)
-    )
+    turns = [
+        (abs(there.targets_deg[axis] - here.targets_deg[axis]), speed_dps)
+        for here, there in pairwise(plan.dwells)
+        for axis, speed_dps in (("pitch", 5.0), ("roll", 10.0))
+    ]
+    moving_s = sum(turn_deg / speed_dps + 1.3 for turn_deg, speed_dps in turns if turn_deg)  # 1.3 s: lift, seat, lock
     reading_s = 3 * 10 * 2 * 10 / 50  # channels × samples × autozero × NPLC / 50 Hz
     assert plan.expected.p50_s == pytest.approx(moving_s + (6 + 2 * 35) * (2.0 + reading_s))
     assert plan.expected.p90_s > plan.expected.p50_s
