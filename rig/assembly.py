@@ -17,6 +17,7 @@ from rig.devices.hp3458a import Hp3458aReadout, Hp3458aSettings, scanner_resourc
 from rig.devices.indexing_table import IndexingTableSettings
 from rig.devices.watlow_f4 import WatlowF4Settings
 from rig.errors import DescriptionError
+from rig.kept_lines import LineSource
 from rig.link.byte_stream import ByteStream
 from rig.link.gpib import GpibBus, GpibResource, parse_resource
 from rig.link.memory import MemoryStream
@@ -27,9 +28,6 @@ from rig.settings import TWIN_PORT
 from rig.twins.control import RemoteChance
 from rig.twins.world import World
 from rig.wire.hp3458a import DEFAULT_ADDRESS
-
-LineSource = Callable[[str, Callable[[], ByteStream]], ByteStream]
-"""Asked for every line by its name and how to open it: what records a line wraps it, what replays one opens none."""
 
 
 class Rig:
@@ -90,6 +88,7 @@ def open_rig(
 ) -> Rig:
     """Lock and open everything that the description names; nothing moves.
 
+    ``line_source`` (:mod:`rig.kept_lines`) records or replays the lines.
     ``rig_file`` is locked as well where given, so that two commands do not drive twins of one file. Raises: RigBusy,
     LinkLost, DescriptionError, and what a device says at its first question.
     """
@@ -198,10 +197,16 @@ class _Opening:
         """The controller that carries an instrument; instruments of one adapter share it."""
         place = (key if resource.carrier == "twin" else resource.carrier, resource.port)
         if place not in self._buses:
-            if resource.carrier == "visa":
-                raise _no_driver(key, "visa")
-            self._buses[place] = PrologixBus(self._stream(key, resource.port))
+            self._buses[place] = self._open_bus(key, resource)
+            self._opened.callback(self._buses[place].close)
         return self._buses[place]
+
+    def _open_bus(self, key: str, resource: GpibResource) -> GpibBus:
+        if resource.carrier == "visa":
+            from rig.link.visa import VisaBus
+
+            return VisaBus(resource.port, SystemClock())
+        return PrologixBus(self._stream(key, resource.port))
 
     def _stream(self, key: str, port: str, baud_rate: int = 9600) -> ByteStream:
         """The line to ``port``, opened once; a twin's is in memory and named by its device."""
