@@ -10,9 +10,10 @@ from operator import or_
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, create_model, field_validator, model_validator
+from pydantic import BaseModel, Field, ValidationError, create_model, field_validator, model_validator
 
 from rig.drivers import Ability, settings_classes
+from rig.errors import DescriptionError
 from rig.settings import TWIN_PORT, AxisSettings, EnvironmentSettings, NotNegative, Positive, ReadoutSettings
 from rig.toml_file import StrictTable, TomlFile, as_tuple, read_toml
 
@@ -330,9 +331,13 @@ def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str]) -> I
             yield file.complaint(
                 ("sensors", serial, "temperature"), f"no channel {sensor.temperature.channel!r} (allowed: {allowed})"
             )
-    for channel in rig.chain:
+    for channel, chain in rig.chain.items():
         if channel not in known:
             yield file.complaint(("chain", channel), f"no channel {channel!r} (allowed: {allowed})")
+        if chain.supply_channel is not None and chain.supply_channel not in known:
+            yield file.complaint(
+                ("chain", channel, "supply_channel"), f"no channel {chain.supply_channel!r} (allowed: {allowed})"
+            )
 
 
 def _unknown_standards(file: TomlFile, rig: RigDescription) -> Iterable[str]:
@@ -402,3 +407,15 @@ def _nominal(sensitivity_v_per_g: float) -> AxisTruth:
         azimuth_deg=40.0,
         noise_v=8e-6 * abs(sensitivity_v_per_g),
     )
+
+
+def rig_from_json(text: str) -> RigDescription:
+    """A description that ``model_dump_json`` wrote, as a journal keeps it. Raises: DescriptionError."""
+    try:
+        return _file_model().model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise DescriptionError(
+            f"stored rig description: {where}: {first['msg']}; use the calrig that wrote it"
+        ) from None

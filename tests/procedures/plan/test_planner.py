@@ -13,6 +13,7 @@ from procedures.errors import ExitStatus, PlanError
 from procedures.plan.plan import Plan, summary
 from procedures.plan.planner import make_plan
 from procedures.plan.steps import Dwell, Soak
+from rig.errors import DescriptionError
 
 PITCH = "pitch_deg = { from = -30.0, to = 30.0, step = 10.0 }"
 ROLL = "roll_deg = { from = -180.0, to = 180.0, step = 90.0 }"
@@ -320,3 +321,15 @@ def test_the_expected_duration_counts_moves_settling_and_readings(tmp_path):
     reading_s = 3 * 10 * 2 * 10 / 50  # channels × samples × autozero × NPLC / 50 Hz
     assert plan.expected.p50_s == pytest.approx(moving_s + (6 + 2 * 35) * (2.0 + reading_s))
     assert plan.expected.p90_s > plan.expected.p50_s
+
+
+def test_temperatures_and_supplies_are_read_with_the_outputs(tmp_path):
+    own = '[sensors.SN1.temperature]\nchannel = "dmm.t"\noffset_degc = 0.0\nslope_degc_per_v = 100.0\n'
+    assert plan_of(tmp_path, rig_more=own).channels == ("dmm.x", "dmm.y", "dmm.z", "dmm.t")
+    supply = '[chain."dmm.x"]\nsupply_channel = "dmm.t"\n[chain."dmm.y"]\nsupply_channel = "dmm.t"\n'
+    assert plan_of(tmp_path, rig_more=supply).channels == ("dmm.x", "dmm.y", "dmm.z", "dmm.t")
+
+
+def test_an_unknown_supply_channel_is_refused_by_the_rig_file(tmp_path):
+    with pytest.raises(DescriptionError, match=r"chain\.dmm\.x\.supply_channel: no channel 'dmm\.v' \(allowed: dmm\.t"):
+        rig_file(tmp_path, more='[chain."dmm.x"]\nsupply_channel = "dmm.v"\n')
