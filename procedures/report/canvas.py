@@ -129,4 +129,4 @@ def series_style(place: int, count: int) -> tuple[Any, str]:
         return SERIES[place], SYMBOLS[place]
     import matplotlib
 
-    return matplotlib.colormaps["cividis"](place / (count - 1)), SYMBOLS[place % len(SYMBOLS)]
+    return matplotlib.colormaps["cividis"](0.9 * place / (count - 1)), SYMBOLS[place % len(SYMBOLS)]

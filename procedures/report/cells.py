@@ -70,9 +70,7 @@ def truth_text(row: ParameterRow) -> "Markup":
 
 
 def holds_truth(row: ParameterRow) -> str:
-    if row.truth is None or row.interval_95 is None:
-        return "—"
-    return "yes" if row.interval_95[0] <= row.truth <= row.interval_95[1] else "no"
+    return {True: "yes", False: "no", None: "—"}[row.holds_truth]
 
 
 def dof_text(dof: float | None) -> str:

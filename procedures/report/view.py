@@ -41,6 +41,13 @@ class ParameterRow:
     truth: float | None
     """What the twin's sensor really is; None at the bench."""
 
+    @property
+    def holds_truth(self) -> bool | None:
+        """Whether the 95 % interval holds the truth; None where there is no truth or no interval."""
+        if self.truth is None or self.interval_95 is None:
+            return None
+        return self.interval_95[0] <= self.truth <= self.interval_95[1]
+
 
 @dataclass(frozen=True)
 class TestRow:

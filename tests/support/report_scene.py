@@ -39,6 +39,8 @@ class Scene:
 
     pitch_deg: tuple[float, ...] = tuple(range(-90, 91, 30))
     roll_deg: tuple[float, ...] = tuple(range(-180, 181, 60))
+    points: tuple[tuple[float, float], ...] = ()
+    """(pitch, roll) in degrees, instead of the grid."""
     replications: int = 3
     sensors: tuple[str, ...] = ("SN1047",)
     axes: tuple[str, ...] = ("x", "y", "z")
@@ -129,7 +131,8 @@ def _force(pitch: np.ndarray, roll: np.ndarray) -> np.ndarray:
 
 def _observations(scene: Scene, chance: np.random.Generator) -> Observations:
     rows = [*scene.pitch_deg[::2], *scene.pitch_deg[1::2][::-1]]
-    one = np.array([(p, r) for n, p in enumerate(rows) for r in scene.roll_deg[:: 1 if n % 2 else -1]], dtype=float)
+    grid = [(p, r) for n, p in enumerate(rows) for r in scene.roll_deg[:: 1 if n % 2 else -1]]
+    one = np.array(scene.points or grid, dtype=float)
     pitch, roll = np.deg2rad(np.tile(one, (scene.replications, 1))).T
     replication = np.repeat(np.arange(1, scene.replications + 1), len(one))
     point = np.tile(np.arange(1, len(one) + 1), scene.replications)

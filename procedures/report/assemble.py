@@ -1,0 +1,173 @@
+"""From a journal's content to the view: who, what, when, with what, and what came of it.
+
+Nothing is measured or solved here; what the journal does not say is not on the page.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from procedures.plan.plan import Plan
+from procedures.report.conclusions import axis_view
+from procedures.report.declared import declared_sections, device_rows, standard_rows
+from procedures.report.stability import check_comparisons, reference_traces, temperature_traces
+from procedures.report.trail import identities_in, interruptions_in, notes_in
+from procedures.report.truth import truth_of
+from procedures.report.verdict import judge
+from procedures.report.view import Counts, DesignView, RejectedDwell, RunView, SensorView
+from procedures.run.records import DwellRecord, Event
+from rig.description import RigDescription, Sensor
+
+if TYPE_CHECKING:
+    from procedures.solving import SolvedSensor
+
+UNFINISHED = ("running", "checking", "planned")
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """What the journal holds, as the report needs it."""
+
+    run_id: str
+    state: str
+    operator: str
+    is_simulated: bool
+    created_utc: datetime
+    plan: Plan
+    rig: RigDescription
+    events: Sequence[Event]
+    dwells: Sequence[DwellRecord]
+    hashes: Mapping[str, str]
+    """What was hashed (``journal content``, ``plan``, ``rig file`` …) to its SHA-256."""
+    versions: Mapping[str, str]
+
+
+def assemble_view(
+    record: RunRecord, solved: "Mapping[str, SolvedSensor]", table_arcsec: float | None = None
+) -> RunView:
+    """The run as every screen draws it.
+
+    ``solved``: sensor name to its solution. ``table_arcsec``: standard uncertainty of one attitude of the table.
+    """
+    sensors = tuple(
+        _sensor_view(record, name, sensor, solved.get(name), place)
+        for place, (name, sensor) in enumerate(record.plan.sensors.items(), start=1)
+    )
+    labels = _labels(record, sensors)
+    counts = _counts(record)
+    interruptions = interruptions_in(record.events)
+    checks = check_comparisons(record.dwells, labels)
+    started_utc = record.dwells[0].started_utc if record.dwells else record.created_utc
+    return RunView(
+        title=record.plan.title,
+        run_id=record.run_id,
+        state=record.state,
+        operator=record.operator,
+        rig=record.rig.rig.name,
+        gravity_mps2=record.rig.rig.gravity_mps2,
+        gravity_source=record.rig.rig.gravity_source,
+        is_simulated=record.is_simulated,
+        approved_by=record.rig.approved_by,
+        started_utc=started_utc,
+        ended_utc=_ended_utc(record),
+        verdict=judge(record.state, counts, sensors, interruptions, checks, table_arcsec),
+        design=_design_view(record),
+        counts=counts,
+        sensors=sensors,
+        interruptions=interruptions,
+        rejected=tuple(_rejected(dwell) for dwell in record.dwells if not dwell.accepted),
+        notes=notes_in(record.events),
+        devices=device_rows(record.rig, identities_in(record.events)),
+        standards=standard_rows(record.rig),
+        temperature=temperature_traces(record.dwells),
+        reference=reference_traces(record.dwells, labels),
+        checks=checks,
+        declared=declared_sections(record.rig),
+        hashes=record.hashes,
+        versions=record.versions,
+    )
+
+
+def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: "SolvedSensor | None", place: int) -> SensorView:
+    observations = None if solved is None else solved.observations
+    calibration = None if solved is None else solved.calibration
+    failure = "it was not solved" if solved is None else solved.failure
+    axes = () if calibration is None or observations is None else tuple(
+        axis_view(
+            axis, sensor.channels[axis], result, observations,  # type: ignore[index]
+            truth_of(record.rig, name, axis, observations, result),
+        )
+        for axis, result in calibration.axes.items()
+    )  # fmt: skip
+    mount = ", ".join(f"{axis} along {getattr(sensor.mount, axis)}" for axis in "xyz")
+    return SensorView(
+        name=name,
+        model=sensor.model,
+        mount=f"{mount}{f'; datum {sensor.mount.datum}' if sensor.mount.datum else ''}",
+        is_check_sensor=sensor.check_sensor,
+        observations=observations,
+        axes=axes,
+        warnings=() if calibration is None else calibration.warnings,
+        failure=failure,
+        place=place,
+    )
+
+
+def _labels(record: RunRecord, sensors: Sequence[SensorView]) -> dict[str, tuple[str, float]]:
+    """Channel to how it is called and the sensitivity that turns its volts into angles."""
+    labels: dict[str, tuple[str, float]] = {}
+    for view in sensors:
+        sensor = record.plan.sensors[view.name]
+        solved = {axis.axis: axis.sensitivity_v_per_g for axis in view.axes}
+        for axis, channel in sensor.channels.items():
+            labels[channel] = (f"{view.name} {axis}", solved.get(axis, abs(sensor.nominal_sensitivity_v_per_g)))
+    return labels
+
+
+def _counts(record: RunRecord) -> Counts:
+    accepted = [dwell for dwell in record.dwells if dwell.accepted]
+    return Counts(
+        planned=len(record.plan.dwells),
+        accepted=len(accepted),
+        rejected=len(record.dwells) - len(accepted),
+        design_planned=len(record.plan.design_dwells),
+        design_accepted=sum(dwell.purpose == "design" for dwell in accepted),
+    )
+
+
+def _design_view(record: RunRecord) -> DesignView:
+    plan = record.plan
+    first = [dwell for dwell in plan.design_dwells if dwell.replication == 1]
+    angles = {
+        axis: np.array([dwell.targets_deg.get(axis, 0.0) for dwell in first], dtype=float) for axis in ("pitch", "roll")
+    }
+    return DesignView(
+        kind=plan.design.kind,
+        order=plan.order,
+        replications=plan.replications,
+        point=np.array([dwell.point for dwell in first], dtype=np.int64),
+        pitch_deg=angles["pitch"],
+        roll_deg=angles["roll"],
+    )
+
+
+def _ended_utc(record: RunRecord) -> datetime | None:
+    if record.state in UNFINISHED:
+        return None
+    return record.events[-1].utc if record.events else None
+
+
+def _rejected(dwell: DwellRecord) -> RejectedDwell:
+    return RejectedDwell(
+        utc=dwell.started_utc,
+        step=dwell.step,
+        purpose=dwell.purpose,
+        replication=dwell.replication,
+        point=dwell.point,
+        attempt=dwell.attempt,
+        targets_deg=dwell.targets_deg,
+        reasons=dwell.reasons,
+    )

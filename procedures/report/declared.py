@@ -1,0 +1,70 @@
+"""What the laboratory declared in its rig file, as rows of text: devices, standards, job, level, chain, acceptance."""
+
+from collections.abc import Mapping
+
+from pydantic import BaseModel
+
+from procedures.report.view import Device, StandardRow
+from rig.description import RigDescription, Standard
+
+UNITS = {"arcsec": "″", "v": "V", "degc": "°C", "ohm": "Ω"}
+
+
+def device_rows(rig: RigDescription, identities: Mapping[str, str]) -> tuple[Device, ...]:
+    """Every device of the rig file with what it answered when asked who it is."""
+    groups: Mapping[str, Mapping[str, BaseModel]] = {
+        "axes": rig.axes,
+        "readouts": rig.readouts,
+        "environment": rig.environment,
+    }
+    return tuple(
+        Device(
+            name=f"{group}.{name}",
+            driver=str(getattr(settings, "driver", "")),
+            identity=identities.get(f"{group}.{name}", identities.get(name, "")),
+            standard=str(getattr(settings, "standard", None) or ""),
+        )
+        for group, devices in groups.items()
+        for name, settings in devices.items()
+    )
+
+
+def standard_rows(rig: RigDescription) -> tuple[StandardRow, ...]:
+    """Every certificate that the rig file names."""
+    return tuple(
+        StandardRow(name, standard.serial, standard.certificate, standard.due.isoformat(), _uncertainty(standard))
+        for name, standard in rig.standards.items()
+    )
+
+
+def declared_sections(rig: RigDescription) -> Mapping[str, Mapping[str, str]]:
+    """Sections that were filled in, keys as in the file (they carry the unit)."""
+    tables: dict[str, BaseModel | None] = {
+        "laboratory": rig.laboratory,
+        "job": rig.job,
+        "level of the base": rig.level,
+        "acceptance": rig.acceptance,
+        **{f"chain of {channel}": chain for channel, chain in rig.chain.items()},
+    }
+    filled = {name: _flat(table) for name, table in tables.items() if table is not None}
+    return {name: section for name, section in filled.items() if section}
+
+
+def _uncertainty(standard: Standard) -> str:
+    stated = standard.model_dump(include={f"uncertainty_{unit}" for unit in UNITS}, exclude_none=True)
+    kind = {"limit": "limit", "standard": "standard", "expanded": f"expanded, k = {standard.k:g}"}[standard.kind]
+    texts = (f"±{value:g} {UNITS[key.removeprefix('uncertainty_')]}" for key, value in stated.items())
+    return "; ".join(f"{text} ({kind})" for text in texts) or "none stated"
+
+
+def _flat(table: BaseModel) -> dict[str, str]:
+    """Keys that were given, nested ones joined by a dot."""
+    return dict(_leaves("", table.model_dump(mode="json", exclude_defaults=True)))
+
+
+def _leaves(prefix: str, value: object) -> list[tuple[str, str]]:
+    if isinstance(value, dict):
+        return [
+            leaf for key, item in value.items() for leaf in _leaves(f"{prefix}.{key}" if prefix else str(key), item)
+        ]
+    return [(prefix, ", ".join(map(str, value)) if isinstance(value, list) else str(value))]

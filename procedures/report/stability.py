@@ -1,0 +1,102 @@
+"""Did rig and sensors stand still: temperature, reference attitude and check set, from the dwells."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from procedures.report.numbers import attitude
+from procedures.report.observations import run_times_s
+from procedures.report.view import CheckComparison, ReferenceTrace, TemperatureTrace
+from procedures.run.records import ChannelReading, DwellRecord
+
+FloatArray = NDArray[np.float64]
+Labels = Mapping[str, tuple[str, float]]
+"""Channel to its name on the page and its sensitivity, V/g."""
+
+
+def temperature_traces(dwells: Sequence[DwellRecord]) -> tuple[TemperatureTrace, ...]:
+    """One trace an environment, all dwells in the order in which they were measured."""
+    hours = run_times_s(dwells) / 3600.0
+    names = sorted({name for dwell in dwells for name in dwell.temperature_degc})
+    traces = []
+    for name in names:
+        degc = np.array([dwell.temperature_degc.get(name, np.nan) for dwell in dwells])
+        known = np.isfinite(degc)
+        if known.any():
+            traces.append(TemperatureTrace(name, hours[known], degc[known]))
+    return tuple(traces)
+
+
+def reference_traces(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[ReferenceTrace, ...]:
+    """Every channel at the reference attitude, as the change from its first visit; nothing with fewer than two."""
+    hours = run_times_s(dwells) / 3600.0
+    places = [place for place, dwell in enumerate(dwells) if dwell.accepted and dwell.purpose == "reference"]
+    if len(places) < 2:
+        return ()
+    visits = [dwells[place] for place in places]
+    return tuple(
+        ReferenceTrace(label, hours[places], _change_v(visits, channel), sensitivity)
+        for channel, (label, sensitivity) in labels.items()
+        if all(channel in visit.readings for visit in visits)
+    )
+
+
+def check_comparisons(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[CheckComparison, ...]:
+    """The check set of every later epoch against the first one's, attitude by attitude."""
+    checks = sorted(
+        (dwell for dwell in dwells if dwell.accepted and dwell.purpose == "check"), key=lambda dwell: dwell.epoch
+    )
+    epochs = {epoch: _by_attitude(members) for epoch, members in groupby(checks, key=lambda dwell: dwell.epoch)}
+    if len(epochs) < 2:
+        return ()
+    (_, first), *later = epochs.items()
+    compared = (
+        _compare(epoch, first, members, channel, label) for epoch, members in later for channel, label in labels.items()
+    )
+    return tuple(comparison for comparison in compared if comparison is not None)
+
+
+def _change_v(visits: Sequence[DwellRecord], channel: str) -> FloatArray:
+    means_v = np.array([visit.readings[channel].mean_v for visit in visits])
+    return np.asarray(means_v - means_v[0])
+
+
+def _by_attitude(dwells: Iterable[DwellRecord]) -> dict[str, DwellRecord]:
+    return {attitude(dwell.targets_deg): dwell for dwell in dwells}
+
+
+def _compare(
+    epoch: int,
+    first: Mapping[str, DwellRecord],
+    later: Mapping[str, DwellRecord],
+    channel: str,
+    label: tuple[str, float],
+) -> CheckComparison | None:
+    pairs = {
+        where: (first[where].readings[channel], later[where].readings[channel])
+        for where in later
+        if where in first and channel in first[where].readings and channel in later[where].readings
+    }
+    if not pairs:
+        return None
+    changes_v = {where: after.mean_v - before.mean_v for where, (before, after) in pairs.items()}
+    worst = max(changes_v, key=lambda where: abs(changes_v[where]))
+    variance_v2 = np.mean([_variance_v2(before) + _variance_v2(after) for before, after in pairs.values()])
+    return CheckComparison(
+        epoch=epoch,
+        label=label[0],
+        attitudes=len(pairs),
+        mean_change_v=float(np.mean(list(changes_v.values()))),
+        largest_change_v=changes_v[worst],
+        largest_at=worst,
+        scatter_v=float(np.sqrt(variance_v2)),
+        sensitivity_v_per_g=label[1],
+    )
+
+
+def _variance_v2(reading: ChannelReading) -> float:
+    """Of the mean, from the scatter of the samples; 0 where one sample tells nothing."""
+    size = reading.samples_v.size
+    return reading.standard_deviation_v**2 / size if size > 1 else 0.0

@@ -1,0 +1,62 @@
+"""The run's outcome for the terminal: coefficients with their intervals, beside the twin's truth when simulated."""
+
+from typing import TYPE_CHECKING
+
+from procedures.report.numbers import with_uncertainty
+from procedures.report.view import ParameterRow, RunView, SensorView
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+VERDICT_COLOURS = {"sound": "green", "reserved": "yellow", "unusable": "red"}
+
+
+def print_summary(view: RunView, console: "Console") -> None:
+    """Verdict, one table a sensor, and what a reader should know before using a number."""
+    from rich.text import Text
+
+    if view.stamps:
+        console.print(Text(" · ".join(view.stamps), style="bold red"))
+    for sensor in view.sensors:
+        if sensor.axes:
+            console.print(sensor_table(view, sensor))
+    console.print(Text(view.verdict.sentence, style=VERDICT_COLOURS[view.verdict.trust]))
+    for ground in view.verdict.grounds:
+        console.print(Text(f"  • {ground}"), highlight=False)
+
+
+def sensor_table(view: RunView, sensor: SensorView) -> "Table":
+    """Coefficients of one sensor; names of the laboratory are text, never markup."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=SIMPLE_HEAD, title=Text(sensor.name), title_justify="left", title_style="bold", pad_edge=False)
+    table.add_column("axis")
+    table.add_column("parameter")
+    for heading in ("value", "± 95 %", "unit") + (("truth", "in interval") if view.is_simulated else ()):
+        table.add_column(heading, justify="left" if heading == "unit" else "right", no_wrap=True)
+    for axis in sensor.axes:
+        for place, row in enumerate(axis.parameters):
+            table.add_row(
+                axis.axis if place == 0 else "",
+                row.label,
+                *_cells(row, is_simulated=view.is_simulated),
+                end_section=row is axis.parameters[-1],
+            )
+    return table
+
+
+def _cells(row: ParameterRow, *, is_simulated: bool) -> tuple[str, ...]:
+    if row.value is None:
+        known: tuple[str, ...] = ("not determined", "—", row.unit)
+    else:
+        value, expanded = with_uncertainty(row.value, row.expanded_uncertainty)
+        known = (value, expanded, row.unit)
+    if not is_simulated:
+        return known
+    if row.truth is None:
+        return (*known, "—", "—")
+    truth = with_uncertainty(row.truth, row.expanded_uncertainty)[0]
+    return (*known, truth, {True: "yes", False: "no", None: "—"}[row.holds_truth])

@@ -1,0 +1,50 @@
+"""The twin's truth in the terms of a solution: what the estimates stand beside when the run was simulated.
+
+Only what has one value over the run is stated. A parameter that the twin lets drift has none, and a package that is
+mounted turned has its truth in axes other than the solution's.
+"""
+
+import numpy as np
+
+from ams.observations import Observations
+from ams.solve.result import AxisCalibration
+from rig.description import AxisTruth, Mount, RigDescription
+
+
+def truth_of(
+    rig: RigDescription, sensor: str, axis: str, observations: Observations, calibration: AxisCalibration
+) -> dict[str, float]:
+    """Parameter name to the truth, at the reference temperature of the solution; empty where nothing is simulated."""
+    if not rig.is_simulated or rig.twin is None:
+        return {}
+    truth = {str(name): value for name, value in rig.twin.truth.get(sensor, {}).items()}.get(axis)
+    described = rig.sensors.get(sensor)
+    if truth is None or described is None or not _is_straight(described.mount):
+        return {}
+    warmer_degc = _reference_degc(truth, observations, calibration) - truth.reference_temperature_degc
+    warming = 1.0 + truth.sensitivity_tc_per_degc * warmer_degc
+    values = {
+        "coning_deg": truth.coning_deg,
+        "azimuth_deg": truth.azimuth_deg,
+        "offset_tc_v_per_degc": truth.offset_tc_v_per_degc,
+        "sensitivity_tc_per_degc": truth.sensitivity_tc_per_degc / warming,
+    }
+    if truth.offset_drift_v_per_replication == 0.0:
+        values["offset_v"] = truth.offset_v + truth.offset_tc_v_per_degc * warmer_degc
+    if truth.sensitivity_drift_per_replication == 0.0:
+        values["sensitivity_v_per_g"] = truth.sensitivity_v_per_g * warming
+    return values
+
+
+def _is_straight(mount: Mount) -> bool:
+    return (mount.x, mount.y, mount.z) == ("+x", "+y", "+z")
+
+
+def _reference_degc(truth: AxisTruth, observations: Observations, calibration: AxisCalibration) -> float:
+    """Where the solution's offset and sensitivity hold: its own reference, or the mean of what was measured."""
+    for parameter in calibration.parameters:
+        if parameter.name == "reference_temperature_degc" and parameter.value is not None:
+            return parameter.value
+    if observations.temperature_degc is not None and observations.rows:
+        return float(np.mean(observations.temperature_degc))
+    return truth.reference_temperature_degc

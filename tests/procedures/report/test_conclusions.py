@@ -1,0 +1,51 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from report_scene import Scene, run_view
+from scipy.stats import t
+
+from ams.solve.result import ParameterEstimate
+from procedures.report.conclusions import by_replication, mean_residuals, parameter_row
+
+
+def test_the_coverage_factor_is_students_at_the_stated_degrees_of_freedom() -> None:
+    row = parameter_row(ParameterEstimate("offset_v", 1.0, 2e-6, 2e-6, 7.5, (0.0, 2.0)), 2.5, None)
+    assert row.coverage_factor == pytest.approx(t.ppf(0.975, 7.5))
+    assert row.expanded_uncertainty == pytest.approx(t.ppf(0.975, 7.5) * 2e-6)
+
+
+def test_what_is_not_determined_stays_so() -> None:
+    row = parameter_row(ParameterEstimate("azimuth_deg", None, None, None, None, None), 2.5, 35.0)
+    assert (row.value, row.expanded_uncertainty, row.in_other_terms) == (None, None, "")
+    assert row.holds_truth is None
+
+
+def test_azimuths_on_both_sides_of_180_degrees_are_close() -> None:
+    replication = run_view(Scene()).sensors[0].axes[0].calibration.replication
+    assert replication is not None
+    turned = replace(replication, per_replication={1: {"azimuth_deg": 179.9}, 2: {"azimuth_deg": -179.9}})
+    assert list(by_replication(turned, "azimuth_deg").values()) == pytest.approx([179.9, 180.1])
+
+
+def test_mean_residuals_are_by_attitude() -> None:
+    sensor = run_view(Scene(replications=4)).sensors[0]
+    assert sensor.observations is not None
+    pitch, roll, mean = mean_residuals(sensor.axes[0].calibration, sensor.observations)
+    third = sensor.observations.point == 3
+    assert mean[2] == pytest.approx(sensor.axes[0].calibration.residuals_v[third].mean(), abs=1e-15)
+    assert pitch[2] == pytest.approx(float(np.rad2deg(sensor.observations.pitch_rad[third][0])))
+    assert roll[2] == pytest.approx(float(np.rad2deg(sensor.observations.roll_rad[third][0])))
+
+
+def test_lack_of_fit_says_where_and_drift_says_which_and_how_much() -> None:
+    sensor = run_view(Scene(tooth_arcsec=3.0, offset_drift_v=4e-6, noise_arcsec=1e-4, axes=("x",))).sensors[0]
+    assert sensor.observations is not None
+    lack, offset, *others = sensor.axes[0].tests
+    pitch, roll, mean = mean_residuals(sensor.axes[0].calibration, sensor.observations)
+    worst = int(np.argmax(np.abs(mean)))
+    assert f"most at pitch {pitch[worst]:.0f}°".replace("-", "−") in lack.conclusion
+    assert f"roll {roll[worst]:.0f}°".replace("-", "−") in lack.conclusion
+    assert offset.is_significant
+    assert "changed between the replications by 8.0 µV or 0.66″" in offset.conclusion
+    assert all("No change" in test.conclusion for test in others)

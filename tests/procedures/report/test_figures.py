@@ -1,0 +1,55 @@
+import re
+from pathlib import Path
+
+import pytest
+from report_scene import Scene, run_view
+
+from procedures.report.canvas import style
+from procedures.report.figures import draw_figures, write_figures
+from procedures.report.run_figures import drift_figure
+
+SCENES = {
+    "three axes, replicated": Scene(),
+    "one axis, one replication, no azimuth": Scene(axes=("x",), replications=1, null_azimuth=True, simulated=False),
+    "two sensors, ten replications": Scene(sensors=("A.1", "A 1"), axes=("x",), replications=10, pitch_deg=(-60, 0, 60)),
+    "interrupted": Scene(axes=("y", "z"), interruptions=2, rejected=1),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_figure_shows_data(name: str) -> None:
+    figures = draw_figures(run_view(SCENES[name])).all()
+    assert len(figures) >= 7
+    for figure in figures:
+        marks = len(re.findall(rb"<use [^>]*style=\"fill|<image |<path d=\"M[^\"]*L[^\"]*\"", figure.svg))
+        assert marks > 5, figure.name
+        assert figure.svg.startswith(b"<?xml")
+        assert figure.caption.endswith(".")
+
+
+def test_the_same_view_gives_the_same_bytes() -> None:
+    view = run_view(Scene(axes=("x",), pitch_deg=tuple(range(-90, 91, 10)), replications=4))
+    first, second = draw_figures(view), draw_figures(view)
+    assert first == second
+    assert all(b"<dc:date>" not in figure.svg for figure in first.all())
+
+
+def test_names_are_unique_and_safe_for_files_whatever_the_sensors_are_called(tmp_path: Path) -> None:
+    figures = draw_figures(run_view(SCENES["two sensors, ten replications"]))
+    names = [figure.name for figure in figures.all()]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"[a-z0-9-]+", name) for name in names)
+    paths = write_figures(figures, tmp_path / "figures")
+    assert [path.read_bytes() for path in paths] == [figure.svg for figure in figures.all()]
+
+
+def test_drift_is_drawn_only_where_there_are_replications() -> None:
+    with style():
+        assert drift_figure(run_view(Scene(axes=("x",))).sensors[0]) is not None
+        assert drift_figure(run_view(Scene(axes=("x",), replications=1)).sensors[0]) is None
+
+
+def test_no_figure_refers_to_anything_outside_itself() -> None:
+    for figure in draw_figures(run_view(Scene(axes=("x",)))).all():
+        targets = re.findall(rb"(?:href|src)=\"([^\"]*)\"", figure.svg)
+        assert all(target.startswith((b"#", b"data:")) for target in targets)

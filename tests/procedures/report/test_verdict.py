@@ -1,0 +1,58 @@
+from dataclasses import replace
+
+import pytest
+from report_scene import Scene, run_view
+
+from procedures.report.verdict import judge
+from procedures.report.view import CheckComparison, RunView
+
+
+def _judged(
+    view: RunView, table_arcsec: float | None = None, checks: tuple[CheckComparison, ...] = ()
+) -> tuple[str, str]:
+    verdict = judge(view.state, view.counts, view.sensors, view.interruptions, checks, table_arcsec)
+    return verdict.trust, "\n".join((verdict.sentence, *verdict.grounds))
+
+
+def test_a_finished_replicated_run_without_findings_is_sound() -> None:
+    trust, text = _judged(run_view(Scene()))
+    assert trust == "sound"
+    assert "pitch −90° to 90° and roll −180° to 180°" in text
+
+
+def test_lack_of_fit_that_the_table_explains_is_no_reservation_but_is_said() -> None:
+    view = run_view(Scene(tooth_arcsec=1.0))
+    assert _judged(view, table_arcsec=1.2)[0] == "sound"
+    assert "no larger than the table's index errors explain" in _judged(view, table_arcsec=1.2)[1]
+    trust, text = _judged(view, table_arcsec=0.3)
+    assert trust == "reserved"
+    assert "SN1047: lack of fit (x " in text
+    assert _judged(view, table_arcsec=None)[0] == "reserved"
+
+
+def test_drift_one_replication_and_an_unfinished_run_are_reservations() -> None:
+    assert "drift of offset (x " in _judged(run_view(Scene(offset_drift_v=4e-6)))[1]
+    assert "one replication only" in _judged(run_view(Scene(replications=1)))[1]
+    assert "did not finish (state “aborted”)" in _judged(run_view(Scene(state="aborted")))[1]
+
+
+def test_missing_dwells_are_counted() -> None:
+    view = run_view(Scene())
+    short = replace(view, counts=replace(view.counts, design_accepted=view.counts.design_planned - 3))
+    trust, text = _judged(short)
+    assert trust == "reserved"
+    assert "3 of 147 planned design dwells are missing" in text
+
+
+def test_a_sensor_without_a_solution_makes_the_run_unusable() -> None:
+    view = run_view(Scene())
+    failed = replace(view.sensors[0], axes=(), failure="roll has one value only")
+    trust, text = _judged(replace(view, sensors=(failed,)))
+    assert trust == "unusable"
+    assert "SN1047: roll has one value only" in text
+
+
+@pytest.mark.parametrize(("change_v", "trust"), [(1e-6, "sound"), (40e-6, "reserved")])
+def test_a_check_set_that_moved_is_named(change_v: float, trust: str) -> None:
+    check = CheckComparison(2, "SN1047 x", 6, change_v, change_v, "pitch 0°, roll 0°", 6e-6, 2.5)
+    assert _judged(run_view(Scene()), checks=(check,))[0] == trust
