@@ -93,10 +93,12 @@ def test_without_an_approver_a_set_is_engineering() -> None:
 
 
 def test_what_is_not_determined_or_not_finite_is_null_and_never_nan() -> None:
-    document = build_set(one_axis(solved_axis("x", with_angles=False)), provenance()).document
+    axis = replace(solved_axis("x", with_angles=False), notes={"condition_number": np.inf, "map": np.array([np.nan])})
+    document = build_set(one_axis(axis), provenance()).document
     section = document["axes"]["x"]
     assert section["parameters"]["azimuth_deg"]["value"] is None
     assert section["covariance"][3][3] is None
+    assert section["notes"] == {"condition_number": None, "map": [None]}
     assert section["primary"]["effective_degrees_of_freedom"]["k_z_v_per_g"] is None
     assert b"NaN" not in render(document)
     assert b"Infinity" not in render(document)

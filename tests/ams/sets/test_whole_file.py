@@ -1,6 +1,7 @@
 """Files are complete or as they were."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,22 @@ def test_a_file_is_replaced_whole_and_nothing_is_left_beside_it(tmp_path: Path) 
     write_whole(path, b"second")
     assert path.read_bytes() == b"second"
     assert os.listdir(tmp_path) == ["set.json"]
+
+
+def test_the_content_is_synced_before_it_gets_its_name_and_the_folder_after(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[str] = []
+    for name in ("fsync", "replace"):
+        real = getattr(os, name)
+
+        def recorded(*arguments: object, name: str = name, real: Callable[..., object] = real) -> object:
+            calls.append(name)
+            return real(*arguments)
+
+        monkeypatch.setattr(os, name, recorded)
+    write_whole(tmp_path / "set.json", b"content")
+    assert calls == ["fsync", "replace", "fsync"]
 
 
 def test_a_refused_write_leaves_the_target_and_the_folder_as_they_were(tmp_path: Path) -> None:
