@@ -45,3 +45,9 @@ class RunFailed(ProcedureError):
     """The run cannot go on; axes are at rest and the journal is closed."""
 
     exit_status = ExitStatus.FAILED
+
+
+class StorageFailed(ProcedureError):
+    """The disk refuses the journal (full, read-only, broken, held): what was committed before is intact."""
+
+    exit_status = ExitStatus.FAILED
