@@ -309,8 +309,8 @@ def _layout_warnings(layout: Layout) -> tuple[str, ...]:
         )
     if layout.replications in (2, 3):
         warnings.append(
-            f"{layout.replications} replications only: intervals rest on {layout.replications - 1} degrees of freedom and are "
-            "wide; four or more make them much narrower"
+            f"{layout.replications} replications only: intervals rest on {layout.replications - 1} degrees of freedom "
+            "and are wide; four or more make them much narrower"
         )
     for label, points in layout.missing().items():
         some = ", ".join(map(str, points[:_LONGEST_LIST])) + (" …" if len(points) > _LONGEST_LIST else "")

@@ -1,8 +1,9 @@
 """Weighted Gauss-Newton, TP (43) to (50) and CR (IV-A.1) to (IV-A.6), with a full output covariance U_Y.
 
-A step solves F_cᵀ U_Y⁻¹ F_c δ = F_cᵀ U_Y⁻¹ (v − f). Where the full step makes the sum of squares worse, Marquardt's
-damping is raised until it does not, and lowered again afterwards; an answer is only ever declared on an undamped step
-below 1e-6 of every parameter's standard uncertainty (or at the rounding floor of the parameter itself).
+A step solves F_cᵀ U_Y⁻¹ F_c δ = F_cᵀ U_Y⁻¹ (v − f). Where the full step does not lower the sum of squares by a fair
+part of what the linear model promises, Marquardt's damping is raised until it does, and lowered again afterwards; an
+answer is only ever declared on an undamped step that is small against every parameter's standard uncertainty, or at
+rounding.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,9 +17,19 @@ from ams.errors import DesignError, SolveError
 
 FloatArray = NDArray[np.float64]
 
-STEP_IN_STANDARD_UNCERTAINTIES = 1e-6
+CONVERGED = 1e-6
+"""Standard uncertainties that a last step may have."""
+STEP_IN_STANDARD_UNCERTAINTIES = 1e-9
+"""The iteration goes on to here, so that problems that converge slowly have their digits too."""
 ROUNDING_FLOOR = 4.0 * float(np.finfo(float).eps)
+"""A step that moves the outputs by less than this part of them is rounding."""
+TOO_LITTLE_TO_MEASURE = 1e-12
+"""Of the sum of squares: below this a gain drowns in rounding and the full step is taken on trust."""
+SMALLEST_GAIN = 1e-2
+FIRST_DAMPING = 1e-3
 LARGEST_DAMPING = 1e16
+EFFECT_LOST = 1e-12
+"""A parameter whose slope has fallen to this part of its largest has no effect any more: the iteration ran away."""
 
 StopReason = Literal["step", "rounding", "iterations"]
 
@@ -107,7 +118,8 @@ def gauss_newton(
 
     Raises:
         DesignError: fewer rows than parameters, or a Jacobian of deficient rank at the answer.
-        SolveError: the model returned no finite numbers at the start, or U_Y is not positive definite.
+        SolveError: the model returned no finite numbers at the start, the iteration stalled away from a minimum, or
+            U_Y is not positive definite.
     """
     if observed.size <= len(start):
         raise DesignError(
@@ -115,11 +127,11 @@ def gauss_newton(
             f"and an error: allowed {len(start) + 1} or more; nothing was solved; add points"
         )
     problem = _Problem(predict, jacobian, observed, whitening(covariance), tuple(names))
-    estimate, convergence = _iterate(problem, np.asarray(start, dtype=float), iterations)
+    estimate, largest, convergence = _iterate(problem, np.asarray(start, dtype=float), iterations)
     residuals = observed - predict(estimate)
     dof = observed.size - estimate.size
     standard_error = float(np.sqrt(np.sum(problem.whiten(residuals) ** 2) / dof))
-    unscaled = problem.unscaled_covariance(estimate)
+    unscaled = problem.unscaled_covariance(estimate, largest)
     scale = 1.0 if absolute_covariance else standard_error**2
     return GaussNewtonResult(estimate, scale * unscaled, standard_error, residuals, convergence)
 
@@ -140,10 +152,13 @@ class _Problem:
         with np.errstate(all="ignore"):
             return self.whiten(self.jacobian(parameters))
 
-    def unscaled_covariance(self, parameters: FloatArray) -> FloatArray:
+    def unscaled_covariance(self, parameters: FloatArray, largest: FloatArray) -> FloatArray:
+        """R⁻¹ of TP (50); ``largest`` holds the largest slope that each parameter has had on the way."""
         gradient = self.gradient(parameters)
         length = np.linalg.norm(gradient, axis=0)
-        flat = [name for name, size in zip(self.names, length, strict=True) if not size > 0.0]
+        flat = [
+            name for name, size, most in zip(self.names, length, largest, strict=True) if not size > EFFECT_LOST * most
+        ]
         if flat:
             raise DesignError(
                 f"design: the observations do not depend on {' and '.join(flat)} at the answer; "
@@ -161,48 +176,105 @@ class _Problem:
         return np.asarray(inverse @ inverse.T)
 
 
-def _iterate(problem: _Problem, start: FloatArray, limit: int) -> tuple[FloatArray, Convergence]:
+def _iterate(problem: _Problem, start: FloatArray, limit: int) -> tuple[FloatArray, FloatArray, Convergence]:
+    """The answer, the largest slope that each parameter has had on the way, and how it ended."""
     estimate, damping, damped_steps, relative = start, 0.0, 0, np.inf
+    length = np.zeros(start.size)
     residuals = problem.residuals(estimate)
     if not np.all(np.isfinite(residuals)):
         raise SolveError(
             f"Gauss-Newton: the model gives no finite outputs at the start {start.tolist()}; "
             "nothing was solved; start elsewhere"
         )
+    floor = ROUNDING_FLOOR * float(np.linalg.norm(problem.whiten(problem.observed)))
     for iteration in range(1, limit + 1):
         gradient = problem.gradient(estimate)
-        step, damping, tried = _descend(problem, estimate, residuals, gradient, damping)
+        length = np.maximum(length, np.linalg.norm(gradient, axis=0))
+        step, undamped, damping, tried = _descend(problem, estimate, residuals, gradient, length, damping)
         damped_steps += tried
         if step is None:
-            return estimate, Convergence("rounding", iteration, damped_steps, 0.0)
+            relative = _refuse_stall(problem, estimate, residuals, gradient, length)
+            return estimate, length, Convergence("rounding", iteration, damped_steps, relative)
         estimate = estimate + step
         residuals = problem.residuals(estimate)
         relative = _step_in_uncertainties(gradient, residuals, step)
-        if damping == 0.0 and relative < STEP_IN_STANDARD_UNCERTAINTIES:
-            return estimate, Convergence("step", iteration, damped_steps, relative)
-        if damping == 0.0 and np.all(np.abs(step) <= ROUNDING_FLOOR * np.abs(estimate)):
-            return estimate, Convergence("rounding", iteration, damped_steps, relative)
-    return estimate, Convergence("iterations", limit, damped_steps, relative)
+        if undamped and relative < STEP_IN_STANDARD_UNCERTAINTIES:
+            return estimate, length, Convergence("step", iteration, damped_steps, relative)
+        if undamped and float(np.linalg.norm(gradient @ step)) <= floor:
+            return estimate, length, Convergence("rounding", iteration, damped_steps, relative)
+    return estimate, length, Convergence("iterations", limit, damped_steps, relative)
+
+
+def _refuse_stall(
+    problem: _Problem, estimate: FloatArray, residuals: FloatArray, gradient: FloatArray, length: FloatArray
+) -> float:
+    """The step that is left over where none lowers the sum of squares; an answer only where that step is negligible."""
+    step = _damped_step(gradient, residuals, length, 0.0)
+    relative = _step_in_uncertainties(gradient, residuals, step)
+    floor = ROUNDING_FLOOR * float(np.linalg.norm(problem.whiten(problem.observed)))
+    if relative > CONVERGED and float(np.linalg.norm(gradient @ step)) > 1e3 * floor:
+        raise SolveError(
+            f"Gauss-Newton: stalled at {estimate.tolist()}: no step lowers the sum of squares, yet one of {relative:.2g} "
+            f"standard uncertainties is left, allowed {CONVERGED:g}; nothing is reported; start elsewhere, or add points"
+        )
+    return relative
 
 
 def _descend(
-    problem: _Problem, estimate: FloatArray, residuals: FloatArray, gradient: FloatArray, damping: float
-) -> tuple[FloatArray | None, float, int]:
-    """A step that does not raise the sum of squares, the damping to go on with, and how many damped steps were
-    tried."""
+    problem: _Problem,
+    estimate: FloatArray,
+    residuals: FloatArray,
+    gradient: FloatArray,
+    length: FloatArray,
+    damping: float,
+) -> tuple[FloatArray | None, bool, float, int]:
+    """A step that earns a fair part of the reduction it promises.
+
+    With it: whether it is undamped, the damping to go on with, and how many steps were tried in vain. No step at all:
+    nothing more is to be gained in double precision.
+    """
     cost, tried = float(residuals @ residuals), 0
-    noise = 1e-13 * cost
     while damping <= LARGEST_DAMPING:
-        step = _damped_step(gradient, residuals, damping)
+        step = _damped_step(gradient, residuals, length, damping)
+        left = residuals - gradient @ step
+        promised = cost - float(left @ left)
         reached = problem.residuals(estimate + step)
-        if np.all(np.isfinite(reached)) and float(reached @ reached) <= cost + noise:
-            return step, (damping / 10.0 if damping > 1e-8 else 0.0), tried
-        damping, tried = (10.0 * damping if damping > 0.0 else 1e-6), tried + 1
-    return None, damping, tried
+        earned = cost - _square(reached)
+        if promised <= TOO_LITTLE_TO_MEASURE * cost:
+            return _step_on_trust(problem, estimate, residuals, gradient, length), True, 0.0, tried
+        if earned >= SMALLEST_GAIN * promised:
+            return step, damping == 0.0, _next_damping(damping, earned / promised), tried
+        damping, tried = max(10.0 * damping, FIRST_DAMPING), tried + 1
+    return None, False, damping, tried
 
 
-def _damped_step(gradient: FloatArray, residuals: FloatArray, damping: float) -> FloatArray:
-    length = np.linalg.norm(gradient, axis=0)
+def _square(residuals: FloatArray) -> float:
+    """Sum of squares; infinite where the model overflowed."""
+    with np.errstate(over="ignore"):
+        square = float(residuals @ residuals)
+    return square if np.isfinite(square) else float("inf")
+
+
+def _step_on_trust(
+    problem: _Problem, estimate: FloatArray, residuals: FloatArray, gradient: FloatArray, length: FloatArray
+) -> FloatArray | None:
+    """The full step, unless it makes the fit visibly worse."""
+    step = _damped_step(gradient, residuals, length, 0.0)
+    size, reached = np.linalg.norm(residuals), np.linalg.norm(problem.residuals(estimate + step))
+    floor = ROUNDING_FLOOR * float(np.linalg.norm(problem.whiten(problem.observed)))
+    return step if reached <= size * (1.0 + 1e-9) + floor else None
+
+
+def _next_damping(damping: float, gain: float) -> float:
+    if gain < 0.25:
+        return max(10.0 * damping, FIRST_DAMPING)
+    if gain > 0.75:
+        return damping / 10.0 if damping > 1e-8 else 0.0
+    return damping
+
+
+def _damped_step(gradient: FloatArray, residuals: FloatArray, length: FloatArray, damping: float) -> FloatArray:
+    """Marquardt's step, every parameter scaled by the largest slope it has had."""
     length = np.where(length > 0.0, length, 1.0)
     scaled, right = gradient / length, residuals
     if damping > 0.0:
@@ -215,8 +287,11 @@ def _damped_step(gradient: FloatArray, residuals: FloatArray, damping: float) ->
 def _step_in_uncertainties(gradient: FloatArray, residuals: FloatArray, step: FloatArray) -> float:
     """The largest step over its parameter's standard uncertainty; infinite where that is not defined."""
     dof = residuals.size - step.size
-    unscaled = np.linalg.pinv(gradient.T @ gradient)
-    uncertainty = np.sqrt(np.diag(unscaled).clip(min=0.0) * float(residuals @ residuals) / dof)
+    length = np.linalg.norm(gradient, axis=0)
+    if not np.all(length > 0.0):
+        return float("inf")
+    scaled = gradient / length
+    uncertainty = np.sqrt(np.diag(np.linalg.pinv(scaled.T @ scaled)).clip(min=0.0) * float(residuals @ residuals) / dof)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(step == 0.0, 0.0, np.abs(step) / uncertainty)
+        ratio = np.where(step == 0.0, 0.0, np.abs(step) * length / uncertainty)
     return float(np.max(ratio)) if np.all(np.isfinite(ratio)) else float("inf")

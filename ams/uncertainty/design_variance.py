@@ -2,8 +2,8 @@
 
 The variance of a predicted output over the variance of a reading is φᵀP⁻¹φ with φ = (1, sin α, −cos α sin R,
 −cos α cos R) and P the sum of φφᵀ over the points: free of the sensor's own parameters. Box's figure of merit V is K
-times its mean over a box of angles; its square root is what is tabulated. Source: TP (52), (53), (127), theorems I to IV
-and table 1, whose values hold for the whole roll circle.
+times its mean over a box of angles; its square root is what is tabulated. Source: TP (52), (53), (127), theorems I to
+IV and table 1, whose values hold for the whole roll circle.
 """
 
 from collections.abc import Mapping
@@ -38,8 +38,8 @@ class AngleBox:
         for name, (low, high) in (("pitch", self.pitch_rad), ("roll", self.roll_rad)):
             if not (np.isfinite(low) and np.isfinite(high) and low <= high):
                 raise DesignError(
-                    f"box: {name}: got {np.rad2deg(low):g}° to {np.rad2deg(high):g}°, allowed a range that does not fall; "
-                    "nothing was evaluated"
+                    f"box: {name}: got {np.rad2deg(low):g}° to {np.rad2deg(high):g}°, allowed a range that "
+                    "does not fall; nothing was evaluated"
                 )
 
 
@@ -184,7 +184,7 @@ def _highest(values: FloatArray) -> NDArray[np.intp]:
 
 
 def _polish(inverse: FloatArray, box: AngleBox, place: tuple[float, float], cell: tuple[float, float]) -> float:
-    """Search ever finer around a place of the grid; at a maximum the value is quadratic in what is left of the place."""
+    """Search ever finer around a place of the grid."""
     reach = list(cell)
     best = -np.inf
     for _ in range(8):

@@ -1,0 +1,55 @@
+"""Axes and specific force against explicit rotations, not against the formulas of the module."""
+
+import numpy as np
+import pytest
+
+from ams.frames import (
+    attitude_from_degrees,
+    specific_force,
+    specific_force_by_pitch,
+    specific_force_by_roll,
+    wrap_deg,
+    wrap_rad,
+)
+
+
+def rotated_specific_force(pitch_rad: float, roll_rad: float) -> np.ndarray:
+    """At rest the specific force is 1 g upward; package axes are the earth's, pitched about y, then rolled about x."""
+    cp, sp, cr, sr = np.cos(pitch_rad), np.sin(pitch_rad), np.cos(roll_rad), np.sin(roll_rad)
+    pitched = np.array([[cp, 0.0, -sp], [0.0, 1.0, 0.0], [sp, 0.0, cp]])
+    rolled = np.array([[1.0, 0.0, 0.0], [0.0, cr, sr], [0.0, -sr, cr]])
+    return rolled @ pitched @ np.array([0.0, 0.0, -1.0])
+
+
+@pytest.mark.parametrize("pitch_deg", [-180.0, -90.0, -37.0, 0.0, 12.5, 90.0, 144.0])
+@pytest.mark.parametrize("roll_deg", [-180.0, -61.0, 0.0, 30.0, 90.0, 175.0])
+def test_specific_force_is_gravity_turned_by_pitch_then_roll(pitch_deg: float, roll_deg: float) -> None:
+    pitch, roll = np.deg2rad(pitch_deg), np.deg2rad(roll_deg)
+    force = specific_force(np.array([pitch]), np.array([roll]))[0]
+    np.testing.assert_allclose(force, rotated_specific_force(pitch, roll), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("pitch_deg", "roll_deg", "force"),
+    [(90.0, 0.0, [1.0, 0.0, 0.0]), (0.0, 0.0, [0.0, 0.0, -1.0]), (0.0, 90.0, [0.0, -1.0, 0.0])],
+)
+def test_nose_up_is_plus_x_level_minus_z_right_wing_down_minus_y(pitch_deg, roll_deg, force) -> None:
+    attitude = attitude_from_degrees(pitch_deg, roll_deg)
+    np.testing.assert_allclose(specific_force(attitude.pitch_rad, attitude.roll_rad)[0], force, atol=1e-15)
+
+
+def test_derivatives_agree_with_a_complex_step() -> None:
+    rng = np.random.default_rng(3)
+    pitch, roll = rng.uniform(-np.pi, np.pi, (2, 50))
+    step = 1e-30
+    np.testing.assert_allclose(
+        specific_force_by_pitch(pitch, roll), specific_force(pitch + 1j * step, roll).imag / step, atol=1e-14
+    )
+    np.testing.assert_allclose(
+        specific_force_by_roll(pitch, roll), specific_force(pitch, roll + 1j * step).imag / step, atol=1e-14
+    )
+
+
+def test_wrapped_angles_include_plus_half_a_turn_and_exclude_minus() -> None:
+    np.testing.assert_array_equal(wrap_deg(np.array([-180.0, 180.0, 190.0, -190.0, 720.0])), [180, 180, -170, 170, 0])
+    assert wrap_rad(np.array([-np.pi]))[0] == np.pi
