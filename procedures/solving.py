@@ -101,7 +101,12 @@ def _solve_sensor(
     from ams.calibrate import calibrate
     from ams.errors import AmsError
 
-    observations = observations_of(rows, dict(sensor.channels), temperature_source(rig, sensor), f"{source}, {name}")
+    observations = observations_of(
+        rows,
+        {str(axis): channel for axis, channel in sensor.channels.items()},
+        temperature_source(rig, sensor),
+        f"{source}, {name}",
+    )
     try:
         request = request_for(name, sensor.channels, solve, table_uncertainty(rig))
         return SolvedSensor(name, observations, calibrate(observations, request), None)

@@ -1,0 +1,58 @@
+"""``calrig simulate``: a rig's twins on real ports, for other programs and for rehearsals across processes."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from procedures.cli.stopping import stoppable_wait
+from procedures.errors import RequestError
+
+
+def simulate(
+    rig: Path,
+    /,
+    *,
+    time_factor: float | None = None,
+    write: Path | None = None,
+    pty: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Serve the twins of a rig on real ports until stopped (Ctrl-C or SIGTERM).
+
+    First prints one JSON line with the addresses: by table of the rig file, and "twin" for the control address.
+
+    Parameters
+    ----------
+    rig
+        The rig file; every device of it is served as its twin, wherever the file says it is.
+    time_factor
+        How many times faster than real time the twins live; 1 by default.
+    write
+        Write the rig file with these addresses filled in, ready for `calrig run --rig`.
+    pty
+        Pseudo-terminals for the devices instead of TCP ports.
+    """
+    from rig.clock import ScaledClock, SystemClock
+    from rig.description import read_rig
+    from rig.errors import WaitEnded
+    from rig.simulate import serve_rig, write_rig
+
+    if time_factor is not None and not 0.0 < time_factor <= 1e6:
+        raise RequestError(
+            f"simulate: --time-factor: got {time_factor:g}, allowed above 0 up to 1e6; nothing was served"
+        )
+    if write is not None and write.resolve() == rig.resolve():
+        raise RequestError(f"simulate: --write {write}: is the rig file itself; give another name; nothing was served")
+    description = read_rig(rig)
+    clock = SystemClock() if time_factor is None else ScaledClock(time_factor)
+    with serve_rig(description, clock, pty=pty) as served:
+        if write is not None:
+            write_rig(rig, served.addresses, "real" if time_factor is None else float(time_factor), write)
+        print(json.dumps(served.addresses), flush=True)  # noqa: T201
+        try:
+            with stoppable_wait(SystemClock()) as wait:
+                while served.is_serving:
+                    wait(0.1)
+        except WaitEnded:
+            return

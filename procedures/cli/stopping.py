@@ -1,0 +1,36 @@
+"""Ctrl-C and SIGTERM as a request that the next look of a wait passes on, so that no move is left half watched."""
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from rig.clock import Clock
+from rig.devices.abilities import Wait
+from rig.errors import WaitEnded
+
+
+@contextmanager
+def stoppable_wait(clock: Clock) -> Iterator[Wait]:
+    """A :class:`Wait` that a signal ends: within a tenth of a second, and before the caller goes on."""
+    asked: list[str] = []
+
+    def ask(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the signature of a handler
+        asked.append(signal.Signals(number).name)
+
+    def wait(duration_s: float) -> None:
+        left_s = duration_s
+        while True:
+            if asked:
+                raise WaitEnded(f"stopped by {asked[0]}; the axis was stopped where it was")
+            if left_s <= 0.0:
+                return
+            clock.sleep(min(left_s, clock.slice_s))
+            left_s -= clock.slice_s
+
+    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield wait
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
