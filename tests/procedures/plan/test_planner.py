@@ -173,6 +173,14 @@ def test_a_point_beyond_a_limit_is_refused_with_axis_point_and_distance(tmp_path
     assert "nothing moved" in text
 
 
+def test_a_limit_is_inside_and_the_least_angle_beyond_it_is_not(tmp_path):
+    def with_limit(high_deg):
+        return [("limits_deg = [-180.0, 180.0]", f"limits_deg = [-30.0, {high_deg}]"), ("= 1.0", "= 0.1")]
+
+    assert make_plan(rig_file(tmp_path, *with_limit(30.0)), procedure_file(tmp_path)).steps
+    assert "0.1° too far" in refusal(tmp_path, rig_changes=with_limit(29.9))
+
+
 def test_the_approach_to_a_point_must_stay_inside_the_limits_too(tmp_path):
     change = ("limits_deg = [-180.0, 180.0]", "limits_deg = [-30.0, 30.0]\napproach_deg = 2.0")
     assert "2° too far with its approach of 2°" in refusal(tmp_path, rig_changes=[change])
@@ -333,3 +341,13 @@ def test_temperatures_and_supplies_are_read_with_the_outputs(tmp_path):
 def test_an_unknown_supply_channel_is_refused_by_the_rig_file(tmp_path):
     with pytest.raises(DescriptionError, match=r"chain\.dmm\.x\.supply_channel: no channel 'dmm\.v' \(allowed: dmm\.t"):
         rig_file(tmp_path, more='[chain."dmm.x"]\nsupply_channel = "dmm.v"\n')
+
+
+def test_an_axis_approached_from_one_side_turns_twice_at_every_dwell(tmp_path):
+    from procedures.plan.estimate import move_s
+
+    axes = rig_file(tmp_path, ("speed_dps = 5.0", "speed_dps = 5.0\napproach_deg = -2.0")).axes
+    turns_s = (10.0 - 2.0) / 5.0 + 2.0 / 5.0 + 2 * 1.3  # to 2° below, then up; lift, seat and lock both times
+    assert move_s(axes, {"pitch": 0.0, "roll": 5.0}, {"pitch": 10.0, "roll": 5.0}) == pytest.approx(turns_s)
+    stay_s = 2.0 / 5.0 + 2.0 / 5.0 + 2 * 1.3
+    assert move_s(axes, {"pitch": 10.0, "roll": 5.0}, {"pitch": 10.0, "roll": 5.0}) == pytest.approx(stay_s)
