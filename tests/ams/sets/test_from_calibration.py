@@ -27,7 +27,7 @@ REQUESTS = {
 
 
 def observed(roll_deg: list[float], replications: int = 3) -> Observations:
-    """A small grid over temperature plateaus visited from both sides, with 2 mV of noise."""
+    """A small grid over temperature plateaus visited from both sides, with 20 µV of noise."""
     rng = np.random.default_rng(3)
     pitch, roll = (grid.ravel() for grid in np.meshgrid(np.radians(np.arange(-90, 91, 15.0)), np.radians(roll_deg)))
     points = pitch.size
@@ -35,7 +35,7 @@ def observed(roll_deg: list[float], replications: int = 3) -> Observations:
     temperature = np.resize([20.0, 30.0, 12.0, 31.0, 13.0, 21.0, 19.5], pitch.size)
     f = np.stack([np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)])
     outputs_v = {
-        axis: offset + direction(axis, *angles) @ f + rng.normal(0.0, 2e-3, pitch.size)
+        axis: offset + direction(axis, *angles) @ f + rng.normal(0.0, 2e-5, pitch.size)
         for axis, (offset, *angles) in PARAMETERS.items()
     }
     return Observations(
