@@ -19,7 +19,7 @@ def render(report: CheckReport) -> "Group":
     from rich.text import Text
 
     advice = [Text(f"! {line}", style="yellow") for line in report.advice]
-    return Group(_facts(report), _axes(report), _expected(report), *advice)
+    return Group(_facts(report), "", _axes(report), "", _expected(report), _noise(report), *advice)
 
 
 def _facts(report: CheckReport) -> "Table":
@@ -61,13 +61,19 @@ def _expected(report: CheckReport) -> "Table":
     from rich.table import Table
 
     names = list(report.expected[0].standard_uncertainty)
-    headings = [f"u({_word(name)}) ({_small(name)[1]})" for name in names]
-    table = Table("sensor", *headings, "noise of a dwell", box=None)
+    headings = [f"u({_word(name)})\n({_small(name)[1]})" for name in names]
+    table = Table("sensor", *headings, "noise of a\ndwell (µV)", box=None)
     for axis in report.expected:
         values = [_scaled(name, axis.standard_uncertainty[name]) for name in names]
-        noise = f"{axis.noise_v * 1e6:.3g} µV ({axis.noise_source})"
-        table.add_row(f"{axis.sensor} {axis.axis}", *values, noise)
+        table.add_row(f"{axis.sensor} {axis.axis}", *values, f"{axis.noise_v * 1e6:.3g}")
     return table
+
+
+def _noise(report: CheckReport) -> str:
+    sources = ", ".join(dict.fromkeys(axis.noise_source for axis in report.expected))
+    conings = ", ".join(dict.fromkeys(f"{axis.coning_deg:g}°" for axis in report.expected))
+    azimuth = f"; the azimuth's holds for a coning angle of {conings}" if report.plan.design.has_roll else ""
+    return f"u: expected standard uncertainty from noise ({sources}) and table alone{azimuth}"
 
 
 def _bare_table() -> "Table":

@@ -13,20 +13,24 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-FORMATS = (".svg", ".png")
+FORMATS = (".svg", ".png", ".pdf")
 PITCH_STATIONS, ROLL_STATIONS = 181, 73
 
 
 def plot_design(judged: JudgedDesign, path: Path) -> None:
-    """Draw into an SVG or PNG file. Raises: RequestError for another ending, SetError where it cannot be written."""
+    """Draw into an SVG, PNG or PDF file.
+
+    Raises: RequestError for another ending, SetError where it cannot be written.
+    """
     from ams.sets.whole_file import write_whole
     from procedures.report import canvas
 
-    if path.suffix.lower() not in FORMATS:
-        raise RequestError(f"design: --plot: got {path.name!r}, allowed are names that end in .svg or .png")
+    ending = path.suffix.lower()
+    if ending not in FORMATS:
+        raise RequestError(f"design: --plot: got {path.name!r}, allowed are names that end in {', '.join(FORMATS)}")
     with canvas.style():
         figure = _figure(judged)
-        write_whole(path, canvas.to_svg(figure) if path.suffix.lower() == ".svg" else _to_png(figure))
+        write_whole(path, canvas.to_svg(figure) if ending == ".svg" else _to_bytes(figure, ending[1:]))
 
 
 def variance_along_pitch(judged: JudgedDesign) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -84,9 +88,9 @@ def _draw_variance(axes: "Axes", judged: JudgedDesign) -> None:
     axes.set_title(f"V^½ = {judged.figures.figure_of_merit_sqrt:.3f} (dashed); band: over roll", loc="left")
 
 
-def _to_png(figure: "Canvas") -> bytes:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
+def _to_bytes(figure: "Canvas", form: str) -> bytes:
+    """PNG or PDF without a date, so that the same design is the same file."""
     buffer = BytesIO()
-    FigureCanvasAgg(figure).print_figure(buffer, format="png", dpi=150, metadata={"Software": None})
+    dated = {"Software": None} if form == "png" else {"CreationDate": None, "Creator": None}
+    figure.savefig(buffer, format=form, dpi=150, metadata=dated)
     return buffer.getvalue()

@@ -107,20 +107,24 @@ def test_points_written_are_points_read(tmp_path: Path):
     assert len((tmp_path / "points.csv").read_text(encoding="utf-8").splitlines()) == 140
 
 
-def test_the_map_is_drawn_as_svg_and_png_and_is_the_same_every_time(tmp_path: Path):
+def test_the_map_is_drawn_as_svg_png_or_pdf_and_is_the_same_every_time(tmp_path: Path):
     judged = judge(DesignRequest(pitch="-45:45:7", roll="8", usage="-30:30"))
-    for name in ("one.svg", "two.svg", "map.png"):
-        plot_design(judged, tmp_path / name)
-    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
+    for ending in ("svg", "png", "pdf"):
+        for name in ("one", "two"):
+            plot_design(judged, tmp_path / f"{name}.{ending}")
+        assert (tmp_path / f"one.{ending}").read_bytes() == (tmp_path / f"two.{ending}").read_bytes()
     assert (tmp_path / "one.svg").read_text(encoding="utf-8").startswith("<?xml")
-    assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "one.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "one.pdf").read_bytes().startswith(b"%PDF")
     plot_design(judge(DesignRequest("T", roll="1")), tmp_path / "tumble.svg")
 
 
 def test_a_map_that_cannot_be_written_is_told(tmp_path: Path):
     judged = judge(DesignRequest(pitch="-45:45:7", roll="8"))
-    with pytest.raises(RequestError, match=r"--plot: got 'map\.pdf', allowed are names that end in \.svg or \.png"):
-        plot_design(judged, tmp_path / "map.pdf")
+    with pytest.raises(
+        RequestError, match=r"--plot: got 'map\.txt', allowed are names that end in \.svg, \.png, \.pdf"
+    ):
+        plot_design(judged, tmp_path / "map.txt")
     with pytest.raises(SetError, match="cannot be written"):
         plot_design(judged, tmp_path / "nowhere" / "map.svg")
 
