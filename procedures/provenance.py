@@ -1,0 +1,103 @@
+"""What a coefficient set says about where it comes from, read out of the journal's header, the rig and the dwells."""
+
+from collections.abc import Iterable, Sequence
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from procedures.plan.plan import Plan
+from procedures.run.header import RunHeader
+from procedures.run.records import DwellRecord
+from procedures.solving import SolvedSensor
+from rig.description import RigDescription
+
+if TYPE_CHECKING:
+    from ams.sets.provenance import Provenance, Standard
+
+UNCERTAINTIES = ("uncertainty_arcsec", "uncertainty_v", "uncertainty_degc", "uncertainty_ohm")
+
+
+def provenance_of(
+    solved: SolvedSensor,
+    header: RunHeader,
+    plan: Plan,
+    rig: RigDescription,
+    dwells: Sequence[DwellRecord],
+    journal_sha256: str,
+) -> "Provenance":
+    """Everything but the numbers. ``created_utc`` is when the last dwell ended: the same run gives the same set."""
+    from ams.sets.provenance import Provenance
+
+    sensor, rows = plan.sensors[solved.name], solved.observations
+    temperatures = rows.temperature_degc
+    return Provenance(
+        sensor=solved.name,
+        gravity_mps2=rig.rig.gravity_mps2,
+        gravity_source=rig.rig.gravity_source,
+        pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
+        roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
+        created_utc=_last_end(dwells, header.created_utc),
+        software_version=header.software.get("calrig", ""),
+        rig=rig.rig.name,
+        procedure=plan.title,
+        simulated=header.is_simulated,
+        temperature_range_degc=None if temperatures is None else _range(temperatures),
+        serial=solved.name,
+        sensor_model=sensor.model,
+        operator=header.operator,
+        run_id=header.run_id,
+        journal_sha256=journal_sha256,
+        approved_by=rig.approved_by,
+        environment=_environment(dwells),
+        standards=tuple(_standards(rig)),
+        mount=sensor.mount.model_dump(mode="json"),
+        level=rig.level.model_dump(mode="json", exclude_none=True),
+        chain={name: item.model_dump(mode="json", exclude_none=True) for name, item in rig.chain.items()},
+        job=rig.job.model_dump(mode="json", exclude_none=True),
+        acceptance=rig.acceptance.model_dump(mode="json", exclude_none=True),
+        laboratory=rig.laboratory.model_dump(mode="json", exclude_none=True) if rig.laboratory else None,
+    )
+
+
+def _range(values: "np.ndarray[Any, np.dtype[np.float64]]") -> tuple[float, float]:
+    """Ends rounded to what a file states: degrees went through radians."""
+    return round(float(values.min()), 9), round(float(values.max()), 9)
+
+
+def _last_end(dwells: Sequence[DwellRecord], default: datetime) -> datetime:
+    return max((dwell.ended_utc for dwell in dwells if dwell.accepted), default=default)
+
+
+def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
+    """Environment name to mean, lowest and highest temperature over the accepted dwells."""
+    read: dict[str, list[float]] = {}
+    for dwell in dwells:
+        for name, value in dwell.temperature_degc.items() if dwell.accepted else ():
+            read.setdefault(name, []).append(value)
+    return {
+        name: {"mean_degc": float(np.mean(values)), "min_degc": min(values), "max_degc": max(values)}
+        for name, values in read.items()
+    }
+
+
+def _standards(rig: RigDescription) -> "Iterable[Standard]":
+    """The standards that a device or a resistor of this rig points to, each once."""
+    from ams.sets.provenance import Standard
+
+    pointed = [
+        *(axis.standard for axis in rig.axes.values()),
+        *(readout.standard for readout in rig.readouts.values()),
+        *(chamber.standard for chamber in rig.environment.values()),
+        *(chain.standard for chain in rig.chain.values()),
+    ]
+    for name in dict.fromkeys(name for name in pointed if name is not None):
+        declared = rig.standards[name]
+        stated = {key: getattr(declared, key) for key in UNCERTAINTIES if getattr(declared, key) is not None}
+        yield Standard(
+            name=name,
+            serial=declared.serial,
+            certificate=declared.certificate,
+            due=declared.due,
+            uncertainty={**stated, "kind": declared.kind, "k": declared.k},
+        )
