@@ -57,10 +57,11 @@ def assemble_view(
         for place, (name, sensor) in enumerate(record.plan.sensors.items(), start=1)
     )
     labels = _labels(record, sensors)
+    dwells = sorted(record.dwells, key=lambda dwell: (dwell.epoch, dwell.started_s))
     counts = _counts(record)
     interruptions = interruptions_in(record.events)
-    checks = check_comparisons(record.dwells, labels)
-    started_utc = record.dwells[0].started_utc if record.dwells else record.created_utc
+    checks = check_comparisons(dwells, labels)
+    started_utc = dwells[0].started_utc if dwells else record.created_utc
     return RunView(
         title=record.plan.title,
         run_id=record.run_id,
@@ -78,12 +79,12 @@ def assemble_view(
         counts=counts,
         sensors=sensors,
         interruptions=interruptions,
-        rejected=tuple(_rejected(dwell) for dwell in record.dwells if not dwell.accepted),
+        rejected=tuple(_rejected(dwell) for dwell in dwells if not dwell.accepted),
         notes=notes_in(record.events),
         devices=device_rows(record.rig, identities_in(record.events)),
         standards=standard_rows(record.rig),
-        temperature=temperature_traces(record.dwells),
-        reference=reference_traces(record.dwells, labels),
+        temperature=temperature_traces(dwells),
+        reference=reference_traces(dwells, labels),
         checks=checks,
         declared=declared_sections(record.rig),
         hashes=record.hashes,

@@ -3,6 +3,8 @@
 Pure functions of the solution and the observations it was made from. Source: TP 8, table 2; MATH 5.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -99,9 +101,18 @@ def by_replication(replication: Replication, parameter: str) -> dict[int, float]
     return values
 
 
+def repeating_v(replication: Replication) -> float:
+    """Standard deviation over the attitudes of what repeats from replication to replication, the table's part included.
+
+    From the test value itself: s² = (MS_lof − MS_prec)/n with MS_lof = T·MS_prec. Source: MATH 5.
+    """
+    share = max(0.0, (replication.lack_of_fit.t - 1.0) / replication.replications)
+    return replication.precision_v * math.sqrt(share)
+
+
 def _tests(calibration: AxisCalibration, replication: Replication, observations: Observations) -> tuple[TestRow, ...]:
     sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
-    size = f"{two_digits(arcsec(replication.lack_of_fit_v, sensitivity))}″"
+    size = f"{two_digits(arcsec(repeating_v(replication), sensitivity))}″"
     tp = (replication.tp.t_bias, replication.tp.f_bias_95)
     sentence = _lack_of_fit_sentence(calibration, replication, observations, size)
     lack_of_fit = _row("lack of fit", "", replication.lack_of_fit, tp, size, sentence)

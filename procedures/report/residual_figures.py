@@ -27,6 +27,7 @@ from procedures.report.canvas import (
     to_svg,
 )
 from procedures.report.conclusions import mean_residuals
+from procedures.report.interruption_marks import interruption_caption, mark_interruptions
 from procedures.report.numbers import ARCSEC_PER_RAD
 from procedures.report.view import AxisView, RunView, SensorView
 
@@ -87,17 +88,15 @@ def _over_time(view: RunView, sensor: SensorView, observations: Observations, ti
             rows = observations.replication == label
             mean = float(axis.calibration.residuals_v[rows].mean()) * MICROVOLT
             axes.plot([hours[rows].min(), hours[rows].max()], [mean, mean], color=INK, linewidth=1.6)
-        for interruption in view.interruptions:
-            began = (interruption.began_utc - view.started_utc).total_seconds() / 3600.0
-            axes.axvline(began, color=FAINT, linestyle=(0, (3, 2)), linewidth=0.8)
+        mark_interruptions(axes, view)
 
     figure = _stacked(sensor, draw, "time since the first dwell (h)")
     _legend(figure, observations, with_bands=False)
     return Figure(
         f"{sensor.slug}-residuals-time",
         f"{sensor.name}: residuals over time",
-        "The same residuals in the order in which they were measured. Black bars: mean of each replication. "
-        "Dashed lines: interruptions.",
+        "The same residuals in the order in which they were measured. Black bars: mean of each replication."
+        + interruption_caption(view),
         to_svg(figure),
     )
 

@@ -20,6 +20,7 @@ from procedures.report.canvas import (
     to_svg,
 )
 from procedures.report.conclusions import by_replication
+from procedures.report.interruption_marks import interruption_caption, mark_interruptions
 from procedures.report.numbers import ARCSEC_PER_RAD
 from procedures.report.view import AxisView, DesignView, ParameterRow, RunView, SensorView
 
@@ -145,13 +146,13 @@ def _temperature(view: RunView) -> Figure:
     for place, trace in enumerate(view.temperature):
         colour, _ = series_style(place, len(view.temperature))
         axes.plot(trace.hours, trace.temperature_degc, color=colour, linewidth=0.8, label=trace.name)
-    _interruptions(axes, view)
+    mark_interruptions(axes, view)
     axes.set(xlabel="time since the first dwell (h)", ylabel="temperature (°C)")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=6, borderaxespad=0.0)
     return Figure(
         "temperature",
         "Temperature",
-        "Mean of the readings before and after every dwell. Dashed lines: interruptions.",
+        "Mean of the readings before and after every dwell." + interruption_caption(view),
         to_svg(figure),
     )
 
@@ -165,19 +166,13 @@ def _reference(view: RunView) -> Figure:
         colour, symbol = series_style(place, len(view.reference))
         arcsec = trace.change_v / trace.sensitivity_v_per_g * ARCSEC_PER_RAD
         axes.plot(trace.hours, arcsec, marker=symbol, color=colour, markersize=3, linewidth=0.7, label=trace.label)
-    _interruptions(axes, view)
+    mark_interruptions(axes, view)
     axes.set(xlabel="time since the first dwell (h)", ylabel="change (arc seconds)")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=6, borderaxespad=0.0)
     return Figure(
         "reference",
         "Reference attitude over the run",
-        "Output at the reference attitude less that of its first visit, as an angle (change / |S|). "
-        "Dashed lines: interruptions.",
+        "Output at the reference attitude less that of its first visit, as an angle (change / |S|)."
+        + interruption_caption(view),
         to_svg(figure),
     )
-
-
-def _interruptions(axes: "Axes", view: RunView) -> None:
-    for interruption in view.interruptions:
-        hours = (interruption.began_utc - view.started_utc).total_seconds() / 3600.0
-        axes.axvline(hours, color=FAINT, linestyle=(0, (3, 2)), linewidth=0.8)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ams.observations import Observations
 from procedures.report.bands import band_along
+from procedures.report.conclusions import repeating_v
 from procedures.report.numbers import angle, arcsec, two_digits
 from procedures.report.view import AxisView, CheckComparison, Counts, Interruption, SensorView, Verdict
 
@@ -120,7 +121,7 @@ def _is_the_tables(axis: AxisView, subject: str, table_arcsec: float | None) -> 
     replication = axis.calibration.replication
     if subject != "lack of fit" or replication is None or table_arcsec is None:
         return False
-    return _as_angle(axis, replication.lack_of_fit_v) <= TABLE_MARGIN * table_arcsec
+    return _as_angle(axis, repeating_v(replication)) <= TABLE_MARGIN * table_arcsec
 
 
 def _check_doubts(checks: Sequence[CheckComparison]) -> Iterable[str]:

@@ -204,14 +204,15 @@ def _replication(scene: Scene, axis: str, rows: Observations, phi: np.ndarray, r
         per[label] = _derived(axis, np.linalg.lstsq(phi[keep], rows.outputs_v[axis][keep], rcond=None)[0])
     mean = np.bincount(rows.point, residuals)[1:] / scene.replications
     lack_v = float(mean.std()) if scene.tooth_arcsec else 0.0
+    precision_v = float((residuals - mean[rows.point - 1]).std())
     quiet = FTest(1.02, 1.18, 0.40, 243.0, 1215.0, False)
-    loud = FTest(37.3, 1.18, 1e-12, 243.0, 1215.0, True)
+    loud = FTest(1.0 + scene.replications * (lack_v / precision_v) ** 2, 1.18, 1e-12, 243.0, 1215.0, True)
     drifting = dict.fromkeys(("offset", "sensitivity", "coning", "azimuth"), quiet)
     if scene.offset_drift_v:
         drifting["offset"] = replace(loud, t=19.2, f_95=2.22, numerator_dof=5.0)
     tp = TpReplication(1e-6, 6e-6, 1.0, 1.18, drifting)
     lack = loud if scene.tooth_arcsec else quiet
-    return Replication(scene.replications, mean.size, lack, drifting, tp, float(residuals.std()), lack_v, per)
+    return Replication(scene.replications, mean.size, lack, drifting, tp, precision_v, lack_v, per)
 
 
 def _interruption(place: int) -> Interruption:

@@ -11,7 +11,9 @@ from procedures.report.run_figures import drift_figure
 SCENES = {
     "three axes, replicated": Scene(),
     "one axis, one replication, no azimuth": Scene(axes=("x",), replications=1, null_azimuth=True, simulated=False),
-    "two sensors, ten replications": Scene(sensors=("A.1", "A 1"), axes=("x",), replications=10, pitch_deg=(-60, 0, 60)),
+    "two sensors, ten replications": Scene(
+        sensors=("A.1", "A 1"), axes=("x",), replications=10, pitch_deg=(-60, 0, 60)
+    ),
     "interrupted": Scene(axes=("y", "z"), interruptions=2, rejected=1),
 }
 
