@@ -111,13 +111,14 @@ class Exchange:
         """Take and count what still arrives until the line has been silent for ``quiet_s``. Raises: DeviceNonsense."""
         clock = self.stream.clock
         limit_s = clock.monotonic_s() + self.patience.quiet_limit_s
+        taken = 0
         while stale := self.stream.read(clock.monotonic_s() + self.patience.quiet_s):
+            taken += len(stale)
             self.counts.stale_bytes += len(stale)
-            if clock.monotonic_s() >= limit_s:
+            if clock.monotonic_s() >= limit_s or taken > LONGEST_REPLY:
                 raise DeviceNonsense(
-                    f"{self.stream.name}: the line does not fall quiet: bytes still arrive after"
-                    f" {self.patience.quiet_limit_s:g} s, the last {stale[-40:]!r}; nothing was sent;"
-                    " check what else talks on this port"
+                    f"{self.stream.name}: the line does not fall quiet within {self.patience.quiet_limit_s:g} s:"
+                    f" {taken} bytes came, the last {stale[-40:]!r}; nothing was sent; check what else talks on it"
                 )
 
     def skip_to(self, sentinel: bytes, timeout_s: float) -> None:

@@ -35,10 +35,21 @@ class Echo:
 
 
 class Babbler(Echo):
-    """Never falls quiet."""
+    """Never falls quiet: says something every ``pause_s``."""
+
+    def __init__(self, pause_s: float) -> None:
+        super().__init__()
+        self.pause_s = pause_s
+        self.next_s = 0.0
 
     def transmit(self, now_s: float) -> bytes:
+        if now_s < self.next_s:
+            return b""
+        self.next_s = now_s + self.pause_s
         return b"noise "
+
+    def next_event_s(self) -> float | None:
+        return self.next_s
 
 
 def answer_to(question: bytes) -> object:
@@ -127,9 +138,10 @@ def test_attempts_end() -> None:
     assert exchange.counts.asked == PATIENCE.attempts
 
 
-def test_a_line_that_never_falls_quiet_is_refused() -> None:
-    with pytest.raises(DeviceNonsense, match="does not fall quiet"):
-        ask(exchange_over(Babbler()), b"A")
+@pytest.mark.parametrize("pause_s", [0.0, 0.1])
+def test_a_line_that_never_falls_quiet_is_refused(pause_s: float) -> None:
+    with pytest.raises(DeviceNonsense, match="does not fall quiet within 2 s"):
+        ask(exchange_over(Babbler(pause_s)), b"A")
 
 
 def test_a_lost_line_is_not_asked_again() -> None:
