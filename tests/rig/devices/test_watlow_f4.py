@@ -1,0 +1,67 @@
+"""Laws of the chamber's driver: the scale is read, the setpoint read back, nonsense refused."""
+
+import pytest
+from table_bench import example_rig, virtual_clock
+
+from rig.clock import VirtualClock
+from rig.devices.watlow_f4 import WatlowF4, WatlowF4Settings, connect
+from rig.errors import DeviceFault, DeviceRefused, RequestRefused
+from rig.link.faults import FaultScript, delay
+from rig.link.memory import MemoryStream
+from rig.twins.watlow_f4 import WatlowF4Twin
+from rig.twins.world import World
+
+
+def _chamber(decimals: int = 1, faults: FaultScript | None = None) -> tuple[WatlowF4, World, VirtualClock]:
+    world, clock = World(example_rig()), virtual_clock()
+    twin = WatlowF4Twin("air", world, decimals=decimals)
+    settings = WatlowF4Settings(driver="watlow-f4", port="twin")
+    return connect("air", settings, MemoryStream(twin, clock, "chamber", faults)), world, clock
+
+
+@pytest.mark.parametrize("decimals", [0, 1])
+def test_the_scale_is_read_from_the_chamber(decimals: int) -> None:
+    chamber, _, _ = _chamber(decimals)
+    assert chamber.temperature_degc() == pytest.approx(20.0, abs=0.1)
+    assert chamber.setpoint_degc() == 20.0
+    assert chamber.identify() == f"Watlow F4 at unit 1, steps of {10.0**-decimals:g} degC"
+
+
+def test_a_setpoint_below_zero_is_held_and_reached() -> None:
+    chamber, world, clock = _chamber()
+    chamber.hold(-20.5)
+    assert chamber.setpoint_degc() == world.setpoint_degc("air") == -20.5
+    clock.sleep(10_000.0)
+    assert chamber.temperature_degc() == pytest.approx(-20.5, abs=0.11)
+
+
+def test_a_setpoint_between_two_steps_is_refused_not_rounded() -> None:
+    chamber, world, _ = _chamber(0)
+    with pytest.raises(RequestRefused, match="multiples of 1 degC"):
+        chamber.hold(20.5)
+    assert world.setpoint_degc("air") == 20.0
+
+
+def test_a_setpoint_that_the_chamber_does_not_take_is_told() -> None:
+    chamber, _, _ = _chamber()
+    with pytest.raises(DeviceRefused, match="illegal value"):
+        chamber.hold(500.0)
+
+
+def test_an_implausible_temperature_is_a_fault() -> None:
+    chamber, world, clock = _chamber()
+    chamber.identify()
+    world.hold("air", 250.0, 0.0)
+    clock.sleep(1e5)
+    with pytest.raises(DeviceFault, match="process value 250 degC is not plausible"):
+        chamber.temperature_degc()
+
+
+def test_a_late_reply_is_not_taken_for_the_setpoint() -> None:
+    script = FaultScript()
+    chamber, world, clock = _chamber(faults=script)
+    world.hold("air", 60.0, clock.monotonic_s())
+    chamber.identify()
+    script.reads = {script.taken: delay(1.5)}
+    assert chamber.temperature_degc() < 25.0
+    assert chamber.setpoint_degc() == 60.0

@@ -1,0 +1,169 @@
+"""Laws of our Modbus RTU conversation. Frames: wire facts, section 4; late replies: the measured fact f5."""
+
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from table_bench import virtual_clock
+
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, LinkLost, RigError
+from rig.link import faults
+from rig.link.faults import FaultScript
+from rig.link.memory import MemoryStream
+from rig.link.modbus import ModbusRtu
+
+
+class Slave:
+    """A slave by literal bytes: answers what ``answer`` says, keeps what it was asked."""
+
+    def __init__(self, answer: Callable[[bytes], bytes]) -> None:
+        self.asked: list[bytes] = []
+        self._answer = answer
+        self._due = b""
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        self.asked.append(data)
+        self._due += self._answer(data)
+
+    def transmit(self, now_s: float) -> bytes:
+        due, self._due = self._due, b""
+        return due
+
+    def next_event_s(self) -> float | None:
+        return None
+
+
+READ_PV, PV_25_3 = bytes.fromhex("01 03 00 64 00 01 C5 D5"), bytes.fromhex("01 03 02 00 FD 79 C5")
+WRITE_SP = bytes.fromhex("01 06 01 2C FF 33 48 1A")
+ILLEGAL = bytes.fromhex("01 83 02 C0 F1")
+
+
+def _checked(body: bytes) -> bytes:
+    """With the Modbus checksum: polynomial A001 reflected, start FFFF, low byte first (Modbus over serial line V1.02)."""
+    crc = 0xFFFF
+    for byte in body:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc >> 1) ^ (0xA001 if crc & 1 else 0)
+    return body + crc.to_bytes(2, "little")
+
+
+def _registers(request: bytes) -> bytes:
+    """Register n holds n."""
+    address, count = int.from_bytes(request[2:4], "big"), int.from_bytes(request[4:6], "big")
+    values = b"".join((address + place).to_bytes(2, "big") for place in range(count))
+    return _checked(request[:2] + bytes([len(values)]) + values)
+
+
+def _master(answer: Callable[[bytes], bytes], script: FaultScript | None = None) -> tuple[ModbusRtu, Slave]:
+    slave = Slave(answer)
+    return ModbusRtu(MemoryStream(slave, virtual_clock(), "chamber", script), 1), slave
+
+
+def test_the_checksum_rule_agrees_with_the_published_frames() -> None:
+    for frame in (READ_PV, PV_25_3, WRITE_SP, ILLEGAL):
+        assert _checked(frame[:-2]) == frame
+
+
+def test_a_read_is_these_bytes() -> None:
+    master, slave = _master(lambda _: PV_25_3)
+    assert master.read_holding(100) == (253,)
+    assert slave.asked == [READ_PV]
+
+
+def test_a_write_is_these_bytes_and_its_echo_is_checked() -> None:
+    master, slave = _master(lambda request: request)
+    master.write_register(300, 0xFF33)
+    assert slave.asked == [WRITE_SP]
+    wrong, _ = _master(lambda _: _checked(bytes.fromhex("01 06 01 2C FF 34")))
+    with pytest.raises(DeviceNonsense, match="the echo names register 300"):
+        wrong.write_register(300, 0xFF33)
+
+
+@pytest.mark.parametrize(
+    ("code", "kind"),
+    [(1, DeviceRefused), (2, DeviceRefused), (3, DeviceRefused), (4, DeviceFault), (5, DeviceRefused), (6, DeviceRefused),
+     (8, DeviceFault), (10, LinkLost), (11, LinkLost), (99, DeviceNonsense)],
+)  # fmt: skip
+def test_every_exception_code_says_who_must_act(code: int, kind: type[RigError]) -> None:
+    master, _ = _master(lambda _: _checked(bytes([1, 0x83, code])))
+    with pytest.raises(kind, match=rf"exception {code} "):
+        master.read_holding(100)
+
+
+def test_a_busy_slave_is_asked_again_for_a_while() -> None:
+    answers = iter([_checked(bytes([1, 0x83, 6]))] * 2 + [PV_25_3])
+    master, slave = _master(lambda _: next(answers))
+    assert master.read_holding(100) == (253,)
+    assert len(slave.asked) == 3
+
+
+@pytest.mark.parametrize(
+    ("reply", "why"),
+    [
+        (PV_25_3[:-1] + b"\xc4", "checksum"),
+        (_checked(bytes.fromhex("02 03 02 00 FD")), "unit 2 answered"),
+        (_checked(bytes.fromhex("01 04 02 00 FD")), "function 4 answered"),
+        (_checked(bytes.fromhex("01 03 04 00 FD 00 FD")), "more bytes|holds 4 bytes"),
+        (PV_25_3 + PV_25_3, "more bytes than one reply"),
+    ],
+)
+def test_a_reply_that_cannot_be_the_answer_is_nonsense(reply: bytes, why: str) -> None:
+    master, _ = _master(lambda _: reply)
+    with pytest.raises(DeviceNonsense, match=why):
+        master.read_holding(100)
+
+
+def test_silence_is_told_with_the_register_and_the_deadline() -> None:
+    master, slave = _master(lambda _: b"")
+    with pytest.raises(
+        DeviceSilent, match=r"chamber: no whole reply to function 3, register 100: got nothing within 1 s"
+    ):
+        master.read_holding(100)
+    assert len(slave.asked) == 3
+
+
+@pytest.mark.parametrize("late_s", [1.05, 1.15, 1.5, 2.3, 2.9])
+def test_fault_33_a_late_reply_is_never_the_value_of_another_register(late_s: float) -> None:
+    """f5: pymodbus' own client returns register 10's value for register 20 here, without an error."""
+    script = FaultScript()
+    master, _ = _master(_registers, script)
+    master.set_sentinel(606, 606)
+    assert master.read_holding(606) == (606,)
+    script.reads = {script.taken: faults.delay(late_s)}
+    assert master.read_holding(10) == (10,)
+    assert [master.read_holding(register) for register in (20, 30, 40)] == [(20,), (30,), (40,)]
+
+
+@settings(max_examples=150)
+@given(st.lists(st.tuples(st.integers(0, 25), st.integers(0, 5), st.floats(0.0, 4.0)), max_size=6))
+def test_no_script_of_faults_gives_a_wrong_value(script_of_faults: list[tuple[int, int, float]]) -> None:
+    def fault(kind: int, delay_s: float) -> faults.Fault:
+        return (
+            faults.drop,
+            faults.delay(delay_s),
+            faults.duplicate(delay_s),
+            faults.truncate(3),
+            faults.flip_bit(-4, 2),
+            faults.prepend(b"\x01\x03"),
+        )[kind]
+
+    script = FaultScript(reads={number: fault(kind, delay_s) for number, kind, delay_s in script_of_faults})
+    master, _ = _master(_registers, script)
+    master.set_sentinel(606, 606)
+    for register in (606, 10, 20, 30, 40, 50):
+        try:
+            assert master.read_holding(register) == (register,)
+        except (DeviceSilent, DeviceNonsense):
+            continue
+
+
+@given(st.binary(max_size=40))
+def test_any_bytes_are_the_right_answer_or_an_error_of_ours(reply: bytes) -> None:
+    master, _ = _master(lambda _: reply)
+    try:
+        values = master.read_holding(100)
+    except RigError:
+        return
+    assert reply == _checked(b"\x01\x03\x02" + values[0].to_bytes(2, "big"))
