@@ -159,7 +159,7 @@ def _scripted(after_the_start: AxisState) -> LyingAxis:
 
 def test_an_axis_that_rests_elsewhere_has_not_arrived() -> None:
     axis, clock = _scripted(replace(RESTING, position_deg=29.0)), virtual_clock()
-    with pytest.raises(DeviceFault, match="came to rest at 29 deg, allowed within 0.001 deg"):
+    with pytest.raises(DeviceFault, match=r"came to rest at 29 deg, allowed within 0\.001 deg"):
         move_and_arrive(axis, 30.0, clock, clock.sleep)
 
 
@@ -213,5 +213,5 @@ def test_an_axis_that_cannot_be_stopped_keeps_no_other_from_its_stop() -> None:
 
 def test_an_axis_that_moves_on_after_its_stop_is_told() -> None:
     drifting = LyingAxis(lambda look: replace(RESTING, position_deg=0.01 * look))
-    with pytest.raises(DeviceFault, match="still moving at .* 20 s after the stop"):
+    with pytest.raises(DeviceFault, match=r"still moving at .* 20 s after the stop"):
         stop_all({"pitch": drifting}, virtual_clock())

@@ -1,4 +1,4 @@
-"""Laws of the indexing table's driver: nothing leaves the limits, a start is sent once, doubt is never taken for a yes."""
+"""Laws of the indexing table's driver: nothing leaves the limits, a start is sent once, doubt is no yes."""
 
 import math
 
@@ -112,7 +112,7 @@ def test_a_late_position_is_never_taken_for_the_next_answer() -> None:
 def test_the_answer_of_the_other_axis_is_nonsense() -> None:
     bench = table_bench()
     other = faults.replace(b"2 STAT IDLE SEATED LOCKED HOMED\r\n")
-    bench.faults.reads = {number: other for number in range(bench.faults.taken, bench.faults.taken + 50)}
+    bench.faults.reads = dict.fromkeys(range(bench.faults.taken, bench.faults.taken + 50), other)
     with pytest.raises(DeviceNonsense, match="table: no answer to"):
         bench.pitch.state()
 
@@ -130,5 +130,5 @@ def test_a_fine_head_goes_to_a_ten_thousandth_of_a_degree() -> None:
     bench.pitch.start_move(12.3456)
     bench.clock.sleep(100.0)
     assert bench.pitch.state().position_deg == 12.3456
-    with pytest.raises(RequestRefused, match="multiples of 0.0001 deg"):
+    with pytest.raises(RequestRefused, match=r"multiples of 0\.0001 deg"):
         bench.pitch.start_move(12.34565)

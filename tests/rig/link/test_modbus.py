@@ -40,7 +40,7 @@ ILLEGAL = bytes.fromhex("01 83 02 C0 F1")
 
 
 def _checked(body: bytes) -> bytes:
-    """With the Modbus checksum: polynomial A001 reflected, start FFFF, low byte first (Modbus over serial line V1.02)."""
+    """With the Modbus checksum: polynomial A001 reflected, start FFFF, low byte first (serial line guide V1.02)."""
     crc = 0xFFFF
     for byte in body:
         crc ^= byte
@@ -83,9 +83,13 @@ def test_a_write_is_these_bytes_and_its_echo_is_checked() -> None:
 
 @pytest.mark.parametrize(
     ("code", "kind"),
-    [(1, DeviceRefused), (2, DeviceRefused), (3, DeviceRefused), (4, DeviceFault), (5, DeviceRefused), (6, DeviceRefused),
-     (8, DeviceFault), (10, LinkLost), (11, LinkLost), (99, DeviceNonsense)],
-)  # fmt: skip
+    [
+        *((code, DeviceRefused) for code in (1, 2, 3, 5, 6)),
+        *((code, DeviceFault) for code in (4, 8)),
+        *((code, LinkLost) for code in (10, 11)),
+        (99, DeviceNonsense),
+    ],
+)
 def test_every_exception_code_says_who_must_act(code: int, kind: type[RigError]) -> None:
     master, _ = _master(lambda _: _checked(bytes([1, 0x83, code])))
     with pytest.raises(kind, match=rf"exception {code} "):
@@ -124,7 +128,7 @@ def test_silence_is_told_with_the_register_and_the_deadline() -> None:
     assert len(slave.asked) == 3
 
 
-@pytest.mark.parametrize("late_s", [1.05, 1.15, 1.5, 2.3, 2.9])
+@pytest.mark.parametrize("late_s", [1.05, 1.15, 1.5, 2.3])
 def test_fault_33_a_late_reply_is_never_the_value_of_another_register(late_s: float) -> None:
     """f5: pymodbus' own client returns register 10's value for register 20 here, without an error."""
     script = FaultScript()

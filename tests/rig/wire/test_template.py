@@ -44,5 +44,5 @@ def test_any_text_is_taken_whole_or_not_at_all(line: str) -> None:
 
 @pytest.mark.parametrize("text", ["{angle_deg}", "{nonsense}", "{target_deg:8.4e}"])
 def test_a_field_without_meaning_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="field|format"):
+    with pytest.raises(ValueError, match=r"field|format"):
         Template(text)
