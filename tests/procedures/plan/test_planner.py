@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -10,10 +11,12 @@ from hypothesis import strategies as st
 from planning_files import AIR, procedure_file, rig_file
 
 from procedures.errors import ExitStatus, PlanError
+from procedures.plan.order import Order
 from procedures.plan.plan import Plan, summary
 from procedures.plan.planner import make_plan
 from procedures.plan.steps import Dwell, Soak
-from rig.errors import DescriptionError
+from rig.devices.targets import check_target
+from rig.errors import DescriptionError, RequestRefused
 
 PITCH = "pitch_deg = { from = -30.0, to = 30.0, step = 10.0 }"
 ROLL = "roll_deg = { from = -180.0, to = 180.0, step = 90.0 }"
@@ -351,3 +354,40 @@ def test_an_axis_approached_from_one_side_turns_twice_at_every_dwell(tmp_path):
     assert move_s(axes, {"pitch": 0.0, "roll": 5.0}, {"pitch": 10.0, "roll": 5.0}) == pytest.approx(turns_s)
     stay_s = 2.0 / 5.0 + 2.0 / 5.0 + 2 * 1.3
     assert move_s(axes, {"pitch": 10.0, "roll": 5.0}, {"pitch": 10.0, "roll": 5.0}) == pytest.approx(stay_s)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    low=st.integers(-180, -1),
+    high=st.integers(1, 180),
+    increment=st.sampled_from(["0.1", "0.5", "1.0", "2.5", "7.0"]),
+    sign=st.sampled_from([1, -1]),
+    zero=st.sampled_from(["0.0", "0.5", "-3.0"]),
+    approach=st.sampled_from(["0.0", "1.0", "-2.5", "7.0"]),
+    step=st.sampled_from(["2.5", "5.0", "7.0", "10.0"]),
+    order=st.sampled_from(get_args(Order)),
+)
+def test_whatever_is_not_refused_passes_the_drivers_own_check(
+    tmp_path_factory, low, high, increment, sign, zero, approach, step, order
+):
+    """The driver's check before a move is the judge: every target, and every approach to it."""
+    folder = tmp_path_factory.mktemp("files")
+    machine = f"limits_deg = [{low}.0, {high}.0]\nsign = {sign}\nzero_deg = {zero}\napproach_deg = {approach}"
+    rig = rig_file(
+        folder, ("limits_deg = [-180.0, 180.0]", machine), ("increment_deg = 1.0", f"increment_deg = {increment}")
+    )
+    pitch = "pitch_deg = { from = -70.0, to = 70.0, step = " + step + " }"
+    procedure = procedure_file(folder, (PITCH, pitch), more=f'order = "{order}"\n')
+    try:
+        plan = make_plan(rig, procedure)
+    except PlanError:
+        with pytest.raises(RequestRefused):
+            _send_everywhere(rig.axes["pitch"], [float(angle) for angle in np.arange(-70.0, 70.1, float(step))])
+    else:
+        _send_everywhere(rig.axes["pitch"], [dwell.targets_deg["pitch"] for dwell in plan.dwells])
+
+
+def _send_everywhere(axis, targets_deg):
+    for target_deg in targets_deg:
+        for angle_deg in {target_deg, target_deg + axis.approach_deg}:
+            check_target("pitch", angle_deg, axis.sign * angle_deg + axis.zero_deg, axis.limits_deg, axis.increment_deg)
