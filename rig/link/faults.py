@@ -17,6 +17,8 @@ class Part:
 
     data: bytes
     delay_s: float = 0.0
+    stalls: bool = False
+    """Whether what follows waits for this part, as on a wire; otherwise it may be overtaken, as over some gateways."""
 
 
 Fault = Callable[[bytes], tuple[Part, ...]]
@@ -61,7 +63,13 @@ def hang_up(data: bytes) -> tuple[Part, ...]:
 
 
 def delay(delay_s: float) -> Fault:
+    """The piece arrives late and may be overtaken."""
     return lambda data: (Part(data, delay_s),)
+
+
+def stall(delay_s: float) -> Fault:
+    """The line stops: the piece and all that follows arrive no earlier than ``delay_s`` from now."""
+    return lambda data: (Part(data, delay_s, stalls=True),)
 
 
 def duplicate(delay_s: float = 0.0) -> Fault:

@@ -4,6 +4,7 @@ Reading lets the clock run to the moment the other side names, so with a virtual
 as long as its arithmetic. Faults of the line are a passed-in collaborator (:mod:`rig.link.faults`).
 """
 
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from rig.clock import Clock
@@ -24,6 +25,26 @@ class Peer(Protocol):
         """When :meth:`transmit` should be asked again, later than it was last asked; None when nothing is pending."""
 
 
+@dataclass(slots=True)
+class _Way:
+    """One direction of a faulty line: parts under way with their times of arrival."""
+
+    parts: list[tuple[float, bytes]] = field(default_factory=list)
+    stalled_until_s: float = float("-inf")
+
+    def enter(self, parts: tuple[Part, ...], now_s: float) -> None:
+        for part in parts:
+            due_s = max(now_s + part.delay_s, self.stalled_until_s)
+            if part.stalls:
+                self.stalled_until_s = due_s
+            self.parts.append((due_s, part.data))
+
+    def leave(self, now_s: float) -> list[bytes]:
+        arrived = [data for due_s, data in self.parts if due_s <= now_s]
+        self.parts = [(due_s, data) for due_s, data in self.parts if due_s > now_s]
+        return arrived
+
+
 class MemoryStream:
     """A :class:`rig.link.byte_stream.ByteStream` to a peer in this process."""
 
@@ -32,8 +53,8 @@ class MemoryStream:
         self.clock = clock
         self._peer = peer
         self._faults = faults
-        self._outbound: list[tuple[float, bytes]] = []
-        self._inbound: list[tuple[float, bytes]] = []
+        self._outbound = _Way()
+        self._inbound = _Way()
         self._is_closed = False
 
     def write(self, data: bytes) -> None:
@@ -42,7 +63,7 @@ class MemoryStream:
         if self._faults is None:
             self._peer.receive(data, now_s)
             return
-        _queue(self._outbound, self._faults.on_write(data), now_s)
+        self._outbound.enter(self._faults.on_write(data), now_s)
         self._deliver_outbound(now_s)
 
     def read(self, deadline_s: float) -> bytes:
@@ -71,25 +92,15 @@ class MemoryStream:
             return self._peer.transmit(now_s)
         self._deliver_outbound(now_s)
         if data := self._peer.transmit(now_s):
-            _queue(self._inbound, self._faults.on_read(data), now_s)
-        return b"".join(_due(self._inbound, now_s))
+            self._inbound.enter(self._faults.on_read(data), now_s)
+        return b"".join(self._inbound.leave(now_s))
 
     def _deliver_outbound(self, now_s: float) -> None:
-        for data in _due(self._outbound, now_s):
+        for data in self._outbound.leave(now_s):
             self._peer.receive(data, now_s)
 
     def _next_look_s(self, now_s: float, deadline_s: float) -> float:
         event_s = self._peer.next_event_s()
         assert event_s is None or event_s > now_s, f"{self.name}: the other side named {event_s} s at {now_s} s"
-        pending = [due_s for due_s, _ in (*self._inbound, *self._outbound)]
+        pending = [due_s for way in (self._inbound, self._outbound) for due_s, _ in way.parts]
         return min([deadline_s, *pending] if event_s is None else [deadline_s, event_s, *pending])
-
-
-def _queue(line: list[tuple[float, bytes]], parts: tuple[Part, ...], now_s: float) -> None:
-    line.extend((now_s + part.delay_s, part.data) for part in parts)
-
-
-def _due(line: list[tuple[float, bytes]], now_s: float) -> list[bytes]:
-    due = [data for due_s, data in line if due_s <= now_s]
-    line[:] = [(due_s, data) for due_s, data in line if due_s > now_s]
-    return due

@@ -81,6 +81,15 @@ def test_a_delayed_piece_arrives_late(direction: str) -> None:
     assert stream.clock.monotonic_s() == pytest.approx(0.6, abs=1e-9)
 
 
+@pytest.mark.parametrize(("fault", "first"), [(faults.delay(0.5), b"two"), (faults.stall(0.5), b"one two")])
+def test_a_delayed_piece_is_overtaken_a_stalled_line_keeps_its_order(fault: faults.Fault, first: bytes) -> None:
+    stream = stream_to(Slow(0.0), FaultScript(reads={0: fault}))
+    stream.write(b"one ")
+    assert stream.read(0.1) == b""
+    stream.write(b"two")
+    assert stream.read(10.0) == first
+
+
 def test_only_the_named_piece_is_touched() -> None:
     stream = stream_to(Slow(0.0), FaultScript(writes={1: faults.drop}))
     for text in (b"one", b"two", b"three"):
