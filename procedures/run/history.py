@@ -1,0 +1,120 @@
+"""What the journal says was done already: where a run stands when a process takes it up.
+
+The noise reference is rebuilt from the same dwells in the same order in which an uninterrupted run learned them, so
+that an interrupted run judges alike.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from procedures.plan.plan import Plan
+from procedures.plan.steps import Dwell, Soak, Step
+from procedures.run.judge import NoiseReference
+from procedures.run.records import DwellRecord
+
+
+@dataclass(frozen=True)
+class History:
+    """Dwells of the epochs before this one, in the order of commitment."""
+
+    dwells: tuple[DwellRecord, ...]
+    epoch: int
+    """Of the process that begins now, 1-based."""
+    baseline_epoch: int | None
+    """Whose check set later ones are compared with; None where no check set was finished."""
+
+    @property
+    def accepted_steps(self) -> frozenset[int]:
+        """Steps that are not measured again; check dwells are, in every epoch."""
+        return frozenset(dwell.step for dwell in self.dwells if dwell.accepted and dwell.purpose != "check")
+
+    @property
+    def baseline(self) -> dict[int, DwellRecord]:
+        """Step to dwell of the check set that later ones are compared with."""
+        return self.check_set(self.baseline_epoch) if self.baseline_epoch is not None else {}
+
+    def check_set(self, epoch: int) -> dict[int, DwellRecord]:
+        """Step to accepted check dwell of one epoch."""
+        return {
+            dwell.step: dwell
+            for dwell in self.dwells
+            if dwell.purpose == "check" and dwell.accepted and dwell.epoch == epoch
+        }
+
+    def attempts(self, step: int) -> int:
+        """Judged attempts of a step so far, outside the check set."""
+        return max(
+            (dwell.attempt for dwell in self.dwells if dwell.step == step and dwell.purpose != "check"), default=0
+        )
+
+    @property
+    def measured_once(self) -> tuple[DwellRecord, ...]:
+        """Accepted dwells as an uninterrupted run has them: of the check sets only the first whole one."""
+        first = next((epoch for epoch in range(1, self.epoch) if self._is_whole(epoch)), None)
+        return tuple(
+            dwell for dwell in self.dwells if dwell.accepted and (dwell.purpose != "check" or dwell.epoch == first)
+        )
+
+    def noise(self) -> NoiseReference:
+        """The reference as the process before had learned it."""
+        reference = NoiseReference()
+        for dwell in self.measured_once:
+            reference.learn(dwell.readings)
+        return reference
+
+    def _is_whole(self, epoch: int) -> bool:
+        """A design or reference dwell of an epoch is taken only when its check set was finished."""
+        return any(dwell.epoch == epoch and dwell.purpose != "check" for dwell in self.dwells)
+
+
+def history_of(
+    dwells: Iterable[DwellRecord], epochs_opened: int, plan: Plan, accepted_break: int | None = None
+) -> History:
+    """``accepted_break``: the epoch whose seam a person accepted with name and reason; its check set counts from
+    then on."""
+    found = tuple(dwells)
+    wanted = {dwell.step for dwell in plan.check_set}
+    bare = History(found, epochs_opened + 1, None)
+    whole = [epoch for epoch in range(1, epochs_opened + 1) if wanted and wanted <= bare.check_set(epoch).keys()]
+    baseline = next(iter(whole), None)
+    if accepted_break is not None and accepted_break in whole:
+        baseline = accepted_break
+    return History(found, epochs_opened + 1, baseline)
+
+
+def agenda(steps: Sequence[Step], accepted: frozenset[int]) -> tuple[Step, ...]:
+    """What is left to do, in order: the soak in force, the whole check set, then every step without an accepted dwell.
+
+    A later soak is kept only where a dwell follows it before the next one. Nothing left is an empty agenda.
+    """
+    missing = [
+        step for step in steps if isinstance(step, Dwell) and step.purpose != "check" and step.step not in accepted
+    ]
+    if not missing:
+        return ()
+    checks = [step for step in steps if isinstance(step, Dwell) and step.purpose == "check"]
+    soaks = [step for step in steps if isinstance(step, Soak)]
+    left: list[Step] = []
+    for index, dwell in enumerate(missing):
+        soak = next((soak for soak in reversed(soaks) if soak.step < dwell.step), None)
+        if soak is not None and soak not in left:
+            left.append(soak)
+        if index == 0:
+            left.extend(checks)
+        left.append(dwell)
+    return tuple(left)
+
+
+def plateau_of(steps: Sequence[Step], step: int) -> Soak | None:
+    """The soak that a step stands under; None where the plan has none before it."""
+    return next((soak for soak in reversed(steps) if isinstance(soak, Soak) and soak.step < step), None)
+
+
+def replications_before(plan: Plan) -> dict[int, float]:
+    """Step to the replications completed when it begins: the twins' drift follows it, by the plan and not by time."""
+    points = max(len(plan.design_dwells) / plan.replications, 1.0)
+    done, found = 0, {}
+    for step in plan.steps:
+        found[step.step] = done / points
+        done += isinstance(step, Dwell) and step.purpose == "design"
+    return found

@@ -1,0 +1,90 @@
+"""One attempt at one dwell: settle, look, read every channel, look again. Nothing is judged here."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from procedures.plan.plan import Plan
+from procedures.plan.steps import Dwell
+from procedures.run.judge import Look, Measurement
+from procedures.run.records import ChannelReading
+from procedures.run.settle import Settled, settle
+from rig.clock import Clock
+from rig.devices.abilities import Axis, Environment, Readout, TwinChance, Wait
+from rig.motion import move_and_arrive
+
+
+class OpenRig(Protocol):
+    """What a run needs of :class:`rig.assembly.Rig`."""
+
+    @property
+    def axes(self) -> Mapping[str, Axis]: ...
+    @property
+    def readouts(self) -> Mapping[str, Readout]: ...
+    @property
+    def environments(self) -> Mapping[str, Environment]: ...
+    @property
+    def chance(self) -> TwinChance: ...
+    @property
+    def clock(self) -> Clock: ...
+    def identities(self) -> Mapping[str, str]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Announcement:
+    """How an attempt is told to the twins; real devices do not listen."""
+
+    step: int
+    attempt: int
+    replications: float
+    settle_phase: str
+    read_phase: str
+
+    def settle(self, chance: TwinChance) -> None:
+        chance.announce(self.step, self.settle_phase, self.attempt, self.replications)
+
+    def read(self, chance: TwinChance) -> None:
+        chance.announce(self.step, self.read_phase, self.attempt, self.replications)
+
+
+def move(rig: OpenRig, dwell: Dwell, wait: Wait) -> None:
+    """Bring every axis of the dwell to its target, in its order. Raises as :func:`rig.motion.move_and_arrive`."""
+    for name, target_deg in dwell.targets_deg.items():
+        move_and_arrive(rig.axes[name], target_deg, rig.clock, wait)
+
+
+def measure(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, wait: Wait) -> Measurement:
+    """Settle and read at the attitude the axes have reached. Raises: RigError of the device that failed, WaitEnded."""
+    announcement.settle(rig.chance)
+    settled = _settle(rig, plan, wait)
+    announcement.read(rig.chance)
+    before = look(rig, dwell.targets_deg)
+    readings = {channel: _read(rig, channel, plan.dwell.samples, wait) for channel in plan.channels}
+    after = look(rig, dwell.targets_deg)
+    return Measurement(before, after, readings, settled.is_settled, settled.took_s)
+
+
+def look(rig: OpenRig, axes: Mapping[str, object]) -> Look:
+    """Position of every axis and every temperature, now."""
+    return Look(
+        {name: rig.axes[name].state() for name in axes},
+        {name: environment.temperature_degc() for name, environment in rig.environments.items()},
+    )
+
+
+def _settle(rig: OpenRig, plan: Plan, wait: Wait) -> Settled:
+    readout, channel = _readout(rig, plan.settle_channel)
+    return settle(readout, channel, plan.dwell.settle, plan.dwell.settle_nplc, rig.clock, wait)
+
+
+def _read(rig: OpenRig, full_name: str, samples: int, wait: Wait) -> ChannelReading:
+    readout, channel = _readout(rig, full_name)
+    burst = readout.read(channel, samples, wait)
+    values_v = burst.values_v.copy()
+    values_v[burst.overload] = float("nan")
+    return ChannelReading(full_name, values_v, burst.started_s, burst.interval_s)
+
+
+def _readout(rig: OpenRig, full_name: str) -> tuple[Readout, str]:
+    readout, _, channel = full_name.partition(".")
+    return rig.readouts[readout], channel
