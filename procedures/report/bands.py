@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.frames import specific_force
+from ams.models.extended import Q_NAMES, quadratic_basis
 from ams.observations import Observations
 from ams.solve.result import AxisCalibration, VarianceComponent
 from ams.uncertainty.intervals import confidence_halfwidth, prediction_halfwidth
@@ -61,13 +62,14 @@ def components_of(calibration: AxisCalibration) -> tuple[VarianceComponent, ...]
 
 
 def _directions(calibration: AxisCalibration, pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """(m, P) derivatives of the output by the primary parameters, at the mean temperature of the run.
+    """(m, P) derivatives of the output by the primary parameters, at the solution's reference temperature.
 
-    Terms beyond offset and sensitivities are at their centre there and add nothing.
+    Temperature terms are zero there and add nothing.
     """
     force = specific_force(pitch_rad, roll_rad)
     columns = {"offset_v": np.ones(pitch_rad.size)}
     columns |= {f"k_{axis}_v_per_g": force[:, place] for place, axis in enumerate("xyz")}
+    columns |= dict(zip(Q_NAMES, quadratic_basis(force).T, strict=True))
     nothing = np.zeros(pitch_rad.size)
     return np.stack([columns.get(name, nothing) for name in calibration.primary_names], axis=1)
 

@@ -1,6 +1,6 @@
 """What the numbers of one sensor axis say, in plain words: parameters as rows, tests as sentences.
 
-Pure functions of the solution and the observations it was made from. Source: TP 8, table 2; MATH 5.
+Pure functions of the solution and the observations it was made from. Source: TP 8, table 2.
 """
 
 import math
@@ -104,7 +104,7 @@ def by_replication(replication: Replication, parameter: str) -> dict[int, float]
 def repeating_v(replication: Replication) -> float:
     """Standard deviation over the attitudes of what repeats from replication to replication, the table's part included.
 
-    From the test value itself: s² = (MS_lof − MS_prec)/n with MS_lof = T·MS_prec. Source: MATH 5.
+    From the test value itself: s² = (MS_lof − MS_prec)/n with MS_lof = T·MS_prec.
     """
     share = max(0.0, (replication.lack_of_fit.t - 1.0) / replication.replications)
     return replication.precision_v * math.sqrt(share)

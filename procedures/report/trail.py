@@ -1,30 +1,30 @@
 """The audit trail as a reader of the report needs it: interruptions, notes and who the devices said they are."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 from procedures.report.view import Interruption, Note
 from procedures.run.records import Event
 
 GOING = "running"
-AT_WORK = ("running", "checking")
 NOT_GOING = ("paused", "held", "stopped", "tripped", "aborted", "failed", "interrupted")
 
 
 def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
-    """Every stretch between leaving ``running`` and coming back to it.
+    """Every stretch between leaving ``running`` and coming back to it, under the name it began with.
 
-    A process that died wrote no state: its journal was opened again while it still said that the run was going.
+    A process that died wrote nothing: the resume that took the run over wrote ``interrupted``, and the stretch began
+    with the last event before that.
     """
     found: list[Interruption] = []
     open_one: Interruption | None = None
-    for before, event in _with_previous(events):
+    for before, event in zip((None, *events), events, strict=False):
         state = _state(event)
         if open_one is None and state in NOT_GOING:
-            open_one = Interruption(state, event.utc, None, _who(event), _why(event))
-        elif open_one is None and before is not None and _died(event, before[1]):
-            open_one = Interruption("interrupted", before[0].utc, None, _who(event), _why(event) or "the process ended")
+            began = before if before is not None and state == "interrupted" else event
+            open_one = Interruption(state, began.utc, None, _who(event), _why(event))
         elif open_one is not None and state == GOING:
-            found.append(Interruption(open_one.what, open_one.began_utc, event.utc, open_one.by, open_one.reason))
+            found.append(replace(open_one, ended_utc=event.utc))
             open_one = None
     return tuple(found if open_one is None else [*found, open_one])
 
@@ -44,18 +44,6 @@ def identities_in(events: Iterable[Event]) -> Mapping[str, str]:
         if event.kind == "identities"
         for name, identity in event.detail.items()
     }
-
-
-def _with_previous(events: Sequence[Event]) -> Iterator[tuple[tuple[Event, str] | None, Event]]:
-    """Every event with the one before it and the state that was reached by then."""
-    state, before = "", None
-    for event in events:
-        yield (None if before is None else (before, state)), event
-        state, before = _state(event) or state, event
-
-
-def _died(event: Event, state: str) -> bool:
-    return event.kind == "opened" and state in AT_WORK
 
 
 def _state(event: Event) -> str:

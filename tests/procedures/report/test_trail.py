@@ -20,12 +20,12 @@ def test_a_killed_run_was_interrupted_from_its_last_sign_of_life() -> None:
     events = [
         event(1, "state", 0, to="running"),
         event(2, "intent", 10),
-        event(3, "opened", 70),
+        event(3, "state", 70, to="interrupted", by="A", reason="power cut"),
         event(4, "state", 71, to="checking"),
         event(5, "state", 80, to="running"),
     ]
     (kill,) = interruptions_in(events)
-    assert kill.what == "interrupted"
+    assert (kill.what, kill.by, kill.reason) == ("interrupted", "A", "power cut")
     assert kill.began_utc == events[1].utc
     assert kill.ended_utc == events[4].utc
 
