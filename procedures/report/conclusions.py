@@ -128,7 +128,7 @@ def _lack_of_fit_sentence(
     calibration: AxisCalibration, replication: Replication, observations: Observations, size: str
 ) -> str:
     if not replication.lack_of_fit.is_significant:
-        return "The model describes every attitude within the repeatability: no lack of fit found."
+        return "No lack of fit found."
     pitch, roll, residual = mean_residuals(calibration, observations)
     worst = int(np.argmax(np.abs(residual)))
     sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))

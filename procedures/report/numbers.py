@@ -45,10 +45,10 @@ def two_digits(value: float) -> str:
 
 
 def three_digits(value: float) -> str:
-    """A test value or a limit of one: three significant digits."""
+    """A test value or a limit of one: three significant digits, two decimals at most."""
     if not math.isfinite(value):
         return "—"
-    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:#.3g}"
+    return f"{value:.0f}" if abs(value) >= 99.95 else f"{value:.1f}" if abs(value) >= 9.995 else f"{value:.2f}"
 
 
 def p_value(p: float) -> str:

@@ -3,7 +3,7 @@ import pytest
 from report_scene import Scene, run_view
 from scipy.stats import t
 
-from procedures.report.bands import band_along
+from procedures.report.bands import Along, band_along
 
 
 def test_the_bands_of_a_tumble_are_those_of_its_published_variance() -> None:
@@ -13,7 +13,8 @@ def test_the_bands_of_a_tumble_are_those_of_its_published_variance() -> None:
     sensor = view.sensors[0]
     solution = sensor.axes[0].calibration
     assert sensor.observations is not None
-    for along in ("pitch", "roll"):
+    directions: tuple[Along, ...] = ("pitch", "roll")
+    for along in directions:
         band = band_along(solution, sensor.observations, along)
         factor = t.ppf(0.975, 2) * solution.standard_error_v
         np.testing.assert_allclose(band.confidence_v, factor * np.sqrt(2 / 3), rtol=1e-9)
@@ -37,3 +38,20 @@ def test_a_design_with_one_roll_angle_has_bands_too() -> None:
     assert sensor.observations is not None
     band = band_along(sensor.axes[0].calibration, sensor.observations, "roll")
     assert np.all(np.isfinite(band.confidence_v))
+
+
+def test_no_attitude_of_the_design_has_a_wider_interval_than_the_band() -> None:
+    # An uneven design, whose variance function depends on both angles; φᵀVφ by hand at every point.
+    points = tuple((float(p), float(r)) for p in (-90, -20, 0, 60) for r in (-150, -30, 0, 20, 90))
+    sensor = run_view(Scene(points=points, replications=2, axes=("x",))).sensors[0]
+    rows, solution = sensor.observations, sensor.axes[0].calibration
+    assert rows is not None
+    a, r = rows.pitch_rad, rows.roll_rad
+    phi = np.column_stack([np.ones(a.size), np.sin(a), -np.cos(a) * np.sin(r), -np.cos(a) * np.cos(r)])
+    half_v = t.ppf(0.975, rows.rows - 4) * np.sqrt(np.einsum("ij,jk,ik->i", phi, solution.primary_covariance, phi))
+    angles: dict[Along, np.ndarray] = {"pitch": a, "roll": r}
+    for along, angle in angles.items():
+        band = band_along(solution, rows, along)
+        drawn_v = np.interp(np.rad2deg(angle), band.angle_deg, band.confidence_v)
+        assert np.all(half_v <= 1.001 * drawn_v)
+        assert np.max(half_v / drawn_v) > 0.99

@@ -41,7 +41,7 @@ def test_a_probability_is_never_printed_as_zero() -> None:
     assert p_value(1e-30) == "< 0.001"
     assert p_value(0.0412) == "0.041"
     assert three_digits(37.34) == "37.3"
-    assert three_digits(919.0) == "919"
+    assert [three_digits(value) for value in (919.0, 99.96, 0.0154, 2.22)] == ["919", "100", "0.02", "2.22"]
 
 
 def test_angles_and_durations_read_as_people_write_them() -> None:

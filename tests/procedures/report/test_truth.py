@@ -1,0 +1,54 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from report_journal import EXAMPLE_RIG
+from report_scene import Scene, run_view
+
+from ams.observations import Observations
+from ams.solve.result import AxisCalibration
+from procedures.report.truth import truth_of
+from rig.description import Mount, RigDescription, read_rig
+
+
+def _solved(degc: float | None = None) -> tuple[Observations, AxisCalibration]:
+    sensor = run_view(Scene(axes=("x",))).sensors[0]
+    rows = sensor.observations
+    assert rows is not None
+    warm = None if degc is None else np.full(rows.rows, degc)
+    return replace(rows, temperature_degc=warm), sensor.axes[0].calibration
+
+
+def _rig(**truth: object) -> RigDescription:
+    """The example rig with its x axis changed."""
+    rig = read_rig(EXAMPLE_RIG)
+    assert rig.twin is not None
+    changed = rig.twin.truth["SN1047"]["x"].model_copy(update=truth)
+    twin = rig.twin.model_copy(update={"truth": {"SN1047": {"x": changed}}})
+    return rig.model_copy(update={"twin": twin})
+
+
+def test_the_truth_is_that_of_the_rig_file() -> None:
+    truth = truth_of(_rig(), "SN1047", "x", *_solved())
+    assert (truth["offset_v"], truth["sensitivity_v_per_g"]) == (0.005, 2.5)
+    assert (truth["coning_deg"], truth["azimuth_deg"]) == (0.5, 35.0)
+
+
+def test_the_truth_is_stated_at_the_temperature_of_the_run() -> None:
+    rig = _rig(offset_tc_v_per_degc=1e-4, sensitivity_tc_per_degc=2e-5)
+    truth = truth_of(rig, "SN1047", "x", *_solved(degc=23.0))
+    assert truth["offset_v"] == pytest.approx(0.005 + 3e-4)
+    assert truth["sensitivity_v_per_g"] == pytest.approx(2.5 * (1 + 6e-5))
+
+
+def test_what_drifts_has_no_single_truth() -> None:
+    truth = truth_of(_rig(offset_drift_v_per_replication=1e-6), "SN1047", "x", *_solved())
+    assert "offset_v" not in truth
+    assert "sensitivity_v_per_g" in truth
+
+
+def test_a_package_mounted_turned_and_a_real_rig_have_no_truth_to_show() -> None:
+    rig = _rig()
+    sensor = rig.sensors["SN1047"].model_copy(update={"mount": Mount(x="+y", y="-x")})
+    assert truth_of(rig.model_copy(update={"sensors": {"SN1047": sensor}}), "SN1047", "x", *_solved()) == {}
+    assert truth_of(rig.model_copy(update={"twin": None}), "SN1047", "x", *_solved()) == {}
