@@ -58,6 +58,7 @@ class Hp3458aMeter:
         self._address = address
         self._line_frequency_hz = line_frequency_hz
         self._clock = clock
+        self._is_configured = False
         self._setup: Setup | None = None
         self._power_on_sign = Status(0)
 
@@ -67,7 +68,7 @@ class Hp3458aMeter:
 
     def prepare(self) -> None:
         """Clear, reset, identify, configure, read back."""
-        self._setup = None
+        self.forget()
         self._bus.clear(self._address)
         self._bus.send(self._address, b"END ALWAYS")
         self._bus.send(self._address, b"RESET;TARM HOLD;END ALWAYS;CSB")
@@ -82,7 +83,7 @@ class Hp3458aMeter:
         """Send what one burst needs and read it back. Raises: DeviceRefused."""
         if setup == self._setup:
             return
-        if self._setup is None:
+        if not self._is_configured:
             self._configure()
         self._setup = None
         command = f"DCV {setup.range_v:g};NPLC {setup.nplc:g};NRDGS {setup.samples},AUTO"
@@ -123,11 +124,13 @@ class Hp3458aMeter:
         return self._ask(b"TEMP?", wire.parse_number)
 
     def clear(self) -> None:
-        """End whatever it does; the next burst sets everything up again."""
+        """End whatever it does."""
         self.forget()
         self._bus.clear(self._address)
 
     def forget(self) -> None:
+        """Nothing is known about its settings any more: the next burst sends them all."""
+        self._is_configured = False
         self._setup = None
 
     def _reading(self, due_s: float, reading_s: float, wait: Wait) -> tuple[float, int]:
@@ -175,6 +178,7 @@ class Hp3458aMeter:
         if errors := self._errors():
             told = ", ".join(text for _, text in errors)
             raise DeviceRefused(f"{self.name}: meter: configuration: {told}; it is not set up; look at its display")
+        self._is_configured = True
 
     def _require_number(self, query: bytes, need: float) -> None:
         self._require(query, self._ask(query, wire.parse_number), need)

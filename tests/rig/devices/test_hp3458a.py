@@ -1,0 +1,353 @@
+import math
+import re
+
+import numpy as np
+import pytest
+from gpib_rig import LEVEL_V, GpibRig, gpib_rig, meter_settings
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from rig.clock import ScaledClock, SystemClock, VirtualClock
+from rig.devices.hp3458a import Hp3458aReadout, scanner_resource
+from rig.errors import (
+    DeviceFault,
+    DeviceNonsense,
+    DeviceRefused,
+    DeviceSilent,
+    LinkLost,
+    RequestRefused,
+    RigError,
+    WaitEnded,
+)
+from rig.link import faults
+from rig.link.faults import Fault
+from rig.link.memory import MemoryStream
+from rig.link.ports import open_stream
+from rig.link.prologix import PrologixBus
+from rig.twins.prologix import PrologixTwin
+from rig.twins.servers import serve_pty, serve_tcp
+
+
+class Stop:
+    """A wait that lets ``slices`` waits pass and then ends."""
+
+    def __init__(self, rig: GpibRig, slices: int) -> None:
+        self.rig = rig
+        self.slices = slices
+
+    def __call__(self, duration_s: float) -> None:
+        if self.slices == 0:
+            raise WaitEnded("stop")
+        self.slices -= 1
+        self.rig.clock.sleep(duration_s)
+
+
+def test_a_burst_is_what_the_channel_measured() -> None:
+    rig = gpib_rig()
+    burst = rig.prepared().read("dmm.y", 4, rig.wait)
+    assert list(burst.values_v) == pytest.approx([-2.0 + 1e-6 * k for k in (1, 2, 3, 4)], rel=1e-9)
+    assert [channel for channel, _ in rig.bench.readings] == ["dmm.y"] * 4
+    assert not burst.overload.any()
+    assert burst.channel == "dmm.y"
+
+
+def test_channels_are_named_in_full() -> None:
+    assert gpib_rig().readout().channels == ("dmm.x", "dmm.y", "dmm.z")
+
+
+def test_each_channel_is_measured_behind_its_own_relay() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    for channel in ("dmm.z", "dmm.x", "dmm.y", "dmm.x"):
+        assert readout.read(channel, 2, rig.wait).values_v == pytest.approx(LEVEL_V[channel], abs=1e-4)
+
+
+def test_readings_are_paced_by_the_meter() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared(nplc=10)
+    burst = readout.read("dmm.x", 5, rig.wait)
+    times_s = [now_s for _, now_s in rig.bench.readings]
+    assert np.diff(times_s) == pytest.approx(0.4, abs=0.002)  # autozero doubles ten cycles of 20 ms
+    assert burst.interval_s == pytest.approx(0.4, abs=0.002)
+    assert readout.reading_s(nplc=1.0) == pytest.approx(0.04, abs=0.002)
+    assert times_s[0] - burst.started_s == pytest.approx(burst.interval_s, abs=0.002)
+
+
+def test_power_line_cycles_are_set_for_the_burst() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared(nplc=10)
+    readout.read("dmm.x", 2, rig.wait, nplc=1.0)
+    readout.read("dmm.x", 2, rig.wait)
+    first_s, second_s, third_s, fourth_s = (now_s for _, now_s in rig.bench.readings)
+    assert second_s - first_s == pytest.approx(0.04, abs=0.002)
+    assert fourth_s - third_s == pytest.approx(0.4, abs=0.002)
+
+
+def test_a_slow_reading_is_polled_and_never_lost_to_the_adapter_s_time_out() -> None:
+    # NPLC 100 with autozero at 50 Hz takes 4 s, the adapter gives up after 3 s without a character.
+    rig = gpib_rig()
+    burst = rig.prepared(nplc=100).read("dmm.x", 3, rig.wait)
+    assert list(burst.values_v) == pytest.approx([1.0 + 1e-6 * k for k in (1, 2, 3)], rel=1e-9)
+    assert rig.clock.monotonic_s() > 12.0
+
+
+def test_overload_is_not_a_number_and_flagged() -> None:
+    rig = gpib_rig()
+    rig.bench.level_v["dmm.x"] = 12.5
+    burst = rig.prepared().read("dmm.x", 2, rig.wait)
+    assert np.isnan(burst.values_v).all()
+    assert burst.overload.all()
+
+
+def test_relays_break_before_they_make() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    worst = 0
+    listen = rig.scanner.listen
+
+    def watched(message: bytes, now_s: float) -> float:
+        nonlocal worst
+        until_s = listen(message, now_s)
+        worst = max(worst, len(rig.scanner.closed_channels()))
+        return until_s
+
+    rig.scanner.listen = watched  # type: ignore[method-assign]
+    for channel in ("dmm.x", "dmm.y", "dmm.z", "dmm.x"):
+        readout.read(channel, 1, rig.wait)
+    assert worst == 1
+
+
+def test_an_open_relay_behind_our_back_voids_the_burst() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    readout.read("dmm.x", 1, rig.wait)
+
+    def wait(duration_s: float) -> None:
+        rig.scanner.listen(b"OPEN 101", rig.clock.monotonic_s())
+        rig.clock.sleep(duration_s)
+
+    with pytest.raises(DeviceFault, match="scanner channel 101: got open, need closed"):
+        readout.read("dmm.x", 3, wait)
+    assert readout.read("dmm.x", 1, rig.wait).values_v[0] == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_relay_that_sticks_is_seen_before_the_next_is_closed() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    readout.read("dmm.x", 1, rig.wait)
+    rig.scanner._closed = _Sticky(rig.scanner._closed)
+    with pytest.raises(DeviceFault, match="scanner channel 101: got closed, need open"):
+        readout.read("dmm.y", 1, rig.wait)
+    assert rig.scanner.closed_channels() == {101}
+
+
+class _Sticky(set[int]):
+    def discard(self, element: int) -> None:
+        return None
+
+
+@pytest.mark.parametrize("slices", range(4))
+def test_a_stop_leaves_the_meter_cleared_and_the_next_burst_whole(slices: int) -> None:
+    rig = gpib_rig()
+    readout = rig.prepared(nplc=100)
+    with pytest.raises(WaitEnded):
+        readout.read("dmm.x", 3, Stop(rig, slices))
+    assert rig.meter.next_talk_s() is None
+    assert rig.meter.serial_poll(rig.clock.monotonic_s()) & 16
+    taken = len(rig.bench.readings)
+    burst = readout.read("dmm.y", 3, rig.wait)
+    assert list(burst.values_v) == pytest.approx([-2.0 + 1e-6 * (taken + k) for k in (1, 2, 3)], rel=1e-9)
+
+
+def test_a_meter_that_lost_its_power_voids_the_burst() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared(nplc=1)
+    readout.read("dmm.x", 2, rig.wait)
+    rig.meter.power_cycle()
+    with pytest.raises(RigError):
+        readout.read("dmm.x", 2, rig.wait)
+    readout.prepare()
+    assert readout.read("dmm.x", 2, rig.wait).values_v == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_loss_of_power_between_bursts_is_told_by_its_sign() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared(nplc=1)
+    readout.read("dmm.x", 2, rig.wait)
+    rig.meter.power_cycle()
+    rig.meter.listen(b"END ALWAYS;INBUF ON;TARM HOLD;NRDGS 2;NPLC 1;DCV 10", rig.clock.monotonic_s())
+    with pytest.raises(DeviceFault, match="dmm: meter: it was switched off and on"):
+        readout.read("dmm.x", 2, rig.wait)
+
+
+def test_the_meter_s_own_errors_void_the_burst() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    readout.read("dmm.x", 1, rig.wait)
+    rig.meter.listen(b"NONSENSE", rig.clock.monotonic_s())
+    with pytest.raises(DeviceRefused, match="SYNTAX ERROR; the burst is dropped"):
+        readout.read("dmm.x", 1, rig.wait)
+
+
+def test_what_the_meter_does_not_take_is_refused_with_both_values() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    with pytest.raises(DeviceRefused, match=r"NPLC\? reads back 20, it was set to 12"):
+        readout.read("dmm.x", 1, rig.wait, nplc=12.0)
+
+
+def test_errors_left_over_from_earlier_use_are_kept_and_told() -> None:
+    rig = gpib_rig()
+    rig.meter.listen(b"NONSENSE", 0.0)
+    readout = rig.prepared()
+    assert readout.meter.earlier_errors == ("SYNTAX ERROR",)
+    readout.prepare()
+    assert readout.meter.earlier_errors == ()
+
+
+def test_a_broken_meter_is_refused() -> None:
+    rig = gpib_rig()
+    rig.meter._errors = 512
+    with pytest.raises(DeviceFault, match="OUT OF CALIBRATION"):
+        rig.prepared()
+
+
+def test_somebody_else_s_settings_do_not_survive_preparation() -> None:
+    rig = gpib_rig()
+    rig.meter.listen(b"PRESET NORM;NPLC 100;NRDGS 7;AZERO OFF;LFREQ 60", 0.0)
+    rig.scanner.listen(b"CLOSE 101,102", 0.0)
+    burst = rig.prepared().read("dmm.x", 2, rig.wait)
+    assert list(burst.values_v) == pytest.approx([1.000001, 1.000002], rel=1e-9)
+    assert burst.interval_s == pytest.approx(0.4, abs=0.002)
+
+
+def test_unknown_channels_and_empty_bursts_are_refused_before_anything_is_switched() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    with pytest.raises(RequestRefused, match=re.escape("dmm: no channel 'x' (allowed: dmm.x, dmm.y, dmm.z)")):
+        readout.read("x", 1, rig.wait)
+    with pytest.raises(RequestRefused, match="got 0 readings"):
+        readout.read("dmm.x", 0, rig.wait)
+    assert rig.scanner.closed_channels() == frozenset()
+
+
+def test_the_identity_names_every_box() -> None:
+    text = gpib_rig().readout().identify()
+    for box in ("HP3458A at address 22", "HP3488A", "44470 in slot 1", "Prologix GPIB-USB Controller version 6.107"):
+        assert box in text
+
+
+def test_the_meter_tells_its_temperature() -> None:
+    assert 20.0 < gpib_rig().prepared().checks()["meter_temperature_degc"] < 50.0
+
+
+def test_a_scanner_is_on_the_meter_s_adapter_unless_told_otherwise() -> None:
+    shared = scanner_resource(meter_settings(resource="prologix+socket://10.0.0.9:1234#23"))
+    assert (shared.port, shared.address) == ("socket://10.0.0.9:1234", 9)
+    own = scanner_resource(meter_settings(scanner_resource="prologix+/dev/ttyUSB0#10"))
+    assert (own.port, own.address) == ("/dev/ttyUSB0", 10)
+
+
+@pytest.mark.parametrize("range_v", [0.5, 5.0, 12.0, 2000.0])
+def test_a_range_that_the_meter_has_not_is_refused_in_the_file(range_v: float) -> None:
+    with pytest.raises(ValidationError, match=r"allowed: 0\.1, 1, 10, 100, 1000 V"):
+        meter_settings(channels={"x": {"scanner": 1, "range_v": range_v}})
+
+
+def test_a_cut_reading_is_not_a_smaller_number() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    readout.read("dmm.x", 3, rig.wait)
+    # The fourth piece of a burst on a known setup: VIEW, then the readings. The cut one still ends in CR LF.
+    rig.faults.reads = {rig.faults.taken + 2: faults.replace(b" 1.0000E+00\r\n")}
+    with pytest.raises(DeviceNonsense, match=r"readings of \[11, 16\] characters in one burst"):
+        readout.read("dmm.x", 3, rig.wait)
+
+
+def test_a_doubled_reading_voids_the_burst() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    readout.read("dmm.x", 3, rig.wait)
+    rig.faults.reads = {rig.faults.taken + 3: faults.duplicate(0.0)}
+    with pytest.raises(DeviceNonsense, match="more than one reply"):
+        readout.read("dmm.x", 3, rig.wait)
+
+
+def test_a_lost_line_is_told_and_not_papered_over() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    rig.faults.writes = {rig.faults.written + 4: faults.hang_up}
+    with pytest.raises(LinkLost):
+        readout.read("dmm.x", 3, rig.wait)
+
+
+def line_fault() -> st.SearchStrategy[Fault]:
+    return st.one_of(
+        st.sampled_from([faults.drop, faults.duplicate(), faults.replace(b"10\r\n")]),
+        st.floats(0.0, 9.0).map(faults.stall),
+        st.integers(0, 20).map(faults.truncate),
+        st.binary(max_size=12).map(faults.prepend),
+    )
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    st.dictionaries(st.integers(0, 60), line_fault(), max_size=3),
+    st.dictionaries(st.integers(0, 60), st.sampled_from([faults.drop, faults.duplicate()]), max_size=2),
+)
+def test_whatever_the_line_does_no_reading_is_of_another_channel(
+    reads: dict[int, Fault], writes: dict[int, Fault]
+) -> None:
+    rig = gpib_rig()
+    readout = rig.prepared(nplc=1)
+    rig.faults.reads = {rig.faults.taken + number: fault for number, fault in reads.items()}
+    rig.faults.writes = {rig.faults.written + number: fault for number, fault in writes.items()}
+    for channel in ("dmm.x", "dmm.y", "dmm.z"):
+        try:
+            burst = readout.read(channel, 4, rig.wait)
+        except (DeviceSilent, DeviceNonsense, DeviceRefused, DeviceFault):
+            continue
+        assert burst.values_v == pytest.approx(LEVEL_V[channel], abs=1e-3)
+        assert (np.diff(burst.values_v) > 0.0).all()  # the bench counts: none doubled, none out of order
+
+
+@pytest.mark.parametrize("serve", [serve_tcp, serve_pty])
+def test_the_same_readings_come_over_real_ports(serve: object) -> None:
+    in_memory = gpib_rig()
+    expected = in_memory.prepared().read("dmm.z", 5, in_memory.wait).values_v
+    rig, clock = gpib_rig(), ScaledClock(200.0)
+    with serve(rig.adapter, clock) as server:  # type: ignore[operator]
+        stream = open_stream(server.address, clock=SystemClock())
+        try:
+            readout = Hp3458aReadout("dmm", meter_settings(), PrologixBus(stream), clock)
+            readout.prepare()
+            burst = readout.read("dmm.z", 5, clock.sleep)
+        finally:
+            stream.close()
+    assert list(burst.values_v) == list(expected)
+
+
+def test_time_outs_of_the_link_do_not_shrink_with_scaled_time() -> None:
+    # 4 s readings at a factor of 1000 last 4 ms; the port still has its seconds.
+    rig, clock = gpib_rig(), ScaledClock(1000.0)
+    with serve_tcp(rig.adapter, clock) as server:
+        stream = open_stream(server.address, clock=SystemClock())
+        try:
+            readout = Hp3458aReadout("dmm", meter_settings(nplc=100), PrologixBus(stream), clock)
+            readout.prepare()
+            assert math.isfinite(readout.read("dmm.x", 2, clock.sleep).values_v.sum())
+        finally:
+            stream.close()
+
+
+def test_a_second_adapter_may_carry_the_scanner() -> None:
+    rig = gpib_rig()
+    meter_side = MemoryStream(PrologixTwin({22: rig.meter}), rig.clock, "adapter one")
+    scanner_side = MemoryStream(PrologixTwin({9: rig.scanner}), rig.clock, "adapter two")
+    clock: VirtualClock = rig.clock
+    readout = Hp3458aReadout(
+        "dmm", meter_settings(), PrologixBus(meter_side), clock, scanner_bus=PrologixBus(scanner_side)
+    )
+    readout.prepare()
+    assert readout.read("dmm.y", 2, rig.wait).values_v == pytest.approx(-2.0, abs=1e-4)
