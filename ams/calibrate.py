@@ -15,12 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.errors import DesignError, SolveError
+from ams.errors import SolveError
 from ams.frames import AXES
+from ams.model_choice import ModelChoice, base_model, choose_model
 from ams.models.model import Model
 from ams.models.thermal import contrasts_taken, estimated_terms
 from ams.observations import Observations
-from ams.request import CalibrationRequest, model_of, refuse_unusable, select_rows
+from ams.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.solve.derived import DerivedParameters, derive
 from ams.solve.gauss_newton import Convergence, gauss_newton
 from ams.solve.layout import Layout, layout_of
@@ -48,20 +49,21 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         SolveError: the iteration of a nonlinear model did not converge.
     """
     refuse_unusable(observations, request)
-    _refuse_extended(request)
-    models = {label: model_of(label, observations, request) for label in request.axes_of(observations)}
-    first = next(iter(models.values()))
     layout_of(observations)
-    kept, left_out = standing_rows(observations, first)
+    labels = tuple(request.axes_of(observations))
+    base = base_model(labels[0], observations, request)
+    kept, left_out = standing_rows(observations, base)
     rows = select_rows(observations, kept)
     layout = layout_of(rows)
     weights = None if request.weights is None else request.weights[kept] / request.weights[kept].mean()
     forms: dict[Hashable, LinearForm] = {}
     axes = {}
-    for label, model in models.items():
-        problem = _linearise(model, rows, rows.outputs_v[label], weights, forms)
-        axes[label] = _solve_axis(label, problem, rows, layout, request.table, observations)
-    return Calibration(axes, first.name, first.convention, (*left_out, *_layout_warnings(layout)))
+    for label in labels:
+        choice = choose_model(label, rows, request)
+        problem = _linearise(choice.model, rows, rows.outputs_v[label], weights, forms)
+        solved = _solve_axis(label, problem, rows, layout, request.table, observations)
+        axes[label] = _with_choice(solved, choice)
+    return Calibration(axes, base.name, base.convention, (*left_out, *_layout_warnings(layout)))
 
 
 @dataclass(frozen=True)
@@ -183,6 +185,17 @@ def _solve_axis(
         warnings=_axis_warnings(label, problem, mixed, derived),
         variance_components=components,
         notes=_notes(problem, mixed),
+    )
+
+
+def _with_choice(solved: AxisCalibration, choice: ModelChoice) -> AxisCalibration:
+    """The F-test on the extended model belongs to the result, accepted or not."""
+    if choice.extension is None and not choice.warnings:
+        return solved
+    return replace(
+        solved,
+        warnings=(*choice.warnings, *solved.warnings),
+        notes={**solved.notes, "extension": choice.extension},
     )
 
 
@@ -316,11 +329,3 @@ def _layout_warnings(layout: Layout) -> tuple[str, ...]:
         some = ", ".join(map(str, points[:_LONGEST_LIST])) + (" …" if len(points) > _LONGEST_LIST else "")
         warnings.append(f"replication {label} lacks {len(points)} of {layout.points} points ({some}): used as it is")
     return tuple(warnings)
-
-
-def _refuse_extended(request: CalibrationRequest) -> None:
-    if request.extended != "no":
-        raise DesignError(
-            f"extended: got {request.extended!r}, allowed no: the extended model is not available in this version; "
-            "nothing was solved; ask for no"
-        )

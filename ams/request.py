@@ -9,14 +9,11 @@ from numpy.typing import NDArray
 
 from ams.errors import DesignError, ObservationsError
 from ams.models.model import Model
-from ams.models.registry import model_named
-from ams.models.thermal import TemperatureCoefficients, WithTemperature, refuse_unless_estimable
+from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
 from ams.uncertainty.table import TableUncertainty
 
 FloatArray = NDArray[np.float64]
-
-DEFAULT_REFERENCE_DEGC = 20.0
 
 
 @dataclass(frozen=True)
@@ -34,6 +31,7 @@ class CalibrationRequest:
     reference_temperature_degc: float | None = None
     """None: the mean of the measured temperatures rounded to 1 °C."""
     extended: Literal["no", "test", "yes"] = "no"
+    """Five quadratic terms beside pitch-roll; ``test``: where an F-test asks for them."""
     table: TableUncertainty | None = None
     """Index errors of the table, carried in U_Y."""
     weights: FloatArray | None = None
@@ -44,36 +42,6 @@ class CalibrationRequest:
     def axes_of(self, observations: Observations) -> Mapping[str, str]:
         """Sensor axis label to nominal axis, for the axes to solve."""
         return self.nominal_axes or {label: label for label in observations.outputs_v}
-
-
-def model_of(label: str, observations: Observations, request: CalibrationRequest) -> Model:
-    """The model of one sensor axis, temperature terms included.
-
-    Raises:
-        DesignError: no such model, or temperature coefficients that were asked for are not known or not estimable.
-    """
-    base = request.models.get(label) or model_named(request.model, request.axes_of(observations)[label])
-    if request.temperature == "none":
-        return base
-    reference_degc = _reference_degc(observations, request)
-    if request.temperature == "estimate":
-        refuse_unless_estimable(observations)
-        return WithTemperature(base, reference_degc)
-    if label not in request.known_temperature:
-        raise DesignError(
-            f"temperature apply: axis {label}: no coefficients given: got those of "
-            f"{', '.join(request.known_temperature) or 'no axis'}; nothing was solved; give offset and "
-            f"sensitivity coefficients"
-        )
-    return WithTemperature(base, reference_degc, request.known_temperature[label])
-
-
-def _reference_degc(observations: Observations, request: CalibrationRequest) -> float:
-    if request.reference_temperature_degc is not None:
-        return request.reference_temperature_degc
-    if observations.temperature_degc is None:
-        return DEFAULT_REFERENCE_DEGC
-    return float(np.round(observations.temperature_degc.mean()))
 
 
 def refuse_unusable(observations: Observations, request: CalibrationRequest) -> None:
@@ -87,6 +55,8 @@ def refuse_unusable(observations: Observations, request: CalibrationRequest) -> 
         raise DesignError(
             f"temperature: got {request.temperature!r}, allowed none, apply, estimate; nothing was solved"
         )
+    if request.extended not in ("no", "test", "yes"):
+        raise DesignError(f"extended: got {request.extended!r}, allowed no, test, yes; nothing was solved")
     for label in request.axes_of(observations):
         if label not in observations.outputs_v:
             raise ObservationsError(

@@ -214,8 +214,9 @@ def _refuse_stall(
     floor = ROUNDING_FLOOR * float(np.linalg.norm(problem.whiten(problem.observed)))
     if relative > CONVERGED and float(np.linalg.norm(gradient @ step)) > 1e3 * floor:
         raise SolveError(
-            f"Gauss-Newton: stalled at {estimate.tolist()}: no step lowers the sum of squares, yet one of {relative:.2g} "
-            f"standard uncertainties is left, allowed {CONVERGED:g}; nothing is reported; start elsewhere, or add points"
+            f"Gauss-Newton: stalled at {estimate.tolist()}: no step lowers the sum of squares, yet one of "
+            f"{relative:.2g} standard uncertainties is left, allowed {CONVERGED:g}; nothing is reported; "
+            "start elsewhere, or add points"
         )
     return relative
 

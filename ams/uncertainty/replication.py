@@ -23,7 +23,7 @@ from ams.uncertainty.tp_replication import tp_replication
 
 FloatArray = NDArray[np.float64]
 
-_UNIT = re.compile(r"_(v_per_g|v_per_dps|v_per_degc|per_degc|v|deg|degc)$")
+_UNIT = re.compile(r"_(v_per_g2?|v_per_dps|v_per_degc|per_degc|v|deg|degc)$")
 _ROUNDING = 32.0 * float(np.finfo(float).eps)
 _NO_TEST = FTest(float("nan"), float("nan"), float("nan"), float("nan"), float("nan"), False)
 

@@ -41,7 +41,8 @@ class Campaign:
         points, n = pitch.size, self.replications
         true_pitch, true_roll = (self._stood(angle, rng) for angle in grid)
         force = np.stack(
-            [np.sin(true_pitch), -np.cos(true_pitch) * np.sin(true_roll), -np.cos(true_pitch) * np.cos(true_roll)], axis=1
+            [np.sin(true_pitch), -np.cos(true_pitch) * np.sin(true_roll), -np.cos(true_pitch) * np.cos(true_roll)],
+            axis=1,
         )
         outputs = {axis: self._outputs(axis, force, rng).ravel() for axis in ("x", "y", "z")}
         return Observations(

@@ -1,0 +1,18 @@
+"""Importing ams is cheap: numpy and nothing heavier, whatever the package offers."""
+
+import subprocess
+import sys
+
+HEAVY = ("scipy", "pandas", "matplotlib", "sqlalchemy", "pydantic", "pymodbus", "jsonschema")
+
+
+def loaded_by(statement: str) -> set[str]:
+    code = f"import sys\n{statement}\nprint(*{{name.partition('.')[0] for name in sys.modules}})"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(result.stdout.split())
+
+
+def test_the_package_and_its_core_names_need_numpy_only() -> None:
+    loaded = loaded_by("import ams, ams.calibrate; ams.apply; ams.read_csv; ams.to_document; ams.evaluate_design")
+    assert "numpy" in loaded
+    assert not loaded & set(HEAVY)
