@@ -3,7 +3,10 @@
 RTU has no transaction number. pymodbus' own client takes a reply that comes after its time-out for the answer to the
 next question and says nothing (seen with 3.16.1). So here a reply must have exactly the length, unit, function and
 echo that its question asks for; after any doubt the line must fall silent, and then a register whose value is known
-(the sentinel) must answer before the next question is asked. Only this module and the twins import pymodbus.
+(the sentinel) must answer before the next question is asked. One case remains that RTU cannot tell: a reply that was
+doubled on the line and arrives the second time just when the next question's own reply is lost.
+
+Only this module and the twins import pymodbus.
 """
 
 import logging
@@ -108,22 +111,34 @@ class ModbusRtu:
             return
         self._wait_for_quiet()
         if self._sentinel is not None:
-            address, value = self._sentinel
-            told = self._read(address, 1)
-            if told != (value,):
-                raise DeviceNonsense(
-                    f"{self.stream.name}: register {address} is {value} and cannot be {told[0]}: replies are shifted or"
-                    " another device answers; nothing was taken from it; check the line and its other masters"
-                )
+            self._ask_the_sentinel(*self._sentinel)
         self._is_in_doubt = False
 
-    def _wait_for_quiet(self) -> None:
+    def _ask_the_sentinel(self, address: int, value: int) -> None:
+        (told,) = self._read(address, 1)
+        if told != value:
+            raise DeviceNonsense(
+                f"{self.stream.name}: register {address} is {value} and cannot be {told}: replies are shifted or"
+                " another device answers; nothing was taken from it; check the line and its other masters"
+            )
+        # That may have been the late answer to an earlier sentinel: then this one's own is still on its way.
+        if self._wait_for_quiet():
+            raise DeviceNonsense(
+                f"{self.stream.name}: more replies than questions: they come late; nothing was taken from them;"
+                " check the load and the length of the line"
+            )
+
+    def _wait_for_quiet(self) -> int:
+        """Take what still arrives until the line has been silent for a while; how many bytes that was."""
         clock = self.stream.clock
         limit_s = clock.monotonic_s() + self._patience.quiet_limit_s
+        taken = 0
         while stale := self.stream.read(clock.monotonic_s() + self._patience.quiet_s):
-            self.counts.stale_bytes += len(stale)
+            taken += len(stale)
             if clock.monotonic_s() >= limit_s:
                 raise DeviceNonsense(f"{self.stream.name}: the line does not fall quiet; check what else talks on it")
+        self.counts.stale_bytes += taken
+        return taken
 
     def _transact(self, request: "ModbusPDU") -> "ModbusPDU":
         """One question and its whole reply; a busy slave is asked again for a while."""

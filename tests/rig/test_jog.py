@@ -1,0 +1,62 @@
+"""Laws of motion by hand: the limits of the description, absolute targets, readings with their spread."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from table_bench import rig_file
+
+from rig.assembly import Rig, open_rig
+from rig.description import read_rig
+from rig.errors import RequestRefused
+from rig.jog import home, jog_by, jog_to, readings
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[Rig]:
+    with open_rig(read_rig(rig_file(tmp_path, ("limits_deg = [-180.0, 180.0]", "limits_deg = [-45.0, 45.0]")))) as rig:
+        for readout in rig.readouts.values():
+            readout.prepare()
+        yield rig
+
+
+def test_steps_add_up_from_the_read_back(rig: Rig) -> None:
+    wait = rig.clock.sleep
+    home(rig, "pitch", wait)
+    assert jog_to(rig, "pitch", 10.0, wait) == 10.0
+    assert jog_by(rig, "pitch", -5.0, wait) == 5.0
+    assert jog_by(rig, "pitch", 40.0, wait) == 45.0
+
+
+def test_a_step_across_the_limit_moves_nothing(rig: Rig) -> None:
+    wait = rig.clock.sleep
+    home(rig, "pitch", wait)
+    jog_to(rig, "pitch", 45.0, wait)
+    with pytest.raises(RequestRefused, match="move to 46 deg: outside the limits, allowed -45 to 45 deg"):
+        jog_by(rig, "pitch", 1.0, wait)
+    assert rig.axes["pitch"].state().position_deg == 45.0
+
+
+def test_an_axis_without_a_home_is_not_jogged(rig: Rig) -> None:
+    for jog in (jog_to, jog_by):
+        with pytest.raises(RequestRefused, match="pitch: the axis is not homed"):
+            jog(rig, "pitch", 5.0, rig.clock.sleep)
+
+
+def test_unknown_names_are_told_with_what_there_is(rig: Rig) -> None:
+    with pytest.raises(RequestRefused, match=r"no axis 'yaw' \(allowed: pitch, roll\); nothing moved"):
+        jog_to(rig, "yaw", 5.0, rig.clock.sleep)
+    with pytest.raises(RequestRefused, match=r"no channel 'dmm.w' \(allowed: dmm.x, dmm.y, dmm.z\)"):
+        readings(rig, ["dmm.x", "dmm.w"], 3, rig.clock.sleep)
+
+
+def test_readings_are_means_with_their_spread(rig: Rig) -> None:
+    wait = rig.clock.sleep
+    for axis in rig.axes:
+        home(rig, axis, wait)
+    x, z = readings(rig, ["dmm.x", "dmm.z"], 20, wait)
+    # Level, by the truth of the example: x is near its offset, z near offset − S.
+    assert x.mean_v == pytest.approx(0.005 - 2.5 * 0.0087265 * 0.5736, abs=2e-4)  # b − S sinΩ sinA
+    assert z.mean_v == pytest.approx(0.008 - 2.52, abs=1e-3)
+    assert (x.samples, x.overloads) == (20, 0)
+    assert 1e-5 < x.standard_deviation_v < 4e-5
