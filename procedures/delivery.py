@@ -6,25 +6,20 @@ Only a finished run leaves coefficient sets; any run leaves a report that says w
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from procedures.plan.plan import Plan
 from procedures.provenance import provenance_of
-from procedures.report.assemble import RunRecord, assemble_view
-from procedures.run.header import RunHeader
+from procedures.report.assemble import RunRecord
+from procedures.report.produce import solve_record, view_of, write_report
+from procedures.report.record import read_record
 from procedures.run.journal_reader import JournalReader
-from procedures.run.records import DwellRecord, Event
 from procedures.run.states import State
-from procedures.solving import SolvedSensor, solve_sensors, standard_uncertainty_arcsec
-from rig.description import RigDescription, rig_from_json
+from procedures.solving import SolvedSensor
 
 if TYPE_CHECKING:
     from ams.sets.coefficients import CoefficientSet
     from procedures.report.view import RunView
-
-JOURNAL = "journal.sqlite"
 
 
 @dataclass(frozen=True)
@@ -32,19 +27,22 @@ class SolvedRun:
     """A run as its journal tells it, and its solution."""
 
     folder: Path
-    header: RunHeader
-    state: State
-    plan: Plan
-    rig: RigDescription
-    events: Sequence[Event]
-    dwells: Sequence[DwellRecord]
-    journal_sha256: str
+    record: RunRecord
     sensors: Mapping[str, SolvedSensor]
 
     @property
-    def design_dwells(self) -> int:
+    def is_finished(self) -> bool:
+        return self.record.state == State.FINISHED
+
+    @property
+    def dwells_done(self) -> int:
         """Accepted dwells of the design."""
-        return sum(dwell.accepted and dwell.purpose == "design" for dwell in self.dwells)
+        return sum(dwell.accepted and dwell.purpose == "design" for dwell in self.record.dwells)
+
+    @property
+    def failures(self) -> Sequence[str]:
+        """Why a sensor has no solution, one sentence each."""
+        return [f"{name}: {solved.failure}" for name, solved in self.sensors.items() if solved.failure is not None]
 
 
 @dataclass(frozen=True)
@@ -55,19 +53,17 @@ class Delivery:
     view: "RunView"
     report: Path
     sets: Mapping[str, Path]
-    """Sensor to its coefficient file."""
+    """Sensor to its coefficient file; empty unless the run is finished."""
     exports: Sequence[Path]
     archive_url: str | None
+    """Where the sets were published; None where they were not."""
 
 
 def solve_run(folder: Path) -> SolvedRun:
     """Read a journal whole and solve every sensor of it. Raises: JournalError, PlanError, DescriptionError."""
-    with JournalReader.open(folder / JOURNAL) as reader:
-        header, state, journal_sha256 = reader.header, reader.state(), reader.sha256_of_content()
-        events, dwells = list(reader.events()), list(reader.dwells())
-    plan, rig = header.plan, rig_from_json(header.rig_json)
-    sensors = solve_sensors(dwells, rig, plan.sensors, plan.solve, f"run {header.run_id}")
-    return SolvedRun(folder, header, state, plan, rig, events, dwells, journal_sha256, sensors)
+    with JournalReader.open(folder) as reader:
+        record = read_record(reader)
+    return SolvedRun(folder, record, solve_record(record))
 
 
 def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
@@ -75,13 +71,15 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
 
     Raises: ams.errors.AmsError where a set cannot be built, written or published.
     """
-    view = _view(run)
-    report = _write_report(run, view)
-    sets = _sets(run) if run.state is State.FINISHED else {}
-    paths = {name: _write_set(run.folder, coefficients) for name, coefficients in sets.items()}
-    exports = [_export(run.folder, one, kind) for one in sets.values() for kind in run.plan.export_formats]
+    view = view_of(run.record, run.sensors)
+    sets = _sets(run) if run.is_finished else {}
+    paths = {name: _write(one, run.folder / "coefficients", "json") for name, one in sets.items()}
+    exports = [
+        _write(one, run.folder / "exports", kind) for one in sets.values() for kind in run.record.plan.export_formats
+    ]
     if sets and archive_url is not None:
-        _publish(archive_url, run, list(sets.values()))
+        _publish(archive_url, run.record, list(sets.values()))
+    report = write_report(view, run.folder)
     return Delivery(run, view, report, paths, exports, archive_url if sets else None)
 
 
@@ -100,82 +98,36 @@ def run_document(delivery: Delivery) -> dict[str, Any]:
     run = delivery.run
     return {
         "run": str(run.folder),
-        "state": str(run.state),
-        "dwells_done": run.design_dwells,
-        "dwells_planned": len(run.plan.design_dwells),
+        "state": run.record.state,
+        "dwells_done": run.dwells_done,
+        "dwells_planned": len(run.record.plan.design_dwells),
         "sensors": sensors_document(run),
         "report": str(delivery.report),
         "sets": [str(path) for path in delivery.sets.values()],
     }
 
 
-def _view(run: SolvedRun) -> "RunView":
-    header = run.header
-    record = RunRecord(
-        run_id=header.run_id,
-        state=str(run.state),
-        operator=header.operator,
-        is_simulated=header.is_simulated,
-        created_utc=header.created_utc,
-        plan=run.plan,
-        rig=run.rig,
-        events=run.events,
-        dwells=run.dwells,
-        hashes={
-            "journal content": run.journal_sha256,
-            "plan": header.plan_sha256,
-            "rig file": header.rig_sha256,
-            "procedure file": header.procedure_sha256,
-        },
-        versions=header.software,
-    )
-    table_arcsec = hypot(*(standard_uncertainty_arcsec(run.rig, axis) for axis in ("pitch", "roll")))
-    return assemble_view(record, run.sensors, table_arcsec)
-
-
-def _write_report(run: SolvedRun, view: "RunView") -> Path:
-    from procedures.report.figures import draw_figures, write_figures
-    from procedures.report.page import write_page
-
-    figures, report = draw_figures(view), run.folder / "report.html"
-    write_figures(figures, run.folder / "figures")
-    write_page(view, figures, report)
-    return report
-
-
 def _sets(run: SolvedRun) -> "dict[str, CoefficientSet]":
     from ams.sets.coefficients import build_set
 
     return {
-        name: build_set(
-            solved.calibration,
-            provenance_of(solved, run.header, run.plan, run.rig, run.dwells, run.journal_sha256),
-        )
+        name: build_set(solved.calibration, provenance_of(solved, run.record))
         for name, solved in run.sensors.items()
         if solved.calibration is not None
     }
 
 
-def _write_set(folder: Path, coefficients: "CoefficientSet") -> Path:
+def _write(coefficients: "CoefficientSet", folder: Path, kind: str) -> Path:
     from ams.sets.export.formats import export_set
 
-    path = folder / "coefficients" / f"{coefficients.sensor}.json"
-    path.parent.mkdir(exist_ok=True)
-    export_set(coefficients, "json", path)
-    return path
-
-
-def _export(folder: Path, coefficients: "CoefficientSet", kind: str) -> Path:
-    from ams.sets.export.formats import export_set
-
-    path = folder / "exports" / f"{coefficients.sensor}.{kind}"
-    path.parent.mkdir(exist_ok=True)
+    folder.mkdir(exist_ok=True)
+    path = folder / f"{coefficients.sensor}.{kind}"
     export_set(coefficients, kind, path)
     return path
 
 
-def _publish(archive_url: str, run: SolvedRun, sets: "Sequence[CoefficientSet]") -> None:
+def _publish(archive_url: str, record: RunRecord, sets: "Sequence[CoefficientSet]") -> None:
     """Published at the moment the run ended, by its own clock: publishing again changes nothing."""
     from ams.sets.archive import publish
 
-    publish(archive_url, sets, run.events[-1].utc if run.events else run.header.created_utc)
+    publish(archive_url, sets, record.events[-1].utc if record.events else record.created_utc)

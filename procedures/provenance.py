@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from procedures.plan.plan import Plan
-from procedures.run.header import RunHeader
+from procedures.report.assemble import RunRecord
 from procedures.run.records import DwellRecord
 from procedures.solving import SolvedSensor
 from rig.description import RigDescription
@@ -18,18 +17,12 @@ if TYPE_CHECKING:
 UNCERTAINTIES = ("uncertainty_arcsec", "uncertainty_v", "uncertainty_degc", "uncertainty_ohm")
 
 
-def provenance_of(
-    solved: SolvedSensor,
-    header: RunHeader,
-    plan: Plan,
-    rig: RigDescription,
-    dwells: Sequence[DwellRecord],
-    journal_sha256: str,
-) -> "Provenance":
+def provenance_of(solved: SolvedSensor, record: RunRecord) -> "Provenance":
     """Everything but the numbers. ``created_utc`` is when the last dwell ended: the same run gives the same set."""
     from ams.sets.provenance import Provenance
 
-    sensor, rows = plan.sensors[solved.name], solved.observations
+    rig, plan, rows = record.rig, record.plan, solved.observations
+    sensor = plan.sensors[solved.name]
     temperatures = rows.temperature_degc
     return Provenance(
         sensor=solved.name,
@@ -37,19 +30,19 @@ def provenance_of(
         gravity_source=rig.rig.gravity_source,
         pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
         roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
-        created_utc=_last_end(dwells, header.created_utc),
-        software_version=header.software.get("calrig", ""),
+        created_utc=_last_end(record.dwells, record.created_utc),
+        software_version=record.versions["calrig"],
         rig=rig.rig.name,
         procedure=plan.title,
-        simulated=header.is_simulated,
+        simulated=record.is_simulated,
         temperature_range_degc=None if temperatures is None else _range(temperatures),
         serial=solved.name,
         sensor_model=sensor.model,
-        operator=header.operator,
-        run_id=header.run_id,
-        journal_sha256=journal_sha256,
+        operator=record.operator,
+        run_id=record.run_id,
+        journal_sha256=record.hashes["journal content"],
         approved_by=rig.approved_by,
-        environment=_environment(dwells),
+        environment=_environment(record.dwells),
         standards=tuple(_standards(rig)),
         mount=sensor.mount.model_dump(mode="json"),
         level=rig.level.model_dump(mode="json", exclude_none=True),

@@ -47,6 +47,7 @@ def fit(
         Print one JSON document.
     """
     from ams.document import to_document
+    from ams.errors import DesignError
     from ams.observations_csv import read_csv, unit_warnings
     from ams.request import CalibrationRequest
     from procedures.cli.coefficients_text import axes_lines
@@ -63,7 +64,10 @@ def fit(
         extended=extended,
         table=table,
     )
-    calibration = solve_observations(observations, request)
+    try:
+        calibration = solve_observations(observations, request)
+    except DesignError as error:
+        raise DesignError(f"{file}: {error}") from None
     document = to_document(replace(calibration, warnings=(*unit_warnings(observations), *calibration.warnings)))
     if json:
         print_json(document)

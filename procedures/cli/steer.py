@@ -1,0 +1,91 @@
+"""``calrig status``, ``pause``, ``continue``, ``stop``, ``abort``: look at or steer a run in another process."""
+
+from datetime import UTC, datetime
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from procedures.cli.output import print_json, say
+from procedures.cli.places import find_run, login_name
+
+Json = Annotated[bool, Parameter(negative=())]
+
+
+def status(run: str, /, *, json: Json = False) -> None:
+    """Look at a run: state, dwells done, when it should end.
+
+    Parameters
+    ----------
+    run
+        A run folder, its journal, its name under ./runs, or a folder that holds exactly one run.
+    json
+        Print one JSON document.
+    """
+    from procedures.run.status import status as look
+    from procedures.run.status import status_text, to_document
+
+    found = look(find_run(run))
+    if json:
+        print_json(to_document(found))
+    else:
+        say(status_text(found))
+
+
+def pause(run: str, /, *, operator: str | None = None) -> None:
+    """Pause a run after the dwell in progress; `calrig continue` goes on.
+
+    Parameters
+    ----------
+    run
+        The run.
+    operator
+        Who asks; by default the login name.
+    """
+    _ask(run, "pause", operator)
+
+
+def continue_(run: str, /, *, operator: str | None = None) -> None:
+    """Continue a paused or held run.
+
+    Parameters
+    ----------
+    run
+        The run.
+    operator
+        Who asks; by default the login name.
+    """
+    _ask(run, "continue", operator)
+
+
+def stop(run: str, /, *, operator: str | None = None) -> None:
+    """Stop a run after the dwell in progress; `calrig resume` goes on later.
+
+    Parameters
+    ----------
+    run
+        The run.
+    operator
+        Who asks; by default the login name.
+    """
+    _ask(run, "stop", operator)
+
+
+def abort(run: str, /, *, operator: str | None = None) -> None:
+    """Abort a run: axes stop now, the run has ended.
+
+    Parameters
+    ----------
+    run
+        The run.
+    operator
+        Who asks; by default the login name.
+    """
+    _ask(run, "abort", operator)
+
+
+def _ask(run: str, kind: Literal["pause", "continue", "stop", "abort"], operator: str | None) -> None:
+    from procedures.run.spool import ask
+
+    folder = find_run(run)
+    ask(folder, kind, operator or login_name(), datetime.now(UTC))
+    say(f"{folder}: asked to {kind}; `calrig status {folder}` shows when it did")
