@@ -94,12 +94,12 @@ def _point_means(observations: Observations, label: str, table: TableUncertainty
     basis = PitchRoll("x").basis(observations)
     output = np.asarray(observations.outputs_v[label], dtype=float)
     readings = layout.sum_by_point(np.ones(layout.rows))
-    level_output, precision = _without_drift(basis, output, layout, readings)
+    level_output, precision = without_drift(basis, output, layout, readings)
 
     def mean(rows: FloatArray) -> FloatArray:
         return np.asarray((layout.sum_by_point(rows).T / readings).T)
 
-    pitch, roll = _angles_of_points(observations, layout)
+    pitch, roll = angles_of_points(observations, layout)
     point_basis = mean(basis)
     slopes = _slopes(np.linalg.lstsq(basis, output, rcond=None)[0], pitch, roll)
     common = (
@@ -109,7 +109,8 @@ def _point_means(observations: Observations, label: str, table: TableUncertainty
     return _PointMeans(point_basis, quadratic, mean(level_output), readings, precision, common)
 
 
-def _angles_of_points(observations: Observations, layout: Layout) -> tuple[FloatArray, FloatArray]:
+def angles_of_points(observations: Observations, layout: Layout) -> tuple[FloatArray, FloatArray]:
+    """(K,) pitch and roll of the points, radians."""
     first = np.unique(layout.point, return_index=True)[1]
     return observations.pitch_rad[first], observations.roll_rad[first]
 
@@ -120,7 +121,7 @@ def _slopes(primary: FloatArray, pitch: FloatArray, roll: FloatArray) -> dict[st
     return dict(PitchRoll("x").angle_jacobian(primary, Attitude(pitch, roll)))
 
 
-def _without_drift(
+def without_drift(
     basis: FloatArray, output: FloatArray, layout: Layout, readings: FloatArray
 ) -> tuple[FloatArray, float]:
     """Outputs brought to the mean parameters of all replications, and the variance of a reading.

@@ -1,0 +1,365 @@
+"""The package and the table in one fit: x, y, z and all replications share the table's own errors.
+
+Every row's specific force is f + Σ n_j d_j: f at the commanded angles, d_j what one radian of a table error does to it,
+n_j that error. Index errors (one per tooth of each axis), axis zeros, a tilt of the base, squareness of the axes and
+droop are nuisance parameters under the priors of their certificates; the offsets and sensitivities have none. The
+package sees M (f + …), M its mounting. Mounted a second time the other way round, table errors change sign against the
+package and part from it; a mounting has three small seating errors of its own, known as well as the datum faces are.
+
+What the rows do not tell stays at its prior, enters the uncertainty of the package, and is said in words.
+Source: TP 10, 'inclusion of calibration standard uncertainties'.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import DesignError
+from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.models.accelerometer import PitchRoll
+from ams.observations import Observations
+from ams.solve.extension import angles_of_points, without_drift
+from ams.solve.layout import layout_of
+
+FloatArray = NDArray[np.float64]
+
+UPRIGHT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+REVERSED: Final = ((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0))
+"""Turned half round about the vertical axis of the table's seat."""
+OBSERVED_RATIO: Final = 0.5
+"""A nuisance whose standard deviation fell below this part of its prior counts as observed."""
+_ROUNDS: Final = 12
+_INDEX_GRID_RAD: Final = float(np.deg2rad(1e-5))
+
+
+@dataclass(frozen=True)
+class TablePriors:
+    """Standard uncertainties of the table's errors, radians; 0 leaves an error out (taken as exact)."""
+
+    pitch_tooth_rad: float = 0.0
+    roll_tooth_rad: float = 0.0
+    pitch_zero_rad: float = 0.0
+    """Zero of the pitch axis, and with it the tilt of the base about that axis: the two act alike."""
+    roll_zero_rad: float = 0.0
+    base_tilt_rad: float = 0.0
+    """Tilt of the base about the x direction at zero pitch."""
+    squareness_rad: float = 0.0
+    """Of the roll axis to the pitch axis."""
+    droop_rad: float = 0.0
+    """Pitch lost at the horizontal, as the cosine of pitch."""
+    seat_rad: float = 0.0
+    """Each of the three angles of every mounting after the first."""
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """Rows taken with the package in one orientation on the table."""
+
+    observations: Observations
+    package_from_table: Sequence[Sequence[float]] = UPRIGHT
+    """(3, 3) rotation; signed permutation for the usual datum faces."""
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """One error of the table or of the seat."""
+
+    name: str
+    estimate_rad: float
+    standard_deviation_rad: float
+    prior_rad: float
+
+    @property
+    def is_observed(self) -> bool:
+        return self.standard_deviation_rad < OBSERVED_RATIO * self.prior_rad
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """The package with the table's errors taken into account."""
+
+    axes: tuple[str, ...]
+    primary: Mapping[str, FloatArray]
+    """Axis to (b, k_x, k_y, k_z)."""
+    covariance: FloatArray
+    """(4 A, 4 A) of all axes' primary parameters, in the order of ``axes``: noise, drift, table and seat."""
+    nuisances: tuple[Nuisance, ...]
+    confounded: tuple[str, ...]
+    """Sentences on what the rows cannot tell."""
+    standard_error_v: Mapping[str, float]
+    """Scatter of a point's mean about the fit."""
+    residuals_v: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
+    """Axis to one (K,) array per mounting, point means minus fit."""
+
+    def axis_covariance(self, axis: str) -> FloatArray:
+        at = 4 * self.axes.index(axis)
+        return self.covariance[at : at + 4, at : at + 4]
+
+    def nuisance(self, name: str) -> Nuisance:
+        return next(n for n in self.nuisances if n.name == name)
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Point means of all mountings, one below the other."""
+
+    mount: NDArray[np.int64]
+    force: FloatArray
+    """(N, 3) in package axes at the commanded angles."""
+    effects: FloatArray
+    """(N, 3, q) of one radian of each nuisance, package axes."""
+    output_v: FloatArray
+    """(N, A)"""
+    precision_v2: FloatArray
+    """(N, A) variance of each mean from the replications; 0 where there is one."""
+    drift: FloatArray
+    """(A, 4, 4) covariance that drift between replications adds to an axis' parameters."""
+
+
+def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TablePriors) -> JointFit:
+    """Fit all axes and the table's errors together.
+
+    Raises: DesignError where the points cannot determine the package even with the table known.
+    """
+    names, prior_rad = _nuisances(mountings, priors)
+    rows = _rows(mountings, tuple(axes), names)
+    _refuse_rank_deficiency(rows)
+    sd = np.maximum(np.sqrt(rows.precision_v2), 1e-12 * np.abs(rows.output_v).max(axis=0))
+    errors = np.zeros(len(names))
+    primary = _ordinary(rows, errors)
+    for _ in range(_ROUNDS):
+        jacobian, right = _system(rows, primary, errors, sd, prior_rad)
+        q, r = np.linalg.qr(jacobian)
+        step = np.linalg.solve(r, q.T @ right)
+        primary, errors = primary + step[: primary.size].reshape(primary.shape), errors + step[primary.size :]
+        widened = _widened(rows, primary, errors, sd, q)
+        settled = bool(np.all(np.abs(widened / sd - 1.0) < 1e-3))
+        sd = widened
+        if settled:
+            break
+    jacobian, _ = _system(rows, primary, errors, sd, prior_rad)
+    inverse = np.linalg.inv(np.linalg.qr(jacobian, mode="r"))
+    return _result(tuple(axes), rows, names, prior_rad, primary, errors, sd, inverse @ inverse.T)
+
+
+def _nuisances(mountings: Sequence[Mounting], priors: TablePriors) -> tuple[list[str], FloatArray]:
+    named: list[tuple[str, float]] = []
+    for axis, prior in (("pitch", priors.pitch_tooth_rad), ("roll", priors.roll_tooth_rad)):
+        indices = np.unique(np.concatenate([_indices(m.observations, axis) for m in mountings]))
+        named += [(f"{axis} tooth {index * 1e-5:g}°", prior) for index in indices.tolist()]
+    named += [
+        ("pitch zero", priors.pitch_zero_rad),
+        ("roll zero", priors.roll_zero_rad),
+        ("base tilt", priors.base_tilt_rad),
+        ("squareness", priors.squareness_rad),
+        ("droop", priors.droop_rad),
+    ]
+    for number in range(1, len(mountings)):
+        named += [(f"seat {number + 1} about {axis}", priors.seat_rad) for axis in "xyz"]
+    kept = [(name, prior) for name, prior in named if prior > 0.0]
+    return [name for name, _ in kept], np.array([prior for _, prior in kept])
+
+
+def _indices(observations: Observations, axis: str) -> NDArray[np.int64]:
+    angle = observations.pitch_rad if axis == "pitch" else observations.roll_rad
+    return np.round(angle / _INDEX_GRID_RAD).astype(np.int64) % round(2.0 * np.pi / _INDEX_GRID_RAD)
+
+
+def _rows(mountings: Sequence[Mounting], axes: tuple[str, ...], names: list[str]) -> _Rows:
+    parts = [_part(number, mounting, axes, names) for number, mounting in enumerate(mountings)]
+    return _Rows(
+        np.concatenate([p.mount for p in parts]),
+        np.concatenate([p.force for p in parts]),
+        np.concatenate([p.effects for p in parts]),
+        np.concatenate([p.output_v for p in parts]),
+        np.concatenate([p.precision_v2 for p in parts]),
+        np.mean([p.drift for p in parts], axis=0) / len(parts),
+    )
+
+
+def _part(number: int, mounting: Mounting, axes: tuple[str, ...], names: list[str]) -> _Rows:
+    observations, M = mounting.observations, np.asarray(mounting.package_from_table, dtype=float)
+    layout = layout_of(observations)
+    pitch, roll = angles_of_points(observations, layout)
+    readings = layout.sum_by_point(np.ones(layout.rows))
+    basis = PitchRoll("x").basis(observations)
+    means, precision, drift = [], [], []
+    for axis in axes:
+        steady, variance = without_drift(basis, observations.outputs_v[axis], layout, readings)
+        means.append(layout.sum_by_point(steady) / readings)
+        precision.append(variance / readings)
+        drift.append(_drift(basis @ _block(M).T, observations.outputs_v[axis], layout.replication, variance))
+    force = specific_force(pitch, roll) @ M.T
+    effects = np.einsum("ij,njq->niq", M, _table_effects(pitch, roll, names))
+    effects = effects + _seat_effects(force, names, number)
+    return _Rows(
+        np.full(layout.points, number), force, effects, np.stack(means, 1), np.stack(precision, 1), np.stack(drift)
+    )
+
+
+def _block(M: FloatArray) -> FloatArray:
+    whole = np.eye(4)
+    whole[1:, 1:] = M
+    return whole
+
+
+def _drift(basis: FloatArray, output: FloatArray, replication: NDArray[np.int64], variance: float) -> FloatArray:
+    """(4, 4) what the spread of the replications' own parameters adds to the mean, beyond their precision."""
+    labels = np.unique(replication)
+    if labels.size < 2:
+        return np.zeros((4, 4))
+    alone = [np.linalg.lstsq(basis[replication == r], output[replication == r], rcond=None)[0] for r in labels]
+    expected = np.mean([np.linalg.pinv(basis[replication == r].T @ basis[replication == r]) for r in labels], axis=0)
+    root = np.linalg.cholesky(expected + 1e-15 * np.trace(expected) * np.eye(4))
+    whitened = np.linalg.solve(root, np.cov(np.array(alone).T)) @ np.linalg.inv(root).T
+    values, vectors = np.linalg.eigh((whitened + whitened.T) / 2.0)
+    beyond = vectors * np.maximum(values - variance, 0.0) @ vectors.T
+    return np.asarray(root @ beyond @ root.T / labels.size)
+
+
+def _table_effects(pitch: FloatArray, roll: FloatArray, names: list[str]) -> FloatArray:
+    """(K, 3, q) change of specific force in table axes by one radian of each nuisance."""
+    by_pitch, by_roll = specific_force_by_pitch(pitch, roll), specific_force_by_roll(pitch, roll)
+    zero = np.zeros_like(pitch)
+    across = np.stack([zero, -np.cos(roll), np.sin(roll)], axis=-1)
+    places = {"pitch": (by_pitch, pitch), "roll": (by_roll, roll)}
+    whole = {
+        "pitch zero": by_pitch,
+        "roll zero": by_roll,
+        "base tilt": across,
+        "squareness": np.sin(pitch)[:, None] * across,
+        "droop": -np.cos(pitch)[:, None] * by_pitch,
+    }
+    columns = []
+    for name in names:
+        axis, _, rest = name.partition(" tooth ")
+        if rest:
+            slope, angle = places[axis]
+            turned = (angle - np.deg2rad(float(rest[:-1])) + np.pi) % (2.0 * np.pi) - np.pi
+            columns.append(slope * (np.abs(turned) < 0.6 * _INDEX_GRID_RAD)[:, None])
+        else:
+            columns.append(whole.get(name, np.zeros_like(by_pitch)))
+    return np.stack(columns, axis=-1) if columns else np.zeros((pitch.size, 3, 0))
+
+
+def _seat_effects(force: FloatArray, names: list[str], number: int) -> FloatArray:
+    """Small turns of the package on its seat: f becomes f − θ × f."""
+    effects = np.zeros((force.shape[0], 3, len(names)))
+    for axis, unit in zip("xyz", np.eye(3), strict=True):
+        name = f"seat {number + 1} about {axis}"
+        if name in names:
+            effects[:, :, names.index(name)] = -np.cross(unit, force)
+    return effects
+
+
+def _refuse_rank_deficiency(rows: _Rows) -> None:
+    basis = np.column_stack([np.ones(rows.force.shape[0]), rows.force])
+    rank = int(np.linalg.matrix_rank(basis, tol=1e-9 * np.linalg.norm(basis)))
+    if rank < 4 or basis.shape[0] < 5:
+        raise DesignError(
+            f"joint fit: {basis.shape[0]} points determine {rank} of offset and three sensitivities per axis; nothing "
+            "was solved; add pitch and roll angles"
+        )
+
+
+def _ordinary(rows: _Rows, errors: FloatArray) -> FloatArray:
+    """(A, 4)"""
+    force = rows.force + rows.effects @ errors
+    basis = np.column_stack([np.ones(force.shape[0]), force])
+    return np.asarray(np.linalg.lstsq(basis, rows.output_v, rcond=None)[0].T)
+
+
+def _system(
+    rows: _Rows, primary: FloatArray, errors: FloatArray, sd: FloatArray, prior_rad: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Whitened Jacobian and right-hand side: all axes' rows, then one row per prior."""
+    count, size = primary.shape
+    points = rows.force.shape[0]
+    force = rows.force + rows.effects @ errors
+    basis = np.column_stack([np.ones(points), force])
+    jacobian = np.zeros((count * points + errors.size, count * size + errors.size))
+    right = np.empty(jacobian.shape[0])
+    for a in range(count):
+        at, weight = slice(a * points, (a + 1) * points), 1.0 / sd[:, a]
+        jacobian[at, a * size : (a + 1) * size] = weight[:, None] * basis
+        jacobian[at, count * size :] = weight[:, None] * np.einsum("i,niq->nq", primary[a, 1:], rows.effects)
+        right[at] = weight * (rows.output_v[:, a] - basis @ primary[a])
+    jacobian[count * points :, count * size :] = np.diag(1.0 / prior_rad)
+    right[count * points :] = -errors / prior_rad
+    return jacobian, right
+
+
+def _widened(rows: _Rows, primary: FloatArray, errors: FloatArray, sd: FloatArray, q: FloatArray) -> FloatArray:
+    """(N, A) standard deviations of the means: the replications' precision, raised to the scatter that is there."""
+    points = rows.force.shape[0]
+    residuals = _residuals(rows, primary, errors) / sd
+    raised = np.empty_like(sd)
+    for a in range(sd.shape[1]):
+        leverage = np.sum(q[a * points : (a + 1) * points] ** 2, axis=1)
+        ratio = float(np.sum(residuals[:, a] ** 2) / max(np.sum(1.0 - leverage), 1.0))
+        raised[:, a] = np.maximum(sd[:, a] * np.sqrt(ratio), np.sqrt(rows.precision_v2[:, a]))
+    return np.asarray(np.maximum(raised, 1e-15 * np.abs(rows.output_v).max(axis=0)), dtype=float)
+
+
+def _residuals(rows: _Rows, primary: FloatArray, errors: FloatArray) -> FloatArray:
+    force = rows.force + rows.effects @ errors
+    return np.asarray(rows.output_v - primary[:, 0] - force @ primary[:, 1:].T)
+
+
+def _result(
+    axes: tuple[str, ...],
+    rows: _Rows,
+    names: list[str],
+    prior_rad: FloatArray,
+    primary: FloatArray,
+    errors: FloatArray,
+    sd: FloatArray,
+    whole: FloatArray,
+) -> JointFit:
+    size = primary.size
+    covariance = whole[:size, :size].copy()
+    for a, drift in enumerate(rows.drift):
+        covariance[4 * a : 4 * a + 4, 4 * a : 4 * a + 4] += drift
+    spread = whole[size:, size:]
+    nuisances = tuple(
+        Nuisance(name, float(value), float(np.sqrt(variance)), float(prior))
+        for name, value, variance, prior in zip(names, errors, np.diag(spread), prior_rad, strict=True)
+    )
+    residuals = _residuals(rows, primary, errors)
+    by_mount = {
+        axis: tuple(residuals[rows.mount == m, a] for m in np.unique(rows.mount)) for a, axis in enumerate(axes)
+    }
+    return JointFit(
+        axes,
+        dict(zip(axes, primary, strict=True)),
+        covariance,
+        nuisances,
+        _confounded(names, prior_rad, spread),
+        {axis: float(np.sqrt(np.mean(sd[:, a] ** 2))) for a, axis in enumerate(axes)},
+        by_mount,
+    )
+
+
+def _confounded(names: list[str], prior_rad: FloatArray, spread: FloatArray) -> tuple[str, ...]:
+    """Directions in the space of whole-table errors that the rows leave at their prior."""
+    whole = [n for n, name in enumerate(names) if " tooth " not in name]
+    if not whole:
+        return ()
+    scaled = spread[np.ix_(whole, whole)] / np.outer(prior_rad[whole], prior_rad[whole])
+    values, vectors = np.linalg.eigh(scaled)
+    sentences = []
+    for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
+        if np.sqrt(max(value, 0.0)) >= OBSERVED_RATIO:
+            members = [names[whole[n]] for n in np.argsort(-np.abs(vector)) if abs(vector[n]) > 0.3]
+            sentences.append(_sentence(members, float(np.sqrt(value))))
+    return tuple(sentences)
+
+
+def _sentence(members: list[str], ratio: float) -> str:
+    remains = f"{100.0 * ratio:.0f} % of the prior standard deviation remains and is in the package's uncertainty"
+    if len(members) == 1:
+        return f"{members[0]}: not observable with these mountings: {remains}; calibrate once more in a reversed mount"
+    return f"{' and '.join(members)}: these rows do not tell them apart: {remains}"

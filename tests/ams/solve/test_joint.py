@@ -1,0 +1,174 @@
+"""Package and table in one fit: explicit rotations, coverage, and what a reversed mount is good for."""
+
+import numpy as np
+import pytest
+
+from ams.errors import DesignError
+from ams.observations import Observations
+from ams.solve.joint import REVERSED, UPRIGHT, Mounting, TablePriors, _table_effects, joint_fit
+
+ARCSEC = np.pi / 180 / 3600
+PACKAGE = {
+    "x": (0.005, np.array([2.5, 0.018, 0.012])),
+    "y": (-0.02, np.array([0.009, -2.48, 0.015])),
+    "z": (0.011, np.array([-0.011, 0.02, 2.51])),
+}
+PITCH_DEG, ROLL_DEG = np.arange(-90.0, 91.0, 15.0), np.arange(-180.0, 181.0, 30.0)
+
+
+def turn_x(a):
+    return np.array([[1, 0, 0], [0, np.cos(a), np.sin(a)], [0, -np.sin(a), np.cos(a)]])
+
+
+def turn_y(a):
+    return np.array([[np.cos(a), 0, -np.sin(a)], [0, 1, 0], [np.sin(a), 0, np.cos(a)]])
+
+
+def turn_z(a):
+    return np.array([[np.cos(a), np.sin(a), 0], [-np.sin(a), np.cos(a), 0], [0, 0, 1]])
+
+
+def table_force(pitch, roll, errors):
+    """TP (113) with the table's errors put into the rotations themselves."""
+    e = {"pitch zero": 0.0, "roll zero": 0.0, "base tilt": 0.0, "squareness": 0.0, "droop": 0.0, **errors}
+    stands = pitch + e["pitch zero"] - e["droop"] * np.cos(pitch)
+    up = np.array([0.0, 0.0, -1.0])
+    return turn_x(roll + e["roll zero"]) @ turn_z(e["squareness"]) @ turn_y(stands) @ turn_x(e["base tilt"]) @ up
+
+
+@pytest.mark.parametrize("name", ["pitch zero", "roll zero", "base tilt", "squareness", "droop"])
+def test_what_a_table_error_does_is_the_derivative_of_the_rotations(name):
+    pitch, roll = np.random.default_rng(1).uniform(-3, 3, (2, 30))
+    h = 1e-30
+    numeric = np.array([table_force(p, r, {name: 1j * h}).imag / h for p, r in zip(pitch, roll, strict=True)])
+    np.testing.assert_allclose(_table_effects(pitch, roll, [name])[:, :, 0], numeric, atol=1e-14)
+
+
+def observe(rng, *, errors=None, teeth=None, mount=UPRIGHT, seat=(0.0, 0.0, 0.0), noise_arcsec=0.5, replications=3):
+    """Outputs of the package on a table whose errors are given in radians."""
+    pitch, roll = (g.ravel() for g in np.meshgrid(np.deg2rad(PITCH_DEG), np.deg2rad(ROLL_DEG), indexing="ij"))
+    pitch_teeth, roll_teeth = teeth or (np.zeros(PITCH_DEG.size), np.zeros(ROLL_DEG.size))
+    true_pitch = pitch + np.repeat(pitch_teeth, ROLL_DEG.size)
+    true_roll = roll + np.tile(roll_teeth, PITCH_DEG.size)
+    force = np.array([table_force(p, r, errors or {}) for p, r in zip(true_pitch, true_roll, strict=True)])
+    seated = turn_x(seat[0]) @ turn_y(seat[1]) @ turn_z(seat[2]) @ np.array(mount)
+    force = force @ seated.T
+    points, n = pitch.size, replications
+    outputs = {
+        axis: np.tile(b + force @ k, n) + rng.normal(0, noise_arcsec * ARCSEC * np.linalg.norm(k), n * points)
+        for axis, (b, k) in PACKAGE.items()
+    }
+    return Mounting(
+        Observations(
+            np.repeat(np.arange(n), points), np.tile(np.arange(points), n), np.tile(pitch, n), np.tile(roll, n), outputs
+        ),
+        mount,
+    )
+
+
+def draw_teeth(rng, limit_arcsec=1.0):
+    pitch, roll = (rng.uniform(-limit_arcsec, limit_arcsec, n) * ARCSEC for n in (PITCH_DEG.size, ROLL_DEG.size))
+    roll[-1] = roll[0]  # ±180° are one tooth
+    return pitch, roll
+
+
+TEETH = {"pitch_tooth_rad": ARCSEC / 3**0.5, "roll_tooth_rad": ARCSEC / 3**0.5}
+
+
+def test_without_noise_and_table_errors_the_package_comes_back():
+    fit = joint_fit([observe(np.random.default_rng(0), noise_arcsec=0.0)], "xyz", TablePriors(**TEETH))
+    for axis, (b, k) in PACKAGE.items():
+        np.testing.assert_allclose(fit.primary[axis], [b, *k], atol=1e-11)
+
+
+def test_without_priors_it_is_ordinary_least_squares():
+    mounting = observe(np.random.default_rng(1))
+    fit = joint_fit([mounting], "x", TablePriors())
+    o = mounting.observations
+    force = np.stack(
+        [np.sin(o.pitch_rad), -np.cos(o.pitch_rad) * np.sin(o.roll_rad), -np.cos(o.pitch_rad) * np.cos(o.roll_rad)], 1
+    )
+    basis = np.column_stack([np.ones(o.rows), force])
+    np.testing.assert_allclose(fit.primary["x"], np.linalg.lstsq(basis, o.outputs_v["x"], rcond=None)[0], atol=1e-12)
+
+
+def test_a_roll_zero_of_ten_arc_seconds_is_found_by_the_reversed_mount_and_only_by_it():
+    rng = np.random.default_rng(2)
+    errors, teeth = {"roll zero": 10 * ARCSEC}, draw_teeth(rng)
+    priors = TablePriors(**TEETH, roll_zero_rad=30 * ARCSEC, seat_rad=1 * ARCSEC)
+    once = observe(rng, errors=errors, teeth=teeth)
+    alone = joint_fit([once], "xyz", priors)
+    assert not alone.nuisance("roll zero").is_observed
+    assert any(
+        "roll zero: not observable" in sentence and "reversed mount" in sentence for sentence in alone.confounded
+    )
+    # the package's uncertainty holds what cannot be known: k_y of z turns with the roll zero
+    assert np.sqrt(alone.axis_covariance("z")[2, 2]) > 0.9 * 2.51 * 30 * ARCSEC
+    both = joint_fit([once, observe(rng, errors=errors, teeth=teeth, mount=REVERSED)], "xyz", priors)
+    found = both.nuisance("roll zero")
+    assert found.is_observed
+    assert found.standard_deviation_rad < 1.5 * ARCSEC
+    assert abs(found.estimate_rad - 10 * ARCSEC) < 3 * found.standard_deviation_rad
+    assert both.confounded == () or not any("roll zero" in s for s in both.confounded)
+    assert np.sqrt(both.axis_covariance("z")[2, 2]) < 0.1 * np.sqrt(alone.axis_covariance("z")[2, 2])
+
+
+@pytest.mark.parametrize("name", ["pitch zero", "base tilt", "squareness"])
+def test_errors_that_rolling_reverses_are_found_in_one_mount(name):
+    rng = np.random.default_rng(3)
+    field = {"pitch zero": "pitch_zero_rad", "base tilt": "base_tilt_rad", "squareness": "squareness_rad"}[name]
+    mounting = observe(rng, errors={name: 10 * ARCSEC}, teeth=draw_teeth(rng))
+    found = joint_fit([mounting], "xyz", TablePriors(**TEETH, **{field: 30 * ARCSEC})).nuisance(name)
+    assert found.is_observed
+    assert abs(found.estimate_rad - 10 * ARCSEC) < 3.5 * found.standard_deviation_rad
+
+
+@pytest.mark.parametrize("campaigns", [25, pytest.param(400, marks=pytest.mark.soak)])
+def test_intervals_cover_with_everything_wrong_at_once(campaigns):
+    rng, errors_in_sd = np.random.default_rng(4), []
+    widths = {"pitch zero": 5, "roll zero": 5, "base tilt": 5, "squareness": 3, "droop": 2}
+    priors = TablePriors(
+        **TEETH,
+        pitch_zero_rad=5 * ARCSEC,
+        roll_zero_rad=5 * ARCSEC,
+        base_tilt_rad=5 * ARCSEC,
+        squareness_rad=3 * ARCSEC,
+        droop_rad=2 * ARCSEC,
+        seat_rad=2 * ARCSEC,
+    )
+    for _ in range(campaigns):
+        errors = {name: rng.normal(0, width * ARCSEC) for name, width in widths.items()}
+        teeth, seat = draw_teeth(rng), rng.normal(0, 2 * ARCSEC, 3)
+        mountings = [
+            observe(rng, errors=errors, teeth=teeth),
+            observe(rng, errors=errors, teeth=teeth, mount=REVERSED, seat=seat),
+        ]
+        fit = joint_fit(mountings, "xyz", priors)
+        for axis, (b, k) in PACKAGE.items():
+            sd = np.sqrt(np.diag(fit.axis_covariance(axis)))
+            errors_in_sd.append((fit.primary[axis] - np.array([b, *k])) / sd)
+    z = np.array(errors_in_sd)
+    assert 0.85 < np.sqrt(np.mean(z**2)) < 1.15
+    assert 0.92 < np.mean(np.abs(z) < 1.96) < 0.98
+
+
+def test_the_joint_fit_is_sharper_than_axis_by_axis():
+    rng = np.random.default_rng(5)
+    mounting = observe(rng, teeth=draw_teeth(rng), noise_arcsec=0.2)
+    priors = TablePriors(**TEETH)
+    joint, alone = joint_fit([mounting], "xyz", priors), joint_fit([mounting], "x", priors)
+    assert np.trace(joint.axis_covariance("x")) < np.trace(alone.axis_covariance("x"))
+
+
+def test_errors_that_act_alike_are_named_together():
+    rng = np.random.default_rng(6)
+    priors = TablePriors(**TEETH, roll_zero_rad=10 * ARCSEC, seat_rad=10 * ARCSEC)
+    fit = joint_fit([observe(rng), observe(rng, mount=REVERSED)], "xyz", priors)
+    assert any("roll zero" in s and "seat 2 about x" in s and "apart" in s for s in fit.confounded)
+
+
+def test_one_roll_angle_only_is_refused_in_words():
+    o = observe(np.random.default_rng(7)).observations
+    flat = Observations(o.replication, o.point, o.pitch_rad, np.zeros_like(o.roll_rad), o.outputs_v)
+    with pytest.raises(DesignError, match="add pitch and roll angles"):
+        joint_fit([Mounting(flat)], "xyz", TablePriors())
