@@ -25,7 +25,7 @@ from ams.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.solve.derived import DerivedParameters, derive
 from ams.solve.gauss_newton import Convergence, gauss_newton
 from ams.solve.layout import Layout, layout_of
-from ams.solve.linear_form import LinearForm, condition_number, factor
+from ams.solve.linear_form import LinearForm, factor
 from ams.solve.mixed_model import MixedEstimate, estimate
 from ams.solve.result import AxisCalibration, Calibration, Replication, VarianceComponent
 from ams.solve.standing import standing_rows
@@ -49,12 +49,14 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         SolveError: the iteration of a nonlinear model did not converge.
     """
     refuse_unusable(observations, request)
-    layout_of(observations)
+    layout = layout_of(observations)
     labels = tuple(request.axes_of(observations))
     base = base_model(labels[0], observations, request)
-    kept, left_out = standing_rows(observations, base)
-    rows = select_rows(observations, kept)
-    layout = layout_of(rows)
+    kept, left_out = standing_rows(observations, layout, base)
+    rows = observations
+    if left_out:
+        rows = select_rows(observations, kept)
+        layout = layout_of(rows)
     weights = None if request.weights is None else request.weights[kept] / request.weights[kept].mean()
     forms: dict[Hashable, LinearForm] = {}
     axes = {}
@@ -284,7 +286,7 @@ def _replication(
 
 def _notes(problem: _Linearised, mixed: MixedEstimate) -> Mapping[str, object]:
     notes: dict[str, object] = {
-        "condition_number": condition_number(problem.form.basis),
+        "condition_number": problem.form.condition_number,
         "precision_variance_v2": mixed.precision_variance,
         "lack_of_fit_variance_v2": mixed.lack_of_fit_variance,
     }
@@ -300,7 +302,7 @@ def _axis_warnings(
     for name, reason in derived.undetermined.items():
         reasons.setdefault(reason, []).append(name)
     warnings = [f"axis {label}: {' and '.join(names)} null: {reason}" for reason, names in reasons.items()]
-    condition = condition_number(problem.form.basis)
+    condition = problem.form.condition_number
     if condition > _LARGE_CONDITION:
         warnings.append(
             f"axis {label}: the points tell the parameters apart poorly (condition number {condition:.3g}): "

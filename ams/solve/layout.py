@@ -78,19 +78,25 @@ def layout_of(observations: Observations) -> Layout:
     """
     if observations.rows == 0:
         raise ObservationsError(f"{observations.source}: no rows: nothing to solve; measure at least one replication")
-    replication_labels, replication = np.unique(observations.replication, return_inverse=True)
-    point_labels, point = np.unique(observations.point, return_inverse=True)
+    replication_labels, replication = _indexed(observations.replication)
+    point_labels, point = _indexed(observations.point)
     pair = replication * point_labels.size + point
-    if np.unique(pair).size != pair.size:
-        twice = int(pair[np.flatnonzero(np.bincount(pair)[pair] > 1)[0]])
+    readings = np.bincount(pair)
+    if readings.max() > 1:
+        twice = int(pair[np.flatnonzero(readings[pair] > 1)[0]])
         raise ObservationsError(
             f"{observations.source}: replication {replication_labels[twice // point_labels.size]}, "
             f"point {point_labels[twice % point_labels.size]} stands more than once; allowed once; "
             "nothing was solved; remove the repeated row or give it a point label of its own"
         )
-    return Layout(
-        replication.astype(np.int64),
-        point.astype(np.int64),
-        tuple(int(label) for label in replication_labels),
-        tuple(int(label) for label in point_labels),
-    )
+    return Layout(replication, point, tuple(replication_labels.tolist()), tuple(point_labels.tolist()))
+
+
+def _indexed(labels: IntArray) -> tuple[IntArray, IntArray]:
+    """Sorted distinct labels, and the place of every label among them."""
+    low, span = int(labels.min()), int(labels.max()) - int(labels.min()) + 1
+    if span > 16 * labels.size:
+        distinct, place = np.unique(labels, return_inverse=True)
+        return distinct.astype(np.int64), place.astype(np.int64)
+    present = np.bincount(labels - low, minlength=span) > 0
+    return np.flatnonzero(present) + low, (np.cumsum(present) - 1)[labels - low]

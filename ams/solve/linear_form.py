@@ -6,6 +6,7 @@ every right-hand side. Source: TP (43) to (50) with a gradient that does not dep
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,14 @@ class LinearForm:
     unscaled_covariance: FloatArray
     """(P, P) R⁻¹ of TP (50): covariance for rows of unit variance (and unit weight)."""
 
+    @cached_property
+    def condition_number(self) -> float:
+        """Of the basis with its columns scaled to unit length: how much the points amplify an error."""
+        root = np.ones(1) if self.weights is None else np.sqrt(self.weights)
+        length = np.linalg.norm(root[:, None] * self.basis, axis=0)
+        eigenvalues = np.linalg.eigvalsh(self.unscaled_covariance * np.outer(length, length))
+        return float(np.sqrt(eigenvalues[-1] / eigenvalues[0]))
+
     def solve(self, outputs: FloatArray) -> FloatArray:
         """Estimate from (N,) or (N, m) outputs; refined once, so that rounding stays at that of the data."""
         first = self.estimator @ outputs
@@ -60,12 +69,6 @@ def factor(
     inverse = np.linalg.inv(r)
     estimator = inverse @ q.T
     return LinearForm(basis, weights, estimator if root is None else estimator * root.T, inverse @ inverse.T)
-
-
-def condition_number(basis: FloatArray) -> float:
-    """Of the basis with its columns scaled to unit length: how much the points amplify an error."""
-    scaled = basis / np.linalg.norm(basis, axis=0)
-    return float(np.linalg.cond(scaled))
 
 
 def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> None:

@@ -6,20 +6,21 @@ from numpy.typing import NDArray
 from ams.models.model import Model, Stimulus
 from ams.observations import Observations
 from ams.request import select_rows
+from ams.solve.layout import Layout
 
 BoolArray = NDArray[np.bool_]
 
 
-def standing_rows(observations: Observations, model: Model) -> tuple[BoolArray, tuple[str, ...]]:
+def standing_rows(observations: Observations, layout: Layout, model: Model) -> tuple[BoolArray, tuple[str, ...]]:
     """(N,) rows of the replications that can be solved alone, and a warning for each replication that is left out.
 
     Where no replication stands alone every row is kept: then nothing is to be said about replication anyway.
     """
-    labels = np.unique(observations.replication)
+    labels = layout.replication_labels
     everything: BoolArray = np.ones(observations.rows, dtype=bool)
-    if labels.size == 1 or model.basis_key is None:
+    if layout.is_complete or len(labels) == 1 or model.basis_key is None:
         return everything, ()
-    largest = max(int(np.sum(observations.replication == label)) for label in labels)
+    largest = int(np.bincount(layout.replication).max())
     kept, warnings = everything.copy(), []
     for label in labels:
         here = observations.replication == label

@@ -84,7 +84,8 @@ def contrast_square(sums: ReplicatedSums, direction: FloatArray) -> float:
     """Sum of squares of one direction's contrasts between replications, in units of the variance of a row."""
     contrasts = sums.contrasts[..., 0] @ direction
     covariance = np.einsum("i,risj,j->rs", direction, sums.contrast_covariance, direction)
-    return float(contrasts @ np.linalg.pinv(covariance, rcond=1e-9, hermitian=True) @ contrasts)
+    covariance += np.trace(covariance) / contrasts.size**2  # the null vector, all ones, that contrasts do not touch
+    return float(contrasts @ np.linalg.solve(covariance, contrasts))
 
 
 def _with_all(tp: TpReplication, names: Mapping[str, FloatArray]) -> TpReplication:
