@@ -123,8 +123,11 @@ def test_errors_that_rolling_reverses_are_found_in_one_mount(name):
     assert abs(found.estimate_rad - 10 * ARCSEC) < 3.5 * found.standard_deviation_rad
 
 
-@pytest.mark.parametrize("campaigns", [25, pytest.param(400, marks=pytest.mark.soak)])
-def test_intervals_cover_with_everything_wrong_at_once(campaigns):
+# The errors of one campaign hang together, so 25 campaigns say less than their 300 parameters suggest.
+@pytest.mark.parametrize(
+    ("campaigns", "rms", "cover"), [(25, 0.3, 0.06), pytest.param(400, 0.08, 0.02, marks=pytest.mark.soak)]
+)
+def test_intervals_cover_with_everything_wrong_at_once(campaigns, rms, cover):
     rng, errors_in_sd = np.random.default_rng(4), []
     widths = {"pitch zero": 5, "roll zero": 5, "base tilt": 5, "squareness": 3, "droop": 2}
     priors = TablePriors(
@@ -148,8 +151,8 @@ def test_intervals_cover_with_everything_wrong_at_once(campaigns):
             sd = np.sqrt(np.diag(fit.axis_covariance(axis)))
             errors_in_sd.append((fit.primary[axis] - np.array([b, *k])) / sd)
     z = np.array(errors_in_sd)
-    assert 0.85 < np.sqrt(np.mean(z**2)) < 1.15
-    assert 0.92 < np.mean(np.abs(z) < 1.96) < 0.98
+    assert np.sqrt(np.mean(z**2)) == pytest.approx(1.0, abs=rms)
+    assert np.mean(np.abs(z) < 1.96) == pytest.approx(0.95, abs=cover)
 
 
 def test_the_joint_fit_is_sharper_than_axis_by_axis():
