@@ -35,8 +35,7 @@ class Hp3488aScanner:
     def identify(self) -> str:
         """Identity and the card in every slot that is used. Raises: DeviceSilent, DeviceNonsense."""
         identity = self._bus.ask(self._address, b"ID?", wire.parse_identity, idempotent=True)
-        slots = sorted({wire.slot_of(channel) for channel in self._channels})
-        return ", ".join([identity, *(f"{self._card(slot)} in slot {slot}" for slot in slots)])
+        return ", ".join([identity, *(f"{card} in slot {slot}" for slot, card in self._cards().items())])
 
     def prepare(self, wait: Wait) -> None:
         """Open all relays and see them open. Raises: DeviceFault, DeviceRefused, DeviceSilent, DeviceNonsense."""
@@ -45,6 +44,7 @@ class Hp3488aScanner:
         self._settle(wait)
         self._bus.ask(self._address, b"ERROR", wire.parse_errors, idempotent=False)
         self._bus.ask(self._address, b"ID?", wire.parse_identity, idempotent=True)
+        self._require_cards()
         for channel in self._channels:
             self._require(channel, closed=False)
         self._require_no_error("prepare")
@@ -113,8 +113,23 @@ class Hp3488aScanner:
                 " check that the channels of the rig file exist on its cards"
             )
 
-    def _card(self, slot: int) -> str:
-        return self._bus.ask(self._address, wire.card_type(slot), wire.parse_card_type, idempotent=True)
+    def _require_cards(self) -> None:
+        """A channel that no card has answers nothing at all: say which, before it is waited for."""
+        cards = self._cards()
+        for channel in self._channels:
+            slot = wire.slot_of(channel)
+            if not wire.has_channel(cards[slot], channel):
+                raise DeviceRefused(
+                    f"{self.name}: scanner channel {channel}: card {cards[slot]} in slot {slot} has no such channel"
+                    f" (allowed: channels of {', '.join(wire.SWITCHED_BY)}); all relays are open; correct the rig file"
+                )
+
+    def _cards(self) -> dict[int, str]:
+        """Model of the card in every slot that is used."""
+        return {
+            slot: self._bus.ask(self._address, wire.card_type(slot), wire.parse_card_type, idempotent=True)
+            for slot in sorted({wire.slot_of(channel) for channel in self._channels})
+        }
 
 
 def _word(is_closed: bool) -> str:

@@ -13,7 +13,6 @@ RELAY_S = 0.006
 MOVING = ("CLOSE", "OPEN", "CRESET")
 
 _COMMAND = re.compile(r"([A-Z]+\??) *([\d, ]*)")
-_CHANNELS: Mapping[str, frozenset[int]] = {"44470": frozenset(range(10)), "44471": frozenset(range(10))}
 
 
 class Hp3488aTwin:
@@ -120,7 +119,7 @@ class Hp3488aTwin:
         return numbers
 
     def _exists(self, channel: int) -> bool:
-        return channel % 100 in _CHANNELS.get(self._cards.get(wire.slot_of(channel), ""), frozenset())
+        return wire.has_channel(self._cards.get(wire.slot_of(channel), ""), channel)
 
     def _say(self, text: bytes) -> None:
         self._reply = text + b"\r\n"

@@ -33,6 +33,14 @@ class Status(IntFlag):
 ERRORS: Mapping[int, str] = {1: "syntax", 2: "execution", 4: "trigger too fast", 8: "logic", 16: "power"}
 """Bit of the answer to ``ERROR`` to its meaning; asking clears."""
 
+_DECADE = frozenset(range(10))
+SWITCHED_BY: Mapping[str, frozenset[int]] = {
+    "44470": _DECADE,  # multiplexer
+    "44471": _DECADE,  # relays; 44476 and 44477 name themselves so, too
+    "44472": frozenset((0, 1, 2, 3, 10, 11, 12, 13)),  # VHF switch
+}
+"""Card to the channels (without the slot) that can connect an input to the meter."""
+
 _VIEW = re.compile(rb"(?:(CLOSED) {1,3}0|OPEN {1,3}1) *")
 _CARD = re.compile(rb"[ -~]{11}([0-9]{5})[ -~]*")
 _NUMBER = re.compile(rb" *[+-]?\d{1,5} *")
@@ -56,6 +64,11 @@ def card_type(slot: int) -> bytes:
 
 def slot_of(channel: int) -> int:
     return channel // 100
+
+
+def has_channel(card: str, channel: int) -> bool:
+    """Whether a card of that model has the channel (slot and two digits)."""
+    return channel % 100 in SWITCHED_BY.get(card, frozenset())
 
 
 def parse_identity(line: bytes) -> str:
