@@ -14,8 +14,10 @@ from pydantic import BaseModel, Field, ValidationError, create_model, field_vali
 
 from rig.drivers import Ability, settings_classes
 from rig.errors import DescriptionError
+from rig.references import complaints_about_references
 from rig.settings import TWIN_PORT, AxisSettings, EnvironmentSettings, NotNegative, Positive, ReadoutSettings
-from rig.toml_file import StrictTable, TomlFile, as_tuple, read_toml
+from rig.toml_file import StrictTable, as_tuple, read_toml
+from rig.wire.table_dialect import dialect_name
 
 SENSOR_AXES = ("x", "y", "z")
 PACKAGES = {"single-axis package": 1, "two-axis package": 2, "three-axis package": 3}
@@ -281,10 +283,10 @@ def read_rig(path: Path) -> RigDescription:
     """Read and check a rig file. Raises: DescriptionError naming file, line and key of every mistake."""
     file = read_toml(path)
     description = file.validate(_file_model())
-    complaints = list(_cross_check(file, description))
+    complaints = list(complaints_about_references(file, description))
     if complaints:
         raise type(file.error((), ""))("\n".join(complaints))
-    return description
+    return description.model_copy(update={"axes": _dialects_found(description.axes, path.parent)})
 
 
 def _file_model() -> type[RigDescription]:
@@ -302,80 +304,14 @@ def _driver_table(ability: Ability) -> Any:
     return Annotated[reduce(or_, classes), Field(discriminator="driver")] if len(classes) > 1 else classes[0]
 
 
-def _cross_check(file: TomlFile, rig: RigDescription) -> Iterable[str]:
-    """What no single table can know: references between tables."""
-    channels = {f"{name}.{channel}" for name, readout in rig.readouts.items() for channel in readout.channel_names()}
-    yield from _unknown_channels(file, rig, channels)
-    yield from _unknown_standards(file, rig)
-    yield from _axis_twice(file, rig)
-    if rig.uses_twins:
-        yield from _missing_truth(file, rig)
-    if not rig.uses_twins and rig.twin is not None and rig.twin.control is None:
-        yield file.complaint(
-            ("twin",), 'stands there, but no port says "twin" and no control address is given; remove it'
-        )
-
-
-def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str]) -> Iterable[str]:
-    allowed = ", ".join(sorted(known))
-    taken: dict[str, str] = {}
-    for serial, sensor in rig.sensors.items():
-        for axis, channel in sensor.channels.items():
-            key = ("sensors", serial, "channels", axis)
-            if channel not in known:
-                yield file.complaint(key, f"no channel {channel!r} (allowed: {allowed})")
-            elif channel in taken:
-                yield file.complaint(key, f"channel {channel!r} already belongs to {taken[channel]}")
-            taken[channel] = f"{serial}.{axis}"
-        if sensor.temperature and sensor.temperature.channel not in known:
-            yield file.complaint(
-                ("sensors", serial, "temperature"), f"no channel {sensor.temperature.channel!r} (allowed: {allowed})"
-            )
-    for channel, chain in rig.chain.items():
-        if channel not in known:
-            yield file.complaint(("chain", channel), f"no channel {channel!r} (allowed: {allowed})")
-        if chain.supply_channel is not None and chain.supply_channel not in known:
-            yield file.complaint(
-                ("chain", channel, "supply_channel"), f"no channel {chain.supply_channel!r} (allowed: {allowed})"
-            )
-
-
-def _unknown_standards(file: TomlFile, rig: RigDescription) -> Iterable[str]:
-    tables: list[tuple[tuple[str, str], str | None]] = [
-        *((("axes", name), axis.standard) for name, axis in rig.axes.items()),
-        *((("readouts", name), readout.standard) for name, readout in rig.readouts.items()),
-        *((("environment", name), chamber.standard) for name, chamber in rig.environment.items()),
-        *((("chain", name), chain.standard) for name, chain in rig.chain.items()),
-    ]
-    for key, standard in tables:
-        if standard is not None and standard not in rig.standards:
-            known = ", ".join(rig.standards) or "none is declared"
-            yield file.complaint((*key, "standard"), f"no standard {standard!r} (allowed: {known})")
-
-
-def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
-    """Two axes of one controller need two numbers; two twins without numbers are two controllers."""
-    taken: dict[tuple[str, str, int], str] = {}
-    for name, axis in rig.axes.items():
-        address = (axis.driver, axis.port, axis.axis)
-        if axis.port != TWIN_PORT and address in taken:
-            yield file.complaint(("axes", name, "axis"), f"axis {axis.axis} at {axis.port} is already {taken[address]}")
-        taken[address] = name
-
-
-def _missing_truth(file: TomlFile, rig: RigDescription) -> Iterable[str]:
-    if rig.twin is None:
-        yield file.complaint((), 'a port says "twin", so a [twin] table with [twin.truth.SENSOR.AXIS] is needed')
-        return
-    for serial, sensor in rig.sensors.items():
-        for axis in sensor.channels:
-            if axis not in rig.twin.truth.get(serial, {}):
-                yield file.complaint(
-                    ("twin",), f"[twin.truth.{serial}.{axis}] is missing; the twin needs the sensor's truth"
-                )
-    for serial in rig.twin.truth:
-        if serial not in rig.sensors:
-            yield file.complaint(("twin", "truth", serial), f"no sensor {serial!r} (allowed: {', '.join(rig.sensors)})")
+def _dialects_found(axes: dict[str, AxisSettings], folder: Path) -> dict[str, AxisSettings]:
+    """A dialect file is named relative to the rig file."""
+    return {
+        name: axis.model_copy(update={"dialect": dialect_name(dialect, folder)})
+        if (dialect := getattr(axis, "dialect", None))
+        else axis
+        for name, axis in axes.items()
+    }
 
 
 def _is_twin(device: BaseModel) -> bool:

@@ -114,6 +114,11 @@ def load_dialect(name: str | None, increment_deg: float) -> Dialect:
     return max(fitting, key=lambda dialect: dialect.increment_deg)
 
 
+def dialect_name(text: str, folder: Path) -> str:
+    """What a file in ``folder`` means by ``text``: a shipped dialect, or a path relative to that folder."""
+    return text if text in shipped_dialects() else str(folder / text)
+
+
 def shipped_dialects() -> dict[str, Dialect]:
     """The dialects that come with calrig, by name."""
     with as_file(files("rig") / "dialects") as folder:
