@@ -1,9 +1,15 @@
 """Laws of the chamber's twin. Frames: wire facts, section 4 (computed from the Modbus rule, two seen on the wire)."""
 
+from collections.abc import Callable
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pymodbus import FramerType
+from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
+from rig.clock import Clock, SystemClock
+from rig.twins.servers import TwinServer, serve_pty, serve_tcp
 from rig.twins.watlow_f4 import WatlowF4Twin
 
 FRAMES = {
@@ -78,3 +84,24 @@ def test_rubbish_changes_nothing(rubbish: bytes) -> None:
     _answer(twin, rubbish)
     assert room.held_degc == []
     assert _answer(twin, bytes.fromhex("01 03 00 64 00 01 C5 D5"), 60.0) == bytes.fromhex("01 03 02 00 FD 79 C5")
+
+
+@pytest.mark.parametrize("serve", [serve_tcp, serve_pty], ids=["tcp", "pty"])
+def test_another_peoples_client_reads_and_writes_it(serve: Callable[[WatlowF4Twin, Clock], TwinServer]) -> None:
+    """pymodbus' own synchronous client, RTU frames."""
+    room = Room()
+    with serve(WatlowF4Twin("air", room), SystemClock()) as server, _pymodbus_client(server.address) as client:
+        assert client.read_holding_registers(100, count=1, device_id=1).registers == [253]
+        assert client.read_holding_registers(606, count=1, device_id=1).registers == [1]
+        assert not client.write_register(300, 0xFF33, device_id=1).isError()
+        assert not client.write_registers(300, [255], device_id=1).isError()
+        assert client.read_holding_registers(1, count=1, device_id=1).exception_code == 2
+        assert client.write_register(300, 5000, device_id=1).exception_code == 3
+    assert room.held_degc == [-20.5, 25.5]
+
+
+def _pymodbus_client(address: str) -> ModbusTcpClient | ModbusSerialClient:
+    if address.startswith("socket://"):
+        host, port = address.removeprefix("socket://").split(":")
+        return ModbusTcpClient(host, port=int(port), framer=FramerType.RTU, retries=0)
+    return ModbusSerialClient(address, framer=FramerType.RTU, baudrate=9600, retries=0)
