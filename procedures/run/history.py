@@ -20,8 +20,10 @@ class History:
     dwells: tuple[DwellRecord, ...]
     epoch: int
     """Of the process that begins now, 1-based."""
+    first_check_epoch: int | None
+    """The first whose check set was finished; None where there is none."""
     baseline_epoch: int | None
-    """Whose check set later ones are compared with; None where no check set was finished."""
+    """Whose check set later ones are compared with: the first, or one whose seam a person accepted."""
 
     @property
     def accepted_steps(self) -> frozenset[int]:
@@ -43,14 +45,13 @@ class History:
 
     def attempts(self, step: int) -> int:
         """Judged attempts of a step so far, outside the check set."""
-        return max(
-            (dwell.attempt for dwell in self.dwells if dwell.step == step and dwell.purpose != "check"), default=0
-        )
+        judged = (dwell.attempt for dwell in self.dwells if dwell.step == step and dwell.purpose != "check")
+        return max(judged, default=0)
 
     @property
     def measured_once(self) -> tuple[DwellRecord, ...]:
         """Accepted dwells as an uninterrupted run has them: of the check sets only the first whole one."""
-        first = next((epoch for epoch in range(1, self.epoch) if self._is_whole(epoch)), None)
+        first = self.first_check_epoch
         return tuple(
             dwell for dwell in self.dwells if dwell.accepted and (dwell.purpose != "check" or dwell.epoch == first)
         )
@@ -62,10 +63,6 @@ class History:
             reference.learn(dwell.readings)
         return reference
 
-    def _is_whole(self, epoch: int) -> bool:
-        """A design or reference dwell of an epoch is taken only when its check set was finished."""
-        return any(dwell.epoch == epoch and dwell.purpose != "check" for dwell in self.dwells)
-
 
 def history_of(
     dwells: Iterable[DwellRecord], epochs_opened: int, plan: Plan, accepted_break: int | None = None
@@ -74,12 +71,10 @@ def history_of(
     then on."""
     found = tuple(dwells)
     wanted = {dwell.step for dwell in plan.check_set}
-    bare = History(found, epochs_opened + 1, None)
+    bare = History(found, epochs_opened + 1, None, None)
     whole = [epoch for epoch in range(1, epochs_opened + 1) if wanted and wanted <= bare.check_set(epoch).keys()]
-    baseline = next(iter(whole), None)
-    if accepted_break is not None and accepted_break in whole:
-        baseline = accepted_break
-    return History(found, epochs_opened + 1, baseline)
+    first = next(iter(whole), None)
+    return History(found, epochs_opened + 1, first, accepted_break if accepted_break in whole else first)
 
 
 def agenda(steps: Sequence[Step], accepted: frozenset[int]) -> tuple[Step, ...]:
@@ -87,12 +82,11 @@ def agenda(steps: Sequence[Step], accepted: frozenset[int]) -> tuple[Step, ...]:
 
     A later soak is kept only where a dwell follows it before the next one. Nothing left is an empty agenda.
     """
-    missing = [
-        step for step in steps if isinstance(step, Dwell) and step.purpose != "check" and step.step not in accepted
-    ]
+    dwells = [step for step in steps if isinstance(step, Dwell)]
+    missing = [dwell for dwell in dwells if dwell.purpose != "check" and dwell.step not in accepted]
     if not missing:
         return ()
-    checks = [step for step in steps if isinstance(step, Dwell) and step.purpose == "check"]
+    checks = [dwell for dwell in dwells if dwell.purpose == "check"]
     soaks = [step for step in steps if isinstance(step, Soak)]
     left: list[Step] = []
     for index, dwell in enumerate(missing):

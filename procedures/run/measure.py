@@ -73,18 +73,18 @@ def look(rig: OpenRig, axes: Mapping[str, object]) -> Look:
 
 
 def _settle(rig: OpenRig, plan: Plan, wait: Wait) -> Settled:
-    readout, channel = _readout(rig, plan.settle_channel)
-    return settle(readout, channel, plan.dwell.settle, plan.dwell.settle_nplc, rig.clock, wait)
+    channel = plan.settle_channel
+    settings = plan.dwell
+    return settle(_readout(rig, channel), channel, settings.settle, settings.settle_nplc, rig.clock, wait)
 
 
-def _read(rig: OpenRig, full_name: str, samples: int, wait: Wait) -> ChannelReading:
-    readout, channel = _readout(rig, full_name)
-    burst = readout.read(channel, samples, wait)
+def _read(rig: OpenRig, channel: str, samples: int, wait: Wait) -> ChannelReading:
+    burst = _readout(rig, channel).read(channel, samples, wait)
     values_v = burst.values_v.copy()
     values_v[burst.overload] = float("nan")
-    return ChannelReading(full_name, values_v, burst.started_s, burst.interval_s)
+    return ChannelReading(channel, values_v, burst.started_s, burst.interval_s)
 
 
-def _readout(rig: OpenRig, full_name: str) -> tuple[Readout, str]:
-    readout, _, channel = full_name.partition(".")
-    return rig.readouts[readout], channel
+def _readout(rig: OpenRig, channel: str) -> Readout:
+    """The instrument behind a full channel name, ``readout.channel``."""
+    return rig.readouts[channel.partition(".")[0]]

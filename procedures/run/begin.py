@@ -1,0 +1,47 @@
+"""Begin a new run: its folder gets an owner, a journal and the plan as a file, then the engine works."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from procedures.plan.plan import Plan
+from procedures.run.ending import Outcome
+from procedures.run.engine import Start, run
+from procedures.run.header import RunHeader
+from procedures.run.journal import Journal
+from procedures.run.measure import OpenRig
+from procedures.run.owner import owning
+from procedures.run.progress import RunObserver
+from procedures.run.spool import Spool
+from procedures.run.storage import JOURNAL_FILE
+from rig.clock import Clock
+from rig.description import RigDescription
+
+
+def begin(
+    run_dir: Path,
+    header: RunHeader,
+    plan: Plan,
+    rig: OpenRig,
+    observer: RunObserver | None = None,
+    idle_clock: Clock | None = None,
+) -> Outcome:
+    """Run ``plan`` on an open rig in a new folder. Raises: RequestError, JournalError, StorageFailed before the first
+    move; a defect of ours after the safe stop."""
+    from ams.sets.whole_file import write_whole
+
+    with owning(run_dir, idle_clock):
+        journal = Journal.create(run_dir / JOURNAL_FILE, header, rig.clock)
+        write_whole(run_dir / "plan.json", (header.plan_json + "\n").encode("utf-8"))
+        return run(plan, rig, journal, Spool(run_dir), Start(header.operator), None, observer, idle_clock)
+
+
+def rehearse(
+    run_dir: Path, header: RunHeader, plan: Plan, description: RigDescription, observer: RunObserver | None = None
+) -> Outcome:
+    """The same run on twins of that very rig, in virtual time. Raises as :func:`begin`, and DescriptionError."""
+    from rig.assembly import open_rig
+
+    twins = description.all_on_twins()
+    rehearsed = replace(header, is_simulated=True, is_rehearsal=True, rig_json=twins.model_dump_json())
+    with open_rig(twins, purpose="rehearsal") as rig:
+        return begin(run_dir, rehearsed, plan, rig, observer)

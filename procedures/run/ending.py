@@ -1,0 +1,40 @@
+"""How a run ends, and what leads to each end."""
+
+from dataclasses import dataclass
+
+from procedures.errors import ExitStatus
+from procedures.run.states import EXIT_STATUS, State
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """The state a run is to be left in and why."""
+
+    state: State
+    reason: str = ""
+    by: str = ""
+    cause: str = ""
+    """A word that resume understands, such as ``seam``; empty otherwise."""
+
+
+class RunEnds(Exception):
+    """Leaves the work at a safe place with the ending that was decided."""
+
+    def __init__(self, ending: Ending) -> None:
+        super().__init__(ending.reason)
+        self.ending = ending
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a run came to."""
+
+    state: State
+    reason: str
+    dwells_done: int
+    """Accepted design dwells."""
+    dwells_planned: int
+
+    @property
+    def exit_status(self) -> ExitStatus:
+        return EXIT_STATUS[self.state]

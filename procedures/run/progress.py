@@ -1,0 +1,126 @@
+"""How far a run is, told to whoever draws it: a Rich bar in a terminal, plain lines elsewhere."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Protocol, TextIO
+
+from procedures.run.states import State
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """One moment of a run."""
+
+    event: str
+    """``state``, ``dwell``, ``rejected``, ``void``, ``soak`` or ``check``."""
+    state: State
+    dwells_done: int
+    """Accepted design dwells."""
+    dwells_planned: int
+    replication: int
+    replications: int
+    rate_per_min: float | None
+    """Design dwells a minute of rig time in this epoch; None before the first."""
+    eta_utc: datetime | None
+    message: str
+
+
+class RunObserver(Protocol):
+    """Is told everything worth drawing, in the engine's thread: be quick, and never raise."""
+
+    def on_event(self, progress: Progress) -> None: ...
+
+
+class SilentObserver:
+    """Draws nothing."""
+
+    def on_event(self, progress: Progress) -> None:  # noqa: ARG002  the signature of the ability
+        return None
+
+
+@dataclass(slots=True)
+class Pace:
+    """Rate and end from the time measured in this epoch, blended with the time planned."""
+
+    planned_s: float
+    """Seconds a design dwell by the plan."""
+    started_s: float
+    weight: float = 5.0
+    """So many dwells of the plan's rate count beside those measured."""
+    done: int = 0
+
+    def rate_per_min(self, now_s: float) -> float | None:
+        elapsed_s = now_s - self.started_s
+        return 60.0 * self.done / elapsed_s if self.done and elapsed_s > 0.0 else None
+
+    def remaining(self, left: int, now_s: float) -> timedelta:
+        elapsed_s = now_s - self.started_s
+        each_s = (self.weight * self.planned_s + elapsed_s) / (self.weight + self.done)
+        return timedelta(seconds=left * each_s)
+
+
+class PlainLines:
+    """One line a state, a rejection, and a twentieth of the run."""
+
+    def __init__(self, write: Callable[[str], None], parts: int = 20) -> None:
+        self._write = write
+        self._parts = parts
+        self._told = -1
+
+    def on_event(self, progress: Progress) -> None:
+        part = self._parts * progress.dwells_done // max(progress.dwells_planned, 1)
+        if progress.event == "dwell" and part == self._told:
+            return
+        if progress.event == "dwell":
+            self._told = part
+        self._write(line_of(progress))
+
+
+def line_of(progress: Progress) -> str:
+    """``running 120/1482 · replication 1 of 6 · 7.4 dwells/min · ends 2026-03-01 04:12 UTC · message``."""
+    parts = [f"{progress.state} {progress.dwells_done}/{progress.dwells_planned}"]
+    if progress.replication:
+        parts.append(f"replication {progress.replication} of {progress.replications}")
+    if progress.rate_per_min is not None:
+        parts.append(f"{progress.rate_per_min:.3g} dwells/min")
+    if progress.eta_utc is not None and progress.state is State.RUNNING:
+        parts.append(f"ends {progress.eta_utc:%Y-%m-%d %H:%M} UTC")
+    return " · ".join([*parts, progress.message] if progress.message else parts)
+
+
+@contextmanager
+def shown_on(stream: TextIO) -> Iterator[RunObserver]:
+    """An observer that draws on ``stream``: a live bar where it is a terminal, plain lines otherwise."""
+    if not stream.isatty():
+        yield PlainLines(lambda line: print(line, file=stream, flush=True))
+        return
+    with _bar_on(stream) as observer:
+        yield observer
+
+
+@contextmanager
+def _bar_on(stream: TextIO) -> Iterator[RunObserver]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[told]}"))
+    with Bar(*columns, TimeElapsedColumn(), console=Console(file=stream), refresh_per_second=5) as bar:
+        task = bar.add_task("planned", total=None, told="")
+
+        class Drawn:
+            def on_event(self, progress: Progress) -> None:
+                told = line_of(progress).partition(" · ")[2]
+                bar.update(
+                    task,
+                    description=str(progress.state),
+                    total=progress.dwells_planned,
+                    completed=progress.dwells_done,
+                    told="" if progress.event in ("rejected", "void") else told,
+                )
+                if progress.event in ("rejected", "void"):
+                    bar.console.print(progress.message, markup=False, highlight=False)
+
+        yield Drawn()

@@ -1,0 +1,77 @@
+"""The engine's pen: the state of the run, its audit trail, and what observers are told, always in step."""
+
+from collections.abc import Mapping
+
+from procedures.run.journal import Journal
+from procedures.run.progress import Pace, Progress, RunObserver
+from procedures.run.records import DwellRecord
+from procedures.run.spool import Taken
+from procedures.run.states import State, require_transition
+from rig.clock import Clock
+
+
+class Trail:
+    """Writes to the journal first and tells the observer afterwards."""
+
+    def __init__(
+        self, journal: Journal, clock: Clock, observer: RunObserver, state: State, counts: tuple[int, int, int]
+    ) -> None:
+        self._journal = journal
+        self._clock = clock
+        self._observer = observer
+        self.state = state
+        self.dwells_done, self.dwells_planned, self._replications = counts
+        self._replication = 0
+        self._pace: Pace | None = None
+
+    def enter(self, state: State, reason: str = "", by: str = "", cause: str = "") -> None:
+        """Go to another state. Raises: RequestError where the table does not allow it."""
+        require_transition(self.state, state)
+        detail = {"from": self.state, "to": state, "by": by, "reason": reason}
+        self.event("state", detail | ({"cause": cause} if cause else {}))
+        self.state = state
+        self.tell("state", reason)
+
+    def event(self, kind: str, detail: Mapping[str, object]) -> None:
+        """One line of the audit trail."""
+        self._journal.append_event(kind, detail, self._clock)
+
+    def request(self, taken: Taken) -> None:
+        """A request that was taken; a note is an event of its own."""
+        note = taken.request if taken.request is not None and taken.request.kind == "note" else None
+        if note is None:
+            self.event("request", taken.detail())
+        else:
+            self.event("note", {"by": note.by, "text": note.text, "at_utc": note.at_utc})
+
+    def commit(self, record: DwellRecord) -> DwellRecord:
+        """Store a judged dwell and tell of it."""
+        stored = self._journal.commit_dwell(record, self._clock)
+        counts = stored.accepted and stored.purpose == "design"
+        self.dwells_done += counts
+        self._replication = stored.replication or self._replication
+        if self._pace is not None:
+            self._pace.done += counts
+        self.tell("dwell" if stored.accepted else "rejected", "; ".join(stored.reasons))
+        return stored
+
+    def begin_pace(self, planned_s: float) -> None:
+        """Count the rate from now on; ``planned_s`` a design dwell by the plan."""
+        self._pace = Pace(planned_s, self._clock.monotonic_s())
+
+    def tell(self, event: str, message: str) -> None:
+        now_s, pace = self._clock.monotonic_s(), self._pace
+        left = self.dwells_planned - self.dwells_done
+        self._observer.on_event(
+            Progress(
+                event=event,
+                state=self.state,
+                dwells_done=self.dwells_done,
+                dwells_planned=self.dwells_planned,
+                replication=self._replication,
+                replications=self._replications,
+                rate_per_min=None if pace is None else pace.rate_per_min(now_s),
+                eta_utc=None if pace is None else self._clock.now_utc() + pace.remaining(left, now_s),
+                message=message,
+            )
+        )
