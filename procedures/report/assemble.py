@@ -14,7 +14,7 @@ from procedures.plan.plan import Plan
 from procedures.report.conclusions import axis_view
 from procedures.report.declared import declared_sections, device_rows, standard_rows
 from procedures.report.stability import check_comparisons, reference_traces, temperature_traces
-from procedures.report.trail import identities_in, interruptions_in, notes_in
+from procedures.report.trail import identities_in, interruptions_in, notes_in, seam_steps_in
 from procedures.report.truth import truth_of
 from procedures.report.verdict import judge
 from procedures.report.view import Counts, DesignView, RejectedDwell, RunView, SensorView
@@ -74,7 +74,7 @@ def assemble_view(
         approved_by=record.rig.approved_by,
         started_utc=started_utc,
         ended_utc=_ended_utc(record),
-        verdict=judge(record.state, counts, sensors, interruptions, checks, table_arcsec),
+        verdict=judge(record.state, counts, sensors, interruptions, seam_steps_in(record.events), table_arcsec),
         design=_design_view(record),
         counts=counts,
         sensors=sensors,

@@ -14,18 +14,20 @@ def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
     """Every stretch between leaving ``running`` and coming back to it, under the name it began with.
 
     A process that died wrote nothing: the resume that took the run over wrote ``interrupted``, and the stretch began
-    with the last event before that.
+    with the last event before that process opened the journal.
     """
     found: list[Interruption] = []
     open_one: Interruption | None = None
-    for before, event in zip((None, *events), events, strict=False):
+    last_sign: Event | None = None
+    for event in events:
         state = _state(event)
         if open_one is None and state in NOT_GOING:
-            began = before if before is not None and state == "interrupted" else event
+            began = last_sign if last_sign is not None and state == "interrupted" else event
             open_one = Interruption(state, began.utc, None, _who(event), _why(event))
         elif open_one is not None and state == GOING:
             found.append(replace(open_one, ended_utc=event.utc))
             open_one = None
+        last_sign = last_sign if event.kind == "opened" else event
     return tuple(found if open_one is None else [*found, open_one])
 
 
@@ -44,6 +46,13 @@ def identities_in(events: Iterable[Event]) -> Mapping[str, str]:
         if event.kind == "identities"
         for name, identity in event.detail.items()
     }
+
+
+def seam_steps_in(events: Iterable[Event]) -> tuple[str, ...]:
+    """What a check set after a restart found changed beyond its limit."""
+    return tuple(
+        str(event.detail.get("worst", "")) for event in events if event.kind == "seam" and event.detail.get("steps")
+    )
 
 
 def _state(event: Event) -> str:

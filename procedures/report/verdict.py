@@ -14,12 +14,10 @@ from ams.observations import Observations
 from procedures.report.bands import band_along
 from procedures.report.conclusions import repeating_v
 from procedures.report.numbers import angle, arcsec, two_digits
-from procedures.report.view import AxisView, CheckComparison, Counts, Interruption, SensorView, Verdict
+from procedures.report.view import AxisView, Counts, Interruption, SensorView, Verdict
 
 TABLE_MARGIN = 1.25
 """Lack of fit up to this multiple of the table's own standard uncertainty is taken as the table's."""
-CHECK_LIMIT = 4.0
-"""Changes of the check set above this many standard uncertainties are named."""
 
 
 def judge(
@@ -27,15 +25,19 @@ def judge(
     counts: Counts,
     sensors: Sequence[SensorView],
     interruptions: Sequence[Interruption],
-    checks: Sequence[CheckComparison],
+    seam_steps: Sequence[str],
     table_arcsec: float | None,
 ) -> Verdict:
-    """The verdict on a run. ``table_arcsec``: standard uncertainty of the table's indices, pitch and roll together."""
+    """The verdict on a run.
+
+    ``seam_steps``: what a check set after a restart found changed. ``table_arcsec``: standard uncertainty of one
+    attitude of the table, pitch and roll together; None where none is declared.
+    """
     failures = [f"{sensor.name}: {sensor.failure}" for sensor in sensors if sensor.failure]
     doubts = [
         *_run_doubts(state, counts),
         *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, table_arcsec)),
-        *_check_doubts(checks),
+        *(f"A restart made a step that was accepted: {step}." for step in seam_steps),
     ]
     facts = [*_explained(sensors, table_arcsec), *_went_on(interruptions), *_rejected(counts)]
     result = _result([sensor for sensor in sensors if sensor.axes])
@@ -122,16 +124,6 @@ def _is_the_tables(axis: AxisView, subject: str, table_arcsec: float | None) -> 
     if subject != "lack of fit" or replication is None or table_arcsec is None:
         return False
     return _as_angle(axis, repeating_v(replication)) <= TABLE_MARGIN * table_arcsec
-
-
-def _check_doubts(checks: Sequence[CheckComparison]) -> Iterable[str]:
-    for check in checks:
-        if abs(check.mean_change_v) > CHECK_LIMIT * check.scatter_v / check.attitudes**0.5 > 0.0:
-            change_arcsec = arcsec(check.mean_change_v, check.sensitivity_v_per_g)
-            yield (
-                f"{check.label}: the check set after restart {check.epoch - 1} reads {two_digits(change_arcsec)}″ away "
-                f"from that at the start (mean of {check.attitudes} attitudes)."
-            )
 
 
 def _went_on(interruptions: Sequence[Interruption]) -> Iterable[str]:

@@ -1,6 +1,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from report_scene import Scene, run_view
 
@@ -55,3 +56,21 @@ def test_no_figure_refers_to_anything_outside_itself() -> None:
     for figure in draw_figures(run_view(Scene(axes=("x",)))).all():
         targets = re.findall(rb"(?:href|src)=\"([^\"]*)\"", figure.svg)
         assert all(target.startswith((b"#", b"data:")) for target in targets)
+
+
+def test_the_marks_stand_where_the_residuals_are() -> None:
+    # Read back from the drawing: the marks of each replication, in its colour, at heights that fall as residuals rise.
+    view = run_view(Scene(axes=("x",)))
+    sensor = view.sensors[0]
+    rows, solution = sensor.observations, sensor.axes[0].calibration
+    assert rows is not None
+    for name in ("residuals-pitch", "residuals-roll", "residuals-time"):
+        svg = next(figure.svg for figure in draw_figures(view).all() if figure.name.endswith(name)).decode()
+        marks: dict[str, list[float]] = {}
+        for symbol, height in re.findall(r'<use xlink:href="#(\w+)" x="[\d.-]+" y="([\d.-]+)"', svg):
+            marks.setdefault(symbol, []).append(float(height))
+        drawn = [heights for heights in marks.values() if len(heights) == 49]
+        assert len(drawn) == 3
+        for label, heights in enumerate(drawn, start=1):
+            residuals_v = solution.residuals_v[rows.replication == label]
+            assert np.corrcoef(heights, residuals_v)[0, 1] == pytest.approx(-1.0, abs=1e-9)
