@@ -7,10 +7,12 @@ are made.
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from math import ceil
 
 from procedures.description import DwellSettings
 from procedures.plan.plan import Expectation
 from procedures.plan.steps import Dwell, Soak, Step
+from procedures.run.settle import FEWEST_READINGS
 from rig.description import RigDescription
 from rig.settings import AxisSettings
 
@@ -27,16 +29,23 @@ def expected_duration(
     dwells = [step for step in steps if isinstance(step, Dwell)]
     moving_s = sum(move_s(rig.axes, one.targets_deg, other.targets_deg) for one, other in pairwise(dwells))
     reading_s = dwell.samples * sum(channel_reading_s(rig, channel) for channel in channels)
-    settling_s, soaking_s = earliest_settling_s(dwell), sum(step.soak_s for step in steps if isinstance(step, Soak))
-    window_s = min(dwell.settle.window_s, max(dwell.settle.max_s - settling_s, 0.0))
+    soaking_s = sum(step.soak_s for step in steps if isinstance(step, Soak))
+    one_window_s = window_s(rig, dwell, channels[0])
+    settling_s = earliest_settling_s(dwell, one_window_s)
     p50_s = moving_s + soaking_s + len(dwells) * (settling_s + reading_s)
-    again_s = REPEATED_P90 * (settling_s + window_s + reading_s)
-    return Expectation(p50_s=p50_s, p90_s=p50_s + len(dwells) * (window_s + again_s))
+    again_s = REPEATED_P90 * (settling_s + one_window_s + reading_s)
+    return Expectation(p50_s=p50_s, p90_s=p50_s + len(dwells) * (one_window_s + again_s))
 
 
-def earliest_settling_s(dwell: DwellSettings) -> float:
-    """The shortest time in which a package can be found at rest."""
-    return max(dwell.settle.min_s, dwell.settle.window_s * dwell.settle.windows)
+def window_s(rig: RigDescription, dwell: DwellSettings, channel: str) -> float:
+    """One settle window: as long as its fewest readings take, where that is longer than asked for."""
+    reading_s = channel_reading_s(rig, channel, dwell.settle_nplc)
+    return max(dwell.settle.window_s, FEWEST_READINGS * reading_s)
+
+
+def earliest_settling_s(dwell: DwellSettings, one_window_s: float) -> float:
+    """The shortest time in which a package can be found at rest: whole windows."""
+    return max(dwell.settle.windows, ceil(dwell.settle.min_s / one_window_s)) * one_window_s
 
 
 def move_s(axes: Mapping[str, AxisSettings], start_deg: Mapping[str, float], end_deg: Mapping[str, float]) -> float:
@@ -53,6 +62,6 @@ def _axis_move_s(axis: AxisSettings, start_deg: float, end_deg: float) -> float:
     return turned_deg / axis.speed_dps + 2.0 * coupling_s
 
 
-def channel_reading_s(rig: RigDescription, channel: str) -> float:
-    """Seconds for one reading of ``readout.channel``."""
-    return rig.readouts[channel.split(".", 1)[0]].reading_s()
+def channel_reading_s(rig: RigDescription, channel: str, nplc: float | None = None) -> float:
+    """Seconds for one reading of ``readout.channel``; ``nplc`` None: the readout's own."""
+    return rig.readouts[channel.split(".", 1)[0]].reading_s(nplc)

@@ -1,0 +1,107 @@
+"""A rig that costs nothing: devices that answer at once, in virtual time. What a run takes is the engine's own."""
+
+from collections.abc import Mapping
+from datetime import UTC, datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.clock import VirtualClock
+from rig.devices.abilities import Axis, AxisState, Burst, Environment, NoChance, Readout, Wait
+
+NOISE_V = 1e-5
+
+
+class DeskAxis:
+    """Arrives the moment it is sent."""
+
+    limits_deg = (-360.0, 360.0)
+    increment_deg = 0.0
+    speed_dps = 1e6
+    approach_deg = 0.0
+    arrival_tolerance_deg = 0.001
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._position_deg = 0.0
+
+    def identify(self) -> str:
+        return f"desk axis {self.name}"
+
+    def home(self) -> None:
+        self._position_deg = 0.0
+
+    def check_target(self, target_deg: float) -> None:
+        assert self.limits_deg[0] <= target_deg <= self.limits_deg[1]
+
+    def start_move(self, target_deg: float) -> None:
+        self._position_deg = target_deg
+
+    def state(self) -> AxisState:
+        return AxisState(self._position_deg, is_moving=False, is_homed=True, is_seated=True, fault="")
+
+    def stop(self) -> None:
+        return None
+
+
+class DeskReadout:
+    """White noise from one block of numbers drawn beforehand."""
+
+    def __init__(self, name: str, channels: tuple[str, ...], clock: VirtualClock) -> None:
+        self.name, self.channels = name, channels
+        self._clock = clock
+        self._noise: NDArray[np.float64] = np.random.default_rng(1).normal(0.0, NOISE_V, 100_003)
+        self._place = 0
+
+    def identify(self) -> str:
+        return f"desk readout {self.name}"
+
+    def prepare(self) -> None:
+        return None
+
+    def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
+        started_s = self._clock.monotonic_s()
+        wait(samples * self.reading_s(nplc))
+        self._place = (self._place + samples) % (self._noise.size - samples)
+        values = self._noise[self._place : self._place + samples]
+        return Burst(channel, values, np.zeros(samples, dtype=np.bool_), started_s, self.reading_s(nplc))
+
+    def reading_s(self, nplc: float | None = None) -> float:
+        return 0.04 * (10.0 if nplc is None else nplc)
+
+    def checks(self) -> Mapping[str, float]:
+        return {}
+
+
+class DeskEnvironment:
+    """Twenty degrees."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def identify(self) -> str:
+        return f"desk environment {self.name}"
+
+    def temperature_degc(self) -> float:
+        return 20.0
+
+    def setpoint_degc(self) -> float:
+        return 20.0
+
+    def hold(self, setpoint_degc: float) -> None:
+        assert setpoint_degc == 20.0
+
+
+class Desk:
+    """An open rig of these devices."""
+
+    def __init__(self) -> None:
+        self.clock = VirtualClock(datetime(2026, 1, 1, tzinfo=UTC))
+        self.axes: Mapping[str, Axis] = {name: DeskAxis(name) for name in ("pitch", "roll")}
+        self.readouts: Mapping[str, Readout] = {"dmm": DeskReadout("dmm", ("x", "y", "z"), self.clock)}
+        self.environments: Mapping[str, Environment] = {"air": DeskEnvironment("air")}
+        self.chance = NoChance()
+
+    def identities(self) -> Mapping[str, str]:
+        tables: tuple[Mapping[str, Axis | Readout | Environment], ...] = (self.axes, self.readouts, self.environments)
+        return {device.name: device.identify() for table in tables for device in table.values()}

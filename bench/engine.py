@@ -1,0 +1,61 @@
+"""What the engine costs a dwell beyond the devices' own time, the synced commit to the journal included.
+
+The devices answer at once and time is virtual, so everything that is measured is the engine's: steering, settle
+statistics, judgement, encoding, hashes, and SQLite's fsync on the disk of this checkout.
+"""
+
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from timeit import Timer
+
+from bench.desk import Desk
+from bench.figure import Figure
+from procedures.description import read_procedure
+from procedures.plan.planner import make_plan
+from procedures.run.engine import Start, run
+from procedures.run.header import make_header
+from procedures.run.journal import Journal
+from procedures.run.spool import Spool
+from procedures.run.states import State
+from rig.description import read_rig
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+SCRATCH = Path(__file__).parents[1] / "build"
+PROCEDURE = """
+[procedure]
+title = "engine overhead"
+kind = "grid"
+replications = 3
+[design]
+kind = "D1"
+pitch_deg = { from = -90.0, to = 90.0, step = 10.0 }
+roll_deg = { from = -180.0, to = 180.0, step = 30.0 }
+"""
+
+
+def figures() -> Iterator[Figure]:
+    """Milliseconds a dwell."""
+    SCRATCH.mkdir(exist_ok=True)
+    with TemporaryDirectory(dir=SCRATCH) as folder:
+        dwells: list[int] = []
+        seconds = Timer(lambda: dwells.append(one_run(Path(folder)))).timeit(1)
+    note = f"{dwells[0]} dwells of 3 × 20 samples"
+    yield Figure(
+        "engine overhead a dwell, fsync included", seconds / dwells[0] * 1e3, "ms", 5.0, at_most=True, note=note
+    )
+
+
+def one_run(folder: Path) -> int:
+    """A whole run on devices that cost nothing; returns how many dwells it took."""
+    rig_path, procedure_path = EXAMPLES / "rig.toml", folder / "procedure.toml"
+    procedure_path.write_text(PROCEDURE, encoding="utf-8")
+    description = read_rig(rig_path)
+    plan, desk = make_plan(description, read_procedure(procedure_path)), Desk()
+    header = make_header("bench", plan, description, rig_path, procedure_path, "bench", datetime.now(UTC))
+    journal = Journal.create(folder / "journal.sqlite", header, desk.clock)
+    outcome = run(plan, desk, journal, Spool(folder), Start("bench"))
+    if outcome.state is not State.FINISHED:
+        raise SystemExit(f"the run did not finish: {outcome}")
+    return len(plan.dwells)
