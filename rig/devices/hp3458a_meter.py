@@ -15,7 +15,6 @@ from rig.clock import Clock
 from rig.devices.abilities import Wait
 from rig.devices.waiting import wait_until
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused
-from rig.exchange import shown
 from rig.link.gpib import GpibBus
 from rig.wire import hp3458a as wire
 from rig.wire.hp3458a import Event, Status
@@ -101,8 +100,10 @@ class Hp3458aMeter:
         reading_s = self.reading_s(setup.nplc)
         self._bus.send(self._address, b"TARM SGL")
         started_s = self._clock.monotonic_s()
+        unasked_before = self._bus.unasked_bytes()
         readings = [self._reading(started_s + k * reading_s, reading_s, wait) for k in range(1, setup.samples + 1)]
-        self._require_one_shape({length for _, length in readings}, setup.samples)
+        self._require_one_shape({length for _, length in readings})
+        self._require_nothing_unasked(self._bus.unasked_bytes() - unasked_before)
         return np.array([value_v for value_v, _ in readings]), started_s
 
     def reading_s(self, nplc: float) -> float:
@@ -155,17 +156,20 @@ class Hp3458aMeter:
             ),
         )
 
-    def _require_one_shape(self, lengths: set[int], samples: int) -> None:
-        """All readings have one length, so a cut one shows; and nothing may be left on the line behind them."""
+    def _require_one_shape(self, lengths: set[int]) -> None:
+        """All readings have one length, so a cut one shows."""
         if len(lengths) > 1:
             raise DeviceNonsense(
                 f"{self.name}: meter: readings of {sorted(lengths)} characters in one burst, one length is allowed;"
                 " the burst is dropped; check the line for lost bytes"
             )
-        if left := self._bus.take_waiting():
+
+    def _require_nothing_unasked(self, unasked: int) -> None:
+        """Readings carry no number: bytes too many mean that one may have been taken twice, another not at all."""
+        if unasked:
             raise DeviceNonsense(
-                f"{self.name}: meter: {shown(left)} came after the last of {samples} readings; the burst is dropped,"
-                " its readings may be shifted; check the line for doubled bytes"
+                f"{self.name}: meter: {unasked} bytes nobody asked for came with the readings, none is allowed;"
+                " the burst is dropped, its readings may be shifted; check the line for doubled bytes"
             )
 
     def _configure(self) -> None:

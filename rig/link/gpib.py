@@ -48,8 +48,8 @@ class GpibBus(Protocol):
     def clear(self, address: int) -> None:
         """Selected device clear."""
 
-    def take_waiting(self) -> bytes:
-        """Bytes nobody asked for; empty when every answer so far belongs to its question."""
+    def unasked_bytes(self) -> int:
+        """How many bytes came so far that nobody asked for, those that wait now included."""
 
     def close(self) -> None: ...
 

@@ -65,8 +65,9 @@ class PrologixBus:
     def clear(self, address: int) -> None:
         self._exchange.tell(self._addressed(address) + wire.CLEAR)
 
-    def take_waiting(self) -> bytes:
-        return self._exchange.take_waiting()
+    def unasked_bytes(self) -> int:
+        self._exchange.take_waiting()
+        return self._exchange.counts.stale_bytes
 
     def close(self) -> None:
         self._exchange.stream.close()
@@ -105,7 +106,6 @@ class PrologixBus:
 
     def _resynchronise(self) -> None:
         """Ask for the version, whose answer is known; what comes before it belongs to nobody. Raises: DeviceSilent."""
-        self._address = None
         if not self._version:
             self._exchange.wait_for_quiet()
             return

@@ -72,9 +72,9 @@ class VisaBus:
         with self._translated(address, b""):
             self._instrument(address).clear()
 
-    def take_waiting(self) -> bytes:
-        """Nothing waits on the host: an answer stays in its instrument until it is fetched."""
-        return b""
+    def unasked_bytes(self) -> int:
+        """None: an answer stays in its instrument until it is fetched."""
+        return 0
 
     def close(self) -> None:
         self._is_closed = True

@@ -92,6 +92,14 @@ def test_a_slow_reading_is_polled_and_never_lost_to_the_adapter_s_time_out() -> 
     assert rig.clock.monotonic_s() > 12.0
 
 
+def test_a_reading_far_later_than_expected_is_waited_for_outside_the_adapter() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared(nplc=100)
+    readout.read("dmm.x", 1, rig.wait)
+    rig.meter._settings["LFREQ"] = 20  # 10 s a reading instead of 4: more than the adapter's 3 s too late
+    assert readout.read("dmm.x", 1, rig.wait).values_v[0] == pytest.approx(1.000002, rel=1e-9)
+
+
 def test_overload_is_not_a_number_and_flagged() -> None:
     rig = gpib_rig()
     rig.bench.level_v["dmm.x"] = 12.5
@@ -215,11 +223,12 @@ def test_a_broken_meter_is_refused() -> None:
 
 def test_somebody_else_s_settings_do_not_survive_preparation() -> None:
     rig = gpib_rig()
-    rig.meter.listen(b"PRESET NORM;NPLC 100;NRDGS 7;AZERO OFF;LFREQ 60", 0.0)
+    rig.meter.listen(b"PRESET NORM;NDIG 3;NPLC 100;NRDGS 7;AZERO OFF;LFREQ 60", 0.0)
     rig.scanner.listen(b"CLOSE 101,102", 0.0)
     burst = rig.prepared().read("dmm.x", 2, rig.wait)
     assert list(burst.values_v) == pytest.approx([1.000001, 1.000002], rel=1e-9)
     assert burst.interval_s == pytest.approx(0.4, abs=0.002)
+    assert rig.meter._settings["NDIG"] == 7  # RESET, also for what no burst needs
 
 
 def test_unknown_channels_and_empty_bursts_are_refused_before_anything_is_switched() -> None:
@@ -272,6 +281,16 @@ def test_a_doubled_reading_voids_the_burst() -> None:
     rig.faults.reads = {rig.faults.taken + 3: faults.duplicate(0.0)}
     with pytest.raises(DeviceNonsense, match="more than one reply"):
         readout.read("dmm.x", 3, rig.wait)
+
+
+def test_a_reading_taken_twice_and_one_missed_void_the_burst() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    readout.read("dmm.x", 4, rig.wait)
+    first = rig.faults.taken + 1  # behind the answer to VIEW
+    rig.faults.reads = {first: faults.duplicate(0.41), first + 1: faults.delay(0.05)}
+    with pytest.raises(DeviceNonsense, match="18 bytes nobody asked for came with the readings"):
+        readout.read("dmm.x", 4, rig.wait)
 
 
 def test_a_lost_line_is_told_and_not_papered_over() -> None:

@@ -168,6 +168,29 @@ def test_a_lost_address_is_sent_again_after_the_failure() -> None:
     assert bus.ask(9, b"ID?", hp3488a.parse_identity, idempotent=True) == "HP3488A"
 
 
+def test_a_lost_address_is_sent_again_even_where_nothing_is_repeated() -> None:
+    rig = gpib_rig()
+    bus = PrologixBus(rig.stream)
+    bus.send(22, b"END ALWAYS")
+    rig.faults.writes = {rig.faults.written: faults.drop}
+    bus.send(9, b"DON")
+    with pytest.raises(DeviceNonsense):
+        bus.ask(9, b"ID?", hp3488a.parse_identity, idempotent=False)
+    assert bus.ask(9, b"ID?", hp3488a.parse_identity, idempotent=False) == "HP3488A"
+
+
+def test_a_doubled_sentinel_is_drained_before_the_next_question() -> None:
+    rig = gpib_rig()
+    bus = PrologixBus(rig.stream)
+    bus.send(22, b"END ALWAYS")
+    first = rig.faults.taken
+    rig.faults.reads = {first: faults.stall(5.0), first + 1: faults.duplicate(0.05), first + 2: faults.delay(0.08)}
+    with pytest.raises(DeviceSilent):
+        bus.ask(22, b"NPLC?", hp3458a.parse_number, idempotent=False)
+    rig.clock.sleep(2.0)
+    assert bus.ask(22, b"NDIG?", hp3458a.parse_number, idempotent=False) == 7.0
+
+
 def test_a_status_byte_is_fetched_without_talking() -> None:
     rig = gpib_rig()
     bus = PrologixBus(rig.stream)
