@@ -8,7 +8,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.models.extended import Q_NAMES
 from ams.observations import Observations
+from ams.solve.extension import Extension
 from ams.solve.result import AxisCalibration, FTest, ParameterEstimate, Replication
 from procedures.report.numbers import angle, arcsec, three_digits, two_digits
 from procedures.report.view import AxisView, ParameterRow, TestRow
@@ -25,6 +27,7 @@ LABELS = {
     "offset_tc_v_per_degc": ("offset, temperature", "b₁", "V/°C"),
     "sensitivity_tc_per_degc": ("sensitivity, temperature", "s₁", "1/°C"),
     "reference_temperature_degc": ("reference temperature", "T₀", "°C"),
+    **{name: (f"quadratic term {name[2:4]}", f"q_{name[2:4]}", "V/g²") for name in Q_NAMES},
 }
 
 
@@ -35,7 +38,7 @@ def axis_view(
     sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
     rows = tuple(parameter_row(estimate, sensitivity, truth.get(estimate.name)) for estimate in calibration.parameters)
     tests = () if calibration.replication is None else _tests(calibration, calibration.replication, observations)
-    return AxisView(axis, channel, calibration, sensitivity, rows, tests)
+    return AxisView(axis, channel, calibration, sensitivity, rows, tests, _remarks(calibration, sensitivity))
 
 
 def parameter_row(estimate: ParameterEstimate, sensitivity: float, truth: float | None) -> ParameterRow:
@@ -78,6 +81,23 @@ def _in_other_terms(estimate: ParameterEstimate, expanded: float | None, sensiti
     if estimate.name.startswith("sensitivity_v") and estimate.value != 0.0:
         return f"{two_digits(1e6 * expanded / abs(estimate.value))} ppm"
     return f"{two_digits(3600.0 * expanded)}″" if estimate.name.endswith("_deg") else ""
+
+
+def _remarks(calibration: AxisCalibration, sensitivity: float) -> tuple[str, ...]:
+    """What was tried beside the model."""
+    extension = calibration.notes.get("extension")
+    if not isinstance(extension, Extension):
+        return ()
+    before, after = (
+        two_digits(arcsec(error_v, sensitivity))
+        for error_v in (extension.standard_error_before_v, extension.standard_error_after_v)
+    )
+    verdict = "is accepted" if extension.is_accepted else "is not needed"
+    return (
+        f"The extended model (five terms of a soft mount inside the package) {verdict}: F = "
+        f"{three_digits(extension.test.t)} against {three_digits(extension.test.f_95)}, standard error {before}″ "
+        f"without and {after}″ with it.",
+    )
 
 
 def mean_residuals(

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from ams.sets.whole_file import write_whole
 from procedures.report.canvas import Figure, style
 from procedures.report.residual_figures import residual_figures
 from procedures.report.run_figures import drift_figure, run_figures
@@ -31,11 +32,11 @@ def draw_figures(view: RunView) -> Figures:
 
 
 def write_figures(figures: Figures, folder: Path) -> tuple[Path, ...]:
-    """One SVG file a figure, for slides and papers."""
+    """One SVG file a figure, for slides and papers. Raises: SetError where the folder cannot be written."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = tuple(folder / f"{figure.name}.svg" for figure in figures.all())
     for path, figure in zip(paths, figures.all(), strict=True):
-        path.write_bytes(figure.svg)
+        write_whole(path, figure.svg)
     return paths
 
 

@@ -37,7 +37,7 @@ def judge(
     doubts = [
         *_run_doubts(state, counts),
         *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, table_arcsec)),
-        *(f"A restart made a step that was accepted: {step}." for step in seam_steps),
+        *(f"A restart made a step: {step}." for step in seam_steps),
     ]
     facts = [*_explained(sensors, table_arcsec), *_went_on(interruptions), *_rejected(counts)]
     result = _result([sensor for sensor in sensors if sensor.axes])

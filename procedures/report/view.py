@@ -83,6 +83,8 @@ class AxisView:
     parameters: tuple[ParameterRow, ...]
     tests: tuple[TestRow, ...]
     """Empty where there was one replication."""
+    remarks: tuple[str, ...]
+    """Further results, a sentence each."""
 
     @property
     def is_clear(self) -> bool:

@@ -5,8 +5,10 @@ import pytest
 from report_scene import Scene, run_view
 from scipy.stats import t
 
+from ams.calibrate import calibrate
+from ams.request import CalibrationRequest
 from ams.solve.result import ParameterEstimate
-from procedures.report.conclusions import by_replication, mean_residuals, parameter_row
+from procedures.report.conclusions import axis_view, by_replication, mean_residuals, parameter_row
 
 
 def test_the_coverage_factor_is_students_at_the_stated_degrees_of_freedom() -> None:
@@ -49,3 +51,19 @@ def test_lack_of_fit_says_where_and_drift_says_which_and_how_much() -> None:
     assert offset.is_significant
     assert "changed between the replications by 8.0 µV or 0.66″" in offset.conclusion
     assert all("No change" in test.conclusion for test in others)
+
+
+def test_the_extended_model_is_reported_beside_the_model() -> None:
+    # A soft mount of 30 µV/g² in xx, put into the outputs by its formula: fᵀQf with tr Q = 0.
+    sensor = run_view(Scene(axes=("x",), pitch_deg=tuple(range(-90, 91, 30)))).sensors[0]
+    rows = sensor.observations
+    assert rows is not None
+    down = np.cos(rows.pitch_rad) * np.cos(rows.roll_rad)
+    bent = replace(rows, outputs_v={"x": rows.outputs_v["x"] + 30e-6 * (np.sin(rows.pitch_rad) ** 2 - down**2)})
+    for observations, said in ((bent, "is accepted"), (rows, "is not needed")):
+        request = CalibrationRequest(nominal_axes={"x": "x"}, extended="test")
+        solved = calibrate(observations, request).axes["x"]
+        (remark,) = axis_view("x", "dmm.x", solved, observations, {}).remarks
+        assert said in remark
+    rows_of_q = [row for row in axis_view("x", "dmm.x", solved, rows, {}).parameters if row.unit == "V/g²"]
+    assert rows_of_q == []
