@@ -140,6 +140,33 @@ def test_fault_33_a_late_reply_is_never_the_value_of_another_register(late_s: fl
     assert [master.read_holding(register) for register in (20, 30, 40)] == [(20,), (30,), (40,)]
 
 
+def test_after_a_register_that_never_answered_its_late_reply_is_not_the_next_registers() -> None:
+    script = FaultScript()
+    master, _ = _master(_registers, script)
+    master.set_sentinel(606, 606)
+    assert master.read_holding(606) == (606,)
+    first = script.taken
+    # Register 10 is answered after 3.8 s, when everything is given up; what is asked meanwhile is lost.
+    script.reads = {first: faults.stall(3.8)} | dict.fromkeys(range(first + 1, first + 4), faults.drop)
+    with pytest.raises(DeviceSilent):
+        master.read_holding(10)
+    assert master.read_holding(20) == (20,)
+    assert master.counts.nonsense >= 1  # the late reply stood for the sentinel, which cannot be 10
+
+
+def test_a_late_answer_to_an_earlier_sentinel_does_not_clear_the_doubt() -> None:
+    script = FaultScript()
+    master, _ = _master(_registers, script)
+    master.set_sentinel(606, 606)
+    assert master.read_holding(606) == (606,)
+    first = script.taken
+    # Lost; the sentinel's answer late, so it is asked again; that answer late, too, when register 10 is asked.
+    script.reads = dict(enumerate([faults.drop, faults.stall(1.3), faults.stall(0.25), faults.drop], start=first))
+    with pytest.raises(DeviceNonsense, match="more replies than questions"):
+        master.read_holding(10)
+    assert master.read_holding(10) == (10,)
+
+
 @settings(max_examples=150)
 @given(st.lists(st.tuples(st.integers(0, 25), st.integers(0, 5), st.floats(0.0, 4.0)), max_size=6))
 def test_no_script_of_faults_gives_a_wrong_value(script_of_faults: list[tuple[int, int, float]]) -> None:

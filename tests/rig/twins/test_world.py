@@ -193,6 +193,18 @@ def test_motion_takes_its_time() -> None:
     assert world.mean_v("dmm.x", 28.0) == pytest.approx(S)
 
 
+def test_a_reading_follows_what_changed_since_the_last_one() -> None:
+    truth = AxisTruth(offset_v=0.0, sensitivity_v_per_g=S, offset_drift_v_per_replication=0.5)
+    world = World(_described(truth))
+    world.announce(0, "read", 0, 0.0)
+    assert world.read_voltage_v("dmm.x", 0.0) == pytest.approx(0.0, abs=1e-12)
+    world.announce(1, "read", 0, 1.0)
+    assert world.read_voltage_v("dmm.x", 0.0) == pytest.approx(0.5)  # drift
+    world.rotate("pitch", 90.0, 0.0)
+    assert world.read_voltage_v("dmm.x", 6.0) == pytest.approx(0.5 + S / 2)  # on the way, at 30°
+    assert world.read_voltage_v("dmm.x", 100.0) == pytest.approx(0.5 + S)
+
+
 def test_noise_has_the_declared_standard_deviation() -> None:
     truth = AxisTruth(offset_v=0.0, sensitivity_v_per_g=S, noise_v=1e-4)
     world = _at(_described(truth), 0, 0)
