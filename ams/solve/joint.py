@@ -207,7 +207,11 @@ def _block(M: FloatArray) -> FloatArray:
 
 
 def _drift(basis: FloatArray, output: FloatArray, replication: NDArray[np.int64], variance: float) -> FloatArray:
-    """(4, 4) what the spread of the replications' own parameters adds to the mean, beyond their precision."""
+    """(4, 4) what the spread of the replications' own parameters adds to the mean, beyond their precision.
+
+    Nothing where that spread is no larger than the precision explains at 95 %: a few replications scatter, and adding
+    whatever is above the mean would count the noise twice.
+    """
     labels = np.unique(replication)
     if labels.size < 2:
         return np.zeros((4, 4))
@@ -216,8 +220,16 @@ def _drift(basis: FloatArray, output: FloatArray, replication: NDArray[np.int64]
     root = np.linalg.cholesky(expected + 1e-15 * np.trace(expected) * np.eye(4))
     whitened = np.linalg.solve(root, np.cov(np.array(alone).T)) @ np.linalg.inv(root).T
     values, vectors = np.linalg.eigh((whitened + whitened.T) / 2.0)
+    if not _is_drift(values, variance, labels.size - 1):
+        return np.zeros((4, 4))
     beyond = vectors * np.maximum(values - variance, 0.0) @ vectors.T
     return np.asarray(root @ beyond @ root.T / labels.size)
+
+
+def _is_drift(values: FloatArray, variance: float, dof: int) -> bool:
+    from scipy.special import chdtri
+
+    return bool(dof * float(values.sum()) > variance * float(chdtri(4 * dof, 0.05)))
 
 
 def _table_effects(pitch: FloatArray, roll: FloatArray, names: list[str]) -> FloatArray:

@@ -163,6 +163,20 @@ def test_the_joint_fit_is_sharper_than_axis_by_axis():
     assert np.trace(joint.axis_covariance("x")) < np.trace(alone.axis_covariance("x"))
 
 
+def test_drift_between_replications_widens_the_covariance():
+    rng = np.random.default_rng(8)
+    steady = observe(rng, replications=5)
+    o = steady.observations
+    jumps = rng.normal(0, 2e-4, 5)[o.replication]
+    drifting = Observations(
+        o.replication, o.point, o.pitch_rad, o.roll_rad, {a: v + jumps for a, v in o.outputs_v.items()}
+    )
+    calm, moved = (joint_fit([Mounting(x)], "xyz", TablePriors(**TEETH)) for x in (o, drifting))
+    assert np.sqrt(moved.axis_covariance("x")[0, 0]) > 0.5 * np.std(jumps) / np.sqrt(5)
+    assert np.sqrt(calm.axis_covariance("x")[0, 0]) < 0.1 * np.sqrt(moved.axis_covariance("x")[0, 0])
+    assert moved.standard_error_v["x"] < 1.2 * calm.standard_error_v["x"]
+
+
 def test_errors_that_act_alike_are_named_together():
     rng = np.random.default_rng(6)
     priors = TablePriors(**TEETH, roll_zero_rad=10 * ARCSEC, seat_rad=10 * ARCSEC)
