@@ -231,6 +231,15 @@ def test_somebody_else_s_settings_do_not_survive_preparation() -> None:
     assert rig.meter._settings["NDIG"] == 7  # RESET, also for what no burst needs
 
 
+def test_preparation_waits_for_no_time_out() -> None:
+    # Without END ALWAYS after RESET every answer would come without EOI and cost the adapter's 3 s.
+    rig = gpib_rig()
+    readout = rig.readout()
+    before_s = rig.clock.monotonic_s()
+    readout.prepare()
+    assert rig.clock.monotonic_s() - before_s < 1.0
+
+
 def test_unknown_channels_and_empty_bursts_are_refused_before_anything_is_switched() -> None:
     rig = gpib_rig()
     readout = rig.prepared()
