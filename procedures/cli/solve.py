@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from procedures.cli.output import print_json, say
-from procedures.errors import RequestError
+from procedures.cli.output import note, print_json, say
+from procedures.cli.places import find_run
+from procedures.errors import ExitStatus, RequestError
 
 Json = Annotated[bool, Parameter(negative=())]
 
@@ -76,17 +77,31 @@ def fit(
         say(line)
 
 
-def solve(run: str, /, *, json: Json = False) -> None:
+def solve(run: str, /, *, archive: str | None = None, json: Json = False) -> int:
     """Solve a run again from its journal, and write its coefficient sets, report and exports anew.
 
     Parameters
     ----------
     run
         A run folder, its journal, its name under ./runs, or a folder that holds exactly one run.
+    archive
+        URL of the archive, as for `calrig run`.
     json
         Print one JSON document.
     """
-    raise NotImplementedError
+    from procedures.cli.run import archive_of, tell
+    from procedures.delivery import deliver, sensors_document, solve_run
+
+    folder = find_run(run)
+    solved = solve_run(folder)
+    for failure in solved.failures:
+        note(failure)
+    delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated))
+    if json:
+        print_json({"sensors": sensors_document(solved)})
+    else:
+        tell(delivery)
+    return ExitStatus.FAILED if solved.failures else ExitStatus.DONE
 
 
 def _columns(pairs: list[str] | None) -> Mapping[str, str]:

@@ -22,13 +22,16 @@ def status(run: str, /, *, json: Json = False) -> None:
         Print one JSON document.
     """
     from procedures.run.status import status as look
-    from procedures.run.status import status_text, to_document
 
     found = look(find_run(run))
     if json:
-        print_json(to_document(found))
-    else:
-        say(status_text(found))
+        print_json(found.to_document())
+        return
+    say(f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells")
+    if found.eta_utc is not None:
+        say(f"should end {found.eta_utc:%Y-%m-%d %H:%M} UTC")
+    if found.held_by is not None:
+        say(f"held by: {found.held_by}")
 
 
 def pause(run: str, /, *, operator: str | None = None) -> None:

@@ -1,0 +1,32 @@
+"""``calrig demo``: the whole job on the twin, for somebody who has never seen it."""
+
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from procedures.cli.output import note
+
+
+def demo(*, out: Path = Path("demo-out"), json: Annotated[bool, Parameter(negative=())] = False) -> int:
+    """The whole job on the twin: run, solve, archive, report, export.
+
+    247 attitudes, 6 replications and 3 axes go through the devices' own bytes in virtual time. The rig and the
+    procedure are written beside the result, to be read and changed.
+
+    Parameters
+    ----------
+    out
+        The folder to work in.
+    json
+        Print one JSON document at the end.
+    """
+    from ams.sets.whole_file import write_whole
+    from procedures.cli.run import run
+
+    out.mkdir(parents=True, exist_ok=True)
+    for name in ("rig.toml", "procedure.toml"):
+        write_whole(out / name, files("procedures.demo").joinpath(name).read_bytes())
+    note(f"rig and procedure: {out / 'rig.toml'}, {out / 'procedure.toml'}")
+    return run(out / "procedure.toml", rig=out / "rig.toml", out=out / "runs", operator="demo", json=json)

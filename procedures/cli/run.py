@@ -1,0 +1,152 @@
+"""``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from procedures.cli.output import note, print_json, say
+from procedures.cli.places import RUNS, default_archive_url, find_run, login_name, new_run_folder
+from procedures.errors import ExitStatus
+
+if TYPE_CHECKING:
+    from procedures.delivery import Delivery
+    from procedures.run.ending import Outcome
+
+Flag = Annotated[bool, Parameter(negative=())]
+
+
+def run(
+    procedure: Path,
+    /,
+    *,
+    rig: Path,
+    out: Path = RUNS,
+    operator: str | None = None,
+    rehearse: Flag = False,
+    archive: str | None = None,
+    json: Flag = False,
+) -> int:
+    """Run a procedure on a rig, then solve, archive, report and export.
+
+    Ctrl-C stops after the dwell in progress, a second one aborts. The run's folder is told first, on standard error.
+
+    Parameters
+    ----------
+    procedure
+        The procedure file.
+    rig
+        The rig file.
+    out
+        Where run folders are made.
+    operator
+        Who runs it; by default the login name.
+    rehearse
+        Do all of it on twins of that very rig, in virtual time; no port is opened.
+    archive
+        URL of the archive; by default CALRIG_ARCHIVE, else the user's own. Simulated runs are archived beside their
+        run unless this is given.
+    json
+        Print one JSON document at the end.
+    """
+    from procedures.description import read_procedure
+    from procedures.plan.planner import make_plan
+    from procedures.run.begin import begin
+    from procedures.run.header import make_header
+    from procedures.run.progress import shown_on
+    from rig.assembly import open_rig
+    from rig.clock import SystemClock
+    from rig.description import read_rig
+
+    described, asked = read_rig(rig), read_procedure(procedure)
+    plan = make_plan(described, asked)
+    performed = described.all_on_twins() if rehearse else described
+    with open_rig(performed, rig_file=None if rehearse else rig, purpose="run") as opened:
+        opened.identities()  # a device that is silent is told before anything is written
+        now = SystemClock().now_utc()
+        folder = new_run_folder(out, plan.title, now)
+        note(f"run {folder}")
+        header = make_header(
+            folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
+        )
+        with shown_on(sys.stderr) as observer:
+            outcome = begin(folder, header, plan, opened, observer)
+    return conclude(folder, outcome, archive, json=json)
+
+
+def resume(
+    run: str,
+    /,
+    *,
+    operator: str | None = None,
+    reason: str | None = None,
+    archive: str | None = None,
+    json: Flag = False,
+) -> int:
+    """Continue a run after a crash, a stop or a trip: home, measure the check set again, compare, go on.
+
+    Parameters
+    ----------
+    run
+        A run folder, its journal, its name under ./runs, or a folder that holds exactly one run.
+    operator
+        Who resumes; needed after a trip.
+    reason
+        Why; needed after a trip.
+    archive
+        URL of the archive, as for `calrig run`.
+    json
+        Print one JSON document at the end.
+    """
+    from procedures.run.progress import shown_on
+    from procedures.run.resume import resume as resume_run
+
+    folder = find_run(run)
+    note(f"run {folder}")
+    with shown_on(sys.stderr) as observer:
+        outcome = resume_run(folder, operator or login_name(), reason or "", observer)
+    return conclude(folder, outcome, archive, json=json)
+
+
+def conclude(folder: Path, outcome: "Outcome", archive: str | None, *, json: bool) -> int:
+    """Deliver what there is to deliver, tell it, and return the exit status of the run."""
+    from procedures.delivery import deliver, run_document, solve_run
+
+    solved = solve_run(folder)
+    url = archive_of(folder, archive, is_simulated=solved.record.is_simulated)
+    delivery = deliver(solved, url)
+    if outcome.reason:
+        note(f"run {folder.name}: {outcome.state}: {outcome.reason}")
+    for failure in solved.failures if solved.is_finished else ():
+        note(failure)
+    if json:
+        print_json(run_document(delivery))
+    else:
+        tell(delivery)
+    failed = solved.is_finished and solved.failures
+    return ExitStatus.FAILED if failed else outcome.exit_status
+
+
+def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
+    """The archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
+    if archive is not None:
+        return archive
+    return f"sqlite:///{folder.parent / 'archive.sqlite'}" if is_simulated else default_archive_url()
+
+
+def tell(delivery: "Delivery") -> None:
+    """The outcome for a person: coefficients, verdict, and where everything is."""
+    from rich.console import Console
+
+    from procedures.report.summary import print_summary
+
+    print_summary(delivery.view, Console())
+    say()
+    say(f"report       {delivery.report}")
+    for name, path in delivery.sets.items():
+        say(f"coefficients {path}   ({name})")
+    for path in delivery.exports:
+        say(f"export       {path}")
+    if delivery.archive_url is not None:
+        say(f"archive      {delivery.archive_url}")
