@@ -18,6 +18,8 @@ from procedures.run.storage import (
     SCHEMA,
     CommittedCount,
     open_for_writing,
+    open_plain,
+    put_in_place,
     require_journal_file,
     require_our_schema,
     told_as,
@@ -41,18 +43,25 @@ class Journal:
 
     @staticmethod
     def create(path: Path, header: RunHeader, clock: Clock) -> "Journal":
-        """A new journal in state ``planned``. Raises: JournalError where there is a file, StorageFailed."""
+        """A new journal in state ``planned``, made under another name: where there is a journal, it is whole.
+
+        Raises: JournalError where there is a file, StorageFailed.
+        """
         if path.exists():
             raise JournalError(
                 f"{path}: exists already; a run never writes into another's journal; nothing was written"
             )
         document = header.to_json()
-        connection = open_for_writing(path, new=True)
-        journal = Journal(path, connection, header.run_id, (0, sha256(document)), 0)
-        with journal._transaction():
-            connection.execute(SCHEMA)
-            connection.execute("INSERT INTO header VALUES (1, ?, ?)", (document, sha256(document)))
-            chain = journal._insert_event("state", {"to": State.PLANNED, "by": header.operator, "reason": ""}, clock)
+        new_file = path.with_name(path.name + ".new")
+        new_file.unlink(missing_ok=True)
+        begun = Journal(new_file, open_plain(new_file), header.run_id, (0, sha256(document)), 0)
+        with begun._transaction():
+            begun._connection.execute(SCHEMA)
+            begun._connection.execute("INSERT INTO header VALUES (1, ?, ?)", (document, sha256(document)))
+            chain = begun._insert_event("state", {"to": State.PLANNED, "by": header.operator, "reason": ""}, clock)
+        begun._connection.close()
+        put_in_place(new_file, path)
+        journal = Journal(path, open_for_writing(path), header.run_id, chain, 0)
         journal._committed(chain, 0)
         return journal
 
@@ -66,7 +75,7 @@ class Journal:
             reader.verify()
             header, last = reader.header, reader.last_event()
             dwells = reader.committed_dwells()
-        connection = open_for_writing(path, new=False)
+        connection = open_for_writing(path)
         require_our_schema(path, connection)
         assert last is not None
         return Journal(path, connection, header.run_id, (last.sequence, last.sha256), dwells)

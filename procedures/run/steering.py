@@ -39,13 +39,12 @@ class Steering:
 
     def __call__(self, duration_s: float) -> None:
         """Let rig time pass. Raises: WaitEnded as soon as an abort was asked for."""
+        self.look()
         ends_s = self._clock.monotonic_s() + duration_s
-        while True:
+        while (left_s := ends_s - self._clock.monotonic_s()) > self._clock.slice_s:
+            self._clock.sleep(self._clock.slice_s)
             self.look()
-            left_s = ends_s - self._clock.monotonic_s()
-            if left_s <= 0.0:
-                return
-            self._clock.sleep(min(left_s, self._clock.slice_s))
+        self._clock.sleep(left_s)
 
     def rest(self) -> float:
         """Let a little real time pass while a person decides; returns it. Raises: WaitEnded."""

@@ -39,17 +39,37 @@ CREATE TABLE dwells (
 """Version 1. ``number`` counts dwells from 1 in the order of commitment."""
 
 
-def open_for_writing(path: Path, *, new: bool) -> "apsw.Connection":
-    """The engine's only connection. Raises: JournalError, StorageFailed."""
+def open_for_writing(path: Path) -> "apsw.Connection":
+    """The engine's only connection to an existing journal. Raises: JournalError, StorageFailed."""
     import apsw
 
-    flags = apsw.SQLITE_OPEN_READWRITE | (apsw.SQLITE_OPEN_CREATE if new else 0)
     with told_as(path):
-        connection = apsw.Connection(str(path), flags=flags)
+        connection = apsw.Connection(str(path), flags=apsw.SQLITE_OPEN_READWRITE)
         connection.set_busy_timeout(BUSY_MS)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
         return connection
+
+
+def open_plain(path: Path) -> "apsw.Connection":
+    """A new file without a write-ahead log, to be put in place when it is whole. Raises: StorageFailed."""
+    import apsw
+
+    with told_as(path):
+        return apsw.Connection(str(path), flags=apsw.SQLITE_OPEN_READWRITE | apsw.SQLITE_OPEN_CREATE)
+
+
+def put_in_place(new_file: Path, path: Path) -> None:
+    """Rename and sync the folder: the name appears with the whole content. Raises: StorageFailed."""
+    try:
+        os.rename(new_file, path)
+        handle = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+    except OSError as error:
+        raise StorageFailed(f"{path}: cannot be made: {error.strerror}; nothing moved; check the folder") from error
 
 
 def open_for_reading(path: Path) -> "apsw.Connection":
