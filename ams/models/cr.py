@@ -111,27 +111,88 @@ def sensor_from_linear(axis: str, linear: FloatArray) -> CrSensor:
     return CrSensor(axis, float(linear[0]), sign * norm, azimuth, coning)
 
 
-def linear_estimate(field: FloatArray, output_v: FloatArray) -> FloatArray:
-    """(b, k_x, k_y, k_z) by ordinary least squares on scaled columns.
+@dataclass(frozen=True)
+class SensorFit:
+    """One sensor with what least squares knows about it, for rows of equal and independent noise."""
 
-    Raises: DesignError where the field does not span three dimensions and an offset.
+    sensor: CrSensor
+    linear: FloatArray
+    """(4,) b and k."""
+    linear_covariance: FloatArray
+    """(4, 4) S_E² R⁻¹ as TP (50)."""
+    standard_error_v: float
+    degrees_of_freedom: int
+
+    def standard_uncertainties(self) -> Mapping[str, float | None]:
+        """Of bias, sensitivity, azimuth and coning, in the units of :class:`CrSensor`.
+
+        Azimuth and coning are None where the coning angle is within five of its standard uncertainties of zero: its
+        direction cannot be told there, while b and k stay well defined.
+        """
+        sensor = self.sensor
+        i = AXES.index(sensor.axis)
+        across = self.linear_covariance[1:, 1:][np.ix_([(i + 1) % 3, (i + 2) % 3], [(i + 1) % 3, (i + 2) % 3])]
+        coning_u = float(np.sqrt(np.linalg.eigvalsh(across)[-1]) / abs(sensor.sensitivity))
+        u = sensitive_axis(sensor.axis, sensor.azimuth_rad, sensor.coning_rad)
+        k_covariance = self.linear_covariance[1:, 1:]
+        found: dict[str, float | None] = {
+            "bias_v": float(np.sqrt(self.linear_covariance[0, 0])),
+            "sensitivity": float(np.sqrt(u @ k_covariance @ u)),
+            "azimuth_rad": None,
+            "coning_rad": None,
+        }
+        if sensor.coning_rad > 5.0 * coning_u:
+            slopes = np.stack([u, *self._turned_axes()], axis=1)
+            covariance = np.linalg.solve(slopes, np.linalg.solve(slopes, k_covariance).T)
+            found["azimuth_rad"], found["coning_rad"] = (float(np.sqrt(v)) for v in np.diag(covariance)[1:])
+        return found
+
+    def _turned_axes(self) -> tuple[FloatArray, FloatArray]:
+        """∂k/∂A and ∂k/∂C, (3,) each."""
+        by = jacobian(
+            self.sensor.axis,
+            np.array([0.0, self.sensor.sensitivity, self.sensor.azimuth_rad, self.sensor.coning_rad]),
+            np.eye(3),
+        )
+        return by[:, 2], by[:, 3]
+
+
+def fit_sensor(axis: str, field: FloatArray, output_v: FloatArray) -> SensorFit:
+    """Exact, start-free least squares of one sensor from (N, 3) field and (N,) outputs.
+
+    Raises: DesignError where there are fewer than five rows, or the field does not span three dimensions and an offset.
     """
     basis = np.column_stack([np.ones(field.shape[0]), field])
     scale = np.linalg.norm(basis, axis=0)
     scale[scale == 0] = 1.0
-    solution, _, rank, singular = np.linalg.lstsq(basis / scale, output_v, rcond=1e-13)
-    if rank < 4:
+    q, r = np.linalg.qr(basis / scale)
+    singular = np.linalg.svd(r, compute_uv=False)
+    rank = int(np.sum(singular > 1e-13 * singular[0]))
+    if rank < 4 or basis.shape[0] < 5:
         raise DesignError(
             f"CR model: {field.shape[0]} rows determine only {rank} of offset and three sensitivities "
             f"(singular values {', '.join(f'{s:.2g}' for s in singular)}); "
-            "the attitudes must turn the field about at least two axes"
+            "five rows or more are needed, and the attitudes must turn the field about at least two axes"
         )
-    return np.asarray(solution / scale, dtype=float)
+    inverse = np.linalg.inv(r) / scale[:, None]
+    linear = inverse @ (q.T @ output_v)
+    linear = linear + inverse @ (q.T @ (output_v - basis @ linear))
+    residuals = output_v - basis @ linear
+    dof = basis.shape[0] - 4
+    variance = float(residuals @ residuals) / dof
+    return SensorFit(
+        sensor_from_linear(axis, linear), linear, variance * inverse @ inverse.T, float(np.sqrt(variance)), dof
+    )
+
+
+def fit_package(field: FloatArray, outputs_v: Mapping[str, FloatArray]) -> dict[str, SensorFit]:
+    """Every sensor of one package, keyed by axis."""
+    return {axis: fit_sensor(axis, field, output) for axis, output in outputs_v.items()}
 
 
 def calibrate_package(field: FloatArray, outputs_v: Mapping[str, FloatArray]) -> dict[str, CrSensor]:
-    """Start-free solution of every sensor of one package, keyed by axis, from (N, 3) field and (N,) outputs."""
-    return {axis: sensor_from_linear(axis, linear_estimate(field, output)) for axis, output in outputs_v.items()}
+    """As :func:`fit_package`, the sensors alone."""
+    return {axis: fit.sensor for axis, fit in fit_package(field, outputs_v).items()}
 
 
 def sensed_field(sensors: Mapping[str, CrSensor], outputs_v: Mapping[str, FloatArray]) -> FloatArray:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.models.cr import CrSensor, calibrate_package
+from ams.models.cr import SensorFit, fit_package
 
 FloatArray = NDArray[np.float64]
 Array = NDArray[Any]
@@ -44,11 +44,12 @@ def euler_rates_rad_s(euler_rad: Array, body_rate_rad_s: Array) -> Array:
     return np.stack([pitch_rate, s_roll * w_y + c_roll * w_z, w_x - np.sin(yaw) * pitch_rate], axis=-1)
 
 
-def calibrate_gyros(
+def fit_gyros(
     euler_rad: FloatArray, euler_rate_rad_s: FloatArray, outputs_v: Mapping[str, FloatArray]
-) -> dict[str, CrSensor]:
-    """Every gyro of the package, keyed by axis; sensitivities in V per (rad/s).
+) -> dict[str, SensorFit]:
+    """Every gyro of the package, keyed by axis, with its covariance; sensitivities in V per (rad/s).
 
+    The covariance takes the samples' noise as white; filtered samples have fewer degrees of freedom than rows.
     Raises: DesignError where the motion does not turn the angular velocity in three dimensions.
     """
-    return calibrate_package(body_rates_rad_s(euler_rad, euler_rate_rad_s), outputs_v)
+    return fit_package(body_rates_rad_s(euler_rad, euler_rate_rad_s), outputs_v)

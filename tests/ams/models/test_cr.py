@@ -9,12 +9,11 @@ from ams.models.cr import (
     CrSensor,
     calibrate_package,
     calibrate_pair,
+    fit_sensor,
     jacobian,
-    linear_estimate,
     model_gravity_g,
     predict_v,
     sensed_field,
-    sensor_from_linear,
     sting_gravity_g,
 )
 
@@ -142,7 +141,7 @@ def test_any_parameters_are_brought_to_the_branch_that_gives_the_same_outputs(ax
     for _ in range(200):
         p = np.array([0.3, rng.choice([-1, 1]) * rng.uniform(0.1, 2), *rng.uniform(-7, 7, 2)])
         output = predict_v(axis, p, field)
-        sensor = sensor_from_linear(axis, linear_estimate(field, output))
+        sensor = fit_sensor(axis, field, output).sensor
         assert 0 <= sensor.coning_rad <= np.pi / 2
         assert -np.pi <= sensor.azimuth_rad <= np.pi
         again = np.array([sensor.bias_v, sensor.sensitivity, sensor.azimuth_rad, sensor.coning_rad])
@@ -165,6 +164,22 @@ def test_attitudes_that_turn_about_one_axis_only_are_refused_in_words():
     field = sting_gravity_g(np.linspace(-1, 1, 30), np.zeros(30))
     with pytest.raises(DesignError, match="turn the field about at least two axes"):
         calibrate_package(field, {"x": np.ones(30)})
+
+
+def test_uncertainties_cover_and_a_coning_angle_near_zero_is_not_stated():
+    rng = np.random.default_rng(7)
+    field = sting_gravity_g(*rng.uniform(-1.5, 1.5, (2, 60)))
+    clean = predict_v("y", np.array([1.2, -0.5, 1.0, 0.05]), field)
+    held = 0
+    for _ in range(1500):
+        fit = fit_sensor("y", field, clean + rng.normal(0, 1e-4, 60))
+        held += bool(abs(fit.sensor.coning_rad - 0.05) < 2.003 * fit.standard_uncertainties()["coning_rad"])
+    assert 0.935 < held / 1500 < 0.965  # Student's t with 56 degrees of freedom: 2.003
+    straight = predict_v("y", np.array([1.2, -0.5, 1.0, 0.0]), field)
+    none = fit_sensor("y", field, straight + rng.normal(0, 1e-4, 60)).standard_uncertainties()
+    assert none["azimuth_rad"] is None
+    assert none["coning_rad"] is None
+    assert none["sensitivity"] > 0
 
 
 def test_coplanar_sensors_cannot_resolve_a_field():
