@@ -3,7 +3,7 @@
 Everything is opened together or not at all, and given back in the opposite order.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -11,23 +11,16 @@ from types import TracebackType
 from rig.bench import axis_lines, twin_lines
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
 from rig.description import RigDescription
-from rig.devices import indexing_table, watlow_f4
 from rig.devices.abilities import Axis, Environment, NoChance, Readout, TwinChance
-from rig.devices.hp3458a import Hp3458aReadout, Hp3458aSettings, scanner_resource
-from rig.devices.indexing_table import IndexingTableSettings
-from rig.devices.watlow_f4 import WatlowF4Settings
 from rig.errors import DescriptionError
 from rig.kept_lines import LineSource
-from rig.link.byte_stream import ByteStream
-from rig.link.gpib import GpibBus, GpibResource, parse_resource
-from rig.link.memory import MemoryStream
-from rig.link.ports import open_stream
-from rig.link.prologix import PrologixBus
-from rig.lock import RigLock, acquire, canonical
+from rig.lines import Lines
+from rig.link.gpib import port_of
+from rig.lock import RigLock, acquire
+from rig.openers import open_axes, open_environment, open_readout
 from rig.settings import TWIN_PORT
 from rig.twins.control import RemoteChance
 from rig.twins.world import World
-from rig.wire.hp3458a import DEFAULT_ADDRESS
 
 
 class Rig:
@@ -96,13 +89,21 @@ def open_rig(
     with ExitStack() as opened:
         lock_rig(description, rig_file, purpose, opened)
         world = World(description) if description.uses_twins else None
-        opening = _Opening(description, clock, world, line_source or _as_it_is, opened)
+        twins = {key: line.twin for line in twin_lines(description, world) for key in line.keys} if world else {}
+        lines = Lines(clock, twins, line_source, opened)
+        found: dict[str, Axis] = {}
+        for names in axis_lines(description.axes):
+            found |= open_axes({name: description.axes[name] for name in names}, lines)
         return Rig(
             description,
-            axes=opening.axes(),
-            readouts=opening.readouts(),
-            environments=opening.environments(),
-            chance=opening.chance(),
+            axes={name: found[name] for name in description.axes},
+            readouts={
+                name: open_readout(name, settings, lines, clock) for name, settings in description.readouts.items()
+            },
+            environments={
+                name: open_environment(name, settings, lines) for name, settings in description.environment.items()
+            },
+            chance=world or _remote_chance(description, lines),
             clock=clock,
             resources=opened.pop_all(),
         )
@@ -130,8 +131,8 @@ def real_ports(description: RigDescription) -> list[str]:
     ports = [axis.port for axis in description.axes.values()]
     ports += [chamber.port for chamber in description.environment.values()]
     for readout in description.readouts.values():
-        if isinstance(readout, Hp3458aSettings):
-            ports += [parse_resource(readout.resource, DEFAULT_ADDRESS).port, scanner_resource(readout).port]
+        resources = (getattr(readout, "resource", None), getattr(readout, "scanner_resource", None))
+        ports += [port_of(resource) for resource in resources if resource is not None]
     return [port for port in dict.fromkeys(ports) if port != TWIN_PORT]
 
 
@@ -141,91 +142,6 @@ def lock_rig(description: RigDescription, rig_file: Path | None, purpose: str, h
     return held.enter_context(acquire(resources, purpose))
 
 
-class _Opening:
-    """Opens lines as devices need them, each line once."""
-
-    def __init__(
-        self, description: RigDescription, clock: Clock, world: World | None, source: LineSource, opened: ExitStack
-    ) -> None:
-        self._description = description
-        self._clock = clock
-        self._world = world
-        self._source = source
-        self._opened = opened
-        self._streams: dict[str, ByteStream] = {}
-        self._buses: dict[tuple[str, str], GpibBus] = {}
-        lines = twin_lines(description, world) if world is not None else []
-        self._twins = {key: line for line in lines for key in line.keys}
-
-    def axes(self) -> dict[str, Axis]:
-        described = self._description.axes
-        found: dict[str, Axis] = {}
-        for line in axis_lines(described):
-            tables = {name: described[name] for name in line}
-            indexing = {name: axis for name, axis in tables.items() if isinstance(axis, IndexingTableSettings)}
-            if len(indexing) < len(tables):
-                raise _no_driver(f"axes.{line[0]}", tables[line[0]].driver)
-            found |= indexing_table.connect(indexing, self._stream(f"axes.{line[0]}", tables[line[0]].port))
-        return {name: found[name] for name in described}
-
-    def readouts(self) -> dict[str, Readout]:
-        found: dict[str, Readout] = {}
-        for name, settings in self._description.readouts.items():
-            if not isinstance(settings, Hp3458aSettings):
-                raise _no_driver(f"readouts.{name}", settings.driver)
-            meter = self._bus(f"readouts.{name}", parse_resource(settings.resource, DEFAULT_ADDRESS))
-            scanner = self._bus(f"readouts.{name}", scanner_resource(settings))
-            found[name] = Hp3458aReadout(name, settings, meter, self._clock, scanner)
-        return found
-
-    def environments(self) -> dict[str, Environment]:
-        found: dict[str, Environment] = {}
-        for name, settings in self._description.environment.items():
-            if not isinstance(settings, WatlowF4Settings):
-                raise _no_driver(f"environment.{name}", settings.driver)
-            stream = self._stream(f"environment.{name}", settings.port, settings.baud_rate)
-            found[name] = watlow_f4.connect(name, settings, stream)
-        return found
-
-    def chance(self) -> TwinChance:
-        if self._world is not None:
-            return self._world
-        control = self._description.twin.control if self._description.twin else None
-        return RemoteChance(self._stream("twin.control", control)) if control else NoChance()
-
-    def _bus(self, key: str, resource: GpibResource) -> GpibBus:
-        """The controller that carries an instrument; instruments of one adapter share it."""
-        place = (key if resource.carrier == "twin" else resource.carrier, resource.port)
-        if place not in self._buses:
-            self._buses[place] = self._open_bus(key, resource)
-            self._opened.callback(self._buses[place].close)
-        return self._buses[place]
-
-    def _open_bus(self, key: str, resource: GpibResource) -> GpibBus:
-        if resource.carrier == "visa":
-            from rig.link.visa import VisaBus
-
-            return VisaBus(resource.port, SystemClock())
-        return PrologixBus(self._stream(key, resource.port))
-
-    def _stream(self, key: str, port: str, baud_rate: int = 9600) -> ByteStream:
-        """The line to ``port``, opened once; a twin's is in memory and named by its device."""
-        name = f"twin of {key}" if port == TWIN_PORT else canonical(port)
-        if name not in self._streams:
-            stream = self._source(key, lambda: self._open(key, port, baud_rate))
-            self._opened.callback(stream.close)
-            self._streams[name] = stream
-        return self._streams[name]
-
-    def _open(self, key: str, port: str, baud_rate: int) -> ByteStream:
-        if port == TWIN_PORT:
-            return MemoryStream(self._twins[key].twin, self._clock, f"twin of {key}")
-        return open_stream(port, clock=SystemClock(), baud_rate=baud_rate)
-
-
-def _as_it_is(_key: str, open_line: Callable[[], ByteStream]) -> ByteStream:
-    return open_line()
-
-
-def _no_driver(key: str, driver: str) -> DescriptionError:
-    return DescriptionError(f"{key}: driver {driver!r} cannot be opened by this version; nothing was opened")
+def _remote_chance(description: RigDescription, lines: Lines) -> TwinChance:
+    control = description.twin.control if description.twin else None
+    return RemoteChance(lines.stream("twin.control", control)) if control else NoChance()

@@ -104,14 +104,15 @@ def _unusable_dialects(file: TomlFile, rig: "RigDescription") -> Iterable[str]:
 
 
 def _unusable_resources(file: TomlFile, rig: "RigDescription") -> Iterable[str]:
-    from rig.link.gpib import parse_resource
+    from rig.link.gpib import parse_resource, port_of
 
     for name, readout in rig.readouts.items():
         for key in ("resource", "scanner_resource"):
             resource = getattr(readout, key, None)
             if resource is None:
                 continue
+            has_scanner = "scanner_resource" in type(readout).model_fields  # such a meter is on a bus
             try:
-                parse_resource(resource, twin_address=0)
+                parse_resource(resource, 0) if has_scanner else port_of(resource)
             except RequestRefused as error:
                 yield file.complaint(("readouts", name, key), str(error))

@@ -86,6 +86,12 @@ def parse_resource(text: str, twin_address: int) -> GpibResource:
     raise RequestRefused(f"resource {text!r}: not a GPIB instrument (allowed: {RESOURCE_FORMS})")
 
 
+def port_of(resource: str) -> str:
+    """The port behind any ``resource`` of a rig file: of its adapter, or itself where it is a stream's address."""
+    on_a_bus = resource == "twin" or resource.startswith(("prologix+", "visa:"))
+    return parse_resource(resource, 0).port if on_a_bus else resource
+
+
 def _named(port: str) -> str:
     if not port:
         raise ValueError("no port or no address is given")

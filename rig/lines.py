@@ -1,0 +1,60 @@
+"""The lines of an open rig: each port opened once, each adapter shared by its instruments, twins in memory."""
+
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+
+from rig.clock import Clock, SystemClock
+from rig.kept_lines import LineSource
+from rig.link.byte_stream import ByteStream
+from rig.link.gpib import GpibBus, GpibResource
+from rig.link.memory import MemoryStream
+from rig.link.ports import open_stream
+from rig.link.prologix import PrologixBus
+from rig.lock import canonical
+from rig.settings import TWIN_PORT
+from rig.twins.twin import Twin
+
+
+class Lines:
+    """Opens what drivers ask for and gives it back when ``opened`` closes. Keys are tables such as ``axes.pitch``."""
+
+    def __init__(self, clock: Clock, twins: Mapping[str, Twin], source: LineSource | None, opened: ExitStack) -> None:
+        self._clock = clock
+        self._twins = twins
+        self._source = source or _as_it_is
+        self._opened = opened
+        self._streams: dict[str, ByteStream] = {}
+        self._buses: dict[tuple[str, str], GpibBus] = {}
+
+    def stream(self, key: str, port: str, baud_rate: int = 9600) -> ByteStream:
+        """The line to ``port``; a twin's is in memory and its own. Raises: LinkLost, RigBusy, RequestRefused."""
+        name = f"twin of {key}" if port == TWIN_PORT else canonical(port)
+        if name not in self._streams:
+            stream = self._source(key, lambda: self._open(key, port, baud_rate))
+            self._opened.callback(stream.close)
+            self._streams[name] = stream
+        return self._streams[name]
+
+    def bus(self, key: str, resource: GpibResource) -> GpibBus:
+        """The controller that carries an instrument. Raises as :meth:`stream`, and DeviceSilent, DeviceNonsense."""
+        place = (key if resource.carrier == "twin" else resource.carrier, resource.port)
+        if place not in self._buses:
+            self._buses[place] = self._open_bus(key, resource)
+            self._opened.callback(self._buses[place].close)
+        return self._buses[place]
+
+    def _open(self, key: str, port: str, baud_rate: int) -> ByteStream:
+        if port == TWIN_PORT:
+            return MemoryStream(self._twins[key], self._clock, f"twin of {key}")
+        return open_stream(port, clock=SystemClock(), baud_rate=baud_rate)
+
+    def _open_bus(self, key: str, resource: GpibResource) -> GpibBus:
+        if resource.carrier == "visa":
+            from rig.link.visa import VisaBus
+
+            return VisaBus(resource.port, SystemClock())
+        return PrologixBus(self.stream(key, resource.port))
+
+
+def _as_it_is(_key: str, open_line: Callable[[], ByteStream]) -> ByteStream:
+    return open_line()
