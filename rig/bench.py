@@ -3,7 +3,7 @@
 The same lines are read in memory (:mod:`rig.assembly`) and over real ports (:mod:`rig.simulate`).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -12,6 +12,7 @@ from rig.devices.hp3458a import Hp3458aSettings
 from rig.devices.indexing_table import IndexingTableSettings
 from rig.devices.watlow_f4 import WatlowF4Settings
 from rig.errors import DescriptionError
+from rig.openers import settings_as
 from rig.settings import TWIN_PORT, AxisSettings, EnvironmentSettings, ReadoutSettings
 from rig.twins.hp3458a import Hp3458aTwin, ScannedInput
 from rig.twins.hp3488a import Hp3488aTwin
@@ -25,7 +26,7 @@ from rig.wire import hp3488a as scanner_wire
 from rig.wire.indexing_table import TableCodec
 from rig.wire.table_dialect import load_dialect
 
-Settings = TypeVar("Settings")
+Builder = TypeVar("Builder")
 
 
 @dataclass(frozen=True)
@@ -58,55 +59,72 @@ def axis_lines(axes: Mapping[str, AxisSettings]) -> list[tuple[str, ...]]:
 
 
 def twin_lines(description: RigDescription, world: World, time_factor: float = 1.0) -> list[TwinLine]:
-    """The lines of every device whose port says ``twin``. Raises: DescriptionError where a driver has no twin."""
+    """The lines of every device whose port says ``twin``. ``time_factor``: rig seconds in a second of the line.
+
+    Raises: DescriptionError where a driver has no twin.
+    """
     axes = {name: axis for name, axis in description.axes.items() if axis.port == TWIN_PORT}
+    readouts = {name: meter for name, meter in description.readouts.items() if is_twin(meter)}
+    chambers = {name: chamber for name, chamber in description.environment.items() if chamber.port == TWIN_PORT}
     return [
         *(_axes_line({name: axes[name] for name in line}, world) for line in axis_lines(axes)),
-        *_readout_lines(description.readouts, world),
-        *_environment_lines(description.environment, world, time_factor),
+        *(_readout_line(name, readout, world) for name, readout in readouts.items()),
+        *(_environment_line(name, chamber, world, time_factor) for name, chamber in chambers.items()),
     ]
 
 
+def is_twin(readout: ReadoutSettings) -> bool:
+    return getattr(readout, "resource", None) == TWIN_PORT
+
+
 def _axes_line(axes: Mapping[str, AxisSettings], world: World) -> TwinLine:
-    tables = {name: _as(IndexingTableSettings, axis, f"axes.{name}") for name, axis in axes.items()}
-    finest = min(tables.values(), key=lambda settings: settings.increment_deg)
+    keys = tuple(f"axes.{name}" for name in axes)
+    return TwinLine(keys, _twin(AXIS_TWINS, axes[next(iter(axes))].driver, keys[0])(axes, world))
+
+
+def _readout_line(name: str, readout: ReadoutSettings, world: World) -> TwinLine:
+    key = f"readouts.{name}"
+    twin, address = _twin(READOUT_TWINS, readout.driver, key)(name, readout, world)
+    return TwinLine((key,), twin, address)
+
+
+def _environment_line(name: str, chamber: EnvironmentSettings, world: World, time_factor: float) -> TwinLine:
+    key = f"environment.{name}"
+    return TwinLine((key,), _twin(ENVIRONMENT_TWINS, chamber.driver, key)(name, chamber, world, time_factor))
+
+
+def _indexing_table(axes: Mapping[str, AxisSettings], world: World) -> Twin:
+    tables = [settings_as(IndexingTableSettings, axis) for axis in axes.values()]
+    finest = min(tables, key=lambda settings: settings.increment_deg)
     codec = TableCodec(load_dialect(finest.dialect, finest.increment_deg))
-    bodies = {axis.axis: name for name, axis in axes.items()}
-    return TwinLine(tuple(f"axes.{name}" for name in axes), IndexingTableTwin(codec, bodies, world))
+    return IndexingTableTwin(codec, {axis.axis: name for name, axis in axes.items()}, world)
 
 
-def _readout_lines(readouts: Mapping[str, ReadoutSettings], world: World) -> Iterable[TwinLine]:
-    for name, readout in readouts.items():
-        meter = _as(Hp3458aSettings, readout, f"readouts.{name}")
-        if meter.resource != TWIN_PORT:
-            continue
-        if meter.scanner_resource not in (None, TWIN_PORT):
-            raise DescriptionError(
-                f"readouts.{name}: scanner_resource: a meter's twin needs its scanner's twin; leave it out"
-            )
-        wiring = {entry.scanner_channel: f"{name}.{channel}" for channel, entry in meter.channels.items()}
-        slots = {number // 100 for number in wiring}
-        scanner = Hp3488aTwin(dict.fromkeys(sorted(slots), "44470"))
-        instruments: dict[int, GpibInstrument] = {
-            meter_wire.DEFAULT_ADDRESS: Hp3458aTwin(ScannedInput(world, scanner, wiring)),
-            scanner_wire.DEFAULT_ADDRESS: scanner,
-        }
-        yield TwinLine(
-            (f"readouts.{name}",), PrologixTwin(instruments), f"prologix+{{port}}#{meter_wire.DEFAULT_ADDRESS}"
+def _hp3458a(name: str, readout: ReadoutSettings, world: World) -> tuple[Twin, str]:
+    meter = settings_as(Hp3458aSettings, readout)
+    if meter.scanner_resource not in (None, TWIN_PORT):
+        raise DescriptionError(
+            f"readouts.{name}: scanner_resource: a meter's twin needs its scanner's twin; leave it out"
         )
+    wiring = {entry.scanner_channel: f"{name}.{channel}" for channel, entry in meter.channels.items()}
+    scanner = Hp3488aTwin(dict.fromkeys(sorted({number // 100 for number in wiring}), "44470"))
+    instruments: dict[int, GpibInstrument] = {
+        meter_wire.DEFAULT_ADDRESS: Hp3458aTwin(ScannedInput(world, scanner, wiring)),
+        scanner_wire.DEFAULT_ADDRESS: scanner,
+    }
+    return PrologixTwin(instruments), f"prologix+{{port}}#{meter_wire.DEFAULT_ADDRESS}"
 
 
-def _environment_lines(
-    environments: Mapping[str, EnvironmentSettings], world: World, time_factor: float
-) -> Iterable[TwinLine]:
-    for name, environment in environments.items():
-        if environment.port == TWIN_PORT:
-            unit = _as(WatlowF4Settings, environment, f"environment.{name}").unit
-            yield TwinLine((f"environment.{name}",), WatlowF4Twin(name, world, unit=unit, gap_s=time_factor))
+def _watlow_f4(name: str, chamber: EnvironmentSettings, world: World, time_factor: float) -> Twin:
+    return WatlowF4Twin(name, world, unit=settings_as(WatlowF4Settings, chamber).unit, gap_s=time_factor)
 
 
-def _as(kind: type[Settings], settings: AxisSettings | ReadoutSettings | EnvironmentSettings, key: str) -> Settings:
-    """The driver's own settings. Raises: DescriptionError for a driver without a twin."""
-    if not isinstance(settings, kind):
-        raise DescriptionError(f"{key}: driver: {settings.driver!r} has no twin; give its real port")
-    return settings
+AXIS_TWINS: Mapping[str, Callable[[Mapping[str, AxisSettings], World], Twin]] = {"indexing-table": _indexing_table}
+READOUT_TWINS: Mapping[str, Callable[[str, ReadoutSettings, World], tuple[Twin, str]]] = {"hp3458a": _hp3458a}
+ENVIRONMENT_TWINS: Mapping[str, Callable[[str, EnvironmentSettings, World, float], Twin]] = {"watlow-f4": _watlow_f4}
+
+
+def _twin(builders: Mapping[str, Builder], driver: str, key: str) -> Builder:
+    if driver not in builders:
+        raise DescriptionError(f"{key}: driver: {driver!r} has no twin; give its real port")
+    return builders[driver]

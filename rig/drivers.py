@@ -1,7 +1,9 @@
-"""The drivers by the name a rig file gives them: settings table, connection and twin of each.
+"""The drivers by the name a rig file gives them, and the settings table of each.
 
-Built-in drivers stand in the tables below; other distributions register theirs under the entry points
-``calrig.axes``, ``calrig.readouts`` and ``calrig.environments`` with the same three names in their module.
+How a driver's devices are opened stands in :mod:`rig.openers`, its twin in :mod:`rig.bench`.
+
+Built-in drivers stand in the tables below; other distributions register their settings tables under the entry
+points ``calrig.axes``, ``calrig.readouts`` and ``calrig.environments``.
 """
 
 from collections.abc import Mapping

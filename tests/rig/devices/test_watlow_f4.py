@@ -48,6 +48,26 @@ def test_a_setpoint_that_the_chamber_does_not_take_is_told() -> None:
         chamber.hold(500.0)
 
 
+class DeafRoom:
+    """Acknowledges every setpoint and keeps its own."""
+
+    def read_temperature_degc(self, environment: str, now_s: float) -> float:
+        return 20.0
+
+    def setpoint_degc(self, environment: str) -> float:
+        return 20.0
+
+    def hold(self, environment: str, setpoint_degc: float, now_s: float) -> None:
+        return None
+
+
+def test_a_setpoint_that_does_not_read_back_is_a_fault() -> None:
+    settings = WatlowF4Settings(driver="watlow-f4", port="twin")
+    stream = MemoryStream(WatlowF4Twin("air", DeafRoom()), virtual_clock(), "chamber")
+    with pytest.raises(DeviceFault, match="setpoint 25 degC was acknowledged, but reads back 20 degC"):
+        connect("air", settings, stream).hold(25.0)
+
+
 def test_an_implausible_temperature_is_a_fault() -> None:
     chamber, world, clock = _chamber()
     chamber.identify()
