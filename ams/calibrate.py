@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.errors import SolveError
+from ams.errors import DesignError, SolveError
 from ams.frames import AXES
 from ams.model_choice import ModelChoice, base_model, choose_model
 from ams.models.model import Model
@@ -102,6 +102,11 @@ def _linearise(
     forms: dict[Hashable, LinearForm],
 ) -> _Linearised:
     free = np.array([i for i, name in enumerate(model.primary_names) if name not in model.fixed])
+    if rows.rows == free.size:
+        raise DesignError(
+            f"{rows.source}: {rows.rows} observations determine {free.size} parameters and leave nothing to judge the "
+            f"error by: allowed {free.size + 1} or more; nothing was solved; add points or replications"
+        )
     names = [model.primary_names[i] for i in free]
     if model.basis_key is None:
         return _linearise_at_solution(model, free, names, rows, output_v, weights)

@@ -36,7 +36,6 @@ def derive(
     null = np.array([name in undetermined for name in model.parameter_names])
     directions[null] = np.nan
     covariance = directions @ primary_covariance @ directions.T
-    covariance[null, :] = covariance[:, null] = np.nan
     known = np.nan_to_num(directions, nan=0.0)
     tp_uncertainty = np.sqrt(np.einsum("mi,ij,mj->m", known, tp_covariance, known))
     columns = zip(

@@ -63,11 +63,17 @@ class Layout:
         """(K, …) sums of (N, …) values."""
         return _sum_by(self.point, values, self.points)
 
+    def mean_by_point(self, values: FloatArray) -> FloatArray:
+        """(K, …) means of (N, …) values."""
+        return np.asarray((self.sum_by_point(values).T / np.bincount(self.point)).T)
+
 
 def _sum_by(index: IntArray, values: FloatArray, size: int) -> FloatArray:
     flat = values.reshape(values.shape[0], -1)
-    sums = [np.bincount(index, weights=column, minlength=size) for column in flat.T]
-    return np.asarray(np.stack(sums, axis=-1).reshape(size, *values.shape[1:]), dtype=np.float64)
+    sums = np.empty((size, flat.shape[1]))
+    for column in range(flat.shape[1]):
+        sums[:, column] = np.bincount(index, weights=flat[:, column], minlength=size)
+    return sums.reshape(size, *values.shape[1:])
 
 
 def layout_of(observations: Observations) -> Layout:

@@ -7,9 +7,9 @@ estimate A y with A X = 1 has the covariance
     (spread of the replications) / n  +  s_lof² B Bᵀ  +  (A G)(A G)ᵀ,      B = A summed over the readings of a point,
 
 whatever A is. The weights in A (generalised least squares) only make it small: they need not be exact, the covariance
-stays right. The lack-of-fit variance is what is left of its mean square once the common errors have had their share, so
-the table's index errors are never counted twice. Source: MATH of the default forms beside TP 8; TP (50) for
-one replication.
+stays right. The lack-of-fit variance is what the points' scatter asks for beyond precision *and* common errors, so the
+table's index errors are never counted twice. Source: TP 8 for the idea, TP (50) for one
+replication.
 """
 
 from collections.abc import Mapping
@@ -22,6 +22,7 @@ from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums, replicated_sums
 from ams.solve.result import VarianceComponent
+from ams.solve.scatter import own_scatter
 
 FloatArray = NDArray[np.float64]
 
@@ -72,8 +73,8 @@ def estimate(
         return _unreplicated(form, layout, output_v, ordinary, common, joined)
     own_size = alone.basis.shape[1]
     shared = form.basis[:, own_size:] @ ordinary[own_size:]
-    sums = replicated_sums(alone, layout, np.column_stack([output_v - shared, joined]))
-    precision, beyond, beyond_dof = _variances(sums)
+    sums = replicated_sums(alone, layout, (output_v - shared)[:, None])
+    precision, beyond, beyond_dof = _variances(alone, layout, sums, joined)
     own = _own_variance(form, layout, precision, beyond, output_v - form.basis @ ordinary)
     estimator = _generalised(form, own, joined)
     components = [_replication_component(estimator, alone, layout, sums, absorbed)]
@@ -85,7 +86,7 @@ def estimate(
         estimator,
         precision,
         beyond,
-        _first(sums),
+        sums,
     )
 
 
@@ -98,17 +99,11 @@ def _unreplicated(
     joined: FloatArray,
 ) -> MixedEstimate:
     """One replication (or none to spare): precision and lack of fit cannot be told apart; the residuals hold both."""
-    root = np.ones(layout.rows) if form.weights is None else np.sqrt(form.weights)
-    residuals = root * (output_v - form.basis @ ordinary)
-    dof = layout.rows - form.basis.shape[1]
-    left = joined - form.basis @ (form.estimator @ joined)
-    explained = float(np.sum((root[:, None] * left) ** 2))
-    square = float(residuals @ residuals)
-    variance = max(0.0, square - explained) / dof if dof > 0 else float("nan")
-    weighting = max(variance, 0.05 * square / dof) if dof > 0 else 1.0
-    estimator = _generalised(form, np.full(layout.rows, weighting) / root**2, joined)
-    spread = variance * (estimator / root) @ (estimator / root).T
-    component = VarianceComponent("residuals", spread, float(dof))
+    weights = np.ones(layout.rows) if form.weights is None else form.weights
+    scatter = own_scatter(form.basis, output_v, joined, weights)
+    estimator = _generalised(form, scatter.variance / weights, joined)
+    spread = scatter.variance * (estimator / weights) @ estimator.T
+    component = VarianceComponent("residuals", spread, scatter.dof)
     return MixedEstimate(
         ordinary + estimator @ (output_v - form.basis @ ordinary),
         (component, *_common_components(estimator, common)),
@@ -119,19 +114,22 @@ def _unreplicated(
     )
 
 
-def _variances(sums: ReplicatedSums) -> tuple[float, float, float]:
+def _variances(
+    alone: LinearForm, layout: Layout, sums: ReplicatedSums, joined: FloatArray
+) -> tuple[float, float, float]:
     """Precision, lack of fit beyond the common errors (volts²), and the latter's degrees of freedom.
 
-    Those are the degrees of freedom of its mean square: counting the subtraction as well would leave fewer than one
-    where the lack of fit is small, and widen intervals that hold without it (97 % instead of 95.4 %, simulated).
+    Those are the degrees of freedom of the points' scatter: counting the subtraction of precision as well would leave
+    fewer than one where the lack of fit is small, and widen intervals that hold without it (97 % for 95 %, simulated).
     """
     if sums.dof_precision <= 0 or sums.dof_lack_of_fit <= 0:
         return float("nan"), 0.0, float("nan")
     precision = float(sums.ss_precision[0]) / sums.dof_precision
-    lack_of_fit = float(sums.ss_lack_of_fit[0]) / sums.dof_lack_of_fit
-    explained = float(sums.ss_lack_of_fit[1:].sum()) / sums.dof_lack_of_fit
-    beyond = max(0.0, (lack_of_fit - precision - explained) / sums.multiplicity)
-    return precision, beyond, float(sums.dof_lack_of_fit)
+    readings = layout.sum_by_point(np.ones(layout.rows) if alone.weights is None else alone.weights)
+    typical = float(readings.mean())
+    basis, common = (layout.mean_by_point(columns) for columns in (alone.basis, joined))
+    scatter = own_scatter(basis, sums.point_means[:, 0], common, readings / typical)
+    return precision, max(0.0, scatter.variance - precision / typical), scatter.dof
 
 
 def _own_variance(
@@ -174,18 +172,3 @@ def _lack_of_fit_component(estimator: FloatArray, layout: Layout, variance: floa
 def _common_components(estimator: FloatArray, common: Mapping[str, FloatArray]) -> tuple[VarianceComponent, ...]:
     parts = ((name, estimator @ block) for name, block in common.items() if block.shape[1] > 0)
     return tuple(VarianceComponent(name, effect @ effect.T, float("inf")) for name, effect in parts)
-
-
-def _first(sums: ReplicatedSums) -> ReplicatedSums:
-    """The outputs' own sums, without those of the common errors' columns."""
-    return ReplicatedSums(
-        sums.separate[..., :1],
-        sums.contrasts[..., :1],
-        sums.contrast_covariance,
-        sums.departures[:, :1],
-        sums.ss_precision[:1],
-        sums.dof_precision,
-        sums.ss_lack_of_fit[:1],
-        sums.dof_lack_of_fit,
-        sums.multiplicity,
-    )

@@ -38,9 +38,8 @@ class ReplicatedSums:
     ss_lack_of_fit: FloatArray
     """(m,)"""
     dof_lack_of_fit: int
-    multiplicity: float
-    """Mean number of readings of a point: what a point's variance is multiplied by in the mean square of lack
-    of fit."""
+    point_means: FloatArray
+    """(K, m) every point's mean over the replications, their drift taken out."""
 
 
 def replicated_sums(form: LinearForm, layout: Layout, outputs: FloatArray) -> ReplicatedSums:
@@ -75,7 +74,7 @@ def _balanced(form: LinearForm, layout: Layout, outputs: FloatArray, order: NDAr
         dof_precision=(n - 1) * (points - size),
         ss_lack_of_fit=n * np.sum(common**2, axis=0),
         dof_lack_of_fit=points - size,
-        multiplicity=float(n),
+        point_means=rows.mean(axis=0),
     )
 
 
@@ -103,7 +102,7 @@ def _unbalanced(form: LinearForm, layout: Layout, outputs: FloatArray) -> Replic
         dof_precision=dof_precision,
         ss_lack_of_fit=np.maximum(ss_separate - ss_precision, 0.0),
         dof_lack_of_fit=dof_lack_of_fit,
-        multiplicity=dof_separate / dof_lack_of_fit if dof_lack_of_fit > 0 else float("nan"),
+        point_means=layout.mean_by_point(effects),
     )
 
 

@@ -25,6 +25,7 @@ _NODES = 48
 """Gauss-Legendre nodes an axis: exact to rounding for second harmonics over two turns and less."""
 _GRID = 91
 _PEAKS = 12
+_POLISHING = 24
 
 
 @dataclass(frozen=True)
@@ -184,16 +185,16 @@ def _highest(values: FloatArray) -> NDArray[np.intp]:
 
 
 def _polish(inverse: FloatArray, box: AngleBox, place: tuple[float, float], cell: tuple[float, float]) -> float:
-    """Search ever finer around a place of the grid."""
-    reach = list(cell)
-    best = -np.inf
-    for _ in range(8):
+    """Climb from a place of the grid, ever finer once the top is inside the window."""
+    halves, best = np.array(cell), -np.inf
+    for _ in range(_POLISHING):
         axes = [
             np.clip(np.linspace(centre - half, centre + half, 11), low, high)
-            for centre, half, (low, high) in zip(place, reach, (box.pitch_rad, box.roll_rad), strict=True)
+            for centre, half, (low, high) in zip(place, halves, (box.pitch_rad, box.roll_rad), strict=True)
         ]
         values = _variance(inverse, *np.meshgrid(*axes, indexing="ij"))
         i, j = np.unravel_index(int(np.argmax(values)), values.shape)
+        if values[i, j] <= best or (0 < i < 10 and 0 < j < 10):
+            halves = halves / 4.0
         best, place = max(best, float(values[i, j])), (float(axes[0][i]), float(axes[1][j]))
-        reach = [half / 4.0 for half in reach]
     return best

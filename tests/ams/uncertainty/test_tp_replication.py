@@ -1,7 +1,11 @@
 """TP table 2: T_bias and its limit from the printed columns, with the corrections the text of the report calls for."""
 
+import numpy as np
 import pytest
+from simulated_campaign import Campaign
 
+from ams.calibrate import calibrate
+from ams.request import CalibrationRequest
 from ams.uncertainty.tp_replication import f_bias, t_bias
 
 # figure, K, n, parameters, σ_bias, σ_prec, T_bias, F_bias as printed (×10⁻⁴ degrees)
@@ -40,3 +44,25 @@ def test_row_34_needs_the_precision_that_its_other_columns_imply() -> None:
     """Printed σ_prec 1.64 gives T_bias 11; 16.4 gives the printed 0.113 (K = 325)."""
     assert t_bias(2.45, 16.4, 325, 6, 4) == pytest.approx(0.113, abs=0.001)
     assert t_bias(2.45, 1.64, 325, 6, 4) > 10
+
+
+def test_drift_and_bias_of_a_campaign_are_those_of_the_printed_formulas() -> None:
+    """Step by step as TP 8 has it: every replication fitted alone, offsets' spread over R₁⁻¹, pooled residuals' means."""
+    n, observations = 5, Campaign(replications=5, offset_drift_arcsec=1.0).observe(np.random.default_rng(6))
+    found = calibrate(observations, CalibrationRequest(nominal_axes={"z": "z"})).axes["z"].replication.tp
+    pitch, roll = (a.reshape(n, -1)[0] for a in (observations.pitch_rad, observations.roll_rad))
+    points = pitch.size
+    f = np.stack([pitch * 0 + 1, np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)], axis=1)
+    v = observations.outputs_v["z"].reshape(n, points)
+    c, residuals = np.linalg.lstsq(f, v.T, rcond=None)[:2]
+    within = residuals.sum() / (n * (points - 4))
+    r1_inverse = np.linalg.inv(f.T @ f)
+    t_offset = np.sum((c[0] - c[0].mean()) ** 2) / ((n - 1) * r1_inverse[0, 0]) / within
+    assert found.drift["offset"].t == pytest.approx(t_offset, rel=1e-8)
+    pooled = v - (f @ c.mean(axis=1))
+    mean = pooled.mean(axis=0)
+    sigma_bias, sigma_prec = np.sqrt(np.mean(mean**2)), np.sqrt(np.mean((pooled - mean) ** 2))
+    assert found.sigma_bias_v == pytest.approx(sigma_bias, rel=1e-8)
+    assert found.sigma_prec_v == pytest.approx(sigma_prec, rel=1e-8)
+    assert found.t_bias == pytest.approx(t_bias(sigma_bias, sigma_prec, points, n, 4), rel=1e-8)
+    assert found.f_bias_95 == pytest.approx(f_bias(points, n, 4))

@@ -1,0 +1,70 @@
+"""Confidence and prediction intervals of a solved sensor axis at any attitude, TP (72) to (74).
+
+The confidence interval holds the calibrated output, the prediction interval one new reading. The new reading's own
+standard deviation is that of the place where the sensor is used (the tunnel's), not of the calibration.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import DesignError
+from ams.frames import Attitude
+from ams.models.accelerometer import PitchOnly, PitchRoll
+from ams.models.extended import ExtendedPitchRoll
+from ams.models.model import Model
+from ams.models.thermal import TEMPERATURE_NAMES, WithTemperature
+from ams.solve.result import AxisCalibration
+from ams.uncertainty.intervals import confidence_halfwidth, prediction_halfwidth
+
+FloatArray = NDArray[np.float64]
+
+
+def model_of_solution(axis: AxisCalibration) -> Model:
+    """The model that a solution belongs to, temperature terms included.
+
+    Raises:
+        DesignError: the solution is of a model of the caller's own; its object is needed to predict.
+    """
+    bases: dict[str, type[PitchRoll] | type[PitchOnly] | type[ExtendedPitchRoll]] = {
+        "pitch-roll": PitchRoll,
+        "pitch-only": PitchOnly,
+        "pitch-roll-extended": ExtendedPitchRoll,
+    }
+    if axis.model not in bases:
+        raise DesignError(f"axis {axis.axis}: no model is known by the name {axis.model!r}; allowed {', '.join(bases)}")
+    base: Model = bases[axis.model](axis.nominal_axis)
+    if TEMPERATURE_NAMES[0] not in axis.primary_names:
+        return base
+    reference = next(item.value for item in axis.parameters if item.name == "reference_temperature_degc")
+    assert reference is not None
+    return WithTemperature(base, reference)
+
+
+def confidence_halfwidth_v(axis: AxisCalibration, attitude: Attitude, level: float = 0.95) -> FloatArray:
+    """(N,) half-width of the interval for the calibrated output, volts. Source: TP (72)."""
+    directions = model_of_solution(axis).jacobian(axis.primary, attitude)
+    return confidence_halfwidth(directions, axis.variance_components, level)
+
+
+def prediction_halfwidth_v(
+    axis: AxisCalibration,
+    attitude: Attitude,
+    reading_standard_deviation_v: float,
+    reading_dof: float = float("inf"),
+    level: float = 0.95,
+    roll_standard_uncertainty_rad: float = 0.0,
+) -> FloatArray:
+    """(N,) half-width for one new reading, volts; with a roll angle measured independently, its uncertainty too.
+
+    Source: TP (73), (74) with the divisor σ_E² and (75) with the sign −, which print has otherwise.
+    """
+    model = model_of_solution(axis)
+    return prediction_halfwidth(
+        model.jacobian(axis.primary, attitude),
+        axis.variance_components,
+        reading_standard_deviation_v,
+        reading_dof,
+        level,
+        model.angle_jacobian(axis.primary, attitude)["roll"],
+        roll_standard_uncertainty_rad,
+    )

@@ -1,0 +1,59 @@
+"""The points' own variance beside large common errors, by simulation and by dense likelihood."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from ams.solve.scatter import own_scatter
+
+RNG = np.random.default_rng(21)
+BASIS = np.column_stack([np.ones(40), np.linspace(-1, 1, 40)])
+COMMON = RNG.standard_normal((40, 7))
+WEIGHTS = RNG.uniform(0.5, 2.0, 40)
+
+
+def draw(rng: np.random.Generator, own: float, common: float) -> np.ndarray:
+    own_errors = own * rng.standard_normal(40) / np.sqrt(WEIGHTS)
+    return BASIS @ np.array([1.0, -3.0]) + common * COMMON @ rng.standard_normal(7) + own_errors
+
+
+def restricted_log_likelihood(variance: float, output: np.ndarray) -> float:
+    """By dense matrices: −½ (log |V| + log |XᵀV⁻¹X| + rᵀV⁻¹r)."""
+    dense = np.diag(variance / WEIGHTS) + COMMON @ COMMON.T
+    inverse = np.linalg.inv(dense)
+    moments = BASIS.T @ inverse @ BASIS
+    residuals = output - BASIS @ np.linalg.solve(moments, BASIS.T @ inverse @ output)
+    return -0.5 * float(np.linalg.slogdet(dense)[1] + np.linalg.slogdet(moments)[1] + residuals @ inverse @ residuals)
+
+
+def test_the_answer_is_where_the_restricted_likelihood_is_largest() -> None:
+    output = draw(np.random.default_rng(1), 0.3, 1.0)
+    found = own_scatter(BASIS, output, COMMON, WEIGHTS).variance
+    best = minimize_scalar(lambda t: -restricted_log_likelihood(t, output), (0.01, 0.1), tol=1e-12).x
+    assert found == pytest.approx(best, rel=1e-5)
+
+
+@pytest.mark.parametrize("common", [0.3, 1.0, 30.0])
+def test_variance_and_its_degrees_of_freedom_are_right_however_large_the_common_errors(common: float) -> None:
+    found = []
+    for seed in range(1500):
+        output = draw(np.random.default_rng(seed), 0.3, common)
+        found.append(own_scatter(BASIS, output, common * COMMON, WEIGHTS))
+    variances = np.array([scatter.variance for scatter in found])
+    dof = float(np.mean([scatter.dof for scatter in found]))
+    assert variances.mean() == pytest.approx(0.09, rel=0.03)
+    assert 2.0 * variances.mean() ** 2 / variances.var() == pytest.approx(dof, rel=0.15)
+
+
+def test_without_common_errors_it_is_the_mean_square_of_the_residuals() -> None:
+    output = draw(np.random.default_rng(1), 0.3, 0.0)
+    root = np.sqrt(WEIGHTS)
+    square = np.linalg.lstsq(root[:, None] * BASIS, root * output, rcond=None)[1][0]
+    found = own_scatter(BASIS, output, np.zeros((40, 0)), WEIGHTS)
+    assert found.variance == pytest.approx(square / 38)
+    assert found.dof == 38
+
+
+def test_nothing_left_over_says_so() -> None:
+    assert np.isnan(own_scatter(BASIS[:2], np.ones(2), COMMON[:2], WEIGHTS[:2]).variance)
+    assert own_scatter(BASIS, np.zeros(40), COMMON, WEIGHTS).variance == 0.0
