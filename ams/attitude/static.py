@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ams.errors import DesignError
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.solve.result import AxisCalibration
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -29,6 +30,8 @@ SMALLEST_SLOPE: Final = 1e-6
 CLEARANCE_SD: Final = 3.0
 """An angle closer to the singular attitude than this many of its standard deviations is called singular."""
 _ITERATIONS: Final = 20
+_WITH_ROLL: Final = ["offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g"]
+_WITHOUT_ROLL: Final = ["offset_v", "k_x_v_per_g", "k_z_v_per_g"]
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,27 @@ class Angles:
     roll_sd_rad: FloatArray
     flags: tuple[str, ...]
     """Empty where all is well, else the reason in words; roll alone may be missing."""
+
+
+def sensor_line(solved: AxisCalibration, reading_sd_v: float) -> SensorLine:
+    """The sensor as a calibration found it; ``reading_sd_v`` is that of the place of use, not of the calibration.
+
+    CR's models sense gravity, the opposite of the specific force, so their sensitivities change sign here.
+    Raises: DesignError for a model with further terms (extended, temperature), which a straight line cannot hold.
+    """
+    names = list(solved.primary_names)
+    if names not in (_WITH_ROLL, _WITHOUT_ROLL):
+        raise DesignError(
+            f"attitude: axis {solved.axis}: model {solved.model} has the parameters {', '.join(names)}: only offset "
+            "and sensitivities can be inverted here; apply its further terms to the outputs first"
+        )
+    places = [_WITH_ROLL.index(name) for name in names]
+    primary, covariance = np.zeros(4), np.zeros((4, 4))
+    primary[places] = solved.primary
+    covariance[np.ix_(places, places)] = solved.primary_covariance
+    sense = np.array([1.0, -1.0, -1.0, -1.0]) if solved.model == "pitch-yaw-roll" else np.ones(4)
+    signed = primary * sense
+    return SensorLine(float(signed[0]), signed[1:], covariance * np.outer(sense, sense), reading_sd_v)
 
 
 def pitch_with_known_roll(

@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
+from ams.calibrate import calibrate
 from ams.errors import DesignError, ObservationsError
 from ams.frames import AXES, Attitude
 from ams.models.cr import CrSensor, predict_v
 from ams.models.pitch_yaw_roll import PitchYawRoll
+from ams.observations import Observations
+from ams.request import CalibrationRequest
 
 
 def attitudes(n=60, seed=1):
@@ -55,3 +58,31 @@ def test_observations_without_yaw_are_refused_in_words():
 def test_only_two_packages_exist():
     with pytest.raises(DesignError, match="allowed 'sting' or 'model'"):
         PitchYawRoll("x", "tunnel")
+
+
+def test_the_whole_calibration_takes_cr_models():
+    rng = np.random.default_rng(0)
+    angles = np.meshgrid(
+        *(np.deg2rad(a) for a in (np.arange(-30, 31, 10), np.arange(-30, 31, 15), np.arange(-180, 180, 60)))
+    )
+    pitch, yaw, roll = (angle.ravel() for angle in angles)
+    points, n = pitch.size, 4
+    truth = {"x": CrSensor("x", 1.25, 0.51, 2.0, 0.05), "z": CrSensor("z", 1.19, -0.54, -1.0, 0.02)}
+    models = {axis: PitchYawRoll(axis) for axis in truth}
+    clean = {a: models[a].predict(np.array([s.bias_v, *s.k]), Attitude(pitch, roll, yaw)) for a, s in truth.items()}
+    outputs = {a: np.tile(v, n) + rng.normal(0, 1e-5, n * points) for a, v in clean.items()}
+    rows = Observations(
+        np.repeat(np.arange(n), points), np.tile(np.arange(points), n), np.tile(pitch, n), np.tile(roll, n), outputs,
+        np.tile(yaw, n),
+    )  # fmt: skip
+    solved = calibrate(rows, CalibrationRequest(models=models))
+    assert (solved.model, solved.convention) == ("pitch-yaw-roll", "CR")
+    for axis, sensor in truth.items():
+        found = {p.name: p for p in solved.axes[axis].parameters}
+        for name, value in {
+            "offset_v": sensor.bias_v,
+            "sensitivity_v_per_g": sensor.sensitivity,
+            "coning_deg": np.degrees(sensor.coning_rad),
+            "azimuth_deg": np.degrees(sensor.azimuth_rad),
+        }.items():
+            assert abs(found[name].value - value) < 5 * found[name].standard_uncertainty
