@@ -132,7 +132,4 @@ class TwinChance(Protocol):
 class NoChance:
     """For rigs without twins: nothing to tell."""
 
-    def announce(self, step: int, phase: str, attempt: int, replications: float) -> None:
-        return None
-
-
+    def announce(self, step: int, phase: str, attempt: int, replications: float) -> None: ...
