@@ -6,16 +6,17 @@ echo that its question asks for; after any doubt the line must fall silent, and 
 (the sentinel) must answer before the next question is asked. One case remains that RTU cannot tell: a reply that was
 doubled on the line and arrives the second time just when the next question's own reply is lost.
 
-Only this module and the twins import pymodbus.
+Only the Modbus links and the twins import pymodbus.
 """
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, LinkLost, RigError
+from rig.errors import DeviceNonsense, DeviceSilent
 from rig.exchange import ExchangeCounts, Patience
 from rig.link.byte_stream import ByteStream
+from rig.link.modbus_replies import granted, told
 
 if TYPE_CHECKING:
     from pymodbus.pdu import ModbusPDU
@@ -25,27 +26,21 @@ _Answer = TypeVar("_Answer")
 _READ = 3
 _EXCEPTION_LENGTH = 5
 _WRITE_LENGTH = 8
-_BUSY = (5, 6)
-_BUSY_ATTEMPTS, _BUSY_S = 5, 0.2
-_EXCEPTIONS: dict[int, tuple[type[RigError], str]] = {
-    1: (DeviceRefused, "illegal function"),
-    2: (DeviceRefused, "illegal register address"),
-    3: (DeviceRefused, "illegal value"),
-    4: (DeviceFault, "device failure"),
-    5: (DeviceRefused, "acknowledged, still busy"),
-    6: (DeviceRefused, "busy"),
-    8: (DeviceFault, "memory parity error"),
-    10: (LinkLost, "gateway path unavailable"),
-    11: (LinkLost, "gateway target silent"),
-}
 
 
 class ModbusRtu:
     """The master of one slave. Values are raw registers, 0 to 65535."""
 
     def __init__(
-        self, stream: ByteStream, unit: int, *, baud_rate: int = 9600, patience: Patience | None = None
+        self,
+        stream: ByteStream,
+        unit: int,
+        *,
+        baud_rate: int = 9600,
+        patience: Patience | None = None,
+        gap_s: float | None = None,
     ) -> None:
+        """``gap_s``: silence before each question, None for the 3.5 characters of the rule."""
         from pymodbus.framer import FramerRTU
         from pymodbus.pdu import DecodePDU
 
@@ -55,7 +50,7 @@ class ModbusRtu:
         self._unit = unit
         self._patience = patience or Patience()
         self._framer = FramerRTU(DecodePDU(False))
-        self._gap_s = max(3.5 * 11.0 / baud_rate, 0.00175)
+        self._gap_s = max(3.5 * 11.0 / baud_rate, 0.00175) if gap_s is None else gap_s
         self._sentinel: tuple[int, int] | None = None
         self._is_in_doubt = True
 
@@ -74,6 +69,10 @@ class ModbusRtu:
         """One register (function 6), whose echo must repeat address and value. Raises as :meth:`read_holding`."""
         self._repeated(lambda: self._write(address, value))
 
+    def write_registers(self, address: int, values: Sequence[int]) -> None:
+        """Registers from ``address`` on (function 16), acknowledged. Raises as :meth:`read_holding`."""
+        self._repeated(lambda: self._write_many(address, list(values)))
+
     def _read(self, address: int, count: int) -> tuple[int, ...]:
         from pymodbus.pdu.register_message import ReadHoldingRegistersRequest
 
@@ -87,6 +86,14 @@ class ModbusRtu:
         reply = self._transact(request)
         if (reply.address, *reply.registers) != (address, value):
             raise self._nonsense(request, f"the echo names register {reply.address}, value {list(reply.registers)}")
+
+    def _write_many(self, address: int, values: list[int]) -> None:
+        from pymodbus.pdu.register_message import WriteMultipleRegistersRequest
+
+        request = WriteMultipleRegistersRequest(dev_id=self._unit, address=address, registers=values)
+        reply = self._transact(request)
+        if (reply.address, reply.count) != (address, len(values)):
+            raise self._nonsense(request, f"it acknowledges register {reply.address}, {reply.count} of them")
 
     def _repeated(self, question: Callable[[], _Answer]) -> _Answer:
         """Registers may be read twice, and absolute values written twice: ask again after silence or nonsense."""
@@ -142,18 +149,7 @@ class ModbusRtu:
 
     def _transact(self, request: "ModbusPDU") -> "ModbusPDU":
         """One question and its whole reply; a busy slave is asked again for a while."""
-        for _ in range(_BUSY_ATTEMPTS):
-            reply = self._decode(request, self._exchange(request))
-            if not (reply.isError() and reply.exception_code in _BUSY):
-                break
-            self.stream.clock.sleep(_BUSY_S)
-        if reply.isError():
-            kind, text = _EXCEPTIONS.get(reply.exception_code, (DeviceNonsense, "unknown exception"))
-            raise kind(
-                f"{self.stream.name}: unit {self._unit} answered exception {reply.exception_code} ({text}) to"
-                f" {_told(request)}; nothing was changed; compare the request with the device's manual"
-            )
-        return reply
+        return granted(lambda asked: self._decode(asked, self._exchange(asked)), request, self.stream)
 
     def _exchange(self, request: "ModbusPDU") -> bytes:
         clock = self.stream.clock
@@ -166,7 +162,7 @@ class ModbusRtu:
             more = self.stream.read(deadline_s)
             if not more:
                 raise DeviceSilent(
-                    f"{self.stream.name}: no whole reply to {_told(request)}: got {frame.hex(' ') or 'nothing'} within"
+                    f"{self.stream.name}: no whole reply to {told(request)}: got {frame.hex(' ') or 'nothing'} within"
                     f" {self._patience.timeout_s:g} s; nothing was taken from it; check power, unit number and line"
                 )
             frame += more
@@ -190,14 +186,10 @@ class ModbusRtu:
 
     def _nonsense(self, request: "ModbusPDU", why: str) -> DeviceNonsense:
         return DeviceNonsense(
-            f"{self.stream.name}: no answer to {_told(request)}: {why}; nothing was taken from it;"
+            f"{self.stream.name}: no answer to {told(request)}: {why}; nothing was taken from it;"
             " check the line settings, the unit number and other masters on this line"
         )
 
 
 def _reply_length(request: "ModbusPDU") -> int:
     return 5 + 2 * request.count if request.function_code == _READ else _WRITE_LENGTH
-
-
-def _told(request: "ModbusPDU") -> str:
-    return f"function {request.function_code}, register {request.address}"

@@ -1,0 +1,48 @@
+"""What a Modbus reply means, whatever carried it: a busy slave is asked again, an exception says who must act."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkLost, RigError
+from rig.link.byte_stream import ByteStream
+
+if TYPE_CHECKING:
+    from pymodbus.pdu import ModbusPDU
+
+_BUSY = (5, 6)
+_BUSY_ATTEMPTS, _BUSY_S = 5, 0.2
+_EXCEPTIONS: dict[int, tuple[type[RigError], str]] = {
+    1: (DeviceRefused, "illegal function"),
+    2: (DeviceRefused, "illegal register address"),
+    3: (DeviceRefused, "illegal value"),
+    4: (DeviceFault, "device failure"),
+    5: (DeviceRefused, "acknowledged, still busy"),
+    6: (DeviceRefused, "busy"),
+    8: (DeviceFault, "memory parity error"),
+    10: (LinkLost, "gateway path unavailable"),
+    11: (LinkLost, "gateway target silent"),
+}
+
+
+def granted(ask: Callable[["ModbusPDU"], "ModbusPDU"], request: "ModbusPDU", stream: ByteStream) -> "ModbusPDU":
+    """The reply to ``request`` that is no exception.
+
+    Raises: DeviceRefused, DeviceFault, LinkLost or DeviceNonsense by the exception's code, and what ``ask`` raises.
+    """
+    for _ in range(_BUSY_ATTEMPTS):
+        reply = ask(request)
+        if not (reply.isError() and reply.exception_code in _BUSY):
+            break
+        stream.clock.sleep(_BUSY_S)
+    if reply.isError():
+        kind, text = _EXCEPTIONS.get(reply.exception_code, (DeviceNonsense, "unknown exception"))
+        raise kind(
+            f"{stream.name}: unit {request.dev_id} answered exception {reply.exception_code} ({text}) to"
+            f" {told(request)}; nothing was changed; compare the request with the device's manual"
+        )
+    return reply
+
+
+def told(request: "ModbusPDU") -> str:
+    """A request for messages."""
+    return f"function {request.function_code}, register {request.address}"

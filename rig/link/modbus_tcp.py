@@ -1,0 +1,148 @@
+"""Modbus TCP over any byte stream: frames by pymodbus, the conversation by ourselves.
+
+TCP has what RTU lacks, a transaction number: a reply that carries another one belongs to a question that was given
+up, and is passed over while the right one is waited for. Unit and function must match as well, and the length that
+the header names must be the one that the question asks for.
+"""
+
+import logging
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, TypeVar
+
+from rig.errors import DeviceNonsense, DeviceSilent
+from rig.exchange import ExchangeCounts, Patience
+from rig.link.byte_stream import ByteStream
+from rig.link.modbus_replies import granted, told
+
+if TYPE_CHECKING:
+    from pymodbus.pdu import ModbusPDU
+
+_Answer = TypeVar("_Answer")
+
+_HEADER = 6
+"""Transaction, protocol and length: two bytes each; the length counts what follows."""
+_LENGTHS = range(3, 255)
+_TRANSACTIONS = 65536
+
+
+class ModbusTcp:
+    """The client of one unit. Values are raw registers, 0 to 65535."""
+
+    def __init__(self, stream: ByteStream, unit: int, *, patience: Patience | None = None) -> None:
+        from pymodbus.framer import FramerSocket
+        from pymodbus.pdu import DecodePDU
+
+        logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # it logs whole frames as errors
+        self.stream = stream
+        self.counts = ExchangeCounts()
+        self._unit = unit
+        self._patience = patience or Patience()
+        self._framer = FramerSocket(DecodePDU(False))
+        self._transaction = 0
+        self._received = b""
+
+    def read_holding(self, address: int, count: int = 1) -> tuple[int, ...]:
+        """``count`` holding registers from ``address`` (function 3).
+
+        Raises: DeviceSilent, DeviceNonsense, DeviceRefused, DeviceFault, LinkLost.
+        """
+        return self._repeated(lambda: self._read(address, count))
+
+    def write_registers(self, address: int, values: Sequence[int]) -> None:
+        """Registers from ``address`` on (function 16), acknowledged. Raises as :meth:`read_holding`."""
+        self._repeated(lambda: self._write(address, list(values)))
+
+    def _read(self, address: int, count: int) -> tuple[int, ...]:
+        from pymodbus.pdu.register_message import ReadHoldingRegistersRequest
+
+        request = ReadHoldingRegistersRequest(dev_id=self._unit, address=address, count=count)
+        registers = tuple(granted(self._exchange, request, self.stream).registers)
+        if len(registers) != count:
+            raise self._nonsense(request, f"it holds {len(registers)} registers, asked for {count}")
+        return registers
+
+    def _write(self, address: int, values: list[int]) -> None:
+        from pymodbus.pdu.register_message import WriteMultipleRegistersRequest
+
+        request = WriteMultipleRegistersRequest(dev_id=self._unit, address=address, registers=values)
+        reply = granted(self._exchange, request, self.stream)
+        if (reply.address, reply.count) != (address, len(values)):
+            raise self._nonsense(request, f"it acknowledges register {reply.address}, {reply.count} of them")
+
+    def _repeated(self, question: Callable[[], _Answer]) -> _Answer:
+        """Registers may be read twice, and absolute values written twice: ask again after silence or nonsense."""
+        for attempt in range(1, self._patience.attempts + 1):
+            try:
+                return question()
+            except (DeviceSilent, DeviceNonsense) as error:
+                self.counts.silent += isinstance(error, DeviceSilent)
+                self.counts.nonsense += isinstance(error, DeviceNonsense)
+                if attempt == self._patience.attempts:
+                    raise
+                self.counts.repeated += 1
+        raise AssertionError("a question is asked at least once")
+
+    def _exchange(self, request: "ModbusPDU") -> "ModbusPDU":
+        """One question and the reply with its number."""
+        self.counts.asked += 1
+        self._transaction = (self._transaction + 1) % _TRANSACTIONS
+        request.transaction_id = self._transaction
+        self.stream.write(self._framer.buildFrame(request))
+        deadline_s = self.stream.clock.monotonic_s() + self._patience.timeout_s
+        while True:
+            frame = self._next_frame(request, deadline_s)
+            if int.from_bytes(frame[:2], "big") == self._transaction:
+                return self._decode(request, frame)
+            self.counts.stale_bytes += len(frame)
+
+    def _next_frame(self, request: "ModbusPDU", deadline_s: float) -> bytes:
+        while (length := self._frame_length(request)) is None or len(self._received) < length:
+            more = self.stream.read(deadline_s)
+            if not more:
+                raise DeviceSilent(
+                    f"{self.stream.name}: no whole reply to {told(request)} within {self._patience.timeout_s:g} s: got"
+                    f" {self._received.hex(' ') or 'nothing'}; nothing was taken from it; check power, address and unit"
+                )
+            self._received += more
+        frame, self._received = self._received[:length], self._received[length:]
+        return frame
+
+    def _frame_length(self, request: "ModbusPDU") -> int | None:
+        """Of the frame that is arriving; None while its header is not whole."""
+        if len(self._received) < _HEADER:
+            return None
+        protocol, following = (int.from_bytes(self._received[place : place + 2], "big") for place in (2, 4))
+        if protocol or following not in _LENGTHS:
+            raise self._lost(request)
+        return _HEADER + following
+
+    def _lost(self, request: "ModbusPDU") -> DeviceNonsense:
+        """These bytes have no beginning: whatever is on its way is dropped, so that the next frame starts clean."""
+        header = self._received[:_HEADER].hex(" ")
+        self.counts.stale_bytes += len(self._received)
+        self._received = b""
+        limit_s = self.stream.clock.monotonic_s() + self._patience.quiet_limit_s
+        while stale := self.stream.read(self.stream.clock.monotonic_s() + self._patience.quiet_s):
+            self.counts.stale_bytes += len(stale)
+            if self.stream.clock.monotonic_s() >= limit_s:
+                break
+        return self._nonsense(request, f"{header} is no Modbus TCP header")
+
+    def _decode(self, request: "ModbusPDU", frame: bytes) -> "ModbusPDU":
+        unit, function = frame[6], frame[7]
+        if unit != self._unit or function & 0x7F != request.function_code:
+            raise self._nonsense(request, f"unit {unit}, function {function & 0x7F} answered")
+        is_exception, is_read = function & 0x80, function == 3
+        wanted = 9 if is_exception else 9 + 2 * request.count if is_read else 12
+        if len(frame) != wanted or (is_read and frame[8] != 2 * request.count):
+            raise self._nonsense(request, f"got {frame.hex(' ')}, need {wanted} bytes")
+        reply = self._framer.decoder.decode(frame[7:])
+        if reply is None:
+            raise self._nonsense(request, f"got {frame.hex(' ')}: not decodable")
+        return reply
+
+    def _nonsense(self, request: "ModbusPDU", why: str) -> DeviceNonsense:
+        return DeviceNonsense(
+            f"{self.stream.name}: no answer to {told(request)}: {why}; nothing was taken from it;"
+            " check the address, the unit number and that this is a Modbus TCP device"
+        )
