@@ -1,4 +1,4 @@
-"""TP's figures 1, 2 and 6 to 20 redrawn from this package, with a line on what agrees and what does not.
+"""TP's figures 1, 2, 7, 10 and 13 to 20 redrawn from this package, with what agrees with TP's text and what does not.
 
     python docs/studies/tp_curves.py OUTPUT_FOLDER
 
@@ -51,13 +51,13 @@ def design_curves(axes):
 
 
 def single_axis_curves(axis):
-    """Figures 7 and 8: pitch from one axis with roll known to 1, 10 and 100 times the sensor's own uncertainty."""
-    one = sensor("x", 1.0, 90.0, SIGMA)
+    """Figure 7: pitch from one axis, roll known to 1, 10 and 100 times the sensor's own uncertainty, at A = 0."""
+    one = sensor("x", 1.0, 0.0, SIGMA)
     for ratio in (1, 10, 100):
         v = outputs([one], PITCH_DEG, 0.0)[:, 0]
         found = pitch_with_known_roll(one, v, np.zeros(PITCH_DEG.size), ratio * SIGMA)
         axis.plot(PITCH_DEG, found.pitch_sd_rad / SIGMA, label=f"σ_R = {ratio} σ_x")
-    axis.set(title="figures 7, 8: one axis, roll known", ylim=(0, 6))
+    axis.set(title="figure 7 at A = 0°: one axis, roll known", ylim=(0, 6))
 
 
 def two_axis_curves(axis):
@@ -100,11 +100,13 @@ def main(folder):
     print(folder / "tp_curves.svg")
 
 
-REMARKS = """Agrees: figures 1 to 5 and table 1 (to 0.001); 15 % at 30° from one axis;
-the x-y package's singularity at roll ±90°.
+REMARKS = """Agrees with the text of TP: tumble levels √3 and 2; nearly constant at
+±180° without roll; concave up at 0° for ±45° and less, down for more;
+15 % more at 30° than at 0° from one axis; bounded pitch error of the
+x-y package near roll ±90°.
 
-Differs: TP (108) is the spread of ordinary least squares. With the weights
-that TP assumes for figures 13 to 20 pitch is better:
+Differs: TP (108) is the spread of ordinary least squares. With the
+weights that TP assumes for figures 13 to 20 pitch is better:
 1/√(cos²α/σ_x² + sin²α/σ_y²).
 
 At Ω = 5° and roll 90° pitch worsens by 34 %, where the text says
