@@ -13,27 +13,42 @@ if TYPE_CHECKING:
     from ams.observations_csv import read_csv as read_csv
     from ams.request import CalibrationRequest as CalibrationRequest
     from ams.sets.apply import apply as apply
+    from ams.sets.coefficients import build_set as build_set
+    from ams.sets.export.formats import export_set as export_set
+    from ams.sets.export.formats import load_set as load_set
+    from ams.sets.provenance import Provenance as Provenance
+    from ams.sets.verify import verify as verify
     from ams.uncertainty.design_variance import evaluate_design as evaluate_design
     from ams.uncertainty.table import TableUncertainty as TableUncertainty
 
 _HOME = {
     "CalibrationRequest": "ams.request",
     "Observations": "ams.observations",
+    "Provenance": "ams.sets.provenance",
     "TableUncertainty": "ams.uncertainty.table",
     "apply": "ams.sets.apply",
+    "build_set": "ams.sets.coefficients",
     "evaluate_design": "ams.uncertainty.design_variance",
+    "export_set": "ams.sets.export.formats",
+    "load_set": "ams.sets.export.formats",
     "read_csv": "ams.observations_csv",
     "to_document": "ams.document",
+    "verify": "ams.sets.verify",
 }
 
 __all__ = [
     "CalibrationRequest",
     "Observations",
+    "Provenance",
     "TableUncertainty",
     "apply",
+    "build_set",
     "evaluate_design",
+    "export_set",
+    "load_set",
     "read_csv",
     "to_document",
+    "verify",
 ]
 
 
