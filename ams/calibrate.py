@@ -164,11 +164,8 @@ def _solve_axis(
     mixed = estimate(form, problem.alone, layout, problem.output_v, common, absorbed)
     primary = problem.complete(mixed.estimate)
     components = _all_primary(problem, mixed, common)
-    residuals = problem.output_v - form.basis @ form.solve(problem.output_v)
     dof = layout.rows - problem.free.size
-    standard_error_v = float(
-        np.sqrt(np.sum((residuals if form.weights is None else form.weights * residuals) * residuals) / dof)
-    )
+    standard_error_v = _standard_error_v(problem, dof)
     tp_covariance = _placed(problem, standard_error_v**2 * form.unscaled_covariance)
     derived = derive(model, primary, components, tp_covariance)
     fitted_v = model.predict(primary, observations)
@@ -193,6 +190,14 @@ def _solve_axis(
         variance_components=components,
         notes=_notes(problem, mixed),
     )
+
+
+def _standard_error_v(problem: _Linearised, dof: int) -> float:
+    """S_E of TP (48), of the pooled fit; of a row of mean weight where rows are weighted."""
+    form = problem.form
+    residuals = problem.output_v - form.basis @ form.solve(problem.output_v)
+    weighted = residuals if form.weights is None else form.weights * residuals
+    return float(np.sqrt(weighted @ residuals / dof))
 
 
 def _with_choice(solved: AxisCalibration, choice: ModelChoice) -> AxisCalibration:
