@@ -46,7 +46,7 @@ class Lines:
     def _open(self, key: str, port: str, baud_rate: int) -> ByteStream:
         if port == TWIN_PORT:
             return MemoryStream(self._twins[key], self._clock, f"twin of {key}")
-        return open_stream(port, clock=SystemClock(), baud_rate=baud_rate)
+        return open_stream(port, clock=SystemClock(), baud_rate=baud_rate, owner=key)
 
     def _open_bus(self, key: str, resource: GpibResource) -> GpibBus:
         if resource.carrier == "visa":

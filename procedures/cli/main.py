@@ -67,3 +67,7 @@ def _version() -> str:
     from importlib.metadata import version
 
     return version("calrig")
+
+
+if __name__ == "__main__":
+    main()

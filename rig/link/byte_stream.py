@@ -29,3 +29,8 @@ class ByteStream(Protocol):
 
     def close(self) -> None:
         """Give the port back; closing twice is harmless."""
+
+
+def named(url: str, owner: str) -> str:
+    """What messages call a line: its device and its port, or the port alone."""
+    return f"{owner} at {url}" if owner else url

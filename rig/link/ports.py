@@ -18,12 +18,13 @@ def open_stream(
     stop_bits: float = 1.0,
     rts_cts: bool = False,
     connect_timeout_s: float = 5.0,
+    owner: str = "",
 ) -> ByteStream:
     """The stream behind ``url``; ``clock`` is the machine's (unscaled) clock.
 
-    ``parity`` is one of ``N E O M S``. The line settings matter to devices and ``rfc2217://`` only.
-    Raises: LinkLost (missing, refused, broken), RigBusy (the device is open elsewhere), RequestRefused (no such URL).
+    XX
+        Raises: LinkLost (missing, refused, broken), RigBusy (the device is open elsewhere), RequestRefused (no such URL).
     """
     if url.startswith(SOCKET_SCHEME):
-        return SocketStream(url, clock, connect_timeout_s)
-    return SerialStream(url, clock, LineSettings(baud_rate, data_bits, parity, stop_bits, rts_cts))
+        return SocketStream(url, clock, connect_timeout_s, owner)
+    return SerialStream(url, clock, LineSettings(baud_rate, data_bits, parity, stop_bits, rts_cts), owner)

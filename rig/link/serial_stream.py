@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.errors import LinkClosed, LinkLost, RequestRefused, RigBusy
+from rig.link.byte_stream import named
 
 if TYPE_CHECKING:
     import serial
@@ -46,10 +47,10 @@ class LineSettings:
 class SerialStream:
     """A device path or ``rfc2217://host:port``."""
 
-    def __init__(self, url: str, clock: Clock, line: LineSettings) -> None:
-        self.name = url
+    def __init__(self, url: str, clock: Clock, line: LineSettings, owner: str = "") -> None:
+        self.name = named(url, owner)
         self.clock = clock
-        self._port = _open(url, line)
+        self._port = _open(url, line, self.name)
         self._is_closed = False
 
     def write(self, data: bytes) -> None:
@@ -87,7 +88,7 @@ class SerialStream:
             raise LinkClosed(f"{self.name}: used after it was closed; nothing was sent; open it again")
 
 
-def _open(url: str, line: LineSettings) -> "serial.Serial":
+def _open(url: str, line: LineSettings, name: str) -> "serial.Serial":
     import serial
 
     is_device = "://" not in url
@@ -104,11 +105,11 @@ def _open(url: str, line: LineSettings) -> "serial.Serial":
             **({"exclusive": True} if is_device else {}),
         )
     except ValueError as error:
-        raise RequestRefused(f"{url}: not a port or not its settings: {error}; nothing was opened") from error
+        raise RequestRefused(f"{name}: not a port or not its settings: {error}; nothing was opened") from error
     except PORT_ERRORS as error:
         if getattr(error, "errno", None) in (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK):
-            raise RigBusy(f"{url}: another program has this port open; nothing was opened; close it there") from error
-        raise LinkLost(f"{url}: cannot be opened: {error}; nothing was sent; check the cable and the path") from error
+            raise RigBusy(f"{name}: another program has this port open; nothing was opened; close it there") from error
+        raise LinkLost(f"{name}: cannot be opened: {error}; nothing was sent; check the cable and the path") from error
 
 
 @contextmanager

@@ -8,6 +8,7 @@ import socket
 
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.errors import LinkClosed, LinkLost, RequestRefused
+from rig.link.byte_stream import named
 
 READ_SIZE = 65536
 
@@ -15,15 +16,15 @@ READ_SIZE = 65536
 class SocketStream:
     """``socket://host:port``."""
 
-    def __init__(self, url: str, clock: Clock, connect_timeout_s: float = 5.0) -> None:
-        self.name = url
+    def __init__(self, url: str, clock: Clock, connect_timeout_s: float = 5.0, owner: str = "") -> None:
+        self.name = named(url, owner)
         self.clock = clock
         host, port = split_address(url)
         try:
             self._socket = socket.create_connection((host, port), timeout=connect_timeout_s)
         except OSError as error:
             raise LinkLost(
-                f"{url}: no connection within {connect_timeout_s:g} s: {error}; nothing was sent;"
+                f"{self.name}: no connection within {connect_timeout_s:g} s: {error}; nothing was sent;"
                 " check the address, the network and that the device is on"
             ) from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -1,0 +1,216 @@
+"""Laws of the whole job as a user calls it: what it leaves, what it says, the status it ends with."""
+
+import json
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import Outcome, call
+from job_files import job, simulated
+
+from rig.lock import acquire
+
+METER = "prologix+socket://127.0.0.1:1#22"
+
+
+def run(capsys: pytest.CaptureFixture[str], folder: Path, *options: object, **changes: dict[str, str]) -> Outcome:
+    procedure, rig = job(folder, **changes)
+    return call(capsys, "run", procedure, "--rig", rig, "--out", folder / "runs", "--json", *options)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+    """One finished run, made once by a process of its own."""
+    folder = tmp_path_factory.mktemp("finished")
+    procedure, rig = job(folder)
+    arguments = ["run", procedure, "--rig", rig, "--out", str(folder / "runs"), "--json"]
+    done = subprocess.run(
+        [sys.executable, "-m", "procedures.cli.main", *arguments], capture_output=True, text=True, check=True
+    )
+    return folder, json.loads(done.stdout)
+
+
+def test_a_run_says_and_leaves_what_others_rely_on(finished: tuple[Path, dict]) -> None:
+    folder, document = finished
+    assert set(document) == {"run", "state", "dwells_done", "dwells_planned", "sensors", "report", "sets"}
+    assert (document["state"], document["dwells_done"], document["dwells_planned"]) == ("finished", 24, 24)
+    assert set(document["sensors"]["SN1047"]["axes"]) == {"x", "y", "z"}
+    left = {str(path.relative_to(document["run"])) for path in Path(document["run"]).rglob("*") if path.is_file()}
+    assert left >= {
+        "journal.sqlite", "plan.json", "report.html", "coefficients/SN1047.json", "exports/SN1047.csv", "exports/SN1047.mat",
+    }  # fmt: skip
+    assert document["sets"] == [str(Path(document["run"]) / "coefficients" / "SN1047.json")]
+    assert (folder / "runs" / "archive.sqlite").exists()
+
+
+def test_the_truth_lies_within_six_standard_uncertainties(finished: tuple[Path, dict]) -> None:
+    x = finished[1]["sensors"]["SN1047"]["axes"]["x"]["parameters"]
+    for name, truth in {"offset_v": 0.005, "sensitivity_v_per_g": 2.5, "coning_deg": 0.5, "azimuth_deg": 35.0}.items():
+        estimate = x[name]  # two replications: the reported form rests on one degree of freedom, the pooled one on many
+        u = max(estimate["standard_uncertainty"], estimate["tp_standard_uncertainty"])
+        assert abs(estimate["value"] - truth) < 5.0 * u
+
+
+def test_solving_again_changes_no_byte(finished: tuple[Path, dict], capsys: pytest.CaptureFixture[str]) -> None:
+    folder, document = finished
+    run_folder = Path(document["run"])
+    names = ("report.html", "coefficients/SN1047.json", "exports/SN1047.csv", "exports/SN1047.mat")
+    before = {name: (run_folder / name).read_bytes() for name in names}
+    outcome = call(capsys, "solve", run_folder, "--json")
+    assert outcome.status == 0
+    assert outcome.document == {"sensors": document["sensors"]}
+    assert {name: (run_folder / name).read_bytes() for name in names} == before
+    listed = call(capsys, "archive", "list", "--archive", f"sqlite:///{folder / 'runs' / 'archive.sqlite'}", "--json")
+    assert [one["sensor"] for one in listed.document["sets"]] == ["SN1047"]
+
+
+def test_every_file_it_leaves_is_verified(finished: tuple[Path, dict], capsys: pytest.CaptureFixture[str]) -> None:
+    run_folder = Path(finished[1]["run"])
+    for name in ("coefficients/SN1047.json", "exports/SN1047.csv", "exports/SN1047.mat"):
+        assert call(capsys, "verify", run_folder / name, "--json").status == 0
+
+
+def test_a_damaged_set_is_a_sentence(
+    finished: tuple[Path, dict], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = Path(finished[1]["sets"][0]).read_text()
+    damaged = tmp_path / "SN1047.json"
+    damaged.write_text(data.replace('"value"', '"valve"', 1))
+    outcome = call(capsys, "verify", damaged)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert str(damaged) in outcome.err
+
+
+def test_status_of_a_finished_run(finished: tuple[Path, dict], capsys: pytest.CaptureFixture[str]) -> None:
+    folder, document = finished
+    assert call(capsys, "status", folder / "runs", "--json").document == {
+        "run": document["run"], "state": "finished", "dwells_done": 24, "dwells_planned": 24, "eta_utc": None, "held_by": None,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("command", ["pause", "continue", "stop", "abort"])
+def test_a_finished_run_takes_no_request(
+    finished: tuple[Path, dict], capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    outcome = call(capsys, command, finished[1]["run"])
+    assert outcome.status == 2
+    assert "it is finished" in outcome.err
+
+
+@pytest.mark.parametrize("options", [(), ("--pty",)], ids=["tcp", "pty"])
+def test_real_ports_give_the_same_numbers_as_memory(
+    finished: tuple[Path, dict], tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...]
+) -> None:
+    procedure, rig = job(tmp_path)
+    with simulated(rig, tmp_path / "ports.toml", "--time-factor", "400", *options) as addresses:
+        assert set(addresses) == {"axes.pitch", "axes.roll", "readouts.dmm", "environment.air", "twin"}
+        ports = tmp_path / "ports.toml"
+        outcome = call(capsys, "run", procedure, "--rig", ports, "--out", tmp_path / "runs", "--json")
+    assert outcome.status == 0, outcome.err
+    assert outcome.document["sensors"] == finished[1]["sensors"]
+
+
+def test_a_rehearsal_needs_no_port(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    real = {
+        'port = "twin"': 'port = "socket://127.0.0.1:1"',
+        'resource = "twin"': 'resource = "prologix+socket://127.0.0.1:1#22"',
+    }
+    outcome = run(capsys, tmp_path, "--rehearse", rig_changes=real)
+    assert outcome.status == 0, outcome.err
+    assert outcome.document["state"] == "finished"
+
+
+WRONG_PLANS = [
+    ("limit exceeded", {'"D1"': '"D"', "to = 60.0": "to = 240.0", "step = 60.0": "step = 150.0"}, {}, "limit"),
+    ("off the increment", {"step = 60.0": "count = 8"}, {}, "multiple"),
+    ("fewer points than parameters", {'"D1"': '"D"', "from = -60.0, to = 60.0, step = 60.0": "from = 0.0, to = 0.0, count = 1",
+                                      "from = -180.0, to = 90.0, step = 90.0": "from = -180.0, to = 0.0, step = 180.0"}, {}, "parameters"),
+    ("roll at one value", {"from = -180.0, to = 90.0, step = 90.0": "from = 0.0, to = 0.0, count = 1"}, {}, "roll"),
+    ("no environment for plateaus", {"[export]": "[environment]\nname = 'oven'\nplateaus_degc = [20.0]\n[export]"}, {}, "oven"),
+    ("unknown key", {"samples = 5": "sampels = 5"}, {}, "did you mean samples?"),
+    ("missing unit", {"pitch_deg": "pitch"}, {}, "the unit is missing"),
+    ("rig: unknown key", {}, {"speed_dps": "speed_dsp"}, "did you mean speed_dps?"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "rig_changes", "sentence"), [m[1:] for m in WRONG_PLANS], ids=[m[0] for m in WRONG_PLANS]
+)
+def test_a_wrong_file_is_refused_before_anything_is_written(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    changes: dict[str, str],
+    rig_changes: dict[str, str],
+    sentence: str,
+) -> None:
+    outcome = run(capsys, tmp_path, changes=changes, rig_changes=rig_changes)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert sentence in outcome.err
+    assert ".toml:" in outcome.err
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_busy_rig_is_refused_and_names_its_owner(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, rig = job(tmp_path)
+    with acquire([rig], "another run"):
+        outcome = run(capsys, tmp_path)
+    assert outcome.status == 1
+    assert "in use by" in outcome.err
+    assert "another run" in outcome.err
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_missing_port_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    closed = socket.socket()
+    closed.bind(("127.0.0.1", 0))
+    address = f"socket://127.0.0.1:{closed.getsockname()[1]}"
+    outcome = run(
+        capsys, tmp_path, rig_changes={'port = "twin"': f'port = "{address}"', 'time = "virtual"': 'time = "real"'}
+    )
+    closed.close()
+    assert outcome.status == 1
+    assert address in outcome.err
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_silent_port_is_a_sentence_with_device_and_deadline(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"socket://127.0.0.1:{silent.getsockname()[1]}"
+        changes = {'port = "twin"': f'port = "{address}"', 'time = "virtual"': 'time = "real"'}
+        outcome = run(capsys, tmp_path, rig_changes=changes)
+    assert outcome.status == 1
+    assert f"axes.pitch at {address}: no complete reply" in outcome.err
+    assert "within 2 s" in outcome.err
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_truncated_journal_is_a_sentence(
+    finished: tuple[Path, dict], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = (Path(finished[1]["run"]) / "journal.sqlite").read_bytes()
+    for command in ("solve", "status", "resume"):
+        for size in (0, 10, 4096, len(whole) // 2):
+            folder = tmp_path / f"{command}-{size}"
+            folder.mkdir()
+            (folder / "journal.sqlite").write_bytes(whole[:size])
+            outcome = call(capsys, command, folder)
+            assert outcome.status == 2, (command, size, outcome.err)
+            assert outcome.out == ""
+            assert "journal.sqlite" in outcome.err
+            assert (folder / "journal.sqlite").read_bytes() == whole[:size]
+
+
+def test_noise_free_means_are_not_called_stuck(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    outcome = run(
+        capsys,
+        tmp_path,
+        rig_changes={"noise_v = 0.00002": "noise_v = 0.0", "uncertainty_arcsec = 1.0": "uncertainty_arcsec = 0.0"},
+    )
+    assert outcome.status == 0, outcome.err
+    value = outcome.document["sensors"]["SN1047"]["axes"]["x"]["parameters"]["azimuth_deg"]["value"]
+    assert np.isclose(value, 35.0, atol=1e-3)
