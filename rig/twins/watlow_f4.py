@@ -1,26 +1,11 @@
-"""Twin of a Watlow F4 chamber controller: Modbus RTU frames in and out, an environment of the world behind.
+"""Twin of a Watlow F4 chamber controller: 16-bit registers with decimals, an environment of the world behind."""
 
-It answers functions 3, 6 and 16; what it does not know it refuses by exception, and a frame for another unit or with
-a wrong checksum it does not answer at all, as on the line.
-"""
-
-import logging
+from collections.abc import Sequence
 from typing import Protocol
 
-from pymodbus.framer import FramerRTU
-from pymodbus.pdu import DecodePDU, ExceptionResponse, ModbusPDU
-from pymodbus.pdu.register_message import (
-    ReadHoldingRegistersRequest,
-    ReadHoldingRegistersResponse,
-    WriteMultipleRegistersRequest,
-    WriteMultipleRegistersResponse,
-    WriteSingleRegisterRequest,
-    WriteSingleRegisterResponse,
-)
+from rig.twins.modbus_slave import ILLEGAL_ADDRESS, ILLEGAL_VALUE, ModbusSlave
 
-ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE = 1, 2, 3
 PROCESS_VALUE, SETPOINT, LOW_LIMIT, HIGH_LIMIT, DECIMALS, UNITS = 100, 300, 602, 603, 606, 901
-_LONGEST_FRAME = 256
 
 
 class Chamber(Protocol):
@@ -34,7 +19,7 @@ class Chamber(Protocol):
 
 
 class WatlowF4Twin:
-    """A :class:`rig.twins.twin.Twin`."""
+    """A :class:`rig.twins.twin.Twin` by Modbus RTU."""
 
     def __init__(
         self,
@@ -46,64 +31,27 @@ class WatlowF4Twin:
         limits_degc: tuple[float, float] = (-70.0, 180.0),
         gap_s: float = 1.0,
     ) -> None:
-        """``gap_s``: silence after which an unfinished frame is forgotten; long, since no line is this irregular."""
-        logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # it logs whole frames as errors
+        """``gap_s`` as :class:`ModbusSlave` takes it."""
         self._environment = environment
         self._world = world
-        self._unit = unit
         self._scale: int = 10**decimals
         self._decimals = decimals
         self._limits_degc = limits_degc
-        self._gap_s = gap_s
-        self._framer = FramerRTU(DecodePDU(True))
-        self._received = b""
-        self._last_s = float("-inf")
-        self._due = b""
+        self._slave = ModbusSlave(self, unit=unit, gap_s=gap_s)
 
     def receive(self, data: bytes, now_s: float) -> None:
-        if now_s - self._last_s > self._gap_s:
-            self._received = b""
-        self._last_s = now_s
-        self._received = (self._received + data)[-_LONGEST_FRAME:]
-        used, unit, _, request = self._framer.decode(self._received)
-        self._received = self._received[used:]
-        if request and unit == self._unit:
-            self._answer(request, now_s)
+        self._slave.receive(data, now_s)
 
-    def transmit(self, now_s: float) -> bytes:  # noqa: ARG002 it answers at once
-        due, self._due = self._due, b""
-        return due
+    def transmit(self, now_s: float) -> bytes:
+        return self._slave.transmit(now_s)
 
     def next_event_s(self) -> float | None:
-        return None
+        return self._slave.next_event_s()
 
-    def _answer(self, request: bytes, now_s: float) -> None:
-        pdu = self._framer.decoder.decode(request)
-        reply = ExceptionResponse(request[0], ILLEGAL_VALUE) if pdu is None else self._reply(pdu, now_s)
-        reply.dev_id = self._unit
-        self._due += self._framer.buildFrame(reply)
-
-    def _reply(self, request: ModbusPDU, now_s: float) -> ModbusPDU:
-        match request:
-            case ReadHoldingRegistersRequest(function_code=3):
-                return self._read(request, now_s)
-            case WriteSingleRegisterRequest():
-                wrong = self._write(request.address, list(request.registers), now_s)
-                done: ModbusPDU = WriteSingleRegisterResponse(address=request.address, registers=request.registers)
-            case WriteMultipleRegistersRequest():
-                wrong = self._write(request.address, list(request.registers), now_s)
-                done = WriteMultipleRegistersResponse(address=request.address, count=request.count)
-            case _:
-                wrong, done = ILLEGAL_FUNCTION, request
-        return ExceptionResponse(request.function_code, wrong) if wrong else done
-
-    def _read(self, request: ModbusPDU, now_s: float) -> ModbusPDU:
-        addresses = range(request.address, request.address + request.count)
-        values = [self._value(address, now_s) for address in addresses]
+    def read(self, address: int, count: int, now_s: float) -> Sequence[int] | None:
+        values = [self._value(register, now_s) for register in range(address, address + count)]
         known = [value for value in values if value is not None]
-        if len(known) < len(values):
-            return ExceptionResponse(request.function_code, ILLEGAL_ADDRESS)
-        return ReadHoldingRegistersResponse(registers=known)
+        return known if len(known) == len(values) else None
 
     def _value(self, address: int, now_s: float) -> int | None:
         if address == PROCESS_VALUE:
@@ -117,8 +65,7 @@ class WatlowF4Twin:
         }
         return constants.get(address)
 
-    def _write(self, address: int, values: list[int], now_s: float) -> int:
-        """The exception to answer with, 0 when written."""
+    def write(self, address: int, values: Sequence[int], now_s: float) -> int:
         if address != SETPOINT or len(values) != 1:
             return ILLEGAL_ADDRESS
         degc = (values[0] - 65536 if values[0] >= 32768 else values[0]) / self._scale

@@ -1,0 +1,206 @@
+"""Watlow F4T chamber controller, Modbus TCP or RTU.
+
+Every number is a float in two registers. Which word comes first is a setting of the controller: read in the wrong
+order 25 °C is 2e-41, so the order of the rig file is verified when we connect: process value, set point and both set
+point limits must be plausible temperatures by it.
+
+Source: F4T manual, Modbus appendix (loop 1: 2782 set point, 2820 process value, 2774 and 2776 set point limits, 2730
+control mode to write, 2814 to read, 10 automatic, 54 manual, 62 off; loop n is 160 further on). That the values may
+be in Fahrenheit is not confirmed, so it is a setting.
+"""
+
+import math
+import struct
+from collections.abc import Sequence
+from typing import Annotated, Literal, Protocol
+
+from pydantic import Field, field_validator
+
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
+from rig.link.byte_stream import ByteStream
+from rig.link.modbus import ModbusRtu
+from rig.link.modbus_tcp import ModbusTcp
+from rig.settings import EnvironmentSettings
+from rig.toml_file import as_tuple
+
+LOOP = 160
+LOW_LIMIT, HIGH_LIMIT, SETPOINT, PROCESS_VALUE = 2774, 2776, 2782, 2820
+MODE_WRITE, MODE_READ = 2730, 2814
+AUTO, MANUAL, OFF = 10, 54, 62
+MODES = {AUTO: "automatic", MANUAL: "manual", OFF: "off"}
+SMALLEST = 1e-6
+"""Degrees nearer to zero than this, but not zero, are words in the wrong order."""
+RTU_GAP_S = 0.03
+"""The chamber maker's library waits this long: the controller does not keep to 3.5 characters."""
+
+WordOrder = Literal["low-first", "high-first"]
+
+
+class Registers(Protocol):
+    """What the driver needs of Modbus: :class:`ModbusTcp` and :class:`ModbusRtu` have it."""
+
+    def read_holding(self, address: int, count: int = 1) -> tuple[int, ...]: ...
+
+    def write_registers(self, address: int, values: Sequence[int]) -> None: ...
+
+
+class WatlowF4TSettings(EnvironmentSettings):
+    """``driver = "watlow-f4t"``."""
+
+    driver: Literal["watlow-f4t"]
+    transport: Literal["tcp", "rtu"] = "tcp"
+    """``tcp``: ``port`` is ``socket://host:502``."""
+    unit: Annotated[int, Field(ge=1, le=247)] = 1
+    baud_rate: Literal[9600, 19200, 38400, 57600, 115200] = 38400
+    loop: Annotated[int, Field(ge=1, le=4)] = 1
+    word_order: WordOrder = "low-first"
+    values: Literal["degc", "degf"] = "degc"
+    """Unit of the numbers on the wire, as set in the controller."""
+    plausible_degc: tuple[float, float] = (-100.0, 250.0)
+
+    @field_validator("plausible_degc", mode="before")
+    @classmethod
+    def _pair(cls, value: object) -> object:
+        return as_tuple(value)
+
+
+class WatlowF4T:
+    """A chamber: a :class:`rig.devices.abilities.Environment`."""
+
+    def __init__(self, name: str, registers: Registers, settings: WatlowF4TSettings) -> None:
+        self.name = name
+        self._registers = registers
+        self._settings = settings
+        self._offset = LOOP * (settings.loop - 1)
+        self._limits_degc: tuple[float, float] | None = None
+
+    def identify(self) -> str:
+        low_degc, high_degc = self._verified_limits_degc()
+        settings = self._settings
+        return (
+            f"Watlow F4T at unit {settings.unit}, loop {settings.loop},"
+            f" set points from {low_degc:g} to {high_degc:g} degC, {settings.word_order}"
+        )
+
+    def temperature_degc(self) -> float:
+        self._verified_limits_degc()
+        degc = self._read_degc(PROCESS_VALUE)
+        if not self._is_plausible(degc):
+            low_degc, high_degc = self._settings.plausible_degc
+            raise DeviceFault(
+                f"{self.name}: process value {degc:g} degC is not plausible, allowed {low_degc:g} to {high_degc:g}"
+                f" (environment.{self.name}: plausible_degc); nothing was changed; check the probe"
+            )
+        return degc
+
+    def setpoint_degc(self) -> float:
+        self._verified_limits_degc()
+        return self._read_degc(SETPOINT)
+
+    def hold(self, setpoint_degc: float) -> None:
+        """Write the set point, switch the loop on where it is off, read both back."""
+        low_degc, high_degc = self._verified_limits_degc()
+        if not low_degc <= setpoint_degc <= high_degc:
+            raise RequestRefused(
+                f"{self.name}: set point {setpoint_degc:g} degC: the chamber allows {low_degc:g} to {high_degc:g} degC"
+                " (its registers 2774 and 2776); nothing was changed; ask for one inside"
+            )
+        mode = self._mode()
+        if mode not in (AUTO, OFF):
+            raise DeviceRefused(
+                f"{self.name}: loop {self._settings.loop} is in mode {MODES.get(mode, mode)}, need automatic or off;"
+                " nothing was changed; somebody set it by hand: set it to automatic at the front panel"
+            )
+        words = _words(self._to_wire(setpoint_degc), self._settings.word_order)
+        self._registers.write_registers(SETPOINT + self._offset, words)
+        self._require_setpoint(setpoint_degc, words)
+        if mode == OFF:
+            self._switch_on()
+
+    def _require_setpoint(self, setpoint_degc: float, words: tuple[int, int]) -> None:
+        told = self._registers.read_holding(SETPOINT + self._offset, 2)
+        if told != words:
+            raise DeviceFault(
+                f"{self.name}: set point {setpoint_degc:g} degC was acknowledged, but reads back"
+                f" {self._from_wire(told):g} degC; the chamber may heat or cool; look at its front panel"
+            )
+
+    def _switch_on(self) -> None:
+        self._registers.write_registers(MODE_WRITE + self._offset, [AUTO])
+        if (mode := self._mode()) != AUTO:
+            raise DeviceFault(
+                f"{self.name}: automatic control was acknowledged, but the mode reads {MODES.get(mode, mode)};"
+                " the set point is written and not controlled; look at the front panel"
+            )
+
+    def _mode(self) -> int:
+        (mode,) = self._registers.read_holding(MODE_READ + self._offset)
+        return mode
+
+    def _verified_limits_degc(self) -> tuple[float, float]:
+        """Set point limits, read once, after every value was plausible in the word order of the rig file."""
+        if self._limits_degc is None:
+            addresses = (LOW_LIMIT, HIGH_LIMIT, SETPOINT, PROCESS_VALUE)
+            pairs = [self._registers.read_holding(address + self._offset, 2) for address in addresses]
+            self._require_order(pairs)
+            self._guard(HIGH_LIMIT + self._offset, pairs[1])
+            self._limits_degc = self._from_wire(pairs[0]), self._from_wire(pairs[1])
+        return self._limits_degc
+
+    def _guard(self, address: int, constant: Sequence[int]) -> None:
+        """On RTU, where replies have no number, a word of the upper limit must answer rightly after every doubt."""
+        if isinstance(self._registers, ModbusRtu):
+            place = 0 if constant[0] else 1
+            self._registers.set_sentinel(address + place, constant[place])
+
+    def _require_order(self, pairs: Sequence[Sequence[int]]) -> None:
+        values_degc = [self._from_wire(pair) for pair in pairs]
+        if all(map(self._is_plausible, values_degc)) and any(values_degc):
+            return
+        swapped = [self._from_wire(pair[::-1]) for pair in pairs]
+        other = "high-first" if self._settings.word_order == "low-first" else "low-first"
+        would_do = all(map(self._is_plausible, swapped)) and any(swapped)
+        raise DeviceNonsense(
+            f"{self.name}: set point limits, set point and process value read"
+            f" {', '.join(f'{degc:g}' for degc in values_degc)} degC with word_order = {self._settings.word_order!r},"
+            f" allowed {self._settings.plausible_degc[0]:g} to {self._settings.plausible_degc[1]:g}; nothing was"
+            f" changed; {f'set word_order = {other!r}' if would_do else 'check loop, values and the probe'}"
+            f" (environment.{self.name})"
+        )
+
+    def _is_plausible(self, degc: float) -> bool:
+        low_degc, high_degc = self._settings.plausible_degc
+        wire = self._to_wire(degc)
+        return math.isfinite(degc) and low_degc <= degc <= high_degc and (wire == 0.0 or abs(wire) >= SMALLEST)
+
+    def _read_degc(self, register: int) -> float:
+        return self._from_wire(self._registers.read_holding(register + self._offset, 2))
+
+    def _from_wire(self, words: Sequence[int]) -> float:
+        value = _float(words, self._settings.word_order)
+        return value if self._settings.values == "degc" else (value - 32.0) / 1.8
+
+    def _to_wire(self, degc: float) -> float:
+        return degc if self._settings.values == "degc" else degc * 1.8 + 32.0
+
+
+def _words(value: float, order: WordOrder) -> tuple[int, int]:
+    high, low = struct.unpack(">HH", struct.pack(">f", value))
+    return (low, high) if order == "low-first" else (high, low)
+
+
+def _float(words: Sequence[int], order: WordOrder) -> float:
+    first, second = words
+    high, low = (second, first) if order == "low-first" else (first, second)
+    value: float = struct.unpack(">f", struct.pack(">HH", high, low))[0]
+    return value
+
+
+def connect(name: str, settings: WatlowF4TSettings, stream: ByteStream) -> WatlowF4T:
+    """The chamber behind a stream."""
+    registers: Registers
+    if settings.transport == "tcp":
+        registers = ModbusTcp(stream, settings.unit)
+    else:
+        registers = ModbusRtu(stream, settings.unit, baud_rate=settings.baud_rate, gap_s=RTU_GAP_S)
+    return WatlowF4T(name, registers, settings)

@@ -1,0 +1,105 @@
+"""Twin of a Watlow F4T chamber controller: floats in two registers each, an environment of the world behind loop n.
+
+Source: F4T manual, Modbus appendix (loop 1: 2782 set point, 2820 process value, 2774 and 2776 set point limits, 2730
+and 2814 control mode; loop n is 160 further on; low word first by default).
+"""
+
+import struct
+from collections.abc import Sequence
+from typing import Literal, Protocol
+
+from rig.twins.modbus_slave import ILLEGAL_ADDRESS, ILLEGAL_VALUE
+
+LOOP = 160
+LOW_LIMIT, HIGH_LIMIT, SETPOINT, CURRENT_SETPOINT, PROCESS_VALUE = 2774, 2776, 2782, 2810, 2820
+MODE_WRITE, MODE_READ = 2730, 2814
+AUTO, MANUAL, OFF = 10, 54, 62
+
+
+class Chamber(Protocol):
+    """What the twin needs of the world."""
+
+    def read_temperature_degc(self, environment: str, now_s: float) -> float: ...
+
+    def setpoint_degc(self, environment: str) -> float: ...
+
+    def hold(self, environment: str, setpoint_degc: float, now_s: float) -> None: ...
+
+
+class WatlowF4TTwin:
+    """Registers for a :class:`rig.twins.modbus_slave.ModbusSlave`. ``mode`` is what the front panel left."""
+
+    def __init__(
+        self,
+        environment: str,
+        world: Chamber,
+        *,
+        loop: int = 1,
+        word_order: Literal["low-first", "high-first"] = "low-first",
+        fahrenheit: bool = False,
+        limits_degc: tuple[float, float] = (-70.0, 180.0),
+        mode: int = AUTO,
+    ) -> None:
+        self.mode = mode
+        self._environment = environment
+        self._world = world
+        self._offset = LOOP * (loop - 1)
+        self._is_low_first = word_order == "low-first"
+        self._is_fahrenheit = fahrenheit
+        self._limits_degc = limits_degc
+
+    def read(self, address: int, count: int, now_s: float) -> Sequence[int] | None:
+        """Words of neighbouring values; a value that is read half is read as it is at this instant."""
+        first = (address - self._offset) & ~1
+        words: list[int] = []
+        for register in range(first, address - self._offset + count, 2):
+            pair = self._pair(register, now_s)
+            if pair is None:
+                return None
+            words += pair
+        start = address - self._offset - first
+        return words[start : start + count]
+
+    def write(self, address: int, values: Sequence[int], now_s: float) -> int:
+        register = address - self._offset
+        if register == MODE_WRITE and len(values) == 1:
+            return self._set_mode(values[0])
+        if register != SETPOINT or len(values) != 2:
+            return ILLEGAL_ADDRESS
+        degc = self._to_degc(self._float(values))
+        low_degc, high_degc = self._limits_degc
+        if not low_degc <= degc <= high_degc:
+            return ILLEGAL_VALUE
+        self._world.hold(self._environment, degc, now_s)
+        return 0
+
+    def _pair(self, register: int, now_s: float) -> tuple[int, int] | None:
+        if register in (MODE_READ, MODE_WRITE):
+            return self.mode, 0
+        values_degc = {
+            SETPOINT: self._world.setpoint_degc(self._environment),
+            CURRENT_SETPOINT: self._world.setpoint_degc(self._environment),
+            LOW_LIMIT: self._limits_degc[0],
+            HIGH_LIMIT: self._limits_degc[1],
+        }
+        if register == PROCESS_VALUE:
+            return self._words(self._world.read_temperature_degc(self._environment, now_s))
+        return self._words(values_degc[register]) if register in values_degc else None
+
+    def _set_mode(self, mode: int) -> int:
+        if mode not in (AUTO, MANUAL, OFF):
+            return ILLEGAL_VALUE
+        self.mode = mode
+        return 0
+
+    def _words(self, degc: float) -> tuple[int, int]:
+        high, low = struct.unpack(">HH", struct.pack(">f", degc * 1.8 + 32.0 if self._is_fahrenheit else degc))
+        return (low, high) if self._is_low_first else (high, low)
+
+    def _float(self, words: Sequence[int]) -> float:
+        low, high = words if self._is_low_first else reversed(words)
+        value: float = struct.unpack(">f", struct.pack(">HH", high, low))[0]
+        return value
+
+    def _to_degc(self, value: float) -> float:
+        return (value - 32.0) / 1.8 if self._is_fahrenheit else value

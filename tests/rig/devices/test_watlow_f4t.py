@@ -1,0 +1,111 @@
+"""Laws of the F4T's driver: the word order is verified, the set point and the mode are read back."""
+
+import pytest
+from table_bench import example_rig, virtual_clock
+
+from rig.clock import VirtualClock
+from rig.devices.watlow_f4t import WatlowF4T, WatlowF4TSettings, connect
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
+from rig.link.faults import FaultScript, delay, stall
+from rig.link.memory import MemoryStream
+from rig.twins.modbus_slave import ModbusSlave
+from rig.twins.watlow_f4t import AUTO, MANUAL, OFF, WatlowF4TTwin
+from rig.twins.world import World
+
+
+class Scene:
+    """A chamber of the example rig with its twin; ``twin`` and ``settings`` say what each side believes."""
+
+    def __init__(self, twin: dict[str, object] | None = None, **settings: object) -> None:
+        self.world, self.clock = World(example_rig()), virtual_clock()
+        self.faults = FaultScript()
+        self.registers = WatlowF4TTwin("air", self.world, **(twin or {}))  # type: ignore[arg-type]
+        fields: dict[str, object] = {"driver": "watlow-f4t", "port": "twin"}
+        self.settings = WatlowF4TSettings.model_validate(fields | settings)
+        slave = ModbusSlave(self.registers, framing=self.settings.transport)
+        stream = MemoryStream(slave, self.clock, "chamber", self.faults)
+        self.chamber: WatlowF4T = connect("air", self.settings, stream)
+
+
+@pytest.fixture(params=["tcp", "rtu"])
+def scene(request: pytest.FixtureRequest) -> Scene:
+    return Scene(transport=request.param)
+
+
+def test_it_tells_who_and_what_it_allows(scene: Scene) -> None:
+    assert scene.chamber.identify() == "Watlow F4T at unit 1, loop 1, set points from -70 to 180 degC, low-first"
+
+
+def test_a_set_point_is_held_and_reached(scene: Scene) -> None:
+    scene.chamber.hold(-20.5)
+    assert scene.chamber.setpoint_degc() == scene.world.setpoint_degc("air") == -20.5
+    scene.clock.sleep(10_000.0)
+    assert scene.chamber.temperature_degc() == pytest.approx(-20.5, abs=0.11)
+
+
+def test_a_set_point_outside_the_chambers_own_limits_is_refused(scene: Scene) -> None:
+    for degc in (180.1, float("nan")):
+        with pytest.raises(RequestRefused, match="the chamber allows -70 to 180 degC"):
+            scene.chamber.hold(degc)
+    assert scene.world.setpoint_degc("air") == 20.0
+
+
+@pytest.mark.parametrize(("told", "true"), [("low-first", "high-first"), ("high-first", "low-first")])
+def test_fault_34_the_wrong_word_order_is_refused_and_the_right_one_named(told: str, true: str) -> None:
+    scene = Scene({"word_order": true}, word_order=told)
+    for ask in (scene.chamber.identify, scene.chamber.temperature_degc, lambda: scene.chamber.hold(20.0)):
+        with pytest.raises(DeviceNonsense, match=rf"set word_order = '{true}' \(environment\.air\)"):
+            ask()
+    assert scene.world.setpoint_degc("air") == 20.0
+    assert Scene({"word_order": true}, word_order=true).chamber.setpoint_degc() == 20.0
+
+
+def test_numbers_in_fahrenheit_are_a_setting() -> None:
+    scene = Scene({"fahrenheit": True}, values="degf")
+    scene.chamber.hold(60.0)
+    assert scene.world.setpoint_degc("air") == pytest.approx(60.0, abs=1e-5)
+    assert scene.chamber.setpoint_degc() == pytest.approx(60.0, abs=1e-5)
+
+
+def test_a_loop_that_is_off_is_switched_on_and_one_in_manual_is_left_alone() -> None:
+    scene = Scene({"mode": OFF})
+    scene.chamber.hold(40.0)
+    assert scene.registers.mode == AUTO
+    scene = Scene({"mode": MANUAL})
+    with pytest.raises(DeviceRefused, match="in mode manual, need automatic or off; nothing was changed"):
+        scene.chamber.hold(40.0)
+    assert scene.world.setpoint_degc("air") == 20.0
+
+
+def test_another_loop_is_other_registers() -> None:
+    scene = Scene({"loop": 2}, loop=2)
+    scene.chamber.hold(33.0)
+    assert scene.world.setpoint_degc("air") == 33.0
+    with pytest.raises(DeviceRefused, match="illegal register address"):
+        Scene({"loop": 2}, loop=1).chamber.identify()
+
+
+def test_an_implausible_temperature_is_a_fault(scene: Scene) -> None:
+    scene.chamber.identify()
+    scene.world.hold("air", 400.0, 0.0)
+    scene.clock.sleep(1e5)
+    with pytest.raises(DeviceFault, match=r"process value 400\S* degC is not plausible"):
+        scene.chamber.temperature_degc()
+
+
+@pytest.mark.parametrize("fault", [delay(1.5), stall(1.3), stall(2.4)])
+@pytest.mark.parametrize("transport", ["tcp", "rtu"])
+def test_a_late_reply_is_not_taken_for_the_set_point(transport: str, fault: object) -> None:
+    scene = Scene(transport=transport)
+    scene.world.hold("air", 60.0, scene.clock.monotonic_s())
+    scene.chamber.identify()
+    scene.faults.reads = {scene.faults.taken: fault}  # type: ignore[dict-item]
+    assert scene.chamber.temperature_degc() < 25.0
+    assert scene.chamber.setpoint_degc() == 60.0
+
+
+def test_the_clock_is_the_lines(scene: Scene) -> None:
+    assert isinstance(scene.clock, VirtualClock)
+    before_s = scene.clock.monotonic_s()
+    scene.chamber.temperature_degc()
+    assert scene.clock.monotonic_s() - before_s < 2.0
