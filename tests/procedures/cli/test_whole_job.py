@@ -40,8 +40,13 @@ def test_a_run_says_and_leaves_what_others_rely_on(finished: tuple[Path, dict]) 
     assert set(document["sensors"]["SN1047"]["axes"]) == {"x", "y", "z"}
     left = {str(path.relative_to(document["run"])) for path in Path(document["run"]).rglob("*") if path.is_file()}
     assert left >= {
-        "journal.sqlite", "plan.json", "report.html", "coefficients/SN1047.json", "exports/SN1047.csv", "exports/SN1047.mat",
-    }  # fmt: skip
+        "journal.sqlite",
+        "plan.json",
+        "report.html",
+        "coefficients/SN1047.json",
+        "exports/SN1047.csv",
+        "exports/SN1047.mat",
+    }
     assert document["sets"] == [str(Path(document["run"]) / "coefficients" / "SN1047.json")]
     assert (folder / "runs" / "archive.sqlite").exists()
 
@@ -87,8 +92,13 @@ def test_a_damaged_set_is_a_sentence(
 def test_status_of_a_finished_run(finished: tuple[Path, dict], capsys: pytest.CaptureFixture[str]) -> None:
     folder, document = finished
     assert call(capsys, "status", folder / "runs", "--json").document == {
-        "run": document["run"], "state": "finished", "dwells_done": 24, "dwells_planned": 24, "eta_utc": None, "held_by": None,
-    }  # fmt: skip
+        "run": document["run"],
+        "state": "finished",
+        "dwells_done": 24,
+        "dwells_planned": 24,
+        "eta_utc": None,
+        "held_by": None,
+    }
 
 
 @pytest.mark.parametrize("command", ["pause", "continue", "stop", "abort"])
@@ -114,26 +124,28 @@ def test_real_ports_give_the_same_numbers_as_memory(
 
 
 def test_a_rehearsal_needs_no_port(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    real = {
-        'port = "twin"': 'port = "socket://127.0.0.1:1"',
-        'resource = "twin"': 'resource = "prologix+socket://127.0.0.1:1#22"',
-    }
-    outcome = run(capsys, tmp_path, "--rehearse", rig_changes=real)
+    procedure, rig = job(tmp_path, None, {'port = "twin"': 'port = "socket://127.0.0.1:1"', '"twin"': f'"{METER}"'})
+    text = Path(rig).read_text(encoding="utf-8")
+    Path(rig).write_text(text[: text.index("\n[twin]\n")], encoding="utf-8")
+    outcome = call(capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "runs", "--json", "--rehearse")
     assert outcome.status == 0, outcome.err
     assert outcome.document["state"] == "finished"
 
 
+ANY_PITCH = {'"D1"': '"D"'}
+PITCH, ROLL = "from = -60.0, to = 60.0, step = 60.0", "from = -180.0, to = 90.0, step = 90.0"
+OVEN = "[environment]\nname = 'oven'\nplateaus_degc = [20.0]\n[export]"
+TWO_POINTS = ANY_PITCH | {PITCH: "from = 0.0, to = 0.0, count = 1", ROLL: "from = -180.0, to = 0.0, step = 180.0"}
 WRONG_PLANS = [
-    ("limit exceeded", {'"D1"': '"D"', "to = 60.0": "to = 240.0", "step = 60.0": "step = 150.0"}, {}, "limit"),
+    ("limit exceeded", ANY_PITCH | {PITCH: "from = -60.0, to = 240.0, step = 150.0"}, {}, "limit"),
     ("off the increment", {"step = 60.0": "count = 8"}, {}, "multiple"),
-    ("fewer points than parameters", {'"D1"': '"D"', "from = -60.0, to = 60.0, step = 60.0": "from = 0.0, to = 0.0, count = 1",
-                                      "from = -180.0, to = 90.0, step = 90.0": "from = -180.0, to = 0.0, step = 180.0"}, {}, "parameters"),
-    ("roll at one value", {"from = -180.0, to = 90.0, step = 90.0": "from = 0.0, to = 0.0, count = 1"}, {}, "roll"),
-    ("no environment for plateaus", {"[export]": "[environment]\nname = 'oven'\nplateaus_degc = [20.0]\n[export]"}, {}, "oven"),
+    ("fewer points than parameters", TWO_POINTS, {}, "parameters"),
+    ("roll at one value", {ROLL: "from = 0.0, to = 0.0, count = 1"}, {}, "roll"),
+    ("no environment for plateaus", {"[export]": OVEN}, {}, "oven"),
     ("unknown key", {"samples = 5": "sampels = 5"}, {}, "did you mean samples?"),
     ("missing unit", {"pitch_deg": "pitch"}, {}, "the unit is missing"),
     ("rig: unknown key", {}, {"speed_dps": "speed_dsp"}, "did you mean speed_dps?"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(
