@@ -1,0 +1,263 @@
+"""Resume: what it takes, what it refuses with the difference shown, and what a break in trust leads to."""
+
+import os
+import signal
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from grumbling import Grumbling
+from small_run import Bench, bench, dwells_of, in_child, measured
+
+from procedures.errors import ExitStatus, JournalError, RequestError
+from procedures.plan.steps import Dwell, Soak
+from procedures.run.history import agenda, history_of, replications_before
+from procedures.run.journal import Journal
+from procedures.run.journal_reader import JournalReader
+from procedures.run.owner import is_owned, owning
+from procedures.run.progress import Progress
+from procedures.run.resume import resume, resume_on
+from procedures.run.spool import Request, Spool, ask
+from procedures.run.states import State
+from procedures.run.status import status
+from procedures.run.storage import JOURNAL_FILE
+from rig.assembly import open_rig
+from rig.clock import SystemClock
+from rig.description import RigDescription
+
+
+class StopAt:
+    """Asks for a stop after so many design dwells."""
+
+    def __init__(self, run_dir: Path, dwells: int) -> None:
+        self._spool, self._dwells = Spool(run_dir), dwells
+
+    def on_event(self, progress: Progress) -> None:
+        if progress.event == "dwell" and progress.dwells_done == self._dwells:
+            self._spool.submit(Request("stop", "anna", "2026-03-01T12:00:00+00:00", "lunch"))
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Bench:
+    return bench(tmp_path)
+
+
+def _stopped(small: Bench, dwells: int = 5) -> Path:
+    run_dir = small.folder / "stopped"
+    assert small.run(run_dir, observer=StopAt(run_dir, dwells)).state is State.STOPPED
+    return run_dir
+
+
+def _states(run_dir: Path) -> list[str]:
+    with JournalReader.open(run_dir) as reader:
+        reader.verify()
+        return [str(event.detail["to"]) for event in reader.events("state")]
+
+
+def _on_changed_rig(run_dir: Path, rig: RigDescription, **words: str) -> State:
+    with open_rig(rig) as opened:
+        return resume_on(run_dir, opened, "carla", **words).state
+
+
+def test_a_stopped_run_goes_on_with_the_first_missing_dwell(small: Bench) -> None:
+    small.run(small.folder / "whole")
+    run_dir = _stopped(small)
+    outcome = resume(run_dir, "carla", "back from lunch")
+    assert (outcome.state, outcome.dwells_done) == (State.FINISHED, len(small.plan.design_dwells))
+    assert measured(dwells_of(run_dir)) == measured(dwells_of(small.folder / "whole"))
+    assert _states(run_dir)[3:] == ["stopped", "checking", "running", "finished"]
+
+
+def test_every_resume_measures_the_check_set_again_in_its_own_epoch(small: Bench) -> None:
+    run_dir = _stopped(small)
+    resume(run_dir, "carla")
+    checks = [dwell for dwell in dwells_of(run_dir) if dwell.purpose == "check"]
+    wanted = [dwell.step for dwell in small.plan.check_set]
+    assert [(dwell.epoch, dwell.step) for dwell in checks] == [(epoch, step) for epoch in (1, 2) for step in wanted]
+    first, again = checks[0], checks[len(wanted)]
+    assert first.readings["dmm.x"].samples_v.tobytes() != again.readings["dmm.x"].samples_v.tobytes()
+    with JournalReader.open(run_dir) as reader:
+        (seam,) = reader.events("seam")
+    assert (seam.detail["tested"], seam.detail["comparisons"], seam.detail["steps"]) == (True, 18, 0)
+
+
+def test_the_record_tells_who_resumed_and_why(small: Bench) -> None:
+    run_dir = _stopped(small)
+    resume(run_dir, "carla", "back from lunch")
+    with JournalReader.open(run_dir) as reader:
+        opened = [event.detail for event in reader.events("opened")]
+    assert [(one["operator"], one["epoch"], one["reason"]) for one in opened] == [
+        ("tester", 1, ""),
+        ("carla", 2, "back from lunch"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"), [("rig.toml", "seed = 7", "seed = 8"), ("procedure.toml", "samples = 5", "samples = 6")]
+)
+def test_resume_refuses_a_changed_file_and_shows_the_difference(small: Bench, file: str, old: str, new: str) -> None:
+    run_dir = _stopped(small)
+    path = small.folder / file
+    path.write_text(path.read_text().replace(old, new))
+    before = (run_dir / JOURNAL_FILE).read_bytes()
+    with pytest.raises(RequestError, match=rf"{file} is not what the run began with.*\n(.*\n)*-{old}\n\+{new}") as told:
+        resume(run_dir, "carla")
+    assert told.value.exit_status == ExitStatus.WRONG_REQUEST
+    assert (run_dir / JOURNAL_FILE).read_bytes() == before
+
+
+def test_a_file_that_is_gone_contradicts_nothing(small: Bench) -> None:
+    run_dir = _stopped(small)
+    (small.folder / "procedure.toml").unlink()
+    (small.folder / "rig.toml").unlink()
+    assert resume(run_dir, "carla").state is State.FINISHED
+
+
+def test_resume_refuses_another_version_of_the_software(small: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_dir = _stopped(small)
+    monkeypatch.setattr("procedures.run.resume.calrig_version", lambda: "9.9.9")
+    with pytest.raises(RequestError, match=r"began with calrig .*, this is 9\.9\.9"):
+        resume(run_dir, "carla")
+
+
+def test_a_finished_run_is_not_resumed(small: Bench) -> None:
+    small.run(small.folder / "whole")
+    with pytest.raises(RequestError, match="the run is finished, and resume takes stopped, interrupted, tripped"):
+        resume(small.folder / "whole", "carla")
+
+
+def test_a_run_that_somebody_runs_is_not_resumed(small: Bench) -> None:
+    run_dir = _stopped(small)
+    with owning(run_dir), pytest.raises(RequestError, match=r"belongs to process \d+ since"):
+        resume(run_dir, "carla")
+
+
+def test_a_damaged_journal_is_not_resumed(small: Bench) -> None:
+    run_dir = _stopped(small)
+    samples = dwells_of(run_dir)[8].readings["dmm.y"].samples_v.tobytes()
+    content = (run_dir / JOURNAL_FILE).read_bytes()
+    (run_dir / JOURNAL_FILE).write_bytes(content.replace(samples, samples[::-1]))
+    with pytest.raises(JournalError, match="the dwell of step 8, attempt 1, epoch 1 is not as it was written"):
+        resume(run_dir, "carla")
+
+
+def test_a_folder_without_a_run_is_refused_and_left_empty(tmp_path: Path) -> None:
+    with pytest.raises(JournalError, match="cannot be read"):
+        resume(tmp_path, "carla")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_step_at_the_seam_trips_until_a_person_accepts_it(small: Bench) -> None:
+    run_dir = _stopped(small)
+    bumped = RigDescription.model_validate(_with_offset(small.rig, 0.0052))
+    assert _on_changed_rig(run_dir, bumped) is State.TRIPPED
+    found = status(run_dir)
+    assert found.state is State.TRIPPED
+    assert "the restart made a step: dmm.x at step" in str(found.held_by)
+    with pytest.raises(RequestError, match=r"tripped, so a person has to look first.*--operator and --reason"):
+        _on_changed_rig(run_dir, bumped)
+    assert _on_changed_rig(run_dir, bumped, reason="package remounted, seen by carla") is State.FINISHED
+    assert _states(run_dir)[3:] == ["stopped", "checking", "tripped", "checking", "running", "finished"]
+    assert set(measured(dwells_of(run_dir))) == {dwell.step for dwell in small.plan.dwells if dwell.purpose != "check"}
+
+
+def _with_offset(rig: RigDescription, offset_v: float) -> RigDescription:
+    assert rig.twin is not None
+    truth = rig.twin.truth["SN1"]
+    moved = {**truth, "x": truth["x"].model_copy(update={"offset_v": offset_v})}
+    return rig.model_copy(update={"twin": rig.twin.model_copy(update={"truth": {"SN1": moved}})})
+
+
+def test_other_devices_than_at_the_start_trip(small: Bench) -> None:
+    run_dir = _stopped(small)
+    with open_rig(small.rig) as opened:
+        outcome = resume_on(run_dir, Grumbling(opened, identity="HP3458A, other serial"), "carla")
+    assert (outcome.state, outcome.exit_status) == (State.TRIPPED, ExitStatus.HELD)
+    assert "readouts.dmm: was" in outcome.reason
+    assert "'HP3458A, other serial'" in outcome.reason
+
+
+def test_requests_to_a_dead_process_are_journalled_and_not_obeyed(small: Bench) -> None:
+    run_dir = _stopped(small)
+    Spool(run_dir).submit(Request("abort", "anna", "2026-03-01T12:01:00+00:00"))
+    Spool(run_dir).submit(Request("note", "anna", "2026-03-01T12:02:00+00:00", "door was open"))
+    assert resume(run_dir, "carla").state is State.FINISHED
+    with JournalReader.open(run_dir) as reader:
+        refused = [event.detail for event in reader.events("request") if "refused" in event.detail]
+        assert [(one["kind"], one["refused"]) for one in refused] == [("abort", "asked of the process before this one")]
+        assert [event.detail["text"] for event in reader.events("note")] == ["door was open"]
+
+
+def test_a_run_killed_after_its_last_dwell_is_finished_without_moving(small: Bench) -> None:
+    run_dir = small.folder / "whole"
+    last = len(small.plan.design_dwells)
+
+    class Dies:
+        def on_event(self, progress: Progress) -> None:
+            if progress.event == "dwell" and progress.dwells_done == last:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+    os.waitpid(in_child(lambda: small.run(run_dir, observer=Dies())), 0)
+    assert status(run_dir).state is State.INTERRUPTED
+    resume(run_dir, "carla")
+    assert _states(run_dir)[-4:] == ["interrupted", "checking", "running", "finished"]
+    with JournalReader.open(run_dir) as reader:
+        opened = reader.last_event("opened")
+        assert opened is not None
+        after = [event.kind for event in reader.events() if event.sequence > opened.sequence]
+    assert after == ["state"] * 4
+
+
+def test_nobody_takes_a_request_to_a_run_that_is_not_running(small: Bench) -> None:
+    run_dir = _stopped(small)
+    with pytest.raises(RequestError, match="cannot pause: no process runs this run: it is stopped"):
+        ask(run_dir, "pause", "anna", SystemClock().now_utc())
+    assert not is_owned(run_dir)
+
+
+def _dwell(step: int, purpose: str = "design") -> Dwell:
+    return Dwell(step, purpose, 1, step, {"pitch": float(step)})  # type: ignore[arg-type]
+
+
+def _soak(step: int) -> Soak:
+    return Soak(step, 0, "air", 20.0, 1.0, 60.0)
+
+
+STEPS = (_soak(0), _dwell(1, "check"), _dwell(2), _dwell(3), _soak(4), _dwell(5), _soak(6), _dwell(7))
+
+
+@pytest.mark.parametrize(
+    ("done", "left"),
+    [
+        (set(), [0, 1, 2, 3, 4, 5, 6, 7]),
+        ({2}, [0, 1, 3, 4, 5, 6, 7]),
+        ({2, 3}, [4, 1, 5, 6, 7]),
+        ({2, 3, 5}, [6, 1, 7]),
+        ({2, 5}, [0, 1, 3, 6, 7]),
+        ({2, 3, 5, 7}, []),
+    ],
+)
+def test_what_is_left_begins_with_the_soak_in_force_and_the_check_set(done: set[int], left: list[int]) -> None:
+    assert [step.step for step in agenda(STEPS, frozenset(done))] == left
+
+
+def test_replications_completed_follow_the_plan_not_the_time(small: Bench) -> None:
+    before = replications_before(small.plan)
+    first, second = (
+        next(dwell.step for dwell in small.plan.design_dwells if dwell.replication == number) for number in (1, 2)
+    )
+    assert (before[first], before[second]) == (0.0, 1.0)
+    assert all(before[dwell.step] == 0.0 for dwell in small.plan.check_set)
+
+
+def test_attempts_go_on_where_the_dead_process_left_them(small: Bench) -> None:
+    run_dir = _stopped(small)
+    dwells = dwells_of(run_dir)
+    step = small.plan.design_dwells[5].step
+    rejected = replace(dwells[-1], step=step, point=99, accepted=False, reasons=("dmm.x: noise",))
+    journal = Journal.open_for_append(run_dir / JOURNAL_FILE)
+    journal.commit_dwell(rejected, SystemClock())
+    journal.close()
+    assert resume(run_dir, "carla").state is State.FINISHED
+    assert [dwell.attempt for dwell in dwells_of(run_dir) if dwell.step == step] == [1, 2]
+    assert history_of(dwells_of(run_dir), 2, small.plan).attempts(step) == 2
