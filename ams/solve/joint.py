@@ -18,49 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.errors import DesignError
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
-from ams.models.accelerometer import PitchRoll
-from ams.observations import Observations
+from ams.frames import specific_force
 from ams.solve.extension import angles_of_points, without_drift
 from ams.solve.layout import layout_of
+from ams.solve.table_errors import Mounting, TablePriors, nuisances_of, seat_effects, table_effects
 
 FloatArray = NDArray[np.float64]
 
-UPRIGHT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-REVERSED: Final = ((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0))
-"""Turned half round about the vertical axis of the table's seat."""
 OBSERVED_RATIO: Final = 0.5
 """A nuisance whose standard deviation fell below this part of its prior counts as observed."""
 _ROUNDS: Final = 12
-_INDEX_GRID_RAD: Final = float(np.deg2rad(1e-5))
-
-
-@dataclass(frozen=True)
-class TablePriors:
-    """Standard uncertainties of the table's errors, radians; 0 leaves an error out (taken as exact)."""
-
-    pitch_tooth_rad: float = 0.0
-    roll_tooth_rad: float = 0.0
-    pitch_zero_rad: float = 0.0
-    """Zero of the pitch axis, and with it the tilt of the base about that axis: the two act alike."""
-    roll_zero_rad: float = 0.0
-    base_tilt_rad: float = 0.0
-    """Tilt of the base about the x direction at zero pitch."""
-    squareness_rad: float = 0.0
-    """Of the roll axis to the pitch axis."""
-    droop_rad: float = 0.0
-    """Pitch lost at the horizontal, as the cosine of pitch."""
-    seat_rad: float = 0.0
-    """Each of the three angles of every mounting after the first."""
-
-
-@dataclass(frozen=True)
-class Mounting:
-    """Rows taken with the package in one orientation on the table."""
-
-    observations: Observations
-    package_from_table: Sequence[Sequence[float]] = UPRIGHT
-    """(3, 3) rotation; signed permutation for the usual datum faces."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +50,7 @@ class JointFit:
 
     axes: tuple[str, ...]
     primary: Mapping[str, FloatArray]
-    """Axis to (b, k_x, k_y, k_z)."""
+    """Axis to (b, k_x, k_y, k_z); NaN for a component that no attitude excited (y where roll never moved)."""
     covariance: FloatArray
     """(4 A, 4 A) of all axes' primary parameters, in the order of ``axes``: noise, drift, table and seat."""
     nuisances: tuple[Nuisance, ...]
@@ -107,16 +74,18 @@ class _Rows:
     """Point means of all mountings, one below the other."""
 
     mount: NDArray[np.int64]
+    excited: NDArray[np.intp]
+    """Places of the components of the specific force that any row excites, of 0 to 2."""
     force: FloatArray
-    """(N, 3) in package axes at the commanded angles."""
+    """(N, c) excited components in package axes at the commanded angles."""
     effects: FloatArray
-    """(N, 3, q) of one radian of each nuisance, package axes."""
+    """(N, c, q) of one radian of each nuisance, package axes."""
     output_v: FloatArray
     """(N, A)"""
     precision_v2: FloatArray
     """(N, A) variance of each mean from the replications; 0 where there is one."""
     drift: FloatArray
-    """(A, 4, 4) covariance that drift between replications adds to an axis' parameters."""
+    """(A, 1 + c, 1 + c) covariance that drift between replications adds to an axis' parameters."""
 
 
 def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TablePriors) -> JointFit:
@@ -124,7 +93,7 @@ def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TableP
 
     Raises: DesignError where the points cannot determine the package even with the table known.
     """
-    names, prior_rad = _nuisances(mountings, priors)
+    names, prior_rad = nuisances_of(mountings, priors)
     rows = _rows(mountings, tuple(axes), names)
     _refuse_rank_deficiency(rows)
     sd = np.maximum(np.sqrt(rows.precision_v2), 1e-12 * np.abs(rows.output_v).max(axis=0))
@@ -145,33 +114,12 @@ def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TableP
     return _result(tuple(axes), rows, names, prior_rad, primary, errors, sd, inverse @ inverse.T)
 
 
-def _nuisances(mountings: Sequence[Mounting], priors: TablePriors) -> tuple[list[str], FloatArray]:
-    named: list[tuple[str, float]] = []
-    for axis, prior in (("pitch", priors.pitch_tooth_rad), ("roll", priors.roll_tooth_rad)):
-        indices = np.unique(np.concatenate([_indices(m.observations, axis) for m in mountings]))
-        named += [(f"{axis} tooth {index * 1e-5:g}°", prior) for index in indices.tolist()]
-    named += [
-        ("pitch zero", priors.pitch_zero_rad),
-        ("roll zero", priors.roll_zero_rad),
-        ("base tilt", priors.base_tilt_rad),
-        ("squareness", priors.squareness_rad),
-        ("droop", priors.droop_rad),
-    ]
-    for number in range(1, len(mountings)):
-        named += [(f"seat {number + 1} about {axis}", priors.seat_rad) for axis in "xyz"]
-    kept = [(name, prior) for name, prior in named if prior > 0.0]
-    return [name for name, _ in kept], np.array([prior for _, prior in kept])
-
-
-def _indices(observations: Observations, axis: str) -> NDArray[np.int64]:
-    angle = observations.pitch_rad if axis == "pitch" else observations.roll_rad
-    return np.round(angle / _INDEX_GRID_RAD).astype(np.int64) % round(2.0 * np.pi / _INDEX_GRID_RAD)
-
-
 def _rows(mountings: Sequence[Mounting], axes: tuple[str, ...], names: list[str]) -> _Rows:
-    parts = [_part(number, mounting, axes, names) for number, mounting in enumerate(mountings)]
+    excited = _excited(mountings)
+    parts = [_part(number, mounting, axes, names, excited) for number, mounting in enumerate(mountings)]
     return _Rows(
         np.concatenate([p.mount for p in parts]),
+        excited,
         np.concatenate([p.force for p in parts]),
         np.concatenate([p.effects for p in parts]),
         np.concatenate([p.output_v for p in parts]),
@@ -180,48 +128,57 @@ def _rows(mountings: Sequence[Mounting], axes: tuple[str, ...], names: list[str]
     )
 
 
-def _part(number: int, mounting: Mounting, axes: tuple[str, ...], names: list[str]) -> _Rows:
+def _excited(mountings: Sequence[Mounting]) -> NDArray[np.intp]:
+    largest = np.zeros(3)
+    for mounting in mountings:
+        force = specific_force(mounting.observations.pitch_rad, mounting.observations.roll_rad)
+        largest = np.maximum(largest, np.abs(force @ np.asarray(mounting.package_from_table).T).max(axis=0))
+    return np.flatnonzero(largest > 1e-9)
+
+
+def _part(number: int, mounting: Mounting, axes: tuple[str, ...], names: list[str], excited: NDArray[np.intp]) -> _Rows:
     observations, M = mounting.observations, np.asarray(mounting.package_from_table, dtype=float)
     layout = layout_of(observations)
     pitch, roll = angles_of_points(observations, layout)
     readings = layout.sum_by_point(np.ones(layout.rows))
-    basis = PitchRoll("x").basis(observations)
+    rows_force = specific_force(observations.pitch_rad, observations.roll_rad) @ M.T
+    basis = np.column_stack([np.ones(layout.rows), rows_force[:, excited]])
     means, precision, drift = [], [], []
     for axis in axes:
         steady, variance = without_drift(basis, observations.outputs_v[axis], layout, readings)
         means.append(layout.sum_by_point(steady) / readings)
         precision.append(variance / readings)
-        drift.append(_drift(basis @ _block(M).T, observations.outputs_v[axis], layout.replication, variance))
+        drift.append(_drift(basis, observations.outputs_v[axis], layout.replication, variance))
     force = specific_force(pitch, roll) @ M.T
-    effects = np.einsum("ij,njq->niq", M, _table_effects(pitch, roll, names))
-    effects = effects + _seat_effects(force, names, number)
+    effects = np.einsum("ij,njq->niq", M, table_effects(pitch, roll, names))
+    effects = effects + seat_effects(force, names, number)
     return _Rows(
-        np.full(layout.points, number), force, effects, np.stack(means, 1), np.stack(precision, 1), np.stack(drift)
+        np.full(layout.points, number),
+        excited,
+        force[:, excited],
+        effects[:, excited],
+        np.stack(means, 1),
+        np.stack(precision, 1),
+        np.stack(drift),
     )
 
 
-def _block(M: FloatArray) -> FloatArray:
-    whole = np.eye(4)
-    whole[1:, 1:] = M
-    return whole
-
-
 def _drift(basis: FloatArray, output: FloatArray, replication: NDArray[np.int64], variance: float) -> FloatArray:
-    """(4, 4) what the spread of the replications' own parameters adds to the mean, beyond their precision.
+    """(P, P) what the spread of the replications' own parameters adds to the mean, beyond their precision.
 
     Nothing where that spread is no larger than the precision explains at 95 %: a few replications scatter, and adding
     whatever is above the mean would count the noise twice.
     """
-    labels = np.unique(replication)
+    labels, size = np.unique(replication), basis.shape[1]
     if labels.size < 2:
-        return np.zeros((4, 4))
+        return np.zeros((size, size))
     alone = [np.linalg.lstsq(basis[replication == r], output[replication == r], rcond=None)[0] for r in labels]
     expected = np.mean([np.linalg.pinv(basis[replication == r].T @ basis[replication == r]) for r in labels], axis=0)
-    root = np.linalg.cholesky(expected + 1e-15 * np.trace(expected) * np.eye(4))
+    root = np.linalg.cholesky(expected + 1e-15 * np.trace(expected) * np.eye(size))
     whitened = np.linalg.solve(root, np.cov(np.array(alone).T)) @ np.linalg.inv(root).T
     values, vectors = np.linalg.eigh((whitened + whitened.T) / 2.0)
     if not _is_drift(values, variance, labels.size - 1):
-        return np.zeros((4, 4))
+        return np.zeros((size, size))
     beyond = vectors * np.maximum(values - variance, 0.0) @ vectors.T
     return np.asarray(root @ beyond @ root.T / labels.size)
 
@@ -229,56 +186,21 @@ def _drift(basis: FloatArray, output: FloatArray, replication: NDArray[np.int64]
 def _is_drift(values: FloatArray, variance: float, dof: int) -> bool:
     from scipy.special import chdtri
 
-    return bool(dof * float(values.sum()) > variance * float(chdtri(4 * dof, 0.05)))
-
-
-def _table_effects(pitch: FloatArray, roll: FloatArray, names: list[str]) -> FloatArray:
-    """(K, 3, q) change of specific force in table axes by one radian of each nuisance."""
-    by_pitch, by_roll = specific_force_by_pitch(pitch, roll), specific_force_by_roll(pitch, roll)
-    zero = np.zeros_like(pitch)
-    across = np.stack([zero, -np.cos(roll), np.sin(roll)], axis=-1)
-    places = {"pitch": (by_pitch, pitch), "roll": (by_roll, roll)}
-    whole = {
-        "pitch zero": by_pitch,
-        "roll zero": by_roll,
-        "base tilt": across,
-        "squareness": np.sin(pitch)[:, None] * across,
-        "droop": -np.cos(pitch)[:, None] * by_pitch,
-    }
-    columns = []
-    for name in names:
-        axis, _, rest = name.partition(" tooth ")
-        if rest:
-            slope, angle = places[axis]
-            turned = (angle - np.deg2rad(float(rest[:-1])) + np.pi) % (2.0 * np.pi) - np.pi
-            columns.append(slope * (np.abs(turned) < 0.6 * _INDEX_GRID_RAD)[:, None])
-        else:
-            columns.append(whole.get(name, np.zeros_like(by_pitch)))
-    return np.stack(columns, axis=-1) if columns else np.zeros((pitch.size, 3, 0))
-
-
-def _seat_effects(force: FloatArray, names: list[str], number: int) -> FloatArray:
-    """Small turns of the package on its seat: f becomes f − θ × f."""
-    effects = np.zeros((force.shape[0], 3, len(names)))
-    for axis, unit in zip("xyz", np.eye(3), strict=True):
-        name = f"seat {number + 1} about {axis}"
-        if name in names:
-            effects[:, :, names.index(name)] = -np.cross(unit, force)
-    return effects
+    return bool(dof * float(values.sum()) > variance * float(chdtri(values.size * dof, 0.05)))
 
 
 def _refuse_rank_deficiency(rows: _Rows) -> None:
     basis = np.column_stack([np.ones(rows.force.shape[0]), rows.force])
     rank = int(np.linalg.matrix_rank(basis, tol=1e-9 * np.linalg.norm(basis)))
-    if rank < 4 or basis.shape[0] < 5:
+    if rank < basis.shape[1] or rows.excited.size < 2 or basis.shape[0] <= basis.shape[1]:
         raise DesignError(
-            f"joint fit: {basis.shape[0]} points determine {rank} of offset and three sensitivities per axis; nothing "
-            "was solved; add pitch and roll angles"
+            f"joint fit: {basis.shape[0]} points determine {rank} of offset and {rows.excited.size} sensitivities per "
+            "axis; nothing was solved; add pitch and roll angles"
         )
 
 
 def _ordinary(rows: _Rows, errors: FloatArray) -> FloatArray:
-    """(A, 4)"""
+    """(A, 1 + c)"""
     force = rows.force + rows.effects @ errors
     basis = np.column_stack([np.ones(force.shape[0]), force])
     return np.asarray(np.linalg.lstsq(basis, rows.output_v, rcond=None)[0].T)
@@ -333,14 +255,16 @@ def _result(
 ) -> JointFit:
     size = primary.size
     covariance = whole[:size, :size].copy()
+    each = primary.shape[1]
     for a, drift in enumerate(rows.drift):
-        covariance[4 * a : 4 * a + 4, 4 * a : 4 * a + 4] += drift
+        covariance[each * a : each * (a + 1), each * a : each * (a + 1)] += drift
     spread = whole[size:, size:]
     nuisances = tuple(
         Nuisance(name, float(value), float(np.sqrt(variance)), float(prior))
         for name, value, variance, prior in zip(names, errors, np.diag(spread), prior_rad, strict=True)
     )
     residuals = _residuals(rows, primary, errors)
+    primary, covariance = _with_unexcited(primary, covariance, rows.excited)
     by_mount = {
         axis: tuple(residuals[rows.mount == m, a] for m in np.unique(rows.mount)) for a, axis in enumerate(axes)
     }
@@ -353,6 +277,20 @@ def _result(
         {axis: float(np.sqrt(np.mean(sd[:, a] ** 2))) for a, axis in enumerate(axes)},
         by_mount,
     )
+
+
+def _with_unexcited(
+    primary: FloatArray, covariance: FloatArray, excited: NDArray[np.intp]
+) -> tuple[FloatArray, FloatArray]:
+    """(A, 4) and (4 A, 4 A), NaN where a component was never excited."""
+    count = primary.shape[0]
+    own = np.concatenate([[0], 1 + excited])
+    every = (4 * np.arange(count)[:, None] + own).ravel()
+    whole = np.full((4 * count, 4 * count), np.nan)
+    whole[np.ix_(every, every)] = covariance
+    filled = np.full((count, 4), np.nan)
+    filled[:, own] = primary
+    return filled, whole
 
 
 def _confounded(names: list[str], prior_rad: FloatArray, spread: FloatArray) -> tuple[str, ...]:

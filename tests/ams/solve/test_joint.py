@@ -5,7 +5,8 @@ import pytest
 
 from ams.errors import DesignError
 from ams.observations import Observations
-from ams.solve.joint import REVERSED, UPRIGHT, Mounting, TablePriors, _table_effects, joint_fit
+from ams.solve.joint import joint_fit
+from ams.solve.table_errors import REVERSED, UPRIGHT, Mounting, TablePriors, table_effects
 
 ARCSEC = np.pi / 180 / 3600
 PACKAGE = {
@@ -41,7 +42,7 @@ def test_what_a_table_error_does_is_the_derivative_of_the_rotations(name):
     pitch, roll = np.random.default_rng(1).uniform(-3, 3, (2, 30))
     h = 1e-30
     numeric = np.array([table_force(p, r, {name: 1j * h}).imag / h for p, r in zip(pitch, roll, strict=True)])
-    np.testing.assert_allclose(_table_effects(pitch, roll, [name])[:, :, 0], numeric, atol=1e-14)
+    np.testing.assert_allclose(table_effects(pitch, roll, [name])[:, :, 0], numeric, atol=1e-14)
 
 
 def observe(rng, *, errors=None, teeth=None, mount=UPRIGHT, seat=(0.0, 0.0, 0.0), noise_arcsec=0.5, replications=3):
@@ -184,8 +185,39 @@ def test_errors_that_act_alike_are_named_together():
     assert any("roll zero" in s and "seat 2 about x" in s and "apart" in s for s in fit.confounded)
 
 
-def test_one_roll_angle_only_is_refused_in_words():
+def pitch_only(mounting):
+    """The rows at roll 0: what a table without a roll axis gives."""
+    o = mounting.observations
+    kept = np.abs(o.roll_rad) < 1e-9
+    rows = Observations(
+        o.replication[kept],
+        o.point[kept],
+        o.pitch_rad[kept],
+        o.roll_rad[kept],
+        {a: v[kept] for a, v in o.outputs_v.items()},
+    )
+    return Mounting(rows, mounting.package_from_table)
+
+
+def test_without_roll_a_level_error_of_ten_arc_seconds_needs_the_reversed_mount():
+    rng = np.random.default_rng(11)
+    errors, teeth = {"pitch zero": 10 * ARCSEC}, draw_teeth(rng)
+    priors = TablePriors(**TEETH, pitch_zero_rad=30 * ARCSEC, seat_rad=0.5 * ARCSEC)
+    once = pitch_only(observe(rng, errors=errors, teeth=teeth))
+    alone = joint_fit([once], "x", priors)
+    assert not alone.nuisance("pitch zero").is_observed
+    assert any("pitch zero: not observable" in sentence for sentence in alone.confounded)
+    assert np.isnan(alone.primary["x"][2])  # k_y: nothing excites it without roll
+    assert np.sqrt(alone.axis_covariance("x")[3, 3]) > 0.9 * 2.5 * 30 * ARCSEC
+    both = joint_fit([once, pitch_only(observe(rng, errors=errors, teeth=teeth, mount=REVERSED))], "x", priors)
+    found = both.nuisance("pitch zero")
+    assert found.is_observed
+    assert abs(found.estimate_rad - 10 * ARCSEC) < 3 * found.standard_deviation_rad
+    assert found.standard_deviation_rad < 1.0 * ARCSEC
+
+
+def test_one_pitch_angle_only_is_refused_in_words():
     o = observe(np.random.default_rng(7)).observations
-    flat = Observations(o.replication, o.point, o.pitch_rad, np.zeros_like(o.roll_rad), o.outputs_v)
+    flat = Observations(o.replication, o.point, np.full_like(o.pitch_rad, 0.3), o.roll_rad, o.outputs_v)
     with pytest.raises(DesignError, match="add pitch and roll angles"):
         joint_fit([Mounting(flat)], "xyz", TablePriors())
