@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.errors import DesignError
+from ams.errors import DesignError, SolveError
 from ams.frames import specific_force
 from ams.solve.extension import angles_of_points, without_drift
 from ams.solve.layout import layout_of
@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 
 OBSERVED_RATIO: Final = 0.5
 """A nuisance whose standard deviation fell below this part of its prior counts as observed."""
-_ROUNDS: Final = 12
+_ROUNDS: Final = 20
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,8 @@ class _Rows:
 def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TablePriors) -> JointFit:
     """Fit all axes and the table's errors together.
 
-    Raises: DesignError where the points cannot determine the package even with the table known.
+    Raises: DesignError where the points cannot determine the package even with the table known; SolveError where the
+    scatter and the errors do not settle.
     """
     names, prior_rad = nuisances_of(mountings, priors)
     rows = _rows(mountings, tuple(axes), names)
@@ -105,10 +106,16 @@ def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TableP
         step = np.linalg.solve(r, q.T @ right)
         primary, errors = primary + step[: primary.size].reshape(primary.shape), errors + step[primary.size :]
         widened = _widened(rows, primary, errors, sd, q)
-        settled = bool(np.all(np.abs(widened / sd - 1.0) < 1e-3))
+        steady = np.all(np.abs(step[primary.size :]) < 1e-6 * prior_rad)
+        settled = bool(steady and np.all(np.abs(widened / sd - 1.0) < 1e-3))
         sd = widened
         if settled:
             break
+    else:
+        raise SolveError(
+            f"joint fit: no convergence in {_ROUNDS} rounds: the scatter about the fit does not settle; nothing is "
+            "reported; look at the residuals of a fit of one axis for a wrong row"
+        )
     jacobian, _ = _system(rows, primary, errors, sd, prior_rad)
     inverse = np.linalg.inv(np.linalg.qr(jacobian, mode="r"))
     return _result(tuple(axes), rows, names, prior_rad, primary, errors, sd, inverse @ inverse.T)

@@ -75,7 +75,7 @@ def test_a_soft_mount_is_found_through_the_teeth_too():
 
 def test_missing_points_bend_nothing():
     rng = np.random.default_rng(9)
-    whole = soft(Campaign(replications=4, index_limit_arcsec=1.0, offset_drift_arcsec=5.0, **GRID).observe(rng))
+    whole = soft(Campaign(replications=4, index_limit_arcsec=1.0, offset_drift_arcsec=200.0, **GRID).observe(rng))
     kept = rng.random(whole.rows) > 0.1
     part = replace(
         whole,

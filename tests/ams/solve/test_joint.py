@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ams.errors import DesignError
+from ams.models.accelerometer import PitchRoll
 from ams.observations import Observations
 from ams.solve.joint import joint_fit
 from ams.solve.table_errors import REVERSED, UPRIGHT, Mounting, TablePriors, table_effects
@@ -91,6 +92,34 @@ def test_without_priors_it_is_ordinary_least_squares():
     )
     basis = np.column_stack([np.ones(o.rows), force])
     np.testing.assert_allclose(fit.primary["x"], np.linalg.lstsq(basis, o.outputs_v["x"], rcond=None)[0], atol=1e-12)
+
+
+def test_one_axis_with_teeth_is_generalised_least_squares():
+    rng = np.random.default_rng(21)
+    mounting = observe(rng, teeth=draw_teeth(rng, 5.0), replications=1)
+    priors = TablePriors(pitch_tooth_rad=5 * ARCSEC / 3**0.5, roll_tooth_rad=5 * ARCSEC / 3**0.5)
+    fit = joint_fit([mounting], "y", priors)
+    o, k = mounting.observations, fit.primary["y"][1:]
+    X = PitchRoll("y").basis(o)
+    slopes = PitchRoll("y").angle_jacobian(fit.primary["y"], o)
+    same_pitch = np.abs(np.sin((o.pitch_rad[:, None] - o.pitch_rad) / 2)) < 1e-9
+    same_roll = np.abs(np.sin((o.roll_rad[:, None] - o.roll_rad) / 2)) < 1e-9
+    U = np.diag(np.full(o.rows, fit.standard_error_v["y"] ** 2))
+    U += priors.pitch_tooth_rad**2 * same_pitch * np.outer(slopes["pitch"], slopes["pitch"])
+    U += priors.roll_tooth_rad**2 * same_roll * np.outer(slopes["roll"], slopes["roll"])
+    covariance = np.linalg.inv(X.T @ np.linalg.solve(U, X))
+    expected = covariance @ X.T @ np.linalg.solve(U, o.outputs_v["y"])
+    sd = np.sqrt(np.diag(covariance))
+    np.testing.assert_allclose((fit.primary["y"] - expected) / sd, 0.0, atol=2e-3)
+    np.testing.assert_allclose(np.sqrt(np.diag(fit.axis_covariance("y"))), sd, rtol=2e-3)
+    assert np.linalg.norm(k) == pytest.approx(2.48, abs=0.01)
+
+
+def test_the_scatter_about_the_fit_is_the_noise():
+    rng = np.random.default_rng(22)
+    fit = joint_fit([observe(rng, teeth=draw_teeth(rng), replications=1)], "xyz", TablePriors(**TEETH))
+    for axis, (_, k) in PACKAGE.items():
+        assert fit.standard_error_v[axis] == pytest.approx(0.5 * ARCSEC * np.linalg.norm(k), rel=0.15)
 
 
 def test_a_roll_zero_of_ten_arc_seconds_is_found_by_the_reversed_mount_and_only_by_it():
