@@ -24,7 +24,7 @@ def open_stream(
 
     ``owner`` is what messages call the device behind it, such as ``axes.pitch``; ``parity`` is one of ``N E O M S``.
     The line settings matter to devices and ``rfc2217://`` only.
-        Raises: LinkLost (missing, refused, broken), RigBusy (the device is open elsewhere), RequestRefused (no such URL).
+    Raises: LinkLost (missing, refused, broken), RigBusy (the device is open elsewhere), RequestRefused (no such URL).
     """
     if url.startswith(SOCKET_SCHEME):
         return SocketStream(url, clock, connect_timeout_s, owner)
