@@ -17,8 +17,8 @@ from procedures.run.states import State
 from procedures.run.storage import (
     SCHEMA,
     CommittedCount,
+    make_file,
     open_for_writing,
-    open_plain,
     put_in_place,
     require_journal_file,
     require_our_schema,
@@ -54,7 +54,7 @@ class Journal:
         document = header.to_json()
         new_file = path.with_name(path.name + ".new")
         new_file.unlink(missing_ok=True)
-        begun = Journal(new_file, open_plain(new_file), header.run_id, (0, sha256(document)), 0)
+        begun = Journal(new_file, make_file(new_file), header.run_id, (0, sha256(document)), 0)
         with begun._transaction():
             begun._connection.execute(SCHEMA)
             begun._connection.execute("INSERT INTO header VALUES (1, ?, ?)", (document, sha256(document)))
@@ -103,16 +103,13 @@ class Journal:
         return stored
 
     def close(self) -> None:
-        """Fold the write-ahead log into the file, so that one plain file is left unless a reader holds it open."""
+        """Fold the write-ahead log into the file, so that nothing stands beside it unless a reader is looking."""
         import apsw
 
+        self._connection.set_busy_timeout(0)
         try:
             self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-            self._connection.set_busy_timeout(0)
-            self._connection.execute("PRAGMA journal_mode = DELETE")
-        except (apsw.BusyError, apsw.LockedError):
-            pass  # a reader is looking: its log stays beside the file and is as good
-        except apsw.IOError as error:
+        except (apsw.IOError, apsw.FullError) as error:
             raise JournalError(f"{self.path}: cannot be closed: {error}; all that was committed is in it") from error
         finally:
             self._connection.close()

@@ -1,6 +1,8 @@
 """The journal's file: its layout, how it is opened, and what SQLite's errors mean to a person.
 
-A journal that is being written is in WAL mode with ``synchronous=FULL``; closed cleanly, it is one plain file. Beside
+A journal is in WAL mode with ``synchronous=FULL`` from its first byte to its last: in SQLite's rollback mode a kill
+leaves a hot journal that no read-only reader can open. Closed cleanly, all of it is in the one file; a reader may
+leave an empty ``-wal`` and a ``-shm`` beside it, which mean nothing. Beside
 it a line of fixed length tells how much was committed, so that a journal that lost its ``-wal`` file is noticed.
 """
 
@@ -51,12 +53,13 @@ def open_for_writing(path: Path) -> "apsw.Connection":
         return connection
 
 
-def open_plain(path: Path) -> "apsw.Connection":
-    """A new file without a write-ahead log, to be put in place when it is whole. Raises: StorageFailed."""
+def make_file(path: Path) -> "apsw.Connection":
+    """A new file, to be put in place when it is whole. Raises: StorageFailed."""
     import apsw
 
     with told_as(path):
-        return apsw.Connection(str(path), flags=apsw.SQLITE_OPEN_READWRITE | apsw.SQLITE_OPEN_CREATE)
+        apsw.Connection(str(path), flags=apsw.SQLITE_OPEN_READWRITE | apsw.SQLITE_OPEN_CREATE).close()
+    return open_for_writing(path)
 
 
 def put_in_place(new_file: Path, path: Path) -> None:

@@ -117,6 +117,18 @@ def test_a_journal_is_taken_up_where_it_ended(tmp_path: Path) -> None:
         assert reader.header == HEADER
 
 
+def test_a_journal_is_never_in_rollback_mode(tmp_path: Path) -> None:
+    """Bytes 18 and 19 of an SQLite file are 2 for WAL, 1 for rollback (sqlite.org/fileformat2.html, 1.3). A kill in
+    rollback mode leaves a hot journal, which no read-only reader can open."""
+    path = tmp_path / "journal.sqlite"
+    journal = _journal(tmp_path)
+    assert path.read_bytes()[18:20] == b"\2\2"
+    journal.close()
+    assert path.read_bytes()[18:20] == b"\2\2"
+    Journal.open_for_append(path).close()
+    assert path.read_bytes()[18:20] == b"\2\2"
+
+
 def test_a_closed_journal_is_one_plain_file(tmp_path: Path) -> None:
     journal_with(tmp_path / "journal.sqlite", 2)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["journal.count", "journal.sqlite"]

@@ -46,6 +46,17 @@ def test_requests_that_arrive_one_after_the_other_are_all_taken(tmp_path: Path) 
         assert engine.take() == []
 
 
+def test_two_changes_that_share_one_time_stamp_are_both_seen(tmp_path: Path) -> None:
+    spool, engine = Spool(tmp_path), Spool(tmp_path)
+    spool.folder.mkdir()
+    stamp_ns = int(SystemClock().now_utc().timestamp() * 1e9)
+    os.utime(spool.folder, ns=(stamp_ns, stamp_ns))
+    assert engine.take() == []
+    spool.submit(_request("stop"))
+    os.utime(spool.folder, ns=(stamp_ns, stamp_ns))
+    assert len(engine.take()) == 1
+
+
 def test_a_quiet_folder_costs_one_stat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     spool = Spool(tmp_path)
     spool.folder.mkdir()
