@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from procedures.errors import ExitStatus
 from procedures.run.states import EXIT_STATUS, State
 
+STORAGE = "storage"
+"""The cause of an ending that the disk forced."""
+
 
 @dataclass(frozen=True, slots=True)
 class Ending:
@@ -34,7 +37,9 @@ class Outcome:
     dwells_done: int
     """Accepted design dwells."""
     dwells_planned: int
+    cause: str = ""
 
     @property
     def exit_status(self) -> ExitStatus:
-        return EXIT_STATUS[self.state]
+        """A run that the disk stopped has failed, though it can be resumed."""
+        return ExitStatus.FAILED if self.cause == STORAGE else EXIT_STATUS[self.state]

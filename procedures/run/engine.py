@@ -8,7 +8,8 @@ stopped and seen to stand still, and the journal gets its last line.
 * A reading that a device garbled or did not answer voids the attempt: nothing is judged, the readouts are prepared
   again and the same attempt is repeated, at most ``retries`` times. Voids do not count as judged attempts, so a run
   that met them draws the same chance as one that did not.
-* Any other failure of a device ends the run as ``failed``.
+* Any other failure of a device ends the run as ``failed``. A disk that refuses the journal stops it instead: it can
+  be resumed when there is space again.
 """
 
 import os
@@ -23,7 +24,7 @@ from math import isfinite
 from procedures.errors import ProcedureError, StorageFailed
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Soak
-from procedures.run.ending import Ending, Outcome, RunEnds
+from procedures.run.ending import STORAGE, Ending, Outcome, RunEnds
 from procedures.run.header import calrig_version
 from procedures.run.history import History, agenda, plateau_of, replications_before
 from procedures.run.journal import Journal
@@ -103,6 +104,8 @@ class _Engine:
             ending = asked.ending
         except WaitEnded as asked_too:
             ending = Ending(State.ABORTED, str(asked_too), self._wait.abort.by if self._wait.abort else "")
+        except StorageFailed as error:
+            ending = Ending(State.STOPPED, str(error), cause=STORAGE)
         except (RigError, ProcedureError) as error:
             ending = Ending(State.FAILED, str(error))
         except KeyboardInterrupt:
@@ -119,7 +122,9 @@ class _Engine:
 
         A resume that failed before it began leaves the run as resumable as it was.
         """
-        state, reasons = ending.state, [ending.reason] if ending.reason else []
+        state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
+        if state is State.STOPPED and self._trail.state is State.PLANNED:
+            state = State.FAILED
         try:
             stop_all(self._rig.axes, self._rig.clock)
         except RigError as error:
@@ -128,10 +133,10 @@ class _Engine:
             if defect is not None:
                 self._trail.event("defect", {"traceback": "".join(traceback.format_exception(defect))})
             if self._trail.state not in RESUMABLE:
-                self._trail.enter(state, "; ".join(reasons), ending.by, ending.cause)
+                self._trail.enter(state, "; ".join(reasons), ending.by, cause)
         except StorageFailed as error:
-            state, reasons = State.FAILED, list(dict.fromkeys([*reasons, str(error)]))
-        return Outcome(state, "; ".join(reasons), self._trail.dwells_done, self._trail.dwells_planned)
+            state, reasons, cause = State.INTERRUPTED, list(dict.fromkeys([*reasons, str(error)])), STORAGE
+        return Outcome(state, "; ".join(reasons), self._trail.dwells_done, self._trail.dwells_planned, cause)
 
     def _work(self) -> None:
         self._open_epoch()

@@ -1,6 +1,7 @@
 """Resume: what it takes, what it refuses with the difference shown, and what a break in trust leads to."""
 
 import os
+import resource
 import signal
 from dataclasses import replace
 from pathlib import Path
@@ -261,3 +262,24 @@ def test_attempts_go_on_where_the_dead_process_left_them(small: Bench) -> None:
     assert resume(run_dir, "carla").state is State.FINISHED
     assert [dwell.attempt for dwell in dwells_of(run_dir) if dwell.step == step] == [1, 2]
     assert history_of(dwells_of(run_dir), 2, small.plan).attempts(step) == 2
+
+
+def _on_a_full_disk(small: Bench, run_dir: Path, limit_bytes: int) -> None:
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes))
+    outcome = small.run(run_dir)
+    (run_dir / "outcome.txt").write_text(f"{int(outcome.exit_status)} {outcome.reason}")
+
+
+@pytest.mark.parametrize("limit_bytes", [150_000, 302_000, 420_000])
+def test_a_full_disk_ends_the_run_safely_and_resume_finishes_it(small: Bench, limit_bytes: int) -> None:
+    small.run(small.folder / "whole")
+    run_dir = small.folder / "full"
+    _, exit_status = os.waitpid(in_child(lambda: _on_a_full_disk(small, run_dir, limit_bytes)), 0)
+    assert exit_status == 0
+    told = (run_dir / "outcome.txt").read_text()
+    assert told.startswith("1 ")
+    assert "everything committed before is intact" in told
+    assert status(run_dir).state in (State.STOPPED, State.INTERRUPTED)
+    assert resume(run_dir, "carla", "space again").state is State.FINISHED
+    assert measured(dwells_of(run_dir)) == measured(dwells_of(small.folder / "whole"))
