@@ -34,8 +34,8 @@ def sensor_table(view: RunView, sensor: SensorView) -> "Table":
 
     table = Table(box=SIMPLE_HEAD, title=Text(sensor.name), title_justify="left", title_style="bold", pad_edge=False)
     table.add_column("axis")
-    table.add_column("parameter")
-    for heading in ("value", "± 95 %", "unit") + (("truth", "in interval") if view.is_simulated else ()):
+    table.add_column("parameter", no_wrap=True)
+    for heading in ("value", "± 95 %", "unit") + (("truth", "inside") if view.is_simulated else ()):
         table.add_column(heading, justify="left" if heading == "unit" else "right", no_wrap=True)
     for axis in sensor.axes:
         for place, row in enumerate(axis.parameters):

@@ -36,3 +36,12 @@ def test_a_name_that_looks_like_markup_is_text() -> None:
 
 def test_what_is_not_determined_is_said() -> None:
     assert _printed(run_view(Scene(axes=("x",), null_azimuth=True))).count("not determined") >= 2
+
+
+def test_eighty_columns_hold_every_name_whole() -> None:
+    console = Console(file=StringIO(), width=80, color_system=None)
+    print_summary(run_view(Scene()), console)
+    assert isinstance(console.file, StringIO)
+    lines = console.file.getvalue().splitlines()
+    assert sum("coning angle" in line for line in lines) == 3
+    assert not any("…" in line for line in lines)
