@@ -66,6 +66,18 @@ class SpoiltAxis:
         self._axis.stop()
 
 
+class HeardChance:
+    """Passes announcements on and remembers them."""
+
+    def __init__(self, chance: TwinChance) -> None:
+        self._chance = chance
+        self.heard: list[tuple[int, str, int, float]] = []
+
+    def announce(self, step: int, phase: str, attempt: int, replications: float) -> None:
+        self.heard.append((step, phase, attempt, replications))
+        self._chance.announce(step, phase, attempt, replications)
+
+
 class Grumbling:
     """The rig with its meter, its pitch axis or its identities spoilt."""
 
@@ -78,6 +90,7 @@ class Grumbling:
     ) -> None:
         self._rig, self._identity = rig, identity
         self.meter = SpoiltReadout(rig.readouts["dmm"], spoil)
+        self.heard_chance = HeardChance(rig.chance)
         self.pitch = SpoiltAxis(rig.axes["pitch"], look)
 
     @property
@@ -94,7 +107,7 @@ class Grumbling:
 
     @property
     def chance(self) -> TwinChance:
-        return self._rig.chance
+        return self.heard_chance
 
     @property
     def clock(self) -> Clock:

@@ -138,6 +138,23 @@ def test_the_trail_tells_the_states_and_every_intent_before_its_dwell(small: Ben
     assert set(events[3].detail) == {"axes.pitch", "axes.roll", "readouts.dmm", "environment.air"}
 
 
+def test_every_phase_of_a_step_is_announced_by_counters_of_its_own(small: Bench, tmp_path: Path) -> None:
+    run_dir = tmp_path / "run"
+    run_dir.mkdir()
+    with _grumbling(small) as rig:
+        begin(run_dir, small.header(run_dir), small.plan, rig)
+    wanted = [
+        (dwell.step, phase)
+        for dwell in small.plan.dwells
+        for phase in ("settle", "check" if dwell.purpose == "check" else "read")
+    ]
+    assert [(step, phase) for step, phase, _, _ in rig.heard_chance.heard] == wanted
+    assert {attempt for _, _, attempt, _ in rig.heard_chance.heard} == {1}
+    completed = [replications for *_, replications in rig.heard_chance.heard]
+    assert completed == sorted(completed)
+    assert 0.0 == completed[0] < completed[-1] < small.plan.replications
+
+
 def test_two_runs_of_one_seed_are_the_same_numbers(small: Bench, clean: Path) -> None:
     small.run(small.folder / "again")
     assert measured(dwells_of(small.folder / "again")) == measured(dwells_of(clean))
