@@ -33,7 +33,7 @@ def sensor_table(view: RunView, sensor: SensorView) -> "Table":
     from rich.text import Text
 
     table = Table(box=SIMPLE_HEAD, title=Text(sensor.name), title_justify="left", title_style="bold", pad_edge=False)
-    table.add_column("axis")
+    table.add_column("axis", no_wrap=True, min_width=4)
     table.add_column("parameter", no_wrap=True)
     for heading in ("value", "± 95 %", "unit") + (("truth", "inside") if view.is_simulated else ()):
         table.add_column(heading, justify="left" if heading == "unit" else "right", no_wrap=True)
