@@ -70,3 +70,15 @@ class EnvironmentSettings(StrictTable):
     driver: str
     port: str
     standard: str | None = None
+
+
+class StreamSettings(StrictTable):
+    """One ``[streams.NAME]`` table."""
+
+    driver: str
+    port: str
+    standard: str | None = None
+
+    def channel_names(self) -> tuple[str, ...]:
+        """Names of the channels this stream offers."""
+        raise NotImplementedError

@@ -101,6 +101,64 @@ class Readout(Protocol):
         """Slow own readings for the record, such as ``{"meter_temperature_degc": 36.1}``."""
 
 
+@dataclass(frozen=True, slots=True)
+class StreamGap:
+    """A place in a stream where samples are missing, or may be."""
+
+    at: int
+    """Index, in its block, of the first sample behind the gap; the block's length where none has come yet."""
+    missing: int | None
+    """How many samples are lost; None where that cannot be told, 0 for a sample that came twice."""
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class StreamBlock:
+    """What a stream sent since it was polled last, in the order sent."""
+
+    stream: str
+    first: int
+    """Running number, since the start, of the first sample; lost ones are not counted."""
+    values: Mapping[str, NDArray[np.float64]]
+    """By full channel name, each of shape (n,), in the unit that the stream names."""
+    device_s: NDArray[np.float64]
+    """Shape (n,): the device's own time, seconds, its wraps undone; NaN where it sends none."""
+    polled_s: float
+    """Rig seconds at which the block was taken: no sample of it is younger."""
+    gaps: tuple[StreamGap, ...]
+    refused: int
+    """Lines that were no sample."""
+
+    @property
+    def samples(self) -> int:
+        return int(self.device_s.size)
+
+
+class Stream(Protocol):
+    """A device that sends samples of named channels by itself, from :meth:`start` to :meth:`stop`."""
+
+    name: str
+    channels: tuple[str, ...]
+    units: Mapping[str, str]
+    """By full channel name, written as in a key: ``g``, ``dps``, ``ut``, ``mps2``, ``v``."""
+    rate_hz: float
+
+    def identify(self) -> str:
+        """Raises: DeviceSilent, DeviceNonsense, LinkLost."""
+
+    def start(self) -> None:
+        """Let it send; what was under way before is dropped, a first line that is not whole as well."""
+
+    def poll(self) -> StreamBlock:
+        """Everything that came since the last poll; never waits.
+
+        Raises: DeviceNonsense (nothing that comes is a sample), DeviceFault (the device says so), LinkLost.
+        """
+
+    def stop(self) -> None:
+        """Let it be quiet, where it can be told to."""
+
+
 class Environment(Protocol):
     """A chamber or a probe that tells, and may hold, a temperature."""
 

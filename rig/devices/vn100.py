@@ -1,0 +1,202 @@
+"""VectorNav VN-100 by its ASCII protocol: one of its outputs, streamed at one of its rates.
+
+Commands are answered by lines that repeat command and register, so an answer is found among streamed lines and a
+late one does no harm. A streamed line carries neither count nor time: a line that fails its checksum is a gap of
+unknown length, and bytes that were lost whole show only in the number of samples.
+
+Source: VN-100 user manual UM001; see :mod:`rig.wire.vn100`. The baud rate as delivered (115 200) is a setting.
+"""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from rig.clock import Clock
+from rig.devices.abilities import StreamBlock
+from rig.devices.stream_reader import RowReader, refusal_gaps
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent
+from rig.exchange import shown
+from rig.link.byte_stream import ByteStream
+from rig.settings import StreamSettings
+from rig.wire import vn100 as wire
+from rig.wire.stream_lines import LONGEST_LINE, Rows
+
+TIMEOUT_S = 1.0
+ATTEMPTS = 3
+BITS_PER_BYTE = 10
+"""8N1."""
+
+
+class Vn100Settings(StreamSettings):
+    """``driver = "vn100"``."""
+
+    driver: Literal["vn100"]
+    baud_rate: Annotated[int, Field()] = 115200
+    output: Literal["YPR", "MAG", "ACC", "GYR", "MAR", "YMR", "IMU"] = "YMR"
+    rate_hz: Annotated[int, Field()] = 40
+
+    @field_validator("rate_hz")
+    @classmethod
+    def _is_offered(cls, rate_hz: int) -> int:
+        if rate_hz not in wire.RATES_HZ:
+            raise ValueError(f"the unit has no rate of {rate_hz} Hz (allowed: {_listed(wire.RATES_HZ)} Hz)")
+        return rate_hz
+
+    @field_validator("baud_rate")
+    @classmethod
+    def _is_a_baud_rate(cls, baud_rate: int) -> int:
+        if baud_rate not in wire.BAUD_RATES:
+            raise ValueError(f"the unit has no such baud rate, got {baud_rate} (allowed: {_listed(wire.BAUD_RATES)})")
+        return baud_rate
+
+    @model_validator(mode="after")
+    def _fits_the_line(self) -> "Vn100Settings":
+        needed = wire.line_bytes(self.output) * BITS_PER_BYTE * self.rate_hz
+        if needed > self.baud_rate:
+            raise ValueError(
+                f"output {self.output} at {self.rate_hz} Hz needs {needed} baud, baud_rate is {self.baud_rate};"
+                " raise the unit's baud rate or lower rate_hz"
+            )
+        return self
+
+    def channel_names(self) -> tuple[str, ...]:
+        return tuple(name for name, _ in wire.OUTPUTS[self.output][1])
+
+
+class Vn100:
+    """A :class:`rig.devices.abilities.Stream`. ``clock`` is the rig's; the line has its own for time-outs."""
+
+    def __init__(self, name: str, settings: Vn100Settings, stream: ByteStream, clock: Clock) -> None:
+        self.name = name
+        self.rate_hz = float(settings.rate_hz)
+        fields = wire.OUTPUTS[settings.output][1]
+        self.channels = tuple(f"{name}.{field}" for field, _ in fields)
+        self.units = {f"{name}.{field}": unit for field, unit in fields}
+        self._settings = settings
+        self._stream = stream
+        self._clock = clock
+        self._pattern = wire.row_pattern(settings.output)
+        self._reader = RowReader(stream, name, self._parse)
+        self._received = b""
+        """Behind the last answer: the beginning of the stream."""
+
+    def identify(self) -> str:
+        """Model, serial number and firmware; streaming pauses and is not resumed."""
+        self._command(wire.PAUSE)
+        model, serial, firmware = (self._read(number) for number in (wire.MODEL, wire.SERIAL, wire.FIRMWARE))
+        return f"VectorNav {model}, serial {serial}, firmware {firmware}"
+
+    def start(self) -> None:
+        self._command(wire.PAUSE)
+        number, _ = wire.OUTPUTS[self._settings.output]
+        self._write(wire.OUTPUT, number)
+        self._write(wire.RATE, self._settings.rate_hz)
+        self._command(wire.RESUME)
+        self._reader.begin(self._received)
+
+    def poll(self) -> StreamBlock:
+        first = self._reader.rows
+        rows = self._reader.take()
+        self._require_content(rows)
+        return StreamBlock(
+            stream=self.name,
+            first=first,
+            values=dict(zip(self.channels, rows.values.T, strict=True)),
+            device_s=np.full(len(rows.values), np.nan),
+            polled_s=self._clock.monotonic_s(),
+            gaps=refusal_gaps(rows.refused),
+            refused=len(rows.refused),
+        )
+
+    def stop(self) -> None:
+        self._command(wire.PAUSE)
+
+    def _parse(self, piece: bytes) -> Rows:
+        return wire.parse_rows(piece, self._settings.output, self._pattern)
+
+    def _require_content(self, rows: Rows) -> None:
+        """The unit reports its own troubles between the samples. Raises: DeviceFault."""
+        for refusal in rows.refused:
+            if refusal.line.startswith(b"$VNERR"):
+                raise DeviceFault(
+                    f"{self.name}: the unit reports: {_trouble(refusal.line)}; the stream is not to be trusted;"
+                    " start it again"
+                )
+
+    def _read(self, register: int) -> str:
+        return ",".join(self._command(b"VNRRG,%d" % register)[2:])
+
+    def _write(self, register: int, value: int) -> None:
+        told = self._command(b"VNWRG,%d,%d" % (register, value))[2:]
+        if not told or told[0] != str(value):
+            raise DeviceRefused(
+                f"{self.name}: register {register}: the unit tells {','.join(told) or 'nothing'}, it was set to"
+                f" {value}; it does not stream; check that its firmware offers this output and rate"
+            )
+
+    def _command(self, payload: bytes) -> list[str]:
+        """Send and find the answer; all commands here may be sent twice.
+
+        Raises: DeviceSilent, DeviceRefused, LinkLost.
+        """
+        for attempt in range(1, ATTEMPTS + 1):
+            self._stream.discard_input()
+            self._stream.write(wire.message(payload))
+            try:
+                return self._answer(payload)
+            except DeviceSilent:
+                if attempt == ATTEMPTS:
+                    raise
+        raise AssertionError("a command is sent at least once")
+
+    def _answer(self, payload: bytes) -> list[str]:
+        """The line that repeats command and register; streamed lines and damaged ones are passed over."""
+        deadline_s = self._stream.clock.monotonic_s() + TIMEOUT_S
+        received = b""
+        while more := self._stream.read(deadline_s):
+            received += more
+            *lines, received = received.split(b"\n")
+            received = received[-LONGEST_LINE:]
+            for place, line in enumerate(lines):
+                parts = self._parts(line + b"\n")
+                if parts and _is_answer(parts, payload.decode("ascii").split(",")):
+                    self._received = b"\n".join([*lines[place + 1 :], received])
+                    return parts
+            if self._stream.clock.monotonic_s() >= deadline_s:
+                break
+        raise DeviceSilent(
+            f"{self.name}: {self._stream.name}: no answer to {shown(payload)} within {TIMEOUT_S:g} s, the last bytes"
+            f" were {shown(received)}; nothing was set; check power and baud_rate ({self._settings.baud_rate})"
+        )
+
+    def _parts(self, line: bytes) -> list[str]:
+        try:
+            parts = wire.parse_message(line)
+        except DeviceNonsense:
+            return []
+        trouble = wire.parse_error(parts)
+        if trouble is not None:
+            raise DeviceRefused(f"{self.name}: the unit refuses: {trouble}; it is as it was; check its firmware")
+        return parts
+
+
+def _is_answer(parts: list[str], asked: list[str]) -> bool:
+    """Same command, same register: ``VNRRG,01`` answers ``VNRRG,1``."""
+    return parts[0] == asked[0] and len(parts) > 1 and parts[1].isdecimal() and int(parts[1]) == int(asked[1])
+
+
+def _trouble(line: bytes) -> str:
+    try:
+        return wire.parse_error(wire.parse_message(line)) or "nothing"
+    except DeviceNonsense as error:
+        return f"a damaged error message ({error})"
+
+
+def _listed(numbers: tuple[int, ...]) -> str:
+    return ", ".join(map(str, numbers))
+
+
+def connect(name: str, settings: Vn100Settings, stream: ByteStream, clock: Clock) -> Vn100:
+    """The unit behind a stream."""
+    return Vn100(name, settings, stream, clock)

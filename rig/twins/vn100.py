@@ -1,0 +1,137 @@
+"""The twin of a VN-100: registers, commands and one streamed output, by ASCII lines with checksum.
+
+Source: VN-100 user manual UM001 (``*XX`` for any checksum, errors by VNERR); factory settings 115 200 baud, VNYMR at
+40 Hz. Acceleration is what the unit's own axes feel: level it is −g along z.
+"""
+
+from collections.abc import Mapping
+
+from rig.errors import DeviceNonsense
+from rig.twins.imu import Motion, MotionSource
+from rig.twins.metronome import Metronome
+from rig.wire import vn100 as wire
+
+STANDARD_GRAVITY_MPS2 = 9.80665
+RADPS_PER_DPS = 0.017453292519943295
+GAUSS_PER_UT = 0.01
+PRESSURE_KPA = 101.3
+LONGEST_LINE = 256
+IDENTITY: Mapping[int, str] = {wire.MODEL: "VN-100T-CR", 2: "7", wire.SERIAL: "100011981", wire.FIRMWARE: "2.1.0.0"}
+NUMBERS = {number: name for name, (number, _) in wire.OUTPUTS.items()}
+INVALID_CHECKSUM, INVALID_COMMAND, TOO_FEW, TOO_MANY, INVALID_PARAMETER, INVALID_REGISTER, UNAUTHORISED = range(3, 10)
+
+
+class Vn100Twin:
+    """A :class:`rig.twins.twin.Twin`. It streams from the first moment on, as a unit does that was switched on."""
+
+    def __init__(self, stream: str, source: MotionSource) -> None:
+        self.registers = {wire.BAUD_RATE: 115200, wire.OUTPUT: 14, wire.RATE: 40}
+        self._stream = stream
+        self._source = source
+        self._received = b""
+        self._due = b""
+        self._beat = Metronome()
+        self._is_paused = False
+        self._is_on = False
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        self._emit(now_s)
+        *lines, self._received = (self._received + data).split(b"\n")
+        for line in lines:
+            if line.strip():
+                self._due += self._answer(line + b"\n", now_s)
+        if len(self._received) > LONGEST_LINE:
+            self._received = b""
+            self._due += wire.message(b"VNERR,02")
+
+    def transmit(self, now_s: float) -> bytes:
+        self._emit(now_s)
+        due, self._due = self._due, b""
+        return due
+
+    def next_event_s(self) -> float | None:
+        return self._beat.next_s()
+
+    def _emit(self, now_s: float) -> None:
+        if not self._is_on:
+            self._is_on = True
+            self._restart(now_s)
+        output = NUMBERS.get(self.registers[wire.OUTPUT])
+        if output is not None:
+            rows = (wire.format_row(output, self._fields(output, at_s)) for _, at_s in self._beat.due(now_s))
+            self._due += b"".join(rows)
+
+    def _restart(self, now_s: float) -> None:
+        if self._is_paused or self.registers[wire.OUTPUT] == wire.OFF:
+            self._beat.stop()
+        else:
+            self._beat.start(now_s, self.registers[wire.RATE])
+
+    def _fields(self, output: str, at_s: float) -> tuple[float, ...]:
+        motion = self._source.motion(self._stream, at_s)
+        by_name = _by_name(motion)
+        return tuple(by_name[name] for name, _ in wire.OUTPUTS[output][1])
+
+    def _answer(self, line: bytes, now_s: float) -> bytes:
+        try:
+            name, *words = wire.parse_message(line, accept_bypass=True)
+        except DeviceNonsense:
+            return _error(INVALID_CHECKSUM)
+        if name not in ("VNRRG", "VNWRG", "VNASY"):
+            return _error(INVALID_COMMAND)
+        numbers = [int(word) for word in words if word.isdecimal()]
+        if len(numbers) != len(words):
+            return _error(INVALID_PARAMETER)
+        if len(numbers) < (2 if name == "VNWRG" else 1):
+            return _error(TOO_FEW)
+        if name == "VNRRG":
+            return self._read(numbers[0])
+        if len(numbers) > (2 if name == "VNWRG" else 1):
+            return _error(TOO_MANY)
+        return self._pause(numbers[0], now_s) if name == "VNASY" else self._write(numbers[0], numbers[1], now_s)
+
+    def _read(self, register: int) -> bytes:
+        told = IDENTITY.get(register) or self.registers.get(register)
+        return _error(INVALID_REGISTER) if told is None else wire.message(b"VNRRG,%02d,%s" % (register, _text(told)))
+
+    def _write(self, register: int, value: int, now_s: float) -> bytes:
+        if register in IDENTITY:
+            return _error(UNAUTHORISED)
+        if register not in self.registers:
+            return _error(INVALID_REGISTER)
+        allowed = {
+            wire.BAUD_RATE: wire.BAUD_RATES,
+            wire.OUTPUT: (wire.OFF, *NUMBERS),
+            wire.RATE: wire.RATES_HZ,
+        }
+        if value not in allowed[register]:
+            return _error(INVALID_PARAMETER)
+        self.registers[register] = value
+        self._restart(now_s)
+        return wire.message(b"VNWRG,%02d,%d" % (register, value))
+
+    def _pause(self, resumes: int, now_s: float) -> bytes:
+        if resumes not in (0, 1):
+            return _error(INVALID_PARAMETER)
+        self._is_paused = resumes == 0
+        self._restart(now_s)
+        return wire.message(b"VNASY,%d" % resumes)
+
+
+def _by_name(motion: Motion) -> dict[str, float]:
+    scaled = (
+        (("yaw", "pitch", "roll"), motion.attitude_deg, 1.0),
+        (("mx", "my", "mz"), motion.field_ut, GAUSS_PER_UT),
+        (("ax", "ay", "az"), motion.force_g, STANDARD_GRAVITY_MPS2),
+        (("gx", "gy", "gz"), motion.rate_dps, RADPS_PER_DPS),
+    )
+    fields = {name: value * scale for names, values, scale in scaled for name, value in zip(names, values, strict=True)}
+    return fields | {"t": motion.temperature_degc, "p": PRESSURE_KPA}
+
+
+def _text(value: int | str) -> bytes:
+    return str(value).encode("ascii")
+
+
+def _error(code: int) -> bytes:
+    return wire.message(b"VNERR,%02X" % code)

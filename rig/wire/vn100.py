@@ -1,0 +1,143 @@
+"""VectorNav VN-100, ASCII: ``$payload*XX`` with the XOR of the payload's bytes, registers and streamed outputs.
+
+Source: VN-100 user manual UM001 (checksum, errors, register commands); the fields of VNYMR and VNIMU from lines seen
+on real units. The rates that are offered and the register numbers as the maker's library has them.
+"""
+
+import re
+from collections.abc import Mapping
+from functools import reduce
+from operator import xor
+
+from rig.errors import DeviceNonsense
+from rig.wire.stream_lines import NUMBER, Rows, checksums_hold, parse_lines
+
+MODEL, SERIAL, FIRMWARE, BAUD_RATE, OUTPUT, RATE = 1, 3, 4, 5, 6, 7
+"""Registers."""
+RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)
+BAUD_RATES = (9600, 19200, 38400, 57600, 115200, 128000, 230400, 460800, 921600)
+OFF = 0
+PAUSE, RESUME = b"VNASY,0", b"VNASY,1"
+
+YAW_PITCH_ROLL = (("yaw", "deg"), ("pitch", "deg"), ("roll", "deg"))
+FIELD = (("mx", "gauss"), ("my", "gauss"), ("mz", "gauss"))
+ACCELERATION = (("ax", "mps2"), ("ay", "mps2"), ("az", "mps2"))
+RATES = (("gx", "radps"), ("gy", "radps"), ("gz", "radps"))
+OUTPUTS: Mapping[str, tuple[int, tuple[tuple[str, str], ...]]] = {
+    "YPR": (1, YAW_PITCH_ROLL),
+    "MAG": (10, FIELD),
+    "ACC": (11, ACCELERATION),
+    "GYR": (12, RATES),
+    "MAR": (13, (*FIELD, *ACCELERATION, *RATES)),
+    "YMR": (14, (*YAW_PITCH_ROLL, *FIELD, *ACCELERATION, *RATES)),
+    "IMU": (19, (*FIELD, *ACCELERATION, *RATES, ("t", "degc"), ("p", "kpa"))),
+}
+"""Name of a streamed output to its number in register 6, and its fields with their units."""
+SHAPES: Mapping[str, bytes] = {
+    "deg": b"%+08.3f",
+    "gauss": b"%+08.4f",
+    "mps2": b"%+07.3f",
+    "radps": b"%+010.6f",
+    "degc": b"%+05.1f",
+    "kpa": b"%+08.3f",
+}
+"""How the unit writes a field: sign and leading zeros."""
+LINE_BYTES: Mapping[str, int] = {"deg": 9, "gauss": 9, "mps2": 8, "radps": 11, "degc": 6, "kpa": 9}
+"""Longest field with its comma, as seen on the wire."""
+
+ERRORS: Mapping[int, str] = {
+    1: "hard fault, it restarts",
+    2: "its input buffer overflowed",
+    3: "invalid checksum",
+    4: "invalid command",
+    5: "not enough parameters",
+    6: "too many parameters",
+    7: "invalid parameter",
+    8: "invalid register",
+    9: "unauthorised access",
+    10: "watchdog reset",
+    11: "its output buffer overflowed",
+    12: "the baud rate is too low for this output and rate",
+    255: "its error buffer overflowed",
+}
+
+_MESSAGE = re.compile(rb"\$(VN[A-Z]{3}(?:,[ -)+-~]*)?)\*([0-9A-F]{2}|XX)\r?\n?")
+
+
+def checksum(payload: bytes) -> int:
+    """XOR of all bytes between ``$`` and ``*``."""
+    return reduce(xor, payload, 0)
+
+
+def message(payload: bytes) -> bytes:
+    """A whole line around ``payload``."""
+    return b"$%s*%02X\r\n" % (payload, checksum(payload))
+
+
+def read_register(register: int) -> bytes:
+    return message(b"VNRRG,%d" % register)
+
+
+def write_register(register: int, value: int) -> bytes:
+    return message(b"VNWRG,%d,%d" % (register, value))
+
+
+def parse_message(line: bytes, *, accept_bypass: bool = False) -> list[str]:
+    """The comma separated parts of a line whose checksum holds, the name first.
+
+    ``accept_bypass``: ``*XX`` stands for any checksum (to the unit, never from it). Raises: DeviceNonsense.
+    """
+    match = _MESSAGE.fullmatch(line)
+    if match is None:
+        raise DeviceNonsense("the unit writes $VN…*XX")
+    if match[2] == b"XX":
+        if not accept_bypass:
+            raise DeviceNonsense("the unit's own lines have a checksum")
+    elif int(match[2], 16) != checksum(match[1]):
+        raise DeviceNonsense(f"the checksum is {checksum(match[1]):02X}, the line says {match[2].decode('ascii')}")
+    return match[1].decode("ascii").split(",")
+
+
+def parse_error(parts: list[str]) -> str | None:
+    """What a ``VNERR`` line tells, None for any other. The code is hexadecimal."""
+    if parts[0] != "VNERR":
+        return None
+    try:
+        code = int(parts[1], 16)
+    except (IndexError, ValueError):
+        return "an error without a code"
+    return ERRORS.get(code, f"error {code}")
+
+
+def row_pattern(output: str) -> re.Pattern[bytes]:
+    """Of one whole streamed line."""
+    fields = len(OUTPUTS[output][1])
+    return re.compile(rb"\$VN%s(?:,%s){%d}\*[0-9A-F]{2}\r?\n" % (output.encode("ascii"), NUMBER, fields))
+
+
+def parse_rows(piece: bytes, output: str, pattern: re.Pattern[bytes]) -> Rows:
+    """Whole lines of a streamed output to their numbers; ``pattern`` is its :func:`row_pattern`."""
+    header = b"$VN%s," % output.encode("ascii")
+    return parse_lines(
+        piece,
+        pattern,
+        len(OUTPUTS[output][1]),
+        lambda lines: _numbers(lines, header),
+        lambda lines: checksums_hold(lines, b"$"),
+    )
+
+
+def format_row(output: str, values: tuple[float, ...]) -> bytes:
+    """A streamed line as the unit writes it."""
+    fields = OUTPUTS[output][1]
+    texts = (SHAPES[unit] % value for (_, unit), value in zip(fields, values, strict=True))
+    return message(b"VN%s,%s" % (output.encode("ascii"), b",".join(texts)))
+
+
+def line_bytes(output: str) -> int:
+    """Longest streamed line of an output."""
+    return len(b"$VNYMR*00\r\n") + sum(LINE_BYTES[unit] for _, unit in OUTPUTS[output][1])
+
+
+def _numbers(lines: bytes, header: bytes) -> bytes:
+    return re.sub(rb"\*..\r?\n", b"\n", lines).replace(header, b"")

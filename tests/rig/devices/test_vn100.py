@@ -1,0 +1,131 @@
+"""Laws of the VN-100's driver: the right output at the right rate, every sample whole, every loss named."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from stream_rig import rate_dps, vn100_rig, vn100_settings
+
+from rig.errors import DeviceFault, DeviceRefused, DeviceSilent
+from rig.link import faults
+from rig.wire import vn100 as wire
+
+
+def test_who_it_is() -> None:
+    assert vn100_rig().vn100().identify() == "VectorNav VN-100T-CR, serial 100011981, firmware 2.1.0.0"
+
+
+def test_a_minute_at_200_hz_is_12000_samples_in_order() -> None:
+    rig = vn100_rig()
+    imu = rig.vn100(rate_hz=200)
+    imu.start()
+    started_s = rig.clock.monotonic_s()
+    rates_dps = []
+    for _ in range(600):
+        rig.clock.sleep(0.1)
+        block = imu.poll()
+        assert block.first == sum(map(len, rates_dps))
+        assert (block.gaps, block.refused) == ((), 0)
+        rates_dps.append(np.degrees(block.values["imu.gz"]))
+    times_s = started_s + np.arange(12001) / 200.0
+    np.testing.assert_allclose(np.concatenate(rates_dps), [rate_dps(now_s) for now_s in times_s], atol=4e-5)
+    assert imu.units["imu.gz"] == "radps"
+
+
+def test_level_it_feels_gravity_downwards_along_z() -> None:
+    # As the line of a real unit that lies level: $VNYMR,…,-09.701,…
+    rig = vn100_rig()
+    imu = rig.vn100()
+    imu.start()
+    rig.clock.sleep(1.0)
+    assert imu.poll().values["imu.az"] == pytest.approx(-9.807, abs=0.001)
+
+
+def test_it_is_quiet_after_stop_and_starts_again_from_zero() -> None:
+    rig = vn100_rig()
+    imu = rig.vn100()
+    imu.start()
+    rig.clock.sleep(1.0)
+    assert imu.poll().samples == 41
+    imu.stop()
+    rig.stream.discard_input()
+    rig.clock.sleep(5.0)
+    assert rig.stream.discard_input() == b""
+    imu.start()
+    rig.clock.sleep(0.1)
+    assert (imu.poll().first, imu.poll().first) == (0, 5)
+
+
+@pytest.mark.parametrize(("fault", "lost"), [(faults.flip_bit(50, 1), 1), (faults.truncate(60), 1)])
+def test_a_damaged_line_is_a_gap_and_no_sample(fault: faults.Fault, lost: int) -> None:
+    rig = vn100_rig()
+    imu = rig.vn100()
+    imu.start()
+    rig.faults.reads = {rig.faults.taken + 4: fault}
+    samples = refused = 0
+    for _ in range(40):
+        rig.clock.sleep(0.025)
+        block = imu.poll()
+        samples, refused = samples + block.samples, refused + block.refused
+        assert len(block.gaps) == block.refused
+        assert np.all(np.abs(block.values["imu.az"] + 9.807) < 0.001)
+    assert refused >= lost
+    assert 41 - 2 * refused <= samples <= 41 - lost
+
+
+def test_a_poll_without_news_is_an_empty_block() -> None:
+    rig = vn100_rig()
+    imu = rig.vn100()
+    imu.start()
+    imu.poll()
+    assert imu.poll().samples == 0
+
+
+def test_the_units_own_trouble_is_a_fault() -> None:
+    rig = vn100_rig()
+    imu = rig.vn100()
+    imu.start()
+    rig.faults.reads = {rig.faults.taken: faults.prepend(wire.message(b"VNERR,0C"))}
+    rig.clock.sleep(0.1)
+    with pytest.raises(DeviceFault, match="the baud rate is too low for this output and rate"):
+        imu.poll()
+
+
+def test_what_is_no_sample_any_more_is_refused_line_by_line() -> None:
+    rig = vn100_rig()
+    imu = rig.vn100()
+    imu.start()
+    imu.poll()
+    rig.faults.reads = {rig.faults.taken + n: faults.replace(b"\x80\x07\xfe" * 20 + b"\n") for n in range(20)}
+    for _ in range(20):
+        rig.clock.sleep(0.025)
+        block = imu.poll()
+        assert (block.samples, block.refused, len(block.gaps)) == (0, 1, 1)
+
+
+def test_a_unit_that_streams_and_does_not_answer_is_silent() -> None:
+    rig = vn100_rig()
+    rig.twin.receive = lambda data, now_s: None  # type: ignore[method-assign]
+    with pytest.raises(DeviceSilent, match=r"no answer to b'VNASY,0' within 1 s.*baud_rate \(460800\)"):
+        rig.vn100().start()
+
+
+def test_a_setting_that_the_unit_does_not_take_is_refused() -> None:
+    rig = vn100_rig()
+    rig.faults.writes = {1: faults.replace(b"$VNWRG,6,99*XX\r\n")}
+    with pytest.raises(DeviceRefused, match="the unit refuses: invalid parameter"):
+        rig.vn100().start()
+
+
+def test_a_late_answer_does_not_stand_for_another_command() -> None:
+    rig = vn100_rig()
+    imu = rig.vn100()
+    imu.identify()
+    rig.faults.reads = {rig.faults.taken: faults.delay(1.2)}
+    assert imu.identify().startswith("VectorNav VN-100T-CR, serial 100011981")
+
+
+def test_a_line_too_slow_for_the_output_is_refused_in_the_file() -> None:
+    with pytest.raises(ValidationError, match="output YMR at 200 Hz needs 244000 baud, baud_rate is 115200"):
+        vn100_settings(rate_hz=200, baud_rate=115200)
+    with pytest.raises(ValidationError, match="no rate of 60 Hz"):
+        vn100_settings(rate_hz=60)
