@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from small_run import Bench, bench, dwells_of, in_child, killed_after, measured, resumed
 
+from procedures.delivery import sensors_document, solve_run
 from procedures.run.owner import is_owned
 from procedures.run.states import State
 from procedures.run.status import status
@@ -20,7 +21,7 @@ def _kill_and_compare(folder: Path, kills: int, seed: int) -> None:
     began_s = clock.monotonic_s()
     assert small.run(folder / "whole").state is State.FINISHED
     whole_s = clock.monotonic_s() - began_s
-    clean = measured(dwells_of(folder / "whole"))
+    clean, solution = measured(dwells_of(folder / "whole")), sensors_document(solve_run(folder / "whole"))
     assert clean.keys() == {dwell.step for dwell in small.plan.dwells if dwell.purpose != "check"}
     done, number = 0, 0
     while done < kills:
@@ -29,6 +30,7 @@ def _kill_and_compare(folder: Path, kills: int, seed: int) -> None:
         done += _killed_run(small, run_dir, whole_s, chance)
         if (run_dir / JOURNAL_FILE).exists():  # else it was killed before there was a run, and nothing had moved
             assert measured(dwells_of(run_dir)) == clean
+        assert sensors_document(solve_run(run_dir)) == solution
 
 
 def _killed_run(small: Bench, run_dir: Path, whole_s: float, chance: np.random.Generator) -> int:
