@@ -30,7 +30,7 @@ def _kill_and_compare(folder: Path, kills: int, seed: int) -> None:
         done += _killed_run(small, run_dir, whole_s, chance)
         if (run_dir / JOURNAL_FILE).exists():  # else it was killed before there was a run, and nothing had moved
             assert measured(dwells_of(run_dir)) == clean
-        assert sensors_document(solve_run(run_dir)) == solution
+            assert sensors_document(solve_run(run_dir)) == solution
 
 
 def _killed_run(small: Bench, run_dir: Path, whole_s: float, chance: np.random.Generator) -> int:
