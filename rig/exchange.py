@@ -48,7 +48,7 @@ class Exchange:
     """Questions and answers over one stream.
 
     ``resynchronise`` replaces the wait for silence after a doubt where the device offers something surer, such as
-    a question whose answer is known.
+    a question whose answer is known. ``is_aside`` tells lines that a device lawfully says unasked: they are skipped.
     """
 
     def __init__(
@@ -58,12 +58,14 @@ class Exchange:
         terminator: bytes = b"\r\n",
         patience: Patience | None = None,
         resynchronise: Callable[[], None] | None = None,
+        is_aside: Callable[[bytes], bool] | None = None,
     ) -> None:
         self.stream = stream
         self.counts = ExchangeCounts()
         self.patience = patience or Patience()
         self._terminator = terminator
         self._resynchronise = resynchronise or self.wait_for_quiet
+        self._is_aside = is_aside or (lambda _line: False)
         self._is_in_doubt = True  # until the line was quiet once: a boot banner or an old stream may be waiting
 
     def tell(self, request: bytes) -> None:
@@ -78,17 +80,21 @@ class Exchange:
         *,
         idempotent: bool,
         timeout_s: float | None = None,
+        length: int | None = None,
     ) -> Reply:
         """Send ``request`` and return what ``parse`` makes of the reply without its terminator.
 
-        ``parse`` raises DeviceNonsense for a line that cannot be the answer. ``idempotent`` says that asking twice
-        does no harm: only then is the question repeated. Raises: DeviceSilent, DeviceNonsense, LinkLost, LinkClosed.
+        ``length`` is the reply's where it has that many bytes and no terminator. ``parse`` raises DeviceNonsense for a
+        reply that cannot be the answer. ``idempotent`` says that asking twice does no harm: only then is the question
+        repeated. Raises: DeviceSilent, DeviceNonsense, LinkLost, LinkClosed.
         """
         attempts = self.patience.attempts if idempotent else 1
         for attempt in range(1, attempts + 1):
             try:
                 self._clear_the_line()
-                return self._ask_once(request, parse, self.patience.timeout_s if timeout_s is None else timeout_s)
+                return self._ask_once(
+                    request, parse, self.patience.timeout_s if timeout_s is None else timeout_s, length
+                )
             except (DeviceSilent, DeviceNonsense) as error:
                 self._is_in_doubt = True
                 self._count(error)
@@ -138,29 +144,43 @@ class Exchange:
 
         Raises: DeviceSilent, DeviceNonsense.
         """
-        stream, end = self.stream, self._terminator
-        deadline_s = stream.clock.monotonic_s() + timeout_s
-        buffer = stream.read(deadline_s)
-        while not buffer.endswith(end):
-            more = stream.read(deadline_s)
-            if not more:
-                raise self._silence(waited_for, buffer, timeout_s)
-            buffer += more
+        deadline_s = self.stream.clock.monotonic_s() + timeout_s
+        buffer = b""
+        while True:
+            buffer += self._more(buffer, deadline_s, timeout_s, waited_for)
+            *lines, rest = buffer.split(self._terminator)
+            answers = [line for line in lines if not self._is_aside(line)]
+            if len(answers) > 1:
+                raise self._nonsense(waited_for, buffer, "more than one reply to one question")
+            if answers and not rest:
+                return answers[0]
             if len(buffer) > LONGEST_REPLY:
-                raise self._nonsense(waited_for, buffer, f"no terminator {end!r} in {len(buffer)} bytes")
-        line = buffer[: -len(end)]
-        if end in line:
-            raise self._nonsense(waited_for, buffer, "more than one reply to one question")
-        return line
+                raise self._nonsense(waited_for, buffer, f"no terminator {self._terminator!r} in {len(buffer)} bytes")
 
-    def _ask_once(self, request: bytes, parse: Callable[[bytes], Reply], timeout_s: float) -> Reply:
+    def read_bytes(self, length: int, timeout_s: float, waited_for: bytes) -> bytes:
+        """A reply of so many bytes (``waited_for`` is for messages). Raises: DeviceSilent, DeviceNonsense."""
+        deadline_s = self.stream.clock.monotonic_s() + timeout_s
+        buffer = b""
+        while len(buffer) < length:
+            buffer += self._more(buffer, deadline_s, timeout_s, waited_for)
+        if len(buffer) > length:
+            raise self._nonsense(waited_for, buffer, "more bytes than one reply")
+        return buffer
+
+    def _more(self, buffer: bytes, deadline_s: float, timeout_s: float, waited_for: bytes) -> bytes:
+        more = self.stream.read(deadline_s)
+        if not more:
+            raise self._silence(waited_for, buffer, timeout_s)
+        return more
+
+    def _ask_once(self, request: bytes, parse: Callable[[bytes], Reply], timeout_s: float, length: int | None) -> Reply:
         self.counts.asked += 1
         self.stream.write(request)
-        line = self.read_line(timeout_s, request)
+        reply = self.read_line(timeout_s, request) if length is None else self.read_bytes(length, timeout_s, request)
         try:
-            return parse(line)
+            return parse(reply)
         except DeviceNonsense as error:
-            raise self._nonsense(request, line, str(error)) from error
+            raise self._nonsense(request, reply, str(error)) from error
 
     def _clear_the_line(self) -> None:
         if self._is_in_doubt:

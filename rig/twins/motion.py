@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from rig.twins.chance import Chance
 from rig.twins.geometry import ARCSEC_RAD
+from rig.twins.ramp import Path
 
 _CREEP_TAIL = 20.0
 """Time constants after which a creep is over: exp(−20) of it is 2e-9."""
@@ -26,10 +27,24 @@ class AxisErrors:
 
 @dataclass(frozen=True, slots=True)
 class _Travel:
+    """A :class:`rig.twins.ramp.Path` at one speed; before its start the body rests where it begins."""
+
     from_deg: float
     to_deg: float
     start_s: float
     arrival_s: float
+
+    def at(self, now_s: float) -> float:
+        if now_s >= self.arrival_s:
+            return self.to_deg
+        if now_s <= self.start_s:
+            return self.from_deg
+        part = (now_s - self.start_s) / (self.arrival_s - self.start_s)
+        return self.from_deg + part * (self.to_deg - self.from_deg)
+
+    def speed_at(self, now_s: float) -> float:
+        turning = self.start_s <= now_s < self.arrival_s
+        return (self.to_deg - self.from_deg) / (self.arrival_s - self.start_s) if turning else 0.0
 
 
 class AxisBody:
@@ -54,32 +69,36 @@ class AxisBody:
         self._sign, self._zero_deg = sign, zero_deg
         self._errors = errors or AxisErrors()
         self._chance = chance
-        self._travel = _Travel(0.0, 0.0, -math.inf, -math.inf)
+        self._path: Path = _Travel(0.0, 0.0, -math.inf, -math.inf)
         self._teeth: dict[int, float] = {}
 
     @property
     def still_from_s(self) -> float:
         """From this instant on the body is at rest, creep included."""
         creeping = self._errors.creep_arcsec != 0.0
-        return self._travel.arrival_s + (_CREEP_TAIL * self._errors.creep_s if creeping else 0.0)
+        return self._path.arrival_s + (_CREEP_TAIL * self._errors.creep_s if creeping else 0.0)
 
     def rotate(self, target_deg: float, start_s: float) -> float:
         """Turn to a table angle from where the body is at ``start_s``; returns the arrival in rig seconds."""
         here_deg = self.table_deg(start_s)
         arrival_s = start_s + abs(target_deg - here_deg) / self.speed_dps
-        self._travel = _Travel(here_deg, target_deg, start_s, arrival_s)
-        self.reached_deg = (min(self.reached_deg[0], target_deg), max(self.reached_deg[1], target_deg))
+        self.follow(_Travel(here_deg, target_deg, start_s, arrival_s))
         return arrival_s
+
+    def follow(self, path: Path) -> None:
+        """Turn along a path of table angles, degrees, from now on."""
+        self._path = path
+        if not math.isinf(path.arrival_s):
+            end_deg = path.at(path.arrival_s)
+            self.reached_deg = (min(self.reached_deg[0], end_deg), max(self.reached_deg[1], end_deg))
 
     def table_deg(self, now_s: float) -> float:
         """Nominal table angle."""
-        travel = self._travel
-        if now_s >= travel.arrival_s:
-            return travel.to_deg
-        if now_s <= travel.start_s:
-            return travel.from_deg
-        part = (now_s - travel.start_s) / (travel.arrival_s - travel.start_s)
-        return travel.from_deg + part * (travel.to_deg - travel.from_deg)
+        return self._path.at(now_s)
+
+    def rate_dps(self, now_s: float) -> float:
+        """Rate of the table angle."""
+        return self._path.speed_at(now_s)
 
     def attitude_rad(self, now_s: float) -> float:
         """True angle of this axis, its own errors included."""
@@ -89,9 +108,9 @@ class AxisBody:
 
     def _index_error_arcsec(self, now_s: float) -> float:
         """The error of the tooth that the body rests on; none between teeth and on a continuous axis."""
-        if now_s < self._travel.arrival_s or self.increment_deg == 0.0:
+        if now_s < self._path.arrival_s or self.increment_deg == 0.0:
             return 0.0
-        tooth = round(self._travel.to_deg / self.increment_deg) % round(360.0 / self.increment_deg)
+        tooth = round(self._path.at(now_s) / self.increment_deg) % round(360.0 / self.increment_deg)
         error = self._teeth.get(tooth)
         if error is None:
             half_width = self._errors.index_half_width_arcsec
@@ -100,7 +119,7 @@ class AxisBody:
         return error
 
     def _creep_arcsec(self, now_s: float) -> float:
-        after_s = now_s - self._travel.arrival_s
+        after_s = now_s - self._path.arrival_s
         if self._errors.creep_arcsec == 0.0 or not 0.0 <= after_s < _CREEP_TAIL * self._errors.creep_s:
             return 0.0
         return self._errors.creep_arcsec * math.exp(-after_s / self._errors.creep_s)

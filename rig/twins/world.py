@@ -34,6 +34,7 @@ from rig.twins.geometry import (
     sensitive_direction,
 )
 from rig.twins.motion import Air, AxisBody, AxisErrors
+from rig.twins.ramp import Path
 
 
 class SensorTruth:
@@ -100,6 +101,11 @@ class World:
         """Turn an axis to a table angle; returns the arrival in rig seconds."""
         self._steady_v.clear()
         return self.axes[axis].rotate(target_deg, start_s)
+
+    def follow(self, axis: str, path: Path) -> None:
+        """Turn an axis along a path of table angles, degrees."""
+        self._steady_v.clear()
+        self.axes[axis].follow(path)
 
     def hold(self, environment: str, setpoint_degc: float, now_s: float) -> None:
         """Send an environment to a setpoint."""

@@ -1,43 +1,48 @@
-"""What every axis promises, on every line: in memory, over TCP and over a pseudo-terminal."""
+"""What every axis promises, by every driver and on every line: in memory, over TCP and over a pseudo-terminal."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import pytest
-from table_bench import example_rig, virtual_clock
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from motion_bench import DRIVERS, motion_bench, settings_of, world_of
+from table_bench import virtual_clock
 
 from rig.clock import Clock, ScaledClock, SystemClock
 from rig.devices.abilities import Axis
-from rig.devices.indexing_table import IndexingTableSettings, connect
-from rig.errors import RequestRefused
+from rig.errors import RequestRefused, WaitEnded
 from rig.link.memory import MemoryStream
 from rig.link.ports import open_stream
 from rig.motion import home_and_arrive, move_and_arrive, stop_all
-from rig.twins.indexing_table import IndexingTableTwin
 from rig.twins.servers import serve_pty, serve_tcp
-from rig.twins.world import World
-from rig.wire.indexing_table import TableCodec
-from rig.wire.table_dialect import load_dialect
 
 FACTOR = 200.0
+CLOSE_DEG = 0.1
+"""No driver here resolves worse: a servo's pulse has steps of a quarter microsecond."""
 
 
 @pytest.fixture(params=["memory", "tcp", "pty"])
-def bench(request: pytest.FixtureRequest) -> Iterator[tuple[dict[str, Axis], Clock]]:
-    rig = example_rig()
-    settings = {name: axis for name, axis in rig.axes.items() if isinstance(axis, IndexingTableSettings)}
-    twin = IndexingTableTwin(TableCodec(load_dialect(None, 1.0)), {1: "pitch", 2: "roll"}, World(rig))
-    if request.param == "memory":
+def line(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture(params=sorted(DRIVERS))
+def bench(request: pytest.FixtureRequest, line: str) -> Iterator[tuple[Mapping[str, Axis], Clock]]:
+    driver = DRIVERS[request.param]
+    axes = settings_of(request.param)
+    twin = driver.twin(axes, world_of(axes))
+    if line == "memory":
         clock: Clock = virtual_clock()
-        yield dict(connect(settings, MemoryStream(twin, clock, "memory"))), clock
+        yield driver.connect(axes, MemoryStream(twin, clock, "memory")), clock
         return
     clock = ScaledClock(FACTOR)
-    with (serve_tcp if request.param == "tcp" else serve_pty)(twin, clock) as server:
+    with (serve_tcp if line == "tcp" else serve_pty)(twin, clock) as server:
         stream = open_stream(server.address, clock=SystemClock())
-        yield dict(connect(settings, stream)), clock
+        yield driver.connect(axes, stream), clock
         stream.close()
 
 
-def test_an_axis_keeps_its_promises(bench: tuple[dict[str, Axis], Clock]) -> None:
+def test_an_axis_keeps_its_promises(bench: tuple[Mapping[str, Axis], Clock]) -> None:
     axes, clock = bench
     pitch, roll = axes["pitch"], axes["roll"]
     assert pitch.identify() != roll.identify()
@@ -45,12 +50,14 @@ def test_an_axis_keeps_its_promises(bench: tuple[dict[str, Axis], Clock]) -> Non
     with pytest.raises(RequestRefused, match="not homed"):
         pitch.start_move(10.0)
     for axis in axes.values():
-        assert home_and_arrive(axis, clock, clock.sleep) == 0.0
-    assert move_and_arrive(pitch, -30.0, clock, clock.sleep) == -30.0
-    assert (pitch.state().position_deg, roll.state().position_deg) == (-30.0, 0.0)
+        assert abs(home_and_arrive(axis, clock, clock.sleep)) <= CLOSE_DEG
+    assert move_and_arrive(pitch, -30.0, clock, clock.sleep) == pytest.approx(-30.0, abs=CLOSE_DEG)
+    assert abs(roll.state().position_deg) <= CLOSE_DEG
+    before_deg = pitch.state().position_deg
     pitch.stop()  # harmless at rest
-    assert pitch.state().is_seated
-    for wrong_deg in (181.0, 0.5, float("nan")):
+    state = pitch.state()
+    assert (state.is_seated, state.position_deg) == (True, before_deg)
+    for wrong_deg in (181.0, float("nan")):
         with pytest.raises(RequestRefused):
             pitch.check_target(wrong_deg)
     roll.start_move(170.0)
@@ -58,3 +65,53 @@ def test_an_axis_keeps_its_promises(bench: tuple[dict[str, Axis], Clock]) -> Non
     state = roll.state()
     assert not state.is_moving
     assert state.position_deg < 170.0
+
+
+@pytest.mark.parametrize("driver", sorted(DRIVERS))
+def test_a_stop_reaches_the_axis_within_a_tenth_of_a_second(driver: str) -> None:
+    bench = motion_bench(driver)
+    bench.home_all()
+    asked_s = bench.clock.monotonic_s() + 4.0
+
+    def wait(duration_s: float) -> None:
+        bench.clock.sleep(min(duration_s, 0.1))
+        if bench.clock.monotonic_s() > asked_s:
+            raise WaitEnded("stop")
+
+    with pytest.raises(WaitEnded):
+        move_and_arrive(bench.pitch, 170.0, bench.clock, wait)
+    assert bench.clock.monotonic_s() <= asked_s + 0.11
+    bench.clock.sleep(2.0)
+    rested_deg = bench.true_deg
+    bench.clock.sleep(60.0)
+    assert bench.true_deg == rested_deg
+    assert rested_deg < 25.0
+    assert not bench.pitch.state().is_moving
+
+
+@pytest.mark.parametrize("driver", sorted(DRIVERS))
+@settings(max_examples=25)
+@given(
+    low=st.integers(-90, -1),
+    high=st.integers(1, 90),
+    targets=st.lists(st.one_of(st.floats(-400, 400), st.integers(-200, 200).map(float)), min_size=1, max_size=8),
+    sign=st.sampled_from([1, -1]),
+    zero_deg=st.integers(-20, 20).map(float),
+)
+def test_no_request_ever_brings_the_body_outside_the_limits(
+    driver: str, low: int, high: int, targets: list[float], sign: int, zero_deg: float
+) -> None:
+    bench = motion_bench(driver, limits_deg=(float(low), float(high)), sign=sign, zero_deg=zero_deg)
+    bench.home_all()
+    for target_deg in targets:
+        try:
+            bench.pitch.start_move(target_deg)
+        except RequestRefused:
+            continue
+        bench.clock.sleep(300.0)
+        assert bench.pitch.state().position_deg == pytest.approx(target_deg, abs=CLOSE_DEG)
+        assert bench.true_deg == pytest.approx(sign * target_deg + zero_deg, abs=CLOSE_DEG)
+    ends_deg = sorted(sign * end + zero_deg for end in (low, high))
+    lowest_deg, highest_deg = bench.world.axes["pitch"].reached_deg
+    assert min(ends_deg[0], 0.0) - 1e-3 <= lowest_deg
+    assert highest_deg <= max(ends_deg[1], 0.0) + 1e-3

@@ -1,0 +1,283 @@
+"""Newport ESP300 and ESP301 motion controllers: axes that go to any angle.
+
+Commands are silent, so every one is followed by reading the error queue. The controller has no word for "homed": an
+axis counts as homed once this driver saw its home search end without an error, until its motor is off, the time
+stamps of the queue step back (power was lost) or the search is started again; ``homed_before`` takes over a home that
+was found earlier. Replies do not repeat the question: after any doubt the line must fall silent and then
+tell the controller's version, which no number can be taken for.
+"""
+
+from collections.abc import Callable, Mapping
+from threading import RLock
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import Field
+
+from rig.devices.abilities import AxisState
+from rig.devices.machine_limits import require_travel
+from rig.devices.targets import check_target
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
+from rig.exchange import Exchange, Patience
+from rig.link.byte_stream import ByteStream
+from rig.settings import AxisSettings
+from rig.wire import esp301 as wire
+from rig.wire.esp301 import Command, ErrorRecord
+
+_SPEED_TOLERANCE = 1e-3
+Reply = TypeVar("Reply")
+
+
+class Esp301Settings(AxisSettings):
+    """``driver = "esp301"``."""
+
+    driver: Literal["esp301"]
+    axis: Annotated[int, Field(ge=1, le=3)] = 1
+    baud_rate: Literal[9600, 19200, 38400, 57600, 115200, 921600] = 921600
+    """921600 is the ESP301's, 19200 with ``rts_cts`` the ESP300's."""
+    rts_cts: bool = False
+    home_mode: Annotated[int, Field(ge=0, le=6)] = 1
+    """Parameter of the home search ``OR``."""
+    homed_before: bool = False
+    """The operator vouches that the axis was homed since power came on."""
+    reply_timeout_s: Annotated[float, Field(gt=0.0)] = 1.0
+
+
+class Esp301Controller:
+    """What the axes of one controller share: the line, its error queue, and whether power was lost."""
+
+    def __init__(self, exchange: Exchange) -> None:
+        self.turn = RLock()
+        self.losses = 0
+        """Times that power was lost since the line was opened."""
+        self.doubts = 0
+        """Times that a record of the queue may have been lost on the line."""
+        self._exchange = exchange
+        self._stamp = 0
+        self._errors: dict[int, list[ErrorRecord]] = {}
+
+    def ask_number(self, letters: str, axis: int) -> float:
+        return self._ask(wire.ask(letters, axis), wire.decode_number, "a number")
+
+    def ask_flag(self, letters: str, axis: int) -> bool:
+        return self._ask(wire.ask(letters, axis), wire.decode_flag, "0 or 1")
+
+    def version(self) -> str:
+        return self._ask(wire.ask("VE"), wire.decode_version, "the version of an ESP300 or ESP301")
+
+    def command(self, *commands: Command) -> list[ErrorRecord]:
+        """Send once; the errors that came of it. Older ones are kept for :meth:`take_errors`."""
+        with self.turn:
+            self._file(self._read_errors())
+            self._exchange.tell(wire.encode(*commands))
+            return self._read_errors()
+
+    def take_errors(self, axis: int) -> list[ErrorRecord]:
+        """Errors of one axis that came since they were last taken, and not from a command of ours."""
+        with self.turn:
+            self._file(self._read_errors())
+            return self._errors.pop(axis, [])
+
+    def resynchronise(self) -> None:
+        """After a doubt: silence, then the version, whatever numbers come before it, then silence again."""
+        self._exchange.wait_for_quiet()
+        self._exchange.stream.write(wire.encode(wire.ask("VE")))
+        line = self._exchange.read_line(self._exchange.patience.timeout_s, b"VE?")
+        while wire.decode_version(line) is None:
+            line = self._line_after(line)
+        self._exchange.wait_for_quiet()
+
+    def _line_after(self, line: bytes) -> bytes:
+        try:
+            return self._exchange.read_line(self._exchange.patience.timeout_s, b"VE?")
+        except DeviceSilent:
+            raise DeviceNonsense(
+                f"{self._exchange.stream.name}: no ESP300 or ESP301 answers to VE?: got {line!r}; nothing was taken"
+                " from it; check the line settings and that this is the right device"
+            ) from None
+
+    def _read_errors(self) -> list[ErrorRecord]:
+        """The queue, read until it is empty."""
+        errors: list[ErrorRecord] = []
+        for _ in range(wire.QUEUE_LENGTH + 1):
+            error = self._next_error()
+            if error.is_empty:
+                self.losses += error.stamp < self._stamp
+                self._stamp = error.stamp
+                return errors
+            errors.append(error)
+        raise DeviceFault(
+            f"{self._exchange.stream.name}: the error queue does not end: {errors[-1].text}; nothing was sent;"
+            " look at the controller's display"
+        )
+
+    def _next_error(self) -> ErrorRecord:
+        """Reading takes a record out of the queue: where the question was repeated, one may be lost."""
+        repeated = self._exchange.counts.repeated
+        error = self._ask(wire.ask("TB"), wire.decode_error, "an error record")
+        self.doubts += self._exchange.counts.repeated > repeated
+        return error
+
+    def _file(self, errors: list[ErrorRecord]) -> None:
+        for error in errors:
+            self._errors.setdefault(error.axis, []).append(error)
+
+    def _ask(self, question: Command, decode: Callable[[bytes], Reply | None], expected: str) -> Reply:
+        def parse(line: bytes) -> Reply:
+            reply = decode(line)
+            if reply is None:
+                raise DeviceNonsense(f"{expected} was expected")
+            return reply
+
+        with self.turn:
+            return self._exchange.ask(wire.encode(question), parse, idempotent=True)
+
+
+class Esp301Axis:
+    """One axis: a :class:`rig.devices.abilities.Axis`."""
+
+    def __init__(self, name: str, settings: Esp301Settings, controller: Esp301Controller) -> None:
+        self.name = name
+        self.limits_deg = settings.limits_deg
+        self.increment_deg = settings.increment_deg
+        self.speed_dps = settings.speed_dps
+        self.approach_deg = settings.approach_deg
+        self.arrival_tolerance_deg = settings.arrival_tolerance_deg
+        self._settings = settings
+        self._controller = controller
+        self._home: Literal["none", "searching", "found"] = "found" if settings.homed_before else "none"
+        self._trust = (0, 0)
+        """Losses and doubts of the controller when the home was found or its search was started."""
+        self._fault = ""
+        self._is_paced = False
+        self._travel_deg: tuple[float, float] | None = None
+
+    def identify(self) -> str:
+        """Also tells the controller's own limits, which may be wider than the file's."""
+        version = self._controller.version()
+        low_deg, high_deg = self._verified()
+        return f"{version}, axis {self._settings.axis}, own limits {low_deg:g} to {high_deg:g} deg"
+
+    def check_target(self, target_deg: float) -> None:
+        check_target(self.name, target_deg, self._table_deg(target_deg), self.limits_deg, self.increment_deg)
+
+    def start_move(self, target_deg: float) -> None:
+        self.check_target(target_deg)
+        state = self.state()
+        if not state.is_homed:
+            raise RequestRefused(
+                f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
+            )
+        self._pace()
+        self._command(wire.set_value("PA", self._settings.axis, self._table_deg(target_deg)))
+
+    def home(self) -> None:
+        """Switch the motor on and start the home search. Errors that were kept are forgotten."""
+        self._verified()
+        self._pace()
+        self._controller.take_errors(self._settings.axis)
+        self._fault, self._home = "", "none"
+        self._trust = (self._controller.losses, self._controller.doubts)
+        self._command(
+            Command("MO", self._settings.axis), Command("OR", self._settings.axis, str(self._settings.home_mode))
+        )
+        self._home = "searching"
+
+    def state(self) -> AxisState:
+        self._verified()
+        number = self._settings.axis
+        is_moving = not self._controller.ask_flag("MD", number)
+        position_deg = self._controller.ask_number("TP", number)
+        is_on = self._controller.ask_flag("MO", number)
+        self._judge(self._controller.take_errors(number), is_moving=is_moving, is_on=is_on)
+        return AxisState(
+            position_deg=self._attitude_deg(position_deg),
+            is_moving=is_moving,
+            is_homed=self._home == "found",
+            is_seated=True,
+            fault=self._fault,
+        )
+
+    def stop(self) -> None:
+        """Brake. Stopping a home search leaves no home."""
+        if self._home == "searching":
+            self._home = "none"
+        self._controller.command(Command("ST", self._settings.axis))
+
+    def switch_motor(self, *, on: bool) -> None:
+        """Switch the motor; off, the axis turns freely and its home is no longer trusted."""
+        self._command(Command("MO" if on else "MF", self._settings.axis))
+        self._home = self._home if on else "none"
+
+    def _judge(self, errors: list[ErrorRecord], *, is_moving: bool, is_on: bool) -> None:
+        """What errors, motor and time stamps say about the home."""
+        losses, doubts = self._controller.losses, self._controller.doubts
+        if errors:
+            self._fault = "; ".join(f"error {error.code} {error.text}" for error in errors)
+        if losses != self._trust[0]:
+            self._is_paced, self._travel_deg = False, None
+        if not is_on or losses != self._trust[0]:
+            self._home, self._trust = "none", (losses, doubts)
+        if self._home == "searching" and (errors or doubts != self._trust[1]):
+            self._home = "none"
+        if self._home == "searching" and not is_moving:
+            self._home = "found"
+
+    def _verified(self) -> tuple[float, float]:
+        """The controller's limits, table degrees; unit and limits are compared with the file when first asked.
+
+        Raises: RequestRefused.
+        """
+        if self._travel_deg is None:
+            number, controller = self._settings.axis, self._controller
+            unit = controller.ask_number("SN", number)
+            if unit != wire.DEGREES:
+                raise RequestRefused(
+                    f"{self.name}: the controller counts this axis in unit {unit:g} (SN), allowed {wire.DEGREES}"
+                    " (degrees); nothing moved; set its unit to degrees, or correct the axis' number"
+                )
+            travel_deg = controller.ask_number("SL", number), controller.ask_number("SR", number)
+            low_deg, high_deg = (self._attitude_deg(table_deg) for table_deg in travel_deg)
+            require_travel(self.name, self.limits_deg, (low_deg, high_deg))
+            self._travel_deg = travel_deg
+        return self._travel_deg
+
+    def _pace(self) -> None:
+        """Tell the controller the file's speed and see it taken. Raises: DeviceRefused, DeviceFault."""
+        if self._is_paced:
+            return
+        self._command(wire.set_value("VA", self._settings.axis, self.speed_dps))
+        told_dps = self._controller.ask_number("VA", self._settings.axis)
+        if abs(told_dps - self.speed_dps) > _SPEED_TOLERANCE * self.speed_dps:
+            raise DeviceFault(
+                f"{self.name}: speed {self.speed_dps:g} deg/s was sent, but reads back {told_dps:g} deg/s"
+                f" (axes.{self.name}: speed_dps); nothing moved; ask for a speed that the axis has"
+            )
+        self._is_paced = True
+
+    def _command(self, *commands: Command) -> None:
+        errors = self._controller.command(*commands)
+        if errors:
+            told = "; ".join(f"error {error.code} {error.text}" for error in errors)
+            raise DeviceRefused(
+                f"{self.name}: the controller refused {wire.encode(*commands).decode('ascii').strip()!r}: {told};"
+                " look at its error list and at the axis"
+            )
+
+    def _table_deg(self, attitude_deg: float) -> float:
+        return self._settings.sign * attitude_deg + self._settings.zero_deg
+
+    def _attitude_deg(self, table_deg: float) -> float:
+        return self._settings.sign * (table_deg - self._settings.zero_deg)
+
+
+def connect(axes: Mapping[str, Esp301Settings], stream: ByteStream) -> dict[str, Esp301Axis]:
+    """The axes of one controller, which share its line."""
+    patience = Patience(timeout_s=next(iter(axes.values())).reply_timeout_s)
+    exchange = Exchange(
+        stream,
+        terminator=wire.REPLY_TERMINATOR,
+        patience=patience,
+        resynchronise=lambda: controller.resynchronise(),
+    )
+    controller = Esp301Controller(exchange)
+    return {name: Esp301Axis(name, settings, controller) for name, settings in axes.items()}

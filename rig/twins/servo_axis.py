@@ -1,0 +1,93 @@
+"""A motor with an encoder behind a motion controller: what the twins of such controllers turn.
+
+It ramps to angles, spins at rates, runs to its home and stops; its read-back counts from where power came on until
+the home is found, so a lost home makes it wrong by what the axis stood away from it.
+"""
+
+import math
+
+from rig.twins.motion import AxisBody
+from rig.twins.ramp import Path, Ramp, Spin
+from rig.twins.world import World
+
+ACCELERATION_DPS2 = 40.0
+"""Of every motor here: a table is at its speed within a fraction of a second."""
+
+
+class ServoAxis:
+    """One axis of a controller. Angles are table angles in degrees, by the read-back unless named true."""
+
+    def __init__(self, body: AxisBody, world: World, *, is_homed: bool = False) -> None:
+        self.speed_dps = body.speed_dps
+        self.acceleration_dps2 = ACCELERATION_DPS2
+        self._body = body
+        self._world = world
+        self._lost_deg = 0.0
+        """True table angle minus read-back."""
+        self._homed_from_s = -math.inf if is_homed else math.inf
+        self._rest_from_s = -math.inf
+
+    def is_moving(self, now_s: float) -> bool:
+        return now_s < self._rest_from_s
+
+    def is_homed(self, now_s: float) -> bool:
+        return now_s >= self._homed_from_s
+
+    def position_deg(self, now_s: float) -> float:
+        return self._body.table_deg(now_s) - (0.0 if self.is_homed(now_s) else self._lost_deg)
+
+    def rate_dps(self, now_s: float) -> float:
+        return self._body.rate_dps(now_s)
+
+    def move(self, target_deg: float, now_s: float) -> None:
+        """Go to a read-back; without a home that is somewhere else."""
+        self._ramp(target_deg + (0.0 if self.is_homed(now_s) else self._lost_deg), now_s)
+
+    def spin(self, rate_dps: float, now_s: float) -> None:
+        """Turn at a rate until told otherwise."""
+        path = Spin(
+            self._body.table_deg(now_s),
+            rate_dps,
+            now_s,
+            speed=self.rate_dps(now_s),
+            acceleration=self.acceleration_dps2,
+        )
+        self._follow(path)
+
+    def home(self, now_s: float) -> None:
+        """Run to the home; homed when it is reached."""
+        self._homed_from_s = math.inf
+        self._ramp(0.0, now_s)
+        self._homed_from_s = self._rest_from_s
+
+    def stop(self, now_s: float) -> None:
+        """Brake. A home that was on its way is none."""
+        if not self.is_moving(now_s):
+            return
+        if self._homed_from_s > now_s:
+            self._homed_from_s = math.inf
+        rate_dps = self.rate_dps(now_s)
+        brake_deg = 0.5 * rate_dps * abs(rate_dps) / self.acceleration_dps2
+        self._ramp(self._body.table_deg(now_s) + brake_deg, now_s)
+
+    def power_cycle(self, now_s: float) -> None:
+        """Power fails and returns: the axis stands, has no home and reads 0."""
+        here_deg = self._body.table_deg(now_s)
+        self._follow(Ramp(here_deg, here_deg, now_s, math.inf))
+        self._homed_from_s = math.inf
+        self._lost_deg = here_deg
+
+    def _ramp(self, true_deg: float, now_s: float) -> None:
+        path = Ramp(
+            self._body.table_deg(now_s),
+            true_deg,
+            now_s,
+            self.speed_dps,
+            speed=self.rate_dps(now_s),
+            acceleration=self.acceleration_dps2,
+        )
+        self._follow(path)
+
+    def _follow(self, path: Path) -> None:
+        self._world.follow(self._body.name, path)
+        self._rest_from_s = path.arrival_s

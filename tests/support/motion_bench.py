@@ -1,0 +1,98 @@
+"""A motion controller's twin with pitch and roll of the example rig behind it, and its driver on a line to it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from table_bench import example_rig, virtual_clock
+
+from rig.clock import VirtualClock
+from rig.devices import esp301, indexing_table
+from rig.devices.abilities import Axis
+from rig.link.byte_stream import ByteStream
+from rig.link.faults import FaultScript
+from rig.link.memory import MemoryStream
+from rig.settings import AxisSettings
+from rig.twins.esp301 import Esp301Twin
+from rig.twins.indexing_table import IndexingTableTwin
+from rig.twins.twin import Twin
+from rig.twins.world import World
+from rig.wire.indexing_table import TableCodec
+from rig.wire.table_dialect import load_dialect
+
+Axes = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Driver:
+    """How the axes of one driver are made for a bench."""
+
+    settings: type[AxisSettings]
+    twin: Callable[[Axes, World], Twin]
+    connect: Callable[[Axes, ByteStream], Mapping[str, Axis]]
+    extra: Mapping[str, object]
+    """Settings the driver needs beside the common ones."""
+
+
+@dataclass
+class MotionBench:
+    clock: VirtualClock
+    world: World
+    twin: Any
+    faults: FaultScript
+    axes: Mapping[str, Any]
+    stream: MemoryStream
+
+    @property
+    def pitch(self) -> Any:
+        return self.axes["pitch"]
+
+    @property
+    def true_deg(self) -> float:
+        return self.world.axes["pitch"].table_deg(self.clock.monotonic_s())
+
+    def home_all(self) -> None:
+        """Home every axis and let it arrive."""
+        for axis in self.axes.values():
+            axis.home()
+            self.clock.sleep(200.0)
+            assert axis.state().is_homed
+
+
+def _numbers(axes: Axes) -> dict[int, str]:
+    return {axis.axis: name for name, axis in axes.items()}
+
+
+def _table_twin(axes: Axes, world: World) -> Twin:
+    return IndexingTableTwin(TableCodec(load_dialect(None, 1.0)), _numbers(axes), world)
+
+
+DRIVERS: dict[str, Driver] = {
+    "indexing-table": Driver(
+        indexing_table.IndexingTableSettings, _table_twin, indexing_table.connect, {"increment_deg": 1.0}
+    ),
+    "esp301": Driver(esp301.Esp301Settings, lambda axes, world: Esp301Twin(_numbers(axes), world), esp301.connect, {}),
+}
+
+
+def settings_of(driver: str, **changes: object) -> dict[str, Any]:
+    """Pitch and roll of the example, ±180 deg at 5 deg/s, for one controller; ``changes`` apply to both."""
+    made = DRIVERS[driver]
+    common = {"driver": driver, "port": "twin", "limits_deg": (-180.0, 180.0), "speed_dps": 5.0}
+    return {
+        name: made.settings.model_validate({**common, "axis": number, **made.extra, **changes})
+        for number, name in enumerate(("pitch", "roll"), start=1)
+    }
+
+
+def world_of(axes: Axes) -> World:
+    return World(example_rig().model_copy(update={"axes": dict(axes)}))
+
+
+def motion_bench(driver: str, **changes: object) -> MotionBench:
+    """In memory and in virtual time."""
+    axes = settings_of(driver, **changes)
+    clock, world, faults = virtual_clock(), world_of(axes), FaultScript()
+    twin = DRIVERS[driver].twin(axes, world)
+    stream = MemoryStream(twin, clock, driver, faults)
+    return MotionBench(clock, world, twin, faults, DRIVERS[driver].connect(axes, stream), stream)
