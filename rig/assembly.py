@@ -11,13 +11,13 @@ from types import TracebackType
 from rig.bench import axis_lines, twin_lines
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
 from rig.description import RigDescription
-from rig.devices.abilities import Axis, Environment, NoChance, Readout, TwinChance
+from rig.devices.abilities import Axis, Environment, NoChance, Readout, Stream, TwinChance
 from rig.errors import DescriptionError
 from rig.kept_lines import LineSource
 from rig.lines import Lines
 from rig.link.gpib import port_of
 from rig.lock import RigLock, acquire
-from rig.openers import open_axes, open_environment, open_readout
+from rig.openers import open_axes, open_environment, open_readout, open_sample_stream
 from rig.settings import TWIN_PORT
 from rig.twins.control import RemoteChance
 from rig.twins.world import World
@@ -33,6 +33,7 @@ class Rig:
         axes: Mapping[str, Axis],
         readouts: Mapping[str, Readout],
         environments: Mapping[str, Environment],
+        streams: Mapping[str, Stream],
         chance: TwinChance,
         clock: Clock,
         resources: ExitStack,
@@ -41,16 +42,18 @@ class Rig:
         self.axes = axes
         self.readouts = readouts
         self.environments = environments
+        self.streams = streams
         self.chance = chance
         self.clock = clock
         self._resources = resources
 
     def identities(self) -> dict[str, str]:
         """Who every device says it is, by table (``axes.pitch``). Raises: DeviceSilent, DeviceNonsense, LinkLost."""
-        tables: dict[str, Mapping[str, Axis | Readout | Environment]] = {
+        tables: dict[str, Mapping[str, Axis | Readout | Environment | Stream]] = {
             "axes": dict(self.axes),
             "readouts": dict(self.readouts),
             "environment": dict(self.environments),
+            "streams": dict(self.streams),
         }
         return {
             f"{table}.{name}": device.identify()
@@ -103,6 +106,9 @@ def open_rig(
             environments={
                 name: open_environment(name, settings, lines) for name, settings in description.environment.items()
             },
+            streams={
+                name: open_sample_stream(name, settings, lines, clock) for name, settings in description.streams.items()
+            },
             chance=world or _remote_chance(description, lines),
             clock=clock,
             resources=opened.pop_all(),
@@ -130,6 +136,7 @@ def real_ports(description: RigDescription) -> list[str]:
     """Every port that will really be opened, each once."""
     ports = [axis.port for axis in description.axes.values()]
     ports += [chamber.port for chamber in description.environment.values()]
+    ports += [stream.port for stream in description.streams.values()]
     for readout in description.readouts.values():
         resources = (getattr(readout, "resource", None), getattr(readout, "scanner_resource", None))
         ports += [port_of(resource) for resource in resources if resource is not None]

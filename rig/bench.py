@@ -3,23 +3,35 @@
 The same lines are read in memory (:mod:`rig.assembly`) and over real ports (:mod:`rig.simulate`).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from rig.description import RigDescription
+from rig.description import RigDescription, TwinSection
+from rig.devices.csv_imu import CsvImuSettings
 from rig.devices.hp3458a import Hp3458aSettings
 from rig.devices.indexing_table import IndexingTableSettings
+from rig.devices.scpi_daq import ScpiDaqSettings
 from rig.devices.watlow_f4 import WatlowF4Settings
+from rig.devices.watlow_f4t import WatlowF4TSettings
+from rig.drivers import Ability, registered_part
 from rig.errors import DescriptionError
 from rig.openers import settings_as
-from rig.settings import TWIN_PORT, AxisSettings, EnvironmentSettings, ReadoutSettings
+from rig.settings import TWIN_PORT, AxisSettings, EnvironmentSettings, ReadoutSettings, StreamSettings
+from rig.twins.csv_imu import CsvImuTwin
 from rig.twins.hp3458a import Hp3458aTwin, ScannedInput
 from rig.twins.hp3488a import Hp3488aTwin
+from rig.twins.imu import MotionSource
 from rig.twins.indexing_table import IndexingTableTwin
+from rig.twins.modbus_slave import ModbusSlave
 from rig.twins.prologix import GpibInstrument, PrologixTwin
+from rig.twins.scpi_daq import ScpiDaqTwin
+from rig.twins.scpi_port import ScpiPort
+from rig.twins.strapped_down import StrappedDown
 from rig.twins.twin import Twin
+from rig.twins.vn100 import Vn100Twin
 from rig.twins.watlow_f4 import WatlowF4Twin
+from rig.twins.watlow_f4t import WatlowF4TTwin
 from rig.twins.world import World
 from rig.wire import hp3458a as meter_wire
 from rig.wire import hp3488a as scanner_wire
@@ -70,6 +82,7 @@ def twin_lines(description: RigDescription, world: World, time_factor: float = 1
         *(_axes_line({name: axes[name] for name in line}, world) for line in axis_lines(axes)),
         *(_readout_line(name, readout, world) for name, readout in readouts.items()),
         *(_environment_line(name, chamber, world, time_factor) for name, chamber in chambers.items()),
+        *_stream_lines(description, world),
     ]
 
 
@@ -79,18 +92,27 @@ def is_twin(readout: ReadoutSettings) -> bool:
 
 def _axes_line(axes: Mapping[str, AxisSettings], world: World) -> TwinLine:
     keys = tuple(f"axes.{name}" for name in axes)
-    return TwinLine(keys, _twin(AXIS_TWINS, axes[next(iter(axes))].driver, keys[0])(axes, world))
+    return TwinLine(keys, _twin("axes", AXIS_TWINS, axes[next(iter(axes))].driver, keys[0])(axes, world))
 
 
 def _readout_line(name: str, readout: ReadoutSettings, world: World) -> TwinLine:
     key = f"readouts.{name}"
-    twin, address = _twin(READOUT_TWINS, readout.driver, key)(name, readout, world)
+    twin, address = _twin("readouts", READOUT_TWINS, readout.driver, key)(name, readout, world)
     return TwinLine((key,), twin, address)
 
 
 def _environment_line(name: str, chamber: EnvironmentSettings, world: World, time_factor: float) -> TwinLine:
     key = f"environment.{name}"
-    return TwinLine((key,), _twin(ENVIRONMENT_TWINS, chamber.driver, key)(name, chamber, world, time_factor))
+    builder = _twin("environments", ENVIRONMENT_TWINS, chamber.driver, key)
+    return TwinLine((key,), builder(name, chamber, world, time_factor))
+
+
+def _stream_lines(description: RigDescription, world: World) -> Iterator[TwinLine]:
+    streams = {name: stream for name, stream in description.streams.items() if stream.port == TWIN_PORT}
+    source = StrappedDown(world, description.twin or TwinSection())
+    for name, stream in streams.items():
+        key = f"streams.{name}"
+        yield TwinLine((key,), _twin("streams", STREAM_TWINS, stream.driver, key)(name, stream, source))
 
 
 def _indexing_table(axes: Mapping[str, AxisSettings], world: World) -> Twin:
@@ -119,12 +141,54 @@ def _watlow_f4(name: str, chamber: EnvironmentSettings, world: World, time_facto
     return WatlowF4Twin(name, world, unit=settings_as(WatlowF4Settings, chamber).unit, gap_s=time_factor)
 
 
+def _scpi_daq(name: str, readout: ReadoutSettings, world: World) -> tuple[Twin, str]:
+    daq = settings_as(ScpiDaqSettings, readout)
+    wiring = {entry.channel: f"{name}.{channel}" for channel, entry in daq.channels.items()}
+    unit = ScpiDaqTwin(world, wiring, model=daq.model, line_frequency_hz=daq.line_frequency_hz)
+    return ScpiPort(unit), "{port}"
+
+
+def _watlow_f4t(name: str, chamber: EnvironmentSettings, world: World, time_factor: float) -> Twin:
+    f4t = settings_as(WatlowF4TSettings, chamber)
+    registers = WatlowF4TTwin(name, world, loop=f4t.loop, word_order=f4t.word_order, fahrenheit=f4t.values == "degf")
+    return ModbusSlave(registers, unit=f4t.unit, framing=f4t.transport, gap_s=time_factor)
+
+
+def _vn100(name: str, stream: StreamSettings, source: MotionSource) -> Twin:  # noqa: ARG001 the driver sets it up
+    return Vn100Twin(name, source)
+
+
+def _csv_imu(name: str, stream: StreamSettings, source: MotionSource) -> Twin:
+    board = settings_as(CsvImuSettings, stream)
+    return CsvImuTwin(
+        name,
+        source,
+        board.shape(),
+        board.columns,
+        board.rate_hz,
+        board.counts,
+        count={board.count.column: board.count.wraps_at} if board.count else {},
+        time={board.time.column: (board.time.wraps_at, 1.0 / board.time.unit_s)} if board.time else {},
+    )
+
+
 AXIS_TWINS: Mapping[str, Callable[[Mapping[str, AxisSettings], World], Twin]] = {"indexing-table": _indexing_table}
-READOUT_TWINS: Mapping[str, Callable[[str, ReadoutSettings, World], tuple[Twin, str]]] = {"hp3458a": _hp3458a}
-ENVIRONMENT_TWINS: Mapping[str, Callable[[str, EnvironmentSettings, World, float], Twin]] = {"watlow-f4": _watlow_f4}
+READOUT_TWINS: Mapping[str, Callable[[str, ReadoutSettings, World], tuple[Twin, str]]] = {
+    "hp3458a": _hp3458a,
+    "scpi-daq": _scpi_daq,
+}
+ENVIRONMENT_TWINS: Mapping[str, Callable[[str, EnvironmentSettings, World, float], Twin]] = {
+    "watlow-f4": _watlow_f4,
+    "watlow-f4t": _watlow_f4t,
+}
+STREAM_TWINS: Mapping[str, Callable[[str, StreamSettings, MotionSource], Twin]] = {
+    "csv-imu": _csv_imu,
+    "vn100": _vn100,
+}
 
 
-def _twin(builders: Mapping[str, Builder], driver: str, key: str) -> Builder:
-    if driver not in builders:
+def _twin(ability: Ability, builders: Mapping[str, Builder], driver: str, key: str) -> Builder:
+    builder: Builder | None = builders.get(driver) or registered_part(ability, "twin", driver)
+    if builder is None:
         raise DescriptionError(f"{key}: driver: {driver!r} has no twin; give its real port")
-    return builders[driver]
+    return builder

@@ -15,7 +15,15 @@ from pydantic import BaseModel, Field, ValidationError, create_model, field_vali
 from rig.drivers import Ability, settings_classes
 from rig.errors import DescriptionError
 from rig.references import complaints_about_references
-from rig.settings import TWIN_PORT, AxisSettings, EnvironmentSettings, NotNegative, Positive, ReadoutSettings
+from rig.settings import (
+    TWIN_PORT,
+    AxisSettings,
+    EnvironmentSettings,
+    NotNegative,
+    Positive,
+    ReadoutSettings,
+    StreamSettings,
+)
 from rig.toml_file import StrictTable, as_tuple, read_toml
 from rig.wire.table_dialect import dialect_name
 
@@ -219,6 +227,22 @@ class TwinEnvironment(StrictTable):
     drift_degc_per_replication: float = 0.0
 
 
+class TwinStream(StrictTable):
+    """``[twin.streams.NAME]``: what a streaming package really feels and adds."""
+
+    field_ut: tuple[float, float, float] = (20.0, 0.0, 40.0)
+    """The magnetic field in level axes: north, east, down."""
+    rate_bias_dps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    noise_g: NotNegative = 0.0005
+    noise_dps: NotNegative = 0.02
+    noise_ut: NotNegative = 0.1
+
+    @field_validator("field_ut", "rate_bias_dps", mode="before")
+    @classmethod
+    def _three(cls, value: object) -> object:
+        return as_tuple(value)
+
+
 class TwinSection(StrictTable):
     """``[twin]``: only where a port says ``twin``, or for the control address that ``simulate`` publishes."""
 
@@ -232,6 +256,7 @@ class TwinSection(StrictTable):
     axes: dict[str, AxisTwin] = {}
     base: TwinBase = TwinBase()
     environment: dict[str, TwinEnvironment] = {}
+    streams: dict[str, TwinStream] = {}
 
 
 class RigDescription(StrictTable):
@@ -241,6 +266,7 @@ class RigDescription(StrictTable):
     axes: dict[Name, AxisSettings] = Field(min_length=1)
     readouts: dict[Name, ReadoutSettings] = Field(min_length=1)
     environment: dict[Name, EnvironmentSettings] = {}
+    streams: dict[Name, StreamSettings] = {}
     sensors: dict[Name, Sensor] = Field(min_length=1)
     standards: dict[Name, Standard] = {}
     level: Level = Level()
@@ -269,6 +295,7 @@ class RigDescription(StrictTable):
                 "axes": {name: _on_twin(axis) for name, axis in self.axes.items()},
                 "readouts": {name: _on_twin(readout) for name, readout in self.readouts.items()},
                 "environment": {name: _on_twin(chamber) for name, chamber in self.environment.items()},
+                "streams": {name: _on_twin(stream) for name, stream in self.streams.items()},
                 "twin": twin.model_copy(update={"truth": _truth_or_nominal(self.sensors, twin.truth)}),
             }
         )
@@ -277,6 +304,7 @@ class RigDescription(StrictTable):
         yield from self.axes.values()
         yield from self.readouts.values()
         yield from self.environment.values()
+        yield from self.streams.values()
 
 
 def read_rig(path: Path) -> RigDescription:
@@ -295,6 +323,7 @@ def _file_model() -> type[RigDescription]:
         "axes": (dict[Name, _driver_table("axes")], Field(min_length=1)),  # type: ignore[misc]
         "readouts": (dict[Name, _driver_table("readouts")], Field(min_length=1)),  # type: ignore[misc]
         "environment": (dict[Name, _driver_table("environments")], {}),  # type: ignore[misc]
+        "streams": (dict[Name, _driver_table("streams")], {}),  # type: ignore[misc]
     }
     return create_model("RigFile", __base__=RigDescription, **fields)
 

@@ -4,15 +4,22 @@ from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 from rig.clock import Clock
-from rig.devices import indexing_table, watlow_f4
-from rig.devices.abilities import Axis, Environment, Readout
+from rig.devices import csv_imu, indexing_table, vn100, watlow_f4, watlow_f4t
+from rig.devices.abilities import Axis, Environment, Readout, Stream
+from rig.devices.csv_imu import CsvImuSettings
 from rig.devices.hp3458a import Hp3458aReadout, Hp3458aSettings, scanner_resource
 from rig.devices.indexing_table import IndexingTableSettings
+from rig.devices.scpi_daq import DEFAULT_ADDRESS as DAQ_ADDRESS
+from rig.devices.scpi_daq import ScpiDaqReadout, ScpiDaqSettings
+from rig.devices.vn100 import Vn100Settings
 from rig.devices.watlow_f4 import WatlowF4Settings
+from rig.devices.watlow_f4t import WatlowF4TSettings
+from rig.drivers import Ability, registered_part
 from rig.errors import DescriptionError
 from rig.lines import Lines
-from rig.link.gpib import parse_resource
-from rig.settings import AxisSettings, EnvironmentSettings, ReadoutSettings
+from rig.link.gpib import is_on_a_bus, parse_resource
+from rig.link.messages import GpibMessages, MessageLine, StreamMessages
+from rig.settings import AxisSettings, EnvironmentSettings, ReadoutSettings, StreamSettings
 from rig.wire.hp3458a import DEFAULT_ADDRESS
 
 Settings = TypeVar("Settings")
@@ -21,17 +28,22 @@ Settings = TypeVar("Settings")
 def open_axes(axes: Mapping[str, AxisSettings], lines: Lines) -> Mapping[str, Axis]:
     """The axes of one line. Raises: DescriptionError, LinkLost."""
     first = next(iter(axes))
-    return _opener(AXES, axes[first].driver, f"axes.{first}")(axes, lines)
+    return _opener("axes", AXES, axes[first].driver, f"axes.{first}")(axes, lines)
 
 
 def open_readout(name: str, settings: ReadoutSettings, lines: Lines, clock: Clock) -> Readout:
     """Raises: DescriptionError, LinkLost, DeviceSilent, DeviceNonsense."""
-    return _opener(READOUTS, settings.driver, f"readouts.{name}")(name, settings, lines, clock)
+    return _opener("readouts", READOUTS, settings.driver, f"readouts.{name}")(name, settings, lines, clock)
 
 
 def open_environment(name: str, settings: EnvironmentSettings, lines: Lines) -> Environment:
     """Raises: DescriptionError, LinkLost."""
-    return _opener(ENVIRONMENTS, settings.driver, f"environment.{name}")(name, settings, lines)
+    return _opener("environments", ENVIRONMENTS, settings.driver, f"environment.{name}")(name, settings, lines)
+
+
+def open_sample_stream(name: str, settings: StreamSettings, lines: Lines, clock: Clock) -> Stream:
+    """Raises: DescriptionError, LinkLost."""
+    return _opener("streams", STREAMS, settings.driver, f"streams.{name}")(name, settings, lines, clock)
 
 
 def _indexing_tables(axes: Mapping[str, AxisSettings], lines: Lines) -> Mapping[str, Axis]:
@@ -52,19 +64,54 @@ def _watlow_f4(name: str, settings: EnvironmentSettings, lines: Lines) -> Enviro
     return watlow_f4.connect(name, chamber, lines.stream(f"environment.{name}", chamber.port, chamber.baud_rate))
 
 
+def _watlow_f4t(name: str, settings: EnvironmentSettings, lines: Lines) -> Environment:
+    chamber = settings_as(WatlowF4TSettings, settings)
+    return watlow_f4t.connect(name, chamber, lines.stream(f"environment.{name}", chamber.port, chamber.baud_rate))
+
+
+def _scpi_daq(name: str, settings: ReadoutSettings, lines: Lines, clock: Clock) -> Readout:
+    daq = settings_as(ScpiDaqSettings, settings)
+    key = f"readouts.{name}"
+    line: MessageLine
+    if is_on_a_bus(daq.resource):
+        resource = parse_resource(daq.resource, DAQ_ADDRESS)
+        line = GpibMessages(lines.bus(key, resource), resource.address)
+    else:
+        line = StreamMessages(lines.stream(key, daq.resource))
+    return ScpiDaqReadout(name, daq, line, clock)
+
+
+def _vn100(name: str, settings: StreamSettings, lines: Lines, clock: Clock) -> Stream:
+    unit = settings_as(Vn100Settings, settings)
+    return vn100.connect(name, unit, lines.stream(f"streams.{name}", unit.port, unit.baud_rate), clock)
+
+
+def _csv_imu(name: str, settings: StreamSettings, lines: Lines, clock: Clock) -> Stream:
+    board = settings_as(CsvImuSettings, settings)
+    return csv_imu.connect(name, board, lines.stream(f"streams.{name}", board.port, board.baud_rate), clock)
+
+
 AXES: Mapping[str, Callable[[Mapping[str, AxisSettings], Lines], Mapping[str, Axis]]] = {
     "indexing-table": _indexing_tables
 }
-READOUTS: Mapping[str, Callable[[str, ReadoutSettings, Lines, Clock], Readout]] = {"hp3458a": _hp3458a}
-ENVIRONMENTS: Mapping[str, Callable[[str, EnvironmentSettings, Lines], Environment]] = {"watlow-f4": _watlow_f4}
+READOUTS: Mapping[str, Callable[[str, ReadoutSettings, Lines, Clock], Readout]] = {
+    "hp3458a": _hp3458a,
+    "scpi-daq": _scpi_daq,
+}
+ENVIRONMENTS: Mapping[str, Callable[[str, EnvironmentSettings, Lines], Environment]] = {
+    "watlow-f4": _watlow_f4,
+    "watlow-f4t": _watlow_f4t,
+}
+STREAMS: Mapping[str, Callable[[str, StreamSettings, Lines, Clock], Stream]] = {"csv-imu": _csv_imu, "vn100": _vn100}
 
 Opener = TypeVar("Opener")
 
 
-def _opener(openers: Mapping[str, Opener], driver: str, key: str) -> Opener:
-    if driver not in openers:
+def _opener(ability: Ability, openers: Mapping[str, Opener], driver: str, key: str) -> Opener:
+    opener: Opener | None = openers.get(driver) or registered_part(ability, "open", driver)
+    if opener is None:
         raise DescriptionError(f"{key}: driver: {driver!r} cannot be opened by this version; nothing was opened")
-    return openers[driver]
+    return opener
 
 
 def settings_as(kind: type[Settings], settings: object) -> Settings:

@@ -122,6 +122,15 @@ class CsvImuSettings(StreamSettings):
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
 
+    def shape(self) -> RowShape:
+        """How a line is written."""
+        return RowShape(len(self.columns), self.separator.encode("ascii"), self.prefix.encode("ascii"), self.checksum)
+
+    def counts(self, column: str, value: float) -> float:
+        """What the board sends in ``column`` for a value in the channel's unit; 0 where no channel is."""
+        entry = self.channels.get(column)
+        return 0.0 if entry is None else value / entry.scale + entry.zero_counts
+
 
 class CsvImu:
     """A :class:`rig.devices.abilities.Stream`. ``clock`` is the rig's."""
@@ -130,16 +139,13 @@ class CsvImu:
         self.name = name
         self.rate_hz = settings.rate_hz
         self.channels = tuple(f"{name}.{channel}" for channel in settings.channels)
-        self.units = {f"{name}.{channel}": entry.unit_name for channel, entry in settings.channels.items()}
+        self.units: Mapping[str, str] = {
+            f"{name}.{channel}": entry.unit_name for channel, entry in settings.channels.items()
+        }
         self._settings = settings
         self._stream = stream
         self._clock = clock
-        self._shape = RowShape(
-            len(settings.columns),
-            settings.separator.encode("ascii"),
-            settings.prefix.encode("ascii"),
-            settings.checksum,
-        )
+        self._shape = settings.shape()
         self._reader = RowReader(stream, name, self._parse)
         self._last_count: float | None = None
         self._last_time: float | None = None

@@ -7,6 +7,7 @@ unknown length, and bytes that were lost whole show only in the number of sample
 Source: VN-100 user manual UM001; see :mod:`rig.wire.vn100`. The baud rate as delivered (115 200) is a setting.
 """
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
 import numpy as np
@@ -72,7 +73,7 @@ class Vn100:
         self.rate_hz = float(settings.rate_hz)
         fields = wire.OUTPUTS[settings.output][1]
         self.channels = tuple(f"{name}.{field}" for field, _ in fields)
-        self.units = {f"{name}.{field}": unit for field, unit in fields}
+        self.units: Mapping[str, str] = {f"{name}.{field}": unit for field, unit in fields}
         self._settings = settings
         self._stream = stream
         self._clock = clock

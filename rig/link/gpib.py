@@ -88,8 +88,12 @@ def parse_resource(text: str, twin_address: int) -> GpibResource:
 
 def port_of(resource: str) -> str:
     """The port behind any ``resource`` of a rig file: of its adapter, or itself where it is a stream's address."""
-    on_a_bus = resource == "twin" or resource.startswith(("prologix+", "visa:"))
-    return parse_resource(resource, 0).port if on_a_bus else resource
+    return parse_resource(resource, 0).port if resource == "twin" or is_on_a_bus(resource) else resource
+
+
+def is_on_a_bus(resource: str) -> bool:
+    """Whether a ``resource`` names an instrument on a GPIB bus."""
+    return resource.startswith(("prologix+", "visa:"))
 
 
 def _named(port: str) -> str:
