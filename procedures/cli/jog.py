@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rig.devices.abilities import Wait
 
 Json = Annotated[bool, Parameter(negative=())]
+LIVE_PAUSE_S = 0.2
 
 
 def jog(
@@ -25,6 +26,7 @@ def jog(
     home: Annotated[bool, Parameter(negative=())] = False,
     read: Annotated[bool, Parameter(negative=())] = False,
     samples: int = 10,
+    live: Annotated[bool, Parameter(negative=())] = False,
     json: Json = False,
 ) -> None:
     """Move one axis by hand, or read the channels. Every move ends at rest, verified by read-back.
@@ -45,6 +47,8 @@ def jog(
         Read every channel of the rig (after the move, if one is asked for).
     samples
         Readings a channel.
+    live
+        Go on reading until Ctrl-C.
     json
         Print one JSON document.
     """
@@ -52,22 +56,48 @@ def jog(
     from rig.description import read_rig
 
     wanted = [name for name, given in (("--to", to is not None), ("--by", by is not None), ("--home", home)) if given]
-    _refuse_unclear(axis, wanted, read, samples)
+    _refuse_unclear(axis, wanted, read or live, samples, live=live and json)
     description = read_rig(rig)
     with open_rig(description, rig_file=rig, purpose="jog") as opened, stoppable_wait(opened.clock) as wait:
         if wanted and description.uses_twins:
             _home_twins(opened, wait)
         document: dict[str, Any] = {"rig": description.rig.name}
+        is_reading = read or live or not wanted
+        if is_reading:
+            for readout in opened.readouts.values():
+                readout.prepare()
         if wanted:
             assert axis is not None
             document |= {"axis": axis, "position_deg": _move(opened, axis, to, by, wait)}
-        if read or not wanted:
+        if is_reading:
             document["positions_deg"] = {name: device.state().position_deg for name, device in opened.axes.items()}
             document["readings"] = _readings(opened, samples, wait)
-    _tell(document, json)
+        _tell(document, json)
+        if live:
+            _follow(opened, samples, wait)
 
 
-def _refuse_unclear(axis: str | None, wanted: list[str], read: bool, samples: int) -> None:
+def _follow(opened: "Rig", samples: int, wait: "Wait") -> None:
+    """One line a round with every channel's mean, until the wait is ended."""
+    from rig.clock import SystemClock
+    from rig.errors import WaitEnded
+
+    try:
+        while True:
+            told = _readings(opened, samples, wait)
+            say("   ".join(f"{name} {_mean(reading)}" for name, reading in told.items()))
+            SystemClock().sleep(LIVE_PAUSE_S)
+    except WaitEnded:
+        return
+
+
+def _mean(reading: dict[str, float | int | None]) -> str:
+    return "overload" if reading["mean_v"] is None else f"{reading['mean_v']:+.7f} V"
+
+
+def _refuse_unclear(axis: str | None, wanted: list[str], read: bool, samples: int, *, live: bool) -> None:
+    if live:
+        raise RequestError("jog: --live goes on for ever and --json is one document; give one of them; nothing moved")
     if len(wanted) > 1:
         raise RequestError(f"jog: {' and '.join(wanted)} together are unclear; give one of them; nothing moved")
     if wanted and axis is None:
@@ -91,8 +121,6 @@ def _move(opened: "Rig", axis: str, to: float | None, by: float | None, wait: "W
 def _readings(opened: "Rig", samples: int, wait: "Wait") -> dict[str, dict[str, float | int | None]]:
     from rig.jog import readings
 
-    for readout in opened.readouts.values():
-        readout.prepare()
     channels = [channel for readout in opened.readouts.values() for channel in readout.channels]
     return {
         reading.channel: {
@@ -123,5 +151,5 @@ def _tell(document: dict[str, Any], json: bool) -> None:
         say(f"{name:<16} {position_deg:+.4f}°")
     for channel, reading in document.get("readings", {}).items():
         mean_v, sd_v = reading["mean_v"], reading["standard_deviation_v"]
-        told = "overload" if mean_v is None else f"{mean_v:+.7f} V   s {sd_v or 0.0:.2g} V"
+        told = _mean(reading) if mean_v is None else f"{_mean(reading)}   s {sd_v or 0.0:.2g} V"
         say(f"{channel:<16} {told}   ({reading['samples']} readings)")
