@@ -6,7 +6,7 @@ from importlib import import_module
 
 from bench.figure import Figure
 
-BENCHMARKS = ("fit", "engine", "rehearsal", "startup")
+BENCHMARKS = ("fit", "engine", "rehearsal", "startup", "streams")
 
 
 def main(names: Iterable[str]) -> int:
