@@ -11,6 +11,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.clock import Clock
+
 
 class Wait(Protocol):
     """Lets rig time pass in slices; raises :class:`rig.errors.WaitEnded` when a stop was asked for."""
@@ -55,6 +57,42 @@ class Axis(Protocol):
 
     def start_move(self, target_deg: float) -> None:
         """Start an absolute move after :meth:`check_target` and a homed check; returns at the acknowledgement."""
+
+    def state(self) -> AxisState:
+        """Ask the device for position and state."""
+
+    def stop(self) -> None:
+        """Stop the axis now; harmless when it is at rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class TurnLook:
+    """Where a turning axis was at one moment, by its own read-back."""
+
+    angle_deg: float
+    """Cumulative attitude angle: it goes on beyond a revolution. Degrees."""
+    taken_s: float
+    """Rig seconds (monotonic), the middle of question and answer."""
+    uncertainty_s: float
+    """Half the time from question to answer: the moment lies within ± this."""
+
+
+class RateAxis(Protocol):
+    """An axis that turns at a constant rate."""
+
+    name: str
+    top_rate_dps: float
+    """Largest rate either way."""
+
+    def check_rate(self, rate_dps: float) -> None:
+        """Raise RequestRefused unless ``rate_dps`` is finite, not 0 and within ± ``top_rate_dps``."""
+
+    def start_rate(self, rate_dps: float) -> None:
+        """Start turning after :meth:`check_rate` and a homed check; returns at the acknowledgement."""
+
+    def turn_look(self, clock: Clock) -> TurnLook:
+        """Ask for the cumulative angle, timed by the rig's clock. The measured rate is the angle between two looks
+        over their time."""
 
     def state(self) -> AxisState:
         """Ask the device for position and state."""

@@ -7,7 +7,7 @@ from typing import Any
 from table_bench import example_rig, virtual_clock
 
 from rig.clock import VirtualClock
-from rig.devices import esp301, indexing_table
+from rig.devices import esp301, indexing_table, zaber
 from rig.devices.abilities import Axis
 from rig.link.byte_stream import ByteStream
 from rig.link.faults import FaultScript
@@ -17,6 +17,7 @@ from rig.twins.esp301 import Esp301Twin
 from rig.twins.indexing_table import IndexingTableTwin
 from rig.twins.twin import Twin
 from rig.twins.world import World
+from rig.twins.zaber import Stage, ZaberTwin
 from rig.wire.indexing_table import TableCodec
 from rig.wire.table_dialect import load_dialect
 
@@ -67,11 +68,22 @@ def _table_twin(axes: Axes, world: World) -> Twin:
     return IndexingTableTwin(TableCodec(load_dialect(None, 1.0)), _numbers(axes), world)
 
 
+def _zaber_twin(axes: Axes, world: World) -> Twin:
+    return ZaberTwin({axis.axis: (name, Stage(axis.microstep_deg)) for name, axis in axes.items()}, world)
+
+
+def _esp301_twin(axes: Axes, world: World) -> Twin:
+    return Esp301Twin(_numbers(axes), world)
+
+
 DRIVERS: dict[str, Driver] = {
     "indexing-table": Driver(
         indexing_table.IndexingTableSettings, _table_twin, indexing_table.connect, {"increment_deg": 1.0}
     ),
-    "esp301": Driver(esp301.Esp301Settings, lambda axes, world: Esp301Twin(_numbers(axes), world), esp301.connect, {}),
+    "esp301": Driver(esp301.Esp301Settings, _esp301_twin, esp301.connect, {}),
+    "zaber": Driver(
+        zaber.ZaberSettings, _zaber_twin, zaber.connect, {"microstep_deg": 0.000234375, "top_rate_dps": 450.0}
+    ),
 }
 
 

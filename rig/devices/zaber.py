@@ -1,0 +1,215 @@
+"""Zaber rotary stages (X-RSW, X-RST, X-RSB and alike) by the ASCII protocol: angles and rates.
+
+Every command carries an id and a checksum and is acknowledged; a reply must repeat device, axis and id. Alerts and
+info lines are skipped. Positions are whole microsteps: what one turns is a setting of the stage's data sheet.
+Not homed is the stage's own warning (WR, WH). A start is sent once: where its acknowledgement is lost, the stage is
+asked whether it moves.
+"""
+
+from collections.abc import Callable, Mapping
+from threading import RLock
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from rig.clock import Clock
+from rig.devices import rates
+from rig.devices.abilities import AxisState, TurnLook
+from rig.devices.machine_limits import require_travel
+from rig.devices.targets import check_target
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
+from rig.exchange import Exchange, Patience
+from rig.link.byte_stream import ByteStream
+from rig.settings import AxisSettings, Positive
+from rig.wire import zaber as wire
+from rig.wire.zaber import Command, Reply
+
+_RATE_TOLERANCE = 1e-3
+
+
+class ZaberSettings(AxisSettings):
+    """``driver = "zaber"``. ``axis`` is the device's number on its chain."""
+
+    driver: Literal["zaber"]
+    device_axis: Annotated[int, Field(ge=1, le=9)] = 1
+    """Number of the axis within the device."""
+    microstep_deg: Positive
+    """What one microstep turns, from the data sheet."""
+    velocity_scale: Positive = 1.6384
+    """Data of ``move vel`` and ``maxspeed`` for one microstep a second."""
+    top_rate_dps: Positive | None = None
+    """Largest rate of continuous turning; without it the axis only positions."""
+    baud_rate: Literal[9600, 19200, 38400, 57600, 115200] = 115200
+    require_checksum: bool = True
+    """Refuse replies without a checksum; the stage sends one where its ``comm.checksum`` is 1."""
+    reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
+
+
+class ZaberChain:
+    """The devices of one line: ids run through all of them."""
+
+    def __init__(self, exchange: Exchange, *, require_checksum: bool) -> None:
+        self.exchange = exchange
+        self._require_checksum = require_checksum
+        self._next_id = 0
+        self._turn = RLock()
+
+    def ask(self, device: int, axis: int, text: str, *, idempotent: bool = True) -> Reply:
+        """Send a command and return its reply. Raises: DeviceRefused where the device rejects it."""
+        with self._turn:
+            self._next_id = (self._next_id + 1) % wire.IDS
+            command = Command(device, axis, text, self._next_id)
+            reply = self.exchange.ask(
+                wire.encode_command(command), lambda line: self._parse(line, command), idempotent=idempotent
+            )
+        if not reply.is_accepted:
+            raise DeviceRefused(
+                f"{self.exchange.stream.name}: device {device} rejected {text!r}: {reply.data}, warning"
+                f" {reply.warning}; nothing was changed; compare the command with the stage's manual"
+            )
+        return reply
+
+    def _parse(self, line: bytes, command: Command) -> Reply:
+        reply = wire.decode_reply(line)
+        if reply is None:
+            raise DeviceNonsense("no reply of the protocol, or its checksum is wrong")
+        if (reply.device, reply.axis, reply.message_id) != (command.device, command.axis, command.message_id):
+            raise DeviceNonsense(f"device {reply.device}, axis {reply.axis}, id {reply.message_id} was not asked")
+        if self._require_checksum and not reply.has_checksum:
+            raise DeviceNonsense(
+                "the reply has no checksum (set the stage's comm.checksum to 1, or require_checksum = false)"
+            )
+        return reply
+
+
+class ZaberAxis:
+    """One stage: a :class:`rig.devices.abilities.Axis` and a :class:`rig.devices.abilities.RateAxis`."""
+
+    def __init__(self, name: str, settings: ZaberSettings, chain: ZaberChain) -> None:
+        self.name = name
+        self.limits_deg = settings.limits_deg
+        self.increment_deg = settings.increment_deg
+        self.speed_dps = settings.speed_dps
+        self.approach_deg = settings.approach_deg
+        self.arrival_tolerance_deg = max(settings.arrival_tolerance_deg, settings.microstep_deg)
+        self.top_rate_dps = settings.top_rate_dps or 0.0
+        self._settings = settings
+        self._chain = chain
+        self._is_prepared = False
+
+    def identify(self) -> str:
+        """Raises: DeviceSilent, DeviceNonsense, LinkLost."""
+        told = {name: self._chain.ask(self._settings.axis, 0, f"get {name}").data for name in ("deviceid", "version")}
+        return f"Zaber device {told['deviceid']}, firmware {told['version']}, number {self._settings.axis}"
+
+    def check_target(self, target_deg: float) -> None:
+        check_target(self.name, target_deg, self._table_deg(target_deg), self.limits_deg, self.increment_deg)
+
+    def check_rate(self, rate_dps: float) -> None:
+        rates.check_rate(self.name, rate_dps, self.top_rate_dps)
+
+    def start_move(self, target_deg: float) -> None:
+        self.check_target(target_deg)
+        self._require_home(f"move to {target_deg:g} deg")
+        self._prepare()
+        target = round(self._table_deg(target_deg) / self._settings.microstep_deg)
+        self._start(f"move abs {target}", lambda: self._position() == target)
+
+    def start_rate(self, rate_dps: float) -> None:
+        self.check_rate(rate_dps)
+        self._require_home(f"turn at {rate_dps:g} deg/s")
+        self._start(f"move vel {self._velocity(self._settings.sign * rate_dps)}", lambda: False)
+
+    def home(self) -> None:
+        self._is_prepared = False  # a stage that lost power forgot its speed, too
+        self._prepare()
+        self._start("home", lambda: False)
+
+    def turn_look(self, clock: Clock) -> TurnLook:
+        return rates.look(lambda: self._attitude_deg(self._position()), clock)
+
+    def state(self) -> AxisState:
+        reply = self._ask("get pos")
+        return AxisState(
+            position_deg=self._attitude_deg(self._whole(reply)),
+            is_moving=reply.is_busy,
+            is_homed=reply.warning not in wire.UNREFERENCED,
+            is_seated=True,
+            fault="" if _is_harmless(reply.warning) else f"the stage warns {reply.warning}",
+        )
+
+    def stop(self) -> None:
+        self._ask("stop")
+
+    def _prepare(self) -> None:
+        """Compare the stage's travel with the file's limits and see the file's speed taken, once.
+
+        Raises: RequestRefused, DeviceFault.
+        """
+        if self._is_prepared:
+            return
+        low, high = (self._whole(self._ask(f"get limit.{end}")) for end in ("min", "max"))
+        require_travel(self.name, self.limits_deg, (self._attitude_deg(low), self._attitude_deg(high)))
+        speed = self._velocity(self.speed_dps)
+        self._ask(f"set maxspeed {speed}")
+        told = self._whole(self._ask("get maxspeed"))
+        if abs(told - speed) > max(1.0, _RATE_TOLERANCE * speed):
+            raise DeviceFault(
+                f"{self.name}: speed {self.speed_dps:g} deg/s was sent as {speed}, but reads back {told}"
+                f" (axes.{self.name}: speed_dps); nothing moved; ask for a speed that the stage has"
+            )
+        self._is_prepared = True
+
+    def _require_home(self, task: str) -> None:
+        if not self.state().is_homed:
+            raise RequestRefused(f"{self.name}: {task}: the axis is not homed; nothing moved; home it first")
+
+    def _start(self, text: str, is_there: Callable[[], bool]) -> None:
+        """Send a start once only. Where its acknowledgement is lost, the stage itself is asked whether it started."""
+        try:
+            self._ask(text, idempotent=False)
+        except DeviceSilent:
+            if not (self.state().is_moving or is_there()):
+                raise
+
+    def _ask(self, text: str, *, idempotent: bool = True) -> Reply:
+        return self._chain.ask(self._settings.axis, self._settings.device_axis, text, idempotent=idempotent)
+
+    def _position(self) -> int:
+        return self._whole(self._ask("get pos"))
+
+    def _whole(self, reply: Reply) -> int:
+        value = wire.decode_integer(reply.data)
+        if value is None:
+            raise DeviceNonsense(
+                f"{self.name}: a whole number was expected, got {reply.data!r}; nothing was taken from it;"
+                " check that this is a stage with one axis"
+            )
+        return value
+
+    def _velocity(self, rate_dps: float) -> int:
+        return round(rate_dps / self._settings.microstep_deg * self._settings.velocity_scale)
+
+    def _table_deg(self, attitude_deg: float) -> float:
+        return self._settings.sign * attitude_deg + self._settings.zero_deg
+
+    def _attitude_deg(self, microsteps: int) -> float:
+        return self._settings.sign * (microsteps * self._settings.microstep_deg - self._settings.zero_deg)
+
+
+def connect(axes: Mapping[str, ZaberSettings], stream: ByteStream) -> dict[str, ZaberAxis]:
+    """The stages of one chain, which share its line."""
+    first = next(iter(axes.values()))
+    exchange = Exchange(
+        stream,
+        terminator=wire.TERMINATOR,
+        patience=Patience(timeout_s=first.reply_timeout_s),
+        is_aside=wire.is_aside,
+    )
+    chain = ZaberChain(exchange, require_checksum=first.require_checksum)
+    return {name: ZaberAxis(name, settings, chain) for name, settings in axes.items()}
+
+
+def _is_harmless(warning: str) -> bool:
+    """None, not referenced, or a note (N…) such as an interrupted move."""
+    return warning == wire.NO_WARNING or warning in wire.UNREFERENCED or warning.startswith("N")

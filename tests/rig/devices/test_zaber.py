@@ -1,0 +1,154 @@
+"""Laws of the Zaber stage's driver: a reply names its question, a start is sent once, a rate is measured."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from motion_bench import motion_bench
+
+from rig.devices.abilities import TurnLook
+from rig.devices.rates import measured_rate
+from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
+from rig.link import faults
+from rig.wire.zaber import Reply, encode_reply
+
+
+def test_a_target_becomes_whole_microsteps() -> None:
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.pitch.start_move(10.0)
+    bench.clock.sleep(100.0)
+    # 10 / 0.000234375 = 42666.67, so 42667 microsteps.
+    assert bench.pitch.state().position_deg == pytest.approx(42667 * 0.000234375, abs=1e-12)
+
+
+def test_alerts_and_info_lines_are_skipped() -> None:
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.faults.reads = {
+        bench.faults.taken + i: faults.prepend(b"!02 1 IDLE --\r\n#02 0 some news\r\n") for i in range(4)
+    }
+    assert bench.pitch.state().position_deg == 0.0
+    bench.pitch.start_move(5.0)
+
+
+def test_an_alert_that_waits_before_a_question_is_no_answer() -> None:
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.twin.say(b"@01 1 07 OK IDLE -- 99999:8C")
+    assert bench.pitch.state().position_deg == 0.0
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        Reply(2, 1, True, False, "--", "5", 1),
+        Reply(1, 2, True, False, "--", "5", 1),
+        Reply(1, 1, True, False, "--", "5", 77),
+        Reply(1, 1, True, False, "--", "5", None),
+    ],
+    ids=["device", "axis", "id", "no id"],
+)
+def test_a_reply_to_another_question_is_nonsense(wrong: Reply) -> None:
+    bench = motion_bench("zaber")
+    bench.faults.reads = dict.fromkeys(range(20), faults.replace(encode_reply(wrong)))
+    with pytest.raises(DeviceNonsense, match="was not asked"):
+        bench.pitch.state()
+
+
+def test_a_reply_without_a_checksum_is_refused_unless_the_file_allows_it() -> None:
+    bench = motion_bench("zaber")
+    bench.twin.stages[1].settings["comm.checksum"] = 0
+    with pytest.raises(DeviceNonsense, match=r"no checksum \(set the stage's comm\.checksum to 1"):
+        bench.pitch.state()
+    bench = motion_bench("zaber", require_checksum=False)
+    bench.twin.stages[1].settings["comm.checksum"] = 0
+    assert bench.pitch.state().position_deg == 0.0
+
+
+def test_a_lost_acknowledgement_is_settled_by_asking_not_by_sending_again() -> None:
+    bench = motion_bench("zaber")
+    bench.home_all()
+    sent: list[bytes] = []
+    receive = bench.twin.receive
+    bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))
+    bench.faults.reads = {bench.faults.taken + 5: faults.drop}  # state, two limits, speed set and read, then the start
+    bench.pitch.start_move(40.0)
+    bench.clock.sleep(100.0)
+    assert bench.pitch.state().position_deg == pytest.approx(40.0, abs=2e-4)
+    assert len([line for line in sent if b"move abs" in line]) == 1
+
+
+def test_a_lost_start_is_an_error_and_nothing_moves() -> None:
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.pitch.start_move(0.0)
+    bench.faults.writes = {bench.faults.written + 1: faults.drop}
+    with pytest.raises(DeviceSilent, match="move abs"):
+        bench.pitch.start_move(40.0)
+    bench.clock.sleep(100.0)
+    assert bench.true_deg == 0.0
+
+
+def test_what_the_stage_rejects_is_told_in_its_words() -> None:
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.pitch.start_move(0.0)
+    bench.twin.stages[1].settings["limit.max"] = 1000
+    with pytest.raises(DeviceRefused, match=r"device 1 rejected 'move abs 42667': BADDATA"):
+        bench.pitch.start_move(10.0)
+
+
+def test_limits_of_the_stage_inside_those_of_the_file_are_refused() -> None:
+    bench = motion_bench("zaber")
+    bench.twin.stages[1].settings["limit.min"] = 0
+    with pytest.raises(RequestRefused, match="end the travel at 0 and"):
+        bench.pitch.home()
+
+
+def test_a_fault_warning_is_a_fault_and_a_lost_reference_is_not_homed() -> None:
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.twin.stages[1].status = lambda now_s: (False, "FS")  # stalled
+    assert bench.pitch.state().fault == "the stage warns FS"
+    del bench.twin.stages[1].status
+    bench.twin.stages[1].power_cycle(bench.clock.monotonic_s())
+    assert not bench.pitch.state().is_homed
+
+
+def test_a_rate_is_measured_from_position_and_time() -> None:
+    bench = motion_bench("zaber", sign=-1)
+    bench.home_all()
+    bench.pitch.start_rate(-30.0)
+    bench.clock.sleep(5.0)
+    first = bench.pitch.turn_look(bench.clock)
+    bench.clock.sleep(60.0)
+    measured = measured_rate(first, bench.pitch.turn_look(bench.clock))
+    assert measured.turned_deg == pytest.approx(-1800.0, abs=0.01)  # five revolutions, counted through
+    assert measured.rate_dps == pytest.approx(-30.0, abs=2e-4)
+    bench.pitch.stop()
+    bench.clock.sleep(2.0)
+    assert not bench.pitch.state().is_moving
+
+
+def test_the_time_between_question_and_answer_is_the_uncertainty_of_a_rate() -> None:
+    measured = measured_rate(TurnLook(0.0, 10.0, 0.01), TurnLook(360.0, 46.0, 0.02))
+    assert measured.rate_dps == pytest.approx(10.0)
+    assert measured.uncertainty_dps == pytest.approx(10.0 * 0.03 / 36.0)
+    with pytest.raises(RequestRefused, match="look again later"):
+        measured_rate(TurnLook(0.0, 10.0, 0.0), TurnLook(1.0, 10.0, 0.0))
+
+
+@given(st.one_of(st.just(0.0), st.sampled_from([math.nan, math.inf, -math.inf]), st.floats(450.001, 1e6)))
+def test_a_rate_outside_is_refused(rate_dps: float) -> None:
+    bench = motion_bench("zaber")
+    with pytest.raises(RequestRefused, match="allowed up to 450 deg/s"):
+        bench.pitch.start_rate(rate_dps)
+    assert bench.faults.written == 0
+
+
+def test_an_axis_that_only_positions_turns_at_no_rate() -> None:
+    bench = motion_bench("zaber", top_rate_dps=None)
+    with pytest.raises(RequestRefused, match="allowed up to 0 deg/s"):
+        bench.pitch.start_rate(1.0)
