@@ -121,3 +121,14 @@ def test_the_period_select_scales_the_magnetometer() -> None:
 def test_settings_that_do_not_agree(changes: dict[str, object], text: str) -> None:
     with pytest.raises(ValidationError, match=text):
         csv_settings(**changes)
+
+
+def test_zero_counts_and_the_sign_of_the_scale_are_applied() -> None:
+    rig = csv_rig()
+    channels = csv_settings().model_dump()["channels"]
+    channels["az"] = {"counts_per_unit": -1333.0, "unit": "g", "zero_counts": 133.3}
+    imu = rig.csv(channels=channels)
+    imu.start()
+    rig.clock.sleep(1.0)
+    # The board sends −1333 for −1 g: (−1333 − 133.3) / −1333 = 1.1.
+    np.testing.assert_allclose(imu.poll().values["imu.az"], 1.1, atol=1e-9)

@@ -10,7 +10,7 @@ from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkLost, Req
 from rig.link import faults
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
-from rig.link.messages import GpibMessages
+from rig.link.messages import GpibMessages, StreamMessages
 from rig.link.prologix import PrologixBus
 from rig.twins.prologix import PrologixTwin
 
@@ -212,3 +212,54 @@ def test_the_same_unit_on_a_gpib_bus() -> None:
     assert "address 9" in readout.identify()
     burst = readout.read("daq.z", 30, rig.wait, nplc=10.0)
     np.testing.assert_allclose(burst.values_v, 3.0 + 1e-6 * np.arange(1, 31), rtol=1e-8)
+
+
+class Misheard:
+    """A line on which one message arrives as another."""
+
+    def __init__(self, message: bytes, instead: bytes) -> None:
+        self._message, self._instead = message + b"\n", instead + b"\n"
+
+    def on_write(self, data: bytes) -> tuple[faults.Part, ...]:
+        return (faults.Part(self._instead if data == self._message else data),)
+
+    def on_read(self, data: bytes) -> tuple[faults.Part, ...]:
+        return (faults.Part(data),)
+
+
+@pytest.mark.parametrize(
+    ("message", "instead", "text"),
+    [
+        (b"CONF:VOLT:DC 10,(@101)", b"CONF:VOLT:DC 100,(@101)", r"RANG\? \(@101\) reads back 100, it was set to 10"),
+        (b"SENS:VOLT:DC:NPLC 20,(@101)", b"SENS:VOLT:DC:NPLC 2,(@101)", "reads back 2, it was set to 20"),
+        (b"TRIG:COUN 2", b"TRIG:COUN 1", "reads back 1, it was set to 2"),
+        (b"ROUT:SCAN (@101)", b"ROUT:SCAN (@102)", r"the scan list is \[102\], it was set to \[101\]"),
+        (b"FORM:READ:CHAN 1", b"FORM:READ:CHAN 0", "reads back 0, it was set to 1"),
+    ],
+)
+def test_what_the_unit_took_otherwise_is_found_before_a_reading(message: bytes, instead: bytes, text: str) -> None:
+    rig = daq_rig()
+    line = StreamMessages(MemoryStream(rig.port, rig.clock, "memory", Misheard(message, instead)))
+    readout = ScpiDaqReadout("daq", daq_settings(), line, rig.clock)
+    with pytest.raises(RigError, match=text):
+        readout.read("daq.x", 2, rig.wait, nplc=20.0)
+    assert not rig.bench.readings
+
+
+def test_more_readings_than_asked_for_drop_the_burst() -> None:
+    rig = daq_rig()
+    readout = rig.prepared()
+
+    def wait(duration_s: float) -> None:
+        now_s = rig.clock.monotonic_s()
+        for header, parameters in (("ABOR", ""), ("TRIG:COUN", "3"), ("INIT", "")):
+            rig.unit.obey(header, parameters, now_s)
+        rig.clock.sleep(2.0 * duration_s)
+
+    with pytest.raises(DeviceFault, match="got 3 readings, asked for 2; the burst is dropped"):
+        readout.read("daq.x", 2, wait)
+
+
+def test_readings_without_their_channel_are_a_setting() -> None:
+    rig = daq_rig()
+    assert rig.prepared(channel_echo=False).read("daq.y", 3, rig.wait).values_v == pytest.approx(-2.0, abs=1e-4)

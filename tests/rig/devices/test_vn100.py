@@ -129,3 +129,10 @@ def test_a_line_too_slow_for_the_output_is_refused_in_the_file() -> None:
         vn100_settings(rate_hz=200, baud_rate=115200)
     with pytest.raises(ValidationError, match="no rate of 60 Hz"):
         vn100_settings(rate_hz=60)
+
+
+def test_a_rate_that_the_unit_took_otherwise_is_found() -> None:
+    rig = vn100_rig()
+    rig.faults.writes = {2: faults.replace(b"$VNWRG,7,100*XX\r\n")}
+    with pytest.raises(DeviceRefused, match="register 7: the unit tells 100, it was set to 40; it does not stream"):
+        rig.vn100().start()

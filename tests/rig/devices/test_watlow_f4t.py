@@ -1,12 +1,14 @@
 """Laws of the F4T's driver: the word order is verified, the set point and the mode are read back."""
 
+from collections.abc import Sequence
+
 import pytest
 from table_bench import example_rig, virtual_clock
 
 from rig.clock import VirtualClock
 from rig.devices.watlow_f4t import WatlowF4T, WatlowF4TSettings, connect
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
-from rig.link.faults import FaultScript, delay, stall
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
+from rig.link.faults import FaultScript, delay, drop, stall
 from rig.link.memory import MemoryStream
 from rig.twins.modbus_slave import ModbusSlave
 from rig.twins.watlow_f4t import AUTO, MANUAL, OFF, WatlowF4TTwin
@@ -16,10 +18,12 @@ from rig.twins.world import World
 class Scene:
     """A chamber of the example rig with its twin; ``twin`` and ``settings`` say what each side believes."""
 
-    def __init__(self, twin: dict[str, object] | None = None, **settings: object) -> None:
+    def __init__(
+        self, twin: dict[str, object] | None = None, kind: type[WatlowF4TTwin] = WatlowF4TTwin, **settings: object
+    ) -> None:
         self.world, self.clock = World(example_rig()), virtual_clock()
         self.faults = FaultScript()
-        self.registers = WatlowF4TTwin("air", self.world, **(twin or {}))  # type: ignore[arg-type]
+        self.registers = kind("air", self.world, **(twin or {}))  # type: ignore[arg-type]
         fields: dict[str, object] = {"driver": "watlow-f4t", "port": "twin"}
         self.settings = WatlowF4TSettings.model_validate(fields | settings)
         slave = ModbusSlave(self.registers, framing=self.settings.transport)
@@ -109,3 +113,36 @@ def test_the_clock_is_the_lines(scene: Scene) -> None:
     before_s = scene.clock.monotonic_s()
     scene.chamber.temperature_degc()
     assert scene.clock.monotonic_s() - before_s < 2.0
+
+
+class Unmoved(WatlowF4TTwin):
+    """Acknowledges every write and does nothing."""
+
+    def write(self, address: int, values: Sequence[int], now_s: float) -> int:
+        return 0
+
+
+class KeepsItsMode(WatlowF4TTwin):
+    """Takes set points, and acknowledges a mode that it does not take."""
+
+    def write(self, address: int, values: Sequence[int], now_s: float) -> int:
+        return 0 if len(values) == 1 else super().write(address, values, now_s)
+
+
+def test_what_was_acknowledged_and_not_done_is_a_fault() -> None:
+    with pytest.raises(DeviceFault, match="set point 40 degC was acknowledged, but reads back 20 degC"):
+        Scene(kind=Unmoved).chamber.hold(40.0)
+    with pytest.raises(DeviceFault, match="automatic control was acknowledged, but the mode reads off"):
+        Scene({"mode": OFF}, kind=KeepsItsMode).chamber.hold(40.0)
+
+
+def test_by_rtu_a_reply_that_comes_when_all_is_given_up_is_not_the_set_point() -> None:
+    scene = Scene(transport="rtu")
+    scene.world.hold("air", 60.0, scene.clock.monotonic_s())
+    scene.chamber.identify()
+    first = scene.faults.taken
+    # The process value is answered after 3.8 s; what is asked meanwhile is lost.
+    scene.faults.reads = {first: stall(3.8)} | dict.fromkeys(range(first + 1, first + 4), drop)
+    with pytest.raises(DeviceSilent):
+        scene.chamber.temperature_degc()
+    assert scene.chamber.setpoint_degc() == 60.0

@@ -200,3 +200,13 @@ def test_any_bytes_are_the_right_answer_or_an_error_of_ours(reply: bytes) -> Non
     except RigError:
         return
     assert reply == _checked(b"\x01\x03\x02" + values[0].to_bytes(2, "big"))
+
+
+def test_a_block_is_written_by_these_bytes_and_its_acknowledgement_is_checked() -> None:
+    # Wire facts, section 4: F4T, set point 25.0 of loop 1.
+    master, slave = _master(lambda _: _checked(bytes.fromhex("01 10 0A DE 00 02")))
+    master.write_registers(2782, [0x0000, 0x41C8])
+    assert slave.asked == [bytes.fromhex("01 10 0A DE 00 02 04 00 00 41 C8 30 19")]
+    wrong, _ = _master(lambda _: _checked(bytes.fromhex("01 10 0A DE 00 01")))
+    with pytest.raises(DeviceNonsense, match="it acknowledges register 2782, 1 of them"):
+        wrong.write_registers(2782, [0x0000, 0x41C8])

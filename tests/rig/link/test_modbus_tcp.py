@@ -135,3 +135,9 @@ def test_no_script_of_faults_gives_a_wrong_value(script_of_faults: list[tuple[in
             assert client.read_holding(register) == (register,)
         except (DeviceSilent, DeviceNonsense):
             continue
+
+
+def test_an_acknowledgement_of_another_block_is_nonsense() -> None:
+    client, _ = _client(_numbered("00 00 00 06 01 10 0A DE 00 01"))
+    with pytest.raises(DeviceNonsense, match="it acknowledges register 2782, 1 of them"):
+        client.write_registers(2782, [0x0000, 0x41C8])
