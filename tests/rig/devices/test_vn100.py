@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pydantic import ValidationError
 from stream_rig import rate_dps, vn100_rig, vn100_settings
 
@@ -136,3 +138,28 @@ def test_a_rate_that_the_unit_took_otherwise_is_found() -> None:
     rig.faults.writes = {2: faults.replace(b"$VNWRG,7,100*XX\r\n")}
     with pytest.raises(DeviceRefused, match="register 7: the unit tells 100, it was set to 40; it does not stream"):
         rig.vn100().start()
+
+
+FAULTS = (
+    faults.drop,
+    faults.duplicate(),
+    faults.truncate(70),
+    faults.flip_bit(-20, 1),
+    faults.prepend(b"$VNYMR,+1"),
+    faults.split(60, 0.03),
+    faults.replace(b"\x00\xff\n"),
+)
+
+
+@settings(max_examples=60)
+@given(st.dictionaries(st.integers(0, 40), st.sampled_from(FAULTS), max_size=8))
+def test_no_script_of_faults_makes_a_sample_that_was_not_sent(script: dict[int, faults.Fault]) -> None:
+    rig = vn100_rig()
+    imu = rig.vn100()
+    imu.start()
+    rig.faults.reads, rig.faults.taken = script, 0
+    for _ in range(40):
+        rig.clock.sleep(0.025)
+        block = imu.poll()
+        assert np.all(np.abs(block.values["imu.az"] + 9.807) < 0.001)
+        assert len(block.gaps) == block.refused

@@ -1,6 +1,7 @@
 """Laws of the data-acquisition twin. Literal lines: 34970A user's guide; pyvisa-py as the other side."""
 
 import warnings
+from typing import Any
 
 import pytest
 from daq_rig import daq_rig
@@ -8,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.clock import ScaledClock
+from rig.twins.prologix import PrologixTwin
 from rig.twins.scpi_port import ScpiPort
 from rig.twins.servers import serve_tcp
 
@@ -119,12 +121,15 @@ def test_a_message_may_come_in_pieces(data: st.DataObject) -> None:
     assert port.transmit(0.0) == b"#214(@101,102,103)\n"
 
 
-def test_pyvisa_py_takes_it_for_the_unit() -> None:
+def _visa() -> Any:
     visa = pytest.importorskip("pyvisa", reason="PyVISA is an extra")
-    rig = daq_rig()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # pyvisa-py tells of transports that are not installed
-        manager = visa.ResourceManager("@py")
+        return visa.ResourceManager("@py")
+
+
+def test_pyvisa_py_takes_it_for_the_unit() -> None:
+    rig, manager = daq_rig(), _visa()
     with serve_tcp(rig.port, ScaledClock(50.0)) as server:
         port = server.address.rpartition(":")[2]
         unit = manager.open_resource(f"TCPIP::127.0.0.1::{port}::SOCKET", read_termination="\n", write_termination="\n")
@@ -137,4 +142,22 @@ def test_pyvisa_py_takes_it_for_the_unit() -> None:
             assert unit.query("SYST:ERR?") == '+0,"No error"'
         finally:
             unit.close()
+            manager.close()
+
+
+def test_pyvisa_py_takes_it_for_the_unit_behind_a_prologix_adapter() -> None:
+    rig, manager = daq_rig(), _visa()
+    with serve_tcp(PrologixTwin({9: rig.port}), ScaledClock(1.0)) as server:
+        port = server.address.rpartition(":")[2]
+        adapter = manager.open_resource(f"PRLGX-TCPIP0::127.0.0.1::{port}::INTFC")
+        unit = manager.open_resource("GPIB0::9::INSTR")
+        try:
+            adapter.write("++read_tmo_ms 3000")
+            assert unit.query("*IDN?").strip() == "HEWLETT-PACKARD,34970A,0,13-2-2"
+            unit.write("CONF:VOLT:DC 10,(@101:102)")
+            assert unit.query("ROUT:SCAN?").strip() == "#210(@101,102)"
+            assert [float(text) for text in unit.query("READ?").split(",")] == pytest.approx([1.0, -2.0], abs=1e-4)
+        finally:
+            unit.close()
+            adapter.close()
             manager.close()
