@@ -3,8 +3,9 @@
 Everything is opened together or not at all, and given back in the opposite order.
 """
 
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
@@ -12,15 +13,30 @@ from rig.bench import axis_lines, twin_lines
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
 from rig.description import RigDescription
 from rig.devices.abilities import Axis, Environment, NoChance, Readout, Stream, TwinChance
-from rig.errors import DescriptionError
+from rig.errors import DescriptionError, LinkLost
 from rig.kept_lines import LineSource
 from rig.lines import Lines
+from rig.link.counts import ExchangeCounts
 from rig.link.gpib import port_of
 from rig.lock import RigLock, acquire
 from rig.openers import open_axes, open_environment, open_readout, open_sample_stream
 from rig.settings import TWIN_PORT
 from rig.twins.control import RemoteChance
+from rig.twins.twin import Twin
 from rig.twins.world import World
+
+
+@dataclass(frozen=True)
+class Connected:
+    """The devices of a rig over lines that are open, and how to give the lines back."""
+
+    axes: Mapping[str, Axis]
+    readouts: Mapping[str, Readout]
+    environments: Mapping[str, Environment]
+    streams: Mapping[str, Stream]
+    chance: TwinChance
+    counts: Mapping[str, ExchangeCounts]
+    lines: ExitStack
 
 
 class Rig:
@@ -29,23 +45,48 @@ class Rig:
     def __init__(
         self,
         description: RigDescription,
-        *,
-        axes: Mapping[str, Axis],
-        readouts: Mapping[str, Readout],
-        environments: Mapping[str, Environment],
-        streams: Mapping[str, Stream],
-        chance: TwinChance,
         clock: Clock,
-        resources: ExitStack,
+        connect: Callable[[], Connected],
+        devices: Connected,
+        held: ExitStack,
     ) -> None:
         self.description = description
-        self.axes = axes
-        self.readouts = readouts
-        self.environments = environments
-        self.streams = streams
-        self.chance = chance
         self.clock = clock
-        self._resources = resources
+        self._connect = connect
+        self._devices = devices
+        self._held = held
+
+    @property
+    def axes(self) -> Mapping[str, Axis]:
+        return self._devices.axes
+
+    @property
+    def readouts(self) -> Mapping[str, Readout]:
+        return self._devices.readouts
+
+    @property
+    def environments(self) -> Mapping[str, Environment]:
+        return self._devices.environments
+
+    @property
+    def streams(self) -> Mapping[str, Stream]:
+        return self._devices.streams
+
+    @property
+    def chance(self) -> TwinChance:
+        return self._devices.chance
+
+    def link_counts(self) -> Mapping[str, ExchangeCounts]:
+        """What happened on every line since it was opened, by the table that it belongs to (``axes.pitch``)."""
+        return self._devices.counts
+
+    def reconnect(self) -> None:
+        """Close every line and open it again, with drivers that remember nothing; locks and twins stay.
+
+        Nothing moves. Where it fails, the lines are closed and it can be tried again. Raises as :func:`open_rig`.
+        """
+        self._close_lines()
+        self._devices = self._connect()
 
     def identities(self) -> dict[str, str]:
         """Who every device says it is, by table (``axes.pitch``). Raises: DeviceSilent, DeviceNonsense, LinkLost."""
@@ -63,7 +104,15 @@ class Rig:
 
     def close(self) -> None:
         """Give ports and locks back; closing twice is harmless. Nothing is moved or stopped."""
-        self._resources.close()
+        try:
+            self._close_lines()
+        finally:
+            self._held.close()
+
+    def _close_lines(self) -> None:
+        """A port that is gone cannot be closed properly, and need not be."""
+        with suppress(LinkLost):
+            self._devices.lines.close()
 
     def __enter__(self) -> "Rig":
         return self
@@ -89,16 +138,31 @@ def open_rig(
     LinkLost, DescriptionError, and what a device says at its first question.
     """
     clock = clock or choose_clock(description)
-    with ExitStack() as opened:
-        lock_rig(description, rig_file, purpose, opened)
+    with ExitStack() as held:
+        lock_rig(description, rig_file, purpose, held)
         world = World(description) if description.uses_twins else None
         twins = {key: line.twin for line in twin_lines(description, world) for key in line.keys} if world else {}
+
+        def connect() -> Connected:
+            return _connected(description, clock, world, twins, line_source)
+
+        return Rig(description, clock, connect, connect(), held.pop_all())
+
+
+def _connected(
+    description: RigDescription,
+    clock: Clock,
+    world: World | None,
+    twins: Mapping[str, Twin],
+    line_source: LineSource | None,
+) -> Connected:
+    """Every device over lines of its own, or none open."""
+    with ExitStack() as opened:
         lines = Lines(clock, twins, line_source, opened)
         found: dict[str, Axis] = {}
         for names in axis_lines(description.axes):
             found |= open_axes({name: description.axes[name] for name in names}, lines)
-        return Rig(
-            description,
+        return Connected(
             axes={name: found[name] for name in description.axes},
             readouts={
                 name: open_readout(name, settings, lines, clock) for name, settings in description.readouts.items()
@@ -110,8 +174,8 @@ def open_rig(
                 name: open_sample_stream(name, settings, lines, clock) for name, settings in description.streams.items()
             },
             chance=world or _remote_chance(description, lines),
-            clock=clock,
-            resources=opened.pop_all(),
+            counts=lines.counts,
+            lines=opened.pop_all(),
         )
 
 

@@ -12,6 +12,7 @@ from typing import TypeVar
 
 from rig.errors import DeviceNonsense, DeviceSilent
 from rig.link.byte_stream import ByteStream
+from rig.link.counts import counts_of
 
 Reply = TypeVar("Reply")
 
@@ -33,17 +34,6 @@ class Patience:
     """Times a question that may be repeated is asked in all."""
 
 
-@dataclass(slots=True)
-class ExchangeCounts:
-    """What happened on one line so far: the measure of a link that degrades."""
-
-    asked: int = 0
-    repeated: int = 0
-    silent: int = 0
-    nonsense: int = 0
-    stale_bytes: int = 0
-
-
 class Exchange:
     """Questions and answers over one stream.
 
@@ -61,7 +51,7 @@ class Exchange:
         is_aside: Callable[[bytes], bool] | None = None,
     ) -> None:
         self.stream = stream
-        self.counts = ExchangeCounts()
+        self.counts = counts_of(stream)
         self.patience = patience or Patience()
         self._terminator = terminator
         self._resynchronise = resynchronise or self.wait_for_quiet

@@ -6,6 +6,7 @@ from contextlib import ExitStack
 from rig.clock import Clock, SystemClock
 from rig.kept_lines import LineSource
 from rig.link.byte_stream import ByteStream
+from rig.link.counts import CountedStream, ExchangeCounts
 from rig.link.gpib import GpibBus, GpibResource
 from rig.link.memory import MemoryStream
 from rig.link.ports import open_stream
@@ -24,15 +25,18 @@ class Lines:
         self._source = source or _as_it_is
         self._opened = opened
         self._streams: dict[str, ByteStream] = {}
+        self.counts: dict[str, ExchangeCounts] = {}
+        """By the table that opened the line."""
         self._buses: dict[tuple[str, str], GpibBus] = {}
 
     def stream(self, key: str, port: str, baud_rate: int = 9600) -> ByteStream:
         """The line to ``port``; a twin's is in memory and its own. Raises: LinkLost, RigBusy, RequestRefused."""
         name = f"twin of {key}" if port == TWIN_PORT else canonical(port)
         if name not in self._streams:
-            stream = self._source(key, lambda: self._open(key, port, baud_rate))
+            stream = CountedStream(self._source(key, lambda: self._open(key, port, baud_rate)))
             self._opened.callback(stream.close)
             self._streams[name] = stream
+            self.counts[key] = stream.counts
         return self._streams[name]
 
     def bus(self, key: str, resource: GpibResource) -> GpibBus:

@@ -14,8 +14,9 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
 from rig.errors import DeviceNonsense, DeviceSilent
-from rig.exchange import ExchangeCounts, Patience
+from rig.exchange import Patience
 from rig.link.byte_stream import ByteStream
+from rig.link.counts import counts_of
 from rig.link.modbus_replies import granted, told
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class ModbusRtu:
 
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # it logs whole frames as errors
         self.stream = stream
-        self.counts = ExchangeCounts()
+        self.counts = counts_of(stream)
         self._unit = unit
         self._patience = patience or Patience()
         self._framer = FramerRTU(DecodePDU(False))

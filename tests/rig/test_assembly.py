@@ -12,7 +12,7 @@ from rig.assembly import Rig, choose_clock, lock_rig, open_rig, real_ports
 from rig.clock import ScaledClock, SystemClock, VirtualClock
 from rig.description import read_rig
 from rig.devices.abilities import NoChance
-from rig.errors import DescriptionError, DeviceNonsense, LinkLost, RigBusy
+from rig.errors import DescriptionError, DeviceNonsense, LinkClosed, LinkLost, RigBusy
 from rig.jog import home, jog_to
 from rig.kept_lines import recording, replaying
 from rig.lock import owner_of
@@ -149,3 +149,16 @@ def test_closing_leaves_no_thread(tmp_path: Path) -> None:
     rig.close()
     rig.close()
     assert threading.active_count() == before
+
+
+def test_a_reconnected_rig_has_new_lines_to_the_same_machines(tmp_path: Path) -> None:
+    with open_rig(read_rig(rig_file(tmp_path))) as rig:
+        home(rig, "pitch", rig.clock.sleep)
+        jog_to(rig, "pitch", 20.0, rig.clock.sleep)
+        before, asked = rig.axes["pitch"], rig.link_counts()["axes.pitch"].asked
+        rig.reconnect()
+        with pytest.raises(LinkClosed, match=r"axes\.pitch: used after it was closed"):
+            before.state()
+        assert rig.axes["pitch"].state().position_deg == 20.0
+        assert asked > rig.link_counts()["axes.pitch"].asked > 0
+        assert set(rig.link_counts()) == {"axes.pitch", "readouts.dmm", "environment.air"}
