@@ -9,7 +9,7 @@ import numpy as np
 from procedures.report.assemble import RunRecord
 from procedures.run.records import DwellRecord
 from procedures.solving import SolvedSensor
-from rig.description import RigDescription
+from rig.description import RigDescription, Sensor
 
 if TYPE_CHECKING:
     from ams.sets.provenance import Provenance, Standard
@@ -45,12 +45,19 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> "Provenance":
         environment=_environment(record.dwells),
         standards=tuple(_standards(rig)),
         mount=sensor.mount.model_dump(mode="json"),
+        temperature_conversion=sensor.temperature.model_dump(mode="json") if sensor.temperature else None,
         level=rig.level.model_dump(mode="json", exclude_none=True),
-        chain={name: item.model_dump(mode="json", exclude_none=True) for name, item in rig.chain.items()},
+        chain={name: rig.chain[name].model_dump(mode="json", exclude_none=True) for name in _chained(sensor, rig)},
         job=rig.job.model_dump(mode="json", exclude_none=True),
         acceptance=rig.acceptance.model_dump(mode="json", exclude_none=True),
         laboratory=rig.laboratory.model_dump(mode="json", exclude_none=True) if rig.laboratory else None,
     )
+
+
+def _chained(sensor: Sensor, rig: RigDescription) -> list[str]:
+    """The channels of this sensor whose chain is declared."""
+    thermometer = [] if sensor.temperature is None else [sensor.temperature.channel]
+    return [channel for channel in [*sensor.channels.values(), *thermometer] if channel in rig.chain]
 
 
 def _range(values: "np.ndarray[Any, np.dtype[np.float64]]") -> tuple[float, float]:

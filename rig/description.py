@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field, ValidationError, create_model, field_vali
 
 from rig.drivers import Ability, settings_classes
 from rig.errors import DescriptionError
+from rig.interlock_settings import Interlocks
 from rig.references import complaints_about_references
 from rig.settings import (
     TWIN_PORT,
@@ -130,6 +131,8 @@ class Level(StrictTable):
 class Chain(StrictTable):
     """``[chain."readout.channel"]``: what stands between sensor and meter."""
 
+    serial: str = ""
+    """What a coefficient set is tied to: used with another chain, it is refused."""
     load_resistor_ohm: Positive | None = None
     load_resistor_tc_per_degc: float = 0.0
     load_resistor_degc: float = 23.0
@@ -274,6 +277,7 @@ class RigDescription(StrictTable):
     job: Job = Job()
     laboratory: Laboratory | None = None
     acceptance: Acceptance = Acceptance()
+    interlocks: Interlocks = Interlocks()
     approved_by: str | None = None
     twin: TwinSection | None = None
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
+from ams.sets.belonging import Serials, check_belonging
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import FloatArray, predicted_v
 from ams.sets.vectors import inferred_force, is_package
@@ -26,12 +27,18 @@ def apply(
     temperature_degc: ArrayLike | None = None,
     *,
     beyond_validity: bool = False,
+    chain_serial: Serials | None = None,
+    site_gravity_mps2: float | None = None,
 ) -> dict[str, FloatArray]:
     """Outputs in volts per axis, of the shape that the inputs broadcast to.
 
+    ``chain_serial`` (of every channel, or channel to serial) and ``site_gravity_mps2`` say where the set is used; what
+    was calibrated with another chain or at another g is refused.
+
     Raises: OutsideValidity for an attitude or temperature outside the set's validity (unless ``beyond_validity``),
-    for a missing temperature, and for an input that is not finite.
+    for a missing temperature, for an input that is not finite, and for another chain or site.
     """
+    check_belonging(coefficients, chain_serial, site_gravity_mps2)
     pitch, roll = np.broadcast_arrays(np.asarray(pitch_rad, dtype=float), np.asarray(roll_rad, dtype=float))
     temperature = _temperature(coefficients, temperature_degc)
     _check_finite(coefficients, {"pitch": pitch, "roll": roll, "temperature": temperature})
@@ -43,12 +50,19 @@ def apply(
 
 
 def sensed_force(
-    coefficients: CoefficientSet, outputs_v: Mapping[str, ArrayLike], temperature_degc: ArrayLike | None = None
+    coefficients: CoefficientSet,
+    outputs_v: Mapping[str, ArrayLike],
+    temperature_degc: ArrayLike | None = None,
+    *,
+    chain_serial: Serials | None = None,
+    site_gravity_mps2: float | None = None,
 ) -> FloatArray:
     """(…, 3) specific force in package axes, local g, from the outputs of a three-axis package.
 
-    Raises: OutsideValidity where the set has no three independent axes, an output is missing or a temperature is.
+    Raises: OutsideValidity where the set has no three independent axes, an output is missing or a temperature is, and
+    for another chain or site than was calibrated (see :func:`apply`).
     """
+    check_belonging(coefficients, chain_serial, site_gravity_mps2)
     if not is_package(coefficients.axes) or set(outputs_v) != set(coefficients.axes):
         raise OutsideValidity(
             f"{coefficients.sensor}: specific force cannot be told from {', '.join(outputs_v)}: the set has the axes "

@@ -14,6 +14,7 @@ from ams.sets.canonical import Document, Json, listed, plain, seal, table
 from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
 from ams.sets.provenance import Provenance, origin_sections, record_sections
 from ams.sets.schema import FORMAT, VERSION, check_document
+from ams.sets.use import use_section
 from ams.sets.vectors import Validity, VectorAgreement, check_vectors, make_vectors
 from ams.solve.result import Calibration
 
@@ -92,6 +93,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
         "model": calibration.model,
         "convention": {"name": calibration.convention, "text": CONVENTIONS.get(calibration.convention, "")},
         "inputs": _inputs(numbers),
+        "use": use_section(numbers, provenance.mount, provenance.chain, provenance.temperature_conversion),
         "axes": dict(axes),
         "test_vectors": make_vectors(numbers, _validity_of(provenance)),
         "warnings": plain(calibration.warnings, "warnings"),

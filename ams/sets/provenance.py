@@ -52,6 +52,9 @@ class Provenance:
     """What was measured while calibrating, such as ``{"air": {"mean_degc": 20.0, "min_degc": 19.8, …}}``."""
     standards: tuple[Standard, ...] = ()
     mount: Mapping[str, object] | None = None
+    """Package axis to fixture axis, such as ``{"x": "+x", "y": "+y", "z": "+z", "datum": "face A"}``."""
+    temperature_conversion: Mapping[str, object] | None = None
+    """The sensor's own thermometer: ``{"channel": "dmm.t", "offset_degc": -273.15, "slope_degc_per_v": 100.0}``."""
     level: Mapping[str, object] | None = None
     chain: Mapping[str, object] | None = None
     job: Mapping[str, object] | None = None
