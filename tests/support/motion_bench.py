@@ -7,7 +7,7 @@ from typing import Any
 from table_bench import example_rig, virtual_clock
 
 from rig.clock import VirtualClock
-from rig.devices import esp301, indexing_table, zaber
+from rig.devices import esp301, indexing_table, maestro, zaber
 from rig.devices.abilities import Axis
 from rig.link.byte_stream import ByteStream
 from rig.link.faults import FaultScript
@@ -15,10 +15,13 @@ from rig.link.memory import MemoryStream
 from rig.settings import AxisSettings
 from rig.twins.esp301 import Esp301Twin
 from rig.twins.indexing_table import IndexingTableTwin
+from rig.twins.maestro import ChannelSettings, MaestroTwin
 from rig.twins.twin import Twin
 from rig.twins.world import World
 from rig.twins.zaber import Stage, ZaberTwin
 from rig.wire.indexing_table import TableCodec
+from rig.wire.maestro import DEFAULT_DEVICE
+from rig.wire.pulses import PulseCalibration
 from rig.wire.table_dialect import load_dialect
 
 Axes = Mapping[str, Any]
@@ -76,11 +79,29 @@ def _esp301_twin(axes: Axes, world: World) -> Twin:
     return Esp301Twin(_numbers(axes), world)
 
 
+def _maestro_twin(axes: Axes, world: World) -> Twin:
+    first = next(iter(axes.values()))
+    return MaestroTwin(
+        {axis.axis: (name, PulseCalibration(axis.points)) for name, axis in axes.items()},
+        world,
+        model=first.model,
+        device=DEFAULT_DEVICE if first.device_number is None else first.device_number,
+        has_crc=first.crc,
+        settings=ChannelSettings(low=2000, high=10000),
+    )
+
+
 DRIVERS: dict[str, Driver] = {
     "indexing-table": Driver(
         indexing_table.IndexingTableSettings, _table_twin, indexing_table.connect, {"increment_deg": 1.0}
     ),
     "esp301": Driver(esp301.Esp301Settings, _esp301_twin, esp301.connect, {}),
+    "maestro": Driver(
+        maestro.MaestroSettings,
+        _maestro_twin,
+        maestro.connect,
+        {"points": [[500.0, -180.0], [2500.0, 180.0]], "pulse_limits_us": [500.0, 2500.0]},
+    ),
     "zaber": Driver(
         zaber.ZaberSettings, _zaber_twin, zaber.connect, {"microstep_deg": 0.000234375, "top_rate_dps": 450.0}
     ),

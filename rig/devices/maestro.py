@@ -1,0 +1,243 @@
+"""Servos on a Pololu Maestro (Micro or Mini): angles as pulse widths, by a calibration of each servo.
+
+The controller reports the pulse it sends, not where the servo stands: accuracy comes from a reference sensor. Any
+error bit sends every servo to its home, so the bits are read around each move and with each state; after one the
+positions are lost until the axis is homed again. Arrival is the pulse that reads back as its target. Get Moving State
+is never asked: on the Micro it may say 0 while a servo moves.
+
+A target is sent once. Where the line damages it and there is no CRC, its own limits keep the servo inside, and the
+read-back never becomes the target. The form with device number and CRC is the safer one.
+
+Source: Pololu Maestro user's guide, pages 27, 32, 39, 42, 43, 52 to 58.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from threading import RLock
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import Field, field_validator, model_validator
+
+from rig.devices.abilities import AxisState
+from rig.devices.targets import check_target
+from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
+from rig.exchange import Exchange, Patience
+from rig.link.byte_stream import ByteStream
+from rig.settings import AxisSettings, Positive
+from rig.toml_file import as_tuple
+from rig.wire import maestro as wire
+from rig.wire.maestro import Errors, MaestroCodec, Request
+from rig.wire.pulses import PulseCalibration
+
+_STOPPED = 1
+Reply = TypeVar("Reply")
+
+
+class MaestroSettings(AxisSettings):
+    """``driver = "maestro"``. ``axis`` is the servo's channel, from 0."""
+
+    driver: Literal["maestro"]
+    axis: Annotated[int, Field(ge=0, le=23)] = 0
+    model: Literal["micro", "mini"] = "micro"
+    points: tuple[tuple[float, float], ...]
+    """Calibration: pairs [pulse_us, table angle in degrees], two or more."""
+    pulse_limits_us: tuple[Positive, Positive] = (992.0, 2000.0)
+    """The controller's own limits of this channel: beyond them it would silently stop short."""
+    acceleration: Annotated[int, Field(ge=0, le=255)] = 0
+    """In 0.25 µs per 10 ms per 80 ms; 0 is unlimited."""
+    period_ms: Annotated[int, Field(ge=3, le=20)] = 20
+    """Pulse period; on a Mini with another than 20 ms the units of speed and acceleration follow it."""
+    device_number: Annotated[int, Field(ge=0, le=127)] | None = None
+    """Number for the Pololu form; without it the compact form is sent."""
+    crc: bool = False
+    """Whether the controller is set to expect a CRC."""
+    home_deg: float = 0.0
+    """Attitude that :meth:`MaestroAxis.home` goes to."""
+    detect_baud: bool = False
+    """Send the byte from which a controller in the mode "UART, detect baud rate" learns the rate."""
+    baud_rate: Literal[9600, 19200, 38400, 57600, 115200] = 9600
+    reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
+
+    @field_validator("points", mode="before")
+    @classmethod
+    def _pairs(cls, value: object) -> object:
+        return tuple(as_tuple(pair) for pair in value) if isinstance(value, list | tuple) else value
+
+    @field_validator("pulse_limits_us", mode="before")
+    @classmethod
+    def _limits(cls, value: object) -> object:
+        return as_tuple(value)
+
+    @model_validator(mode="after")
+    def _reachable(self) -> "MaestroSettings":
+        calibration = PulseCalibration(self.points)
+        low_us, high_us = self.pulse_limits_us
+        for attitude_deg in self.limits_deg:
+            pulse_us = calibration.pulse_us(self.sign * attitude_deg + self.zero_deg)
+            if not low_us <= pulse_us <= high_us:
+                raise ValueError(
+                    f"limits_deg reach {attitude_deg:g} deg, a pulse of {pulse_us:g} us,"
+                    f" allowed {low_us:g} to {high_us:g} us (pulse_limits_us)"
+                )
+        if speed_units(self, calibration) < 1.0:
+            slowest_dps = self.speed_dps / speed_units(self, calibration)
+            raise ValueError(
+                f"speed_dps is {self.speed_dps:g}, but one unit of the servo's speed is {slowest_dps:.3g} deg/s"
+            )
+        return self
+
+
+def speed_units(settings: MaestroSettings, calibration: PulseCalibration) -> float:
+    """The controller's units of speed that turn the servo at ``speed_dps`` where it turns farthest."""
+    quarters_per_s = settings.speed_dps * calibration.smallest_us_per_deg * wire.QUARTERS_PER_US
+    return quarters_per_s * wire.unit_s(settings.period_ms)
+
+
+class MaestroController:
+    """What the servos of one controller share: its line and its error register."""
+
+    def __init__(self, exchange: Exchange, codec: MaestroCodec) -> None:
+        self.errors = Errors(0)
+        """Every bit seen since the line was opened."""
+        self.failures = 0
+        """Times that bits were seen."""
+        self._exchange = exchange
+        self._codec = codec
+        self._turn = RLock()
+
+    def tell(self, *requests: Request) -> None:
+        """Send once, in one piece; then look at the error bits. Raises: DeviceFault."""
+        with self._turn:
+            failures = self.failures
+            self.poll_errors()
+            if self.failures == failures:
+                self._exchange.tell(b"".join(self._codec.encode(request) for request in requests))
+                self.poll_errors()
+        if self.failures != failures:
+            raise DeviceFault(
+                f"{self._exchange.stream.name}: the controller reports {wire.told(self.errors)}: every servo went to"
+                " its home and positions are lost; look for the cause, then home every axis"
+            )
+
+    def poll_errors(self) -> None:
+        """Read, and thereby clear, the error register."""
+        word = self._ask(Request(wire.GET_ERRORS), 2, wire.decode_word, wire.ALL_ERRORS)
+        if word:
+            self.errors |= Errors(word)
+            self.failures += 1
+
+    def position(self, channel: int) -> int:
+        """Quarter-microseconds; 0 is no pulse."""
+        return self._ask(wire.get_position(channel), 2, wire.decode_word, wire.HIGHEST_NUMBER)
+
+    def is_script_running(self) -> bool:
+        return self._ask(Request(wire.GET_SCRIPT_STATUS), 1, wire.decode_word, _STOPPED) != _STOPPED
+
+    def _ask(self, request: Request, length: int, decode: Callable[[bytes], int], highest: int) -> int:
+        def parse(reply: bytes) -> int:
+            value = decode(reply)
+            if value > highest:
+                raise DeviceNonsense(f"{value} is more than {highest}")
+            return value
+
+        with self._turn:
+            return self._exchange.ask(self._codec.encode(request), parse, idempotent=True, length=length)
+
+
+class MaestroAxis:
+    """One servo: a :class:`rig.devices.abilities.Axis`."""
+
+    def __init__(self, name: str, settings: MaestroSettings, controller: MaestroController) -> None:
+        self.name = name
+        self.limits_deg = settings.limits_deg
+        self.increment_deg = settings.increment_deg
+        self.speed_dps = settings.speed_dps
+        self.approach_deg = settings.approach_deg
+        self._settings = settings
+        self._controller = controller
+        self._calibration = PulseCalibration(settings.points)
+        step_deg = 1.0 / (self._calibration.smallest_us_per_deg * wire.QUARTERS_PER_US)
+        self.arrival_tolerance_deg = max(settings.arrival_tolerance_deg, step_deg)
+        self._speed = min(math.floor(speed_units(settings, self._calibration)), wire.HIGHEST_NUMBER)
+        self._target: int | None = None
+        self._trusted_failures: int | None = None
+        """The controller's failures when the servo was homed; None before."""
+
+    def identify(self) -> str:
+        """The controller has no words of its own: what is told is that it answers, and whether a script runs."""
+        script = "running" if self._controller.is_script_running() else "stopped"
+        return f"Maestro ({self._settings.model}), channel {self._settings.axis}, script {script}"
+
+    def check_target(self, target_deg: float) -> None:
+        check_target(self.name, target_deg, self._table_deg(target_deg), self.limits_deg, self.increment_deg)
+
+    def start_move(self, target_deg: float) -> None:
+        self.check_target(target_deg)
+        state = self.state()
+        if state.fault:
+            raise DeviceFault(f"{self.name}: {state.fault}; nothing was sent; home the axis")
+        if not state.is_homed:
+            raise RequestRefused(
+                f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
+            )
+        self._aim(target_deg)
+
+    def home(self) -> None:
+        """Go to ``home_deg``, error bits cleared. A servo without pulses jumps there at its own speed."""
+        self.check_target(self._settings.home_deg)
+        if self._controller.is_script_running():
+            raise DeviceFault(
+                f"{self.name}: a script runs on the controller and may move servos; nothing was sent; stop it"
+            )
+        self._controller.poll_errors()
+        self._trusted_failures = self._controller.failures
+        self._aim(self._settings.home_deg)
+
+    def state(self) -> AxisState:
+        self._controller.poll_errors()
+        position = self._controller.position(self._settings.axis)
+        failed = self._trusted_failures is not None and self._trusted_failures != self._controller.failures
+        return AxisState(
+            position_deg=self._attitude_deg(position),
+            is_moving=self._target is not None and not failed and position not in (0, self._target),
+            is_homed=self._trusted_failures is not None and not failed and position != 0,
+            is_seated=True,
+            fault=f"the controller reported {wire.told(self._controller.errors)} and sent the servos home"
+            if failed
+            else "",
+        )
+
+    def stop(self) -> None:
+        """Make the pulse that is sent now the target."""
+        position = self._controller.position(self._settings.axis)
+        if position not in (0, self._target):
+            self._target = position
+            self._controller.tell(wire.set_target(self._settings.axis, position))
+
+    def _aim(self, target_deg: float) -> None:
+        """Speed and acceleration go along every time: a controller that lost power forgot them."""
+        channel = self._settings.axis
+        target = round(self._calibration.pulse_us(self._table_deg(target_deg)) * wire.QUARTERS_PER_US)
+        self._target = target
+        self._controller.tell(
+            wire.set_speed(channel, self._speed),
+            wire.set_acceleration(channel, self._settings.acceleration),
+            wire.set_target(channel, target),
+        )
+
+    def _table_deg(self, attitude_deg: float) -> float:
+        return self._settings.sign * attitude_deg + self._settings.zero_deg
+
+    def _attitude_deg(self, position: int) -> float:
+        table_deg = self._calibration.angle_deg(position / wire.QUARTERS_PER_US)
+        return self._settings.sign * (table_deg - self._settings.zero_deg)
+
+
+def connect(axes: Mapping[str, MaestroSettings], stream: ByteStream) -> dict[str, MaestroAxis]:
+    """The servos of one controller, which share its line. Raises: LinkLost."""
+    first = next(iter(axes.values()))
+    if first.detect_baud:
+        stream.write(bytes([wire.START]))
+    exchange = Exchange(stream, patience=Patience(timeout_s=first.reply_timeout_s))
+    controller = MaestroController(exchange, MaestroCodec(first.device_number, first.crc))
+    return {name: MaestroAxis(name, settings, controller) for name, settings in axes.items()}

@@ -1,0 +1,136 @@
+"""Laws of the Maestro's driver: after an error bit no position is believed, arrival is a pulse that reads back."""
+
+import pytest
+from motion_bench import motion_bench, settings_of
+from pydantic import ValidationError
+
+from rig.errors import DeviceFault, DeviceSilent, RequestRefused
+from rig.link import faults
+from rig.motion import home_and_arrive, move_and_arrive
+from rig.wire.maestro import Errors
+
+
+@pytest.mark.parametrize(
+    "form",
+    [{}, {"device_number": 12}, {"crc": True}, {"device_number": 3, "crc": True, "model": "mini"}],
+    ids=["compact", "pololu", "compact with CRC", "pololu with CRC"],
+)
+def test_every_form_moves_the_servo(form: dict[str, object]) -> None:
+    bench = motion_bench("maestro", **form)
+    home_and_arrive(bench.pitch, bench.clock, bench.clock.sleep)
+    assert move_and_arrive(bench.pitch, -45.0, bench.clock, bench.clock.sleep) == pytest.approx(-45.0, abs=0.05)
+    assert bench.true_deg == pytest.approx(-45.0, abs=0.05)
+
+
+def test_a_move_is_these_bytes() -> None:
+    bench = motion_bench("maestro", acceleration=5, speed_dps=630.0)
+    bench.home_all()
+    sent: list[bytes] = []
+    receive = bench.twin.receive
+    bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))
+    bench.pitch.start_move(0.0)
+    # 630 deg/s on 5.56 us/deg is 3500 us/s: speed 140, as the guide's example; target 1500 us is 6000.
+    assert bytes.fromhex("87 01 0C 01 89 01 05 00 84 01 70 2E") in sent
+
+
+@pytest.mark.parametrize("bit", list(Errors))
+def test_after_any_error_bit_the_position_is_lost_until_homed(bit: Errors) -> None:
+    bench = motion_bench("maestro")
+    bench.home_all()
+    move_and_arrive(bench.pitch, 60.0, bench.clock, bench.clock.sleep)
+    bench.twin.fail(bit, bench.clock.monotonic_s())
+    bench.clock.sleep(60.0)
+    for axis in bench.axes.values():
+        state = axis.state()
+        assert not state.is_homed
+        assert "sent the servos home" in state.fault
+    with pytest.raises(DeviceFault, match="nothing was sent; home the axis"):
+        bench.pitch.start_move(10.0)
+    assert home_and_arrive(bench.pitch, bench.clock, bench.clock.sleep) == pytest.approx(0.0, abs=0.05)
+    assert bench.pitch.state().fault == ""
+
+
+def test_an_error_during_a_move_ends_it() -> None:
+    bench = motion_bench("maestro")
+    bench.home_all()
+    fails_s = bench.clock.monotonic_s() + 5.0
+
+    def wait(duration_s: float) -> None:
+        bench.clock.sleep(min(duration_s, 0.1))
+        if fails_s <= bench.clock.monotonic_s() < fails_s + 0.15:
+            bench.twin.fail(Errors.TIMEOUT, bench.clock.monotonic_s())
+
+    with pytest.raises(DeviceFault, match="pitch: move to 90 deg: the controller reported timeout"):
+        move_and_arrive(bench.pitch, 90.0, bench.clock, wait)
+
+
+def test_an_error_between_command_and_look_is_told_at_once() -> None:
+    bench = motion_bench("maestro", crc=True)
+    bench.home_all()
+    bench.faults.writes = {bench.faults.written + 3: faults.flip_bit(6, 0)}  # errors, position, errors, then the move
+    with pytest.raises(DeviceFault, match="the controller reports crc: every servo went to its home"):
+        bench.pitch.start_move(30.0)
+
+
+def test_a_target_that_is_never_reached_is_a_stall() -> None:
+    bench = motion_bench("maestro")
+    bench.home_all()
+    bench.twin.channels[1].settings = type(bench.twin.channels[1].settings)(high=6200)  # clamped: 9 deg
+    with pytest.raises(DeviceFault, match=r"no progress in 2 s"):
+        move_and_arrive(bench.pitch, 60.0, bench.clock, bench.clock.sleep)
+
+
+def test_a_servo_without_pulses_is_not_homed() -> None:
+    bench = motion_bench("maestro")
+    bench.home_all()
+    bench.twin.channels[1].aim(0, bench.clock.monotonic_s())
+    assert not bench.pitch.state().is_homed
+    assert bench.axes["roll"].state().is_homed
+
+
+def test_a_running_script_is_refused() -> None:
+    bench = motion_bench("maestro")
+    bench.twin.is_script_running = True
+    with pytest.raises(DeviceFault, match="a script runs on the controller"):
+        bench.pitch.home()
+    assert bench.pitch.identify() == "Maestro (micro), channel 1, script running"
+
+
+def test_a_silent_controller_is_silent_and_no_target_is_sent_again() -> None:
+    bench = motion_bench("maestro")
+    bench.home_all()
+    sent: list[bytes] = []
+    receive = bench.twin.receive
+    bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))
+    bench.faults.reads = dict.fromkeys(range(bench.faults.taken + 3, bench.faults.taken + 60), faults.drop)
+    with pytest.raises(DeviceSilent, match="maestro: no complete reply"):
+        bench.pitch.start_move(30.0)
+    assert len([data for data in sent if b"\x84\x01" in data]) == 1
+
+
+def test_the_baud_rate_is_told_where_the_controller_detects_it() -> None:
+    bench = motion_bench("maestro", detect_baud=True)
+    assert bench.faults.written == 1
+    bench = motion_bench("maestro")
+    assert bench.faults.written == 0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"points": [[1500.0, 0.0]]}, "two or more"),
+        ({"pulse_limits_us": [992.0, 2000.0]}, r"limits_deg reach -180 deg, a pulse of 500 us, allowed 992 to 2000"),
+        ({"speed_dps": 4.0}, r"one unit of the servo's speed is 4\.5 deg/s"),
+        ({"acceleration": 256}, "less than or equal to 255"),
+    ],
+)
+def test_settings_that_cannot_work_are_refused(wrong: dict[str, object], told: str) -> None:
+    with pytest.raises(ValidationError, match=told):
+        settings_of("maestro", **wrong)
+
+
+def test_no_servo_is_sent_anywhere_before_it_was_homed() -> None:
+    bench = motion_bench("maestro")
+    with pytest.raises(RequestRefused, match="not homed"):
+        bench.pitch.start_move(10.0)
+    assert bench.twin.channels[1].position(0.0) == 0
