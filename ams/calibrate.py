@@ -218,7 +218,9 @@ def _common_errors(
     common = {}
     if table is not None:
         slopes = problem.model.angle_jacobian(primary, rows)
-        common["table"] = index_columns(table, {"pitch": rows.pitch_rad, "roll": rows.roll_rad}, slopes)
+        angles = {"pitch": rows.pitch_rad, "roll": rows.roll_rad}
+        angles |= {} if rows.yaw_rad is None else {"yaw": rows.yaw_rad}
+        common["table"] = index_columns(table, angles, slopes)
     uncertain = [(name, u) for name, (_, u) in problem.model.fixed.items() if u > 0.0]
     if uncertain:
         jacobian = problem.model.jacobian(primary, rows)

@@ -6,11 +6,14 @@ and appendix A; checked against explicit rotations in the tests.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+Array = NDArray[Any]
+"""float64, or complex128 under a complex step."""
 
 AXES = ("x", "y", "z")
 RAD_PER_ARCSEC = float(np.deg2rad(1.0 / 3600.0))
@@ -24,6 +27,8 @@ class Attitude:
     roll_rad: FloatArray
     yaw_rad: FloatArray | None = None
     temperature_degc: FloatArray | None = None
+    euler_rate_rad_s: FloatArray | None = None
+    """(N, 3) rates of pitch, yaw and roll, for gyros."""
 
 
 def attitude_from_degrees(
@@ -53,6 +58,33 @@ def specific_force_by_roll(pitch_rad: FloatArray, roll_rad: FloatArray) -> Float
     cos_pitch = np.cos(pitch_rad)
     zero = np.zeros_like(cos_pitch * roll_rad)
     return np.stack([zero, -cos_pitch * np.cos(roll_rad), cos_pitch * np.sin(roll_rad)], axis=-1)
+
+
+def body_rates_rad_s(euler_rad: Array, euler_rate_rad_s: Array) -> Array:
+    """Angular velocity in model axes, (N, 3).
+
+    ``euler_rad`` and ``euler_rate_rad_s`` are (N, 3): pitch, yaw, roll and their rates. Source: CR (III-C.2) to (5).
+    """
+    _, yaw, roll = np.moveaxis(euler_rad, -1, 0)
+    pitch_rate, yaw_rate, roll_rate = np.moveaxis(euler_rate_rad_s, -1, 0)
+    c_yaw, s_yaw, c_roll, s_roll = np.cos(yaw), np.sin(yaw), np.cos(roll), np.sin(roll)
+    return np.stack(
+        [
+            s_yaw * pitch_rate + roll_rate,
+            c_yaw * c_roll * pitch_rate + s_roll * yaw_rate,
+            -c_yaw * s_roll * pitch_rate + c_roll * yaw_rate,
+        ],
+        axis=-1,
+    )
+
+
+def euler_rates_rad_s(euler_rad: Array, body_rate_rad_s: Array) -> Array:
+    """The inverse of :func:`body_rates_rad_s`, (N, 3); it has no value at yaw ±90°. Source: CR (IV-D.4)."""
+    _, yaw, roll = np.moveaxis(euler_rad, -1, 0)
+    w_x, w_y, w_z = np.moveaxis(body_rate_rad_s, -1, 0)
+    c_roll, s_roll = np.cos(roll), np.sin(roll)
+    pitch_rate = (c_roll * w_y - s_roll * w_z) / np.cos(yaw)
+    return np.stack([pitch_rate, s_roll * w_y + c_roll * w_z, w_x - np.sin(yaw) * pitch_rate], axis=-1)
 
 
 def wrap_rad(angle_rad: FloatArray) -> FloatArray:

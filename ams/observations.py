@@ -1,7 +1,8 @@
 """Observations: what the solvers are given, whoever measured them.
 
 One row a dwell: which replication, which design point, the attitude of the package (radians) and the mean output
-of every sensor axis (volts). Degrees exist only in files: the readers here convert at the edge.
+of every sensor axis (volts); for gyros also the rates of the angles. Degrees exist only in files: the readers here
+convert at the edge.
 """
 
 from collections.abc import Mapping
@@ -34,6 +35,8 @@ class Observations:
     """(N,) the sensor's own temperature, or None where none was measured."""
     time_s: FloatArray | None = None
     """(N,) seconds since the start of the run, or None."""
+    euler_rate_rad_s: FloatArray | None = None
+    """(N, 3) rates of pitch, yaw and roll, radians per second; None where nothing turned."""
     source: str = field(default="observations", compare=False)
     """Where they come from, for messages: a file name or a run."""
 

@@ -15,13 +15,16 @@ from ams.uncertainty.table import TableUncertainty
 
 FloatArray = NDArray[np.float64]
 
+_NO_YAW_RAD = 1e-9
+
 
 @dataclass(frozen=True)
 class CalibrationRequest:
     """One calibration of a package."""
 
     model: str = "pitch-roll"
-    """``pitch-roll`` or ``pitch-only``."""
+    """A name of ``ams.models.registry.MODELS``: ``pitch-roll``, ``pitch-only``, ``pitch-yaw-roll-sting``,
+    ``pitch-yaw-roll-model`` or ``gyro``."""
     nominal_axes: Mapping[str, str] = field(default_factory=dict)
     """Sensor axis label to the package axis it nominally lies along. Empty: every output is its own (``x``,
     ``y``, ``z``)."""
@@ -66,6 +69,20 @@ def refuse_unusable(observations: Observations, request: CalibrationRequest) -> 
             )
     for name, values in _columns(observations, request).items():
         _refuse_column(observations, name, values)
+    _refuse_ignored_yaw(observations, request)
+
+
+def _refuse_ignored_yaw(observations: Observations, request: CalibrationRequest) -> None:
+    yaw = observations.yaw_rad
+    if yaw is None or request.model not in ("pitch-roll", "pitch-only") or request.models:
+        return
+    if np.abs(yaw).max() > _NO_YAW_RAD:
+        row = int(np.argmax(np.abs(yaw)))
+        raise ObservationsError(
+            f"{observations.source}: yaw_deg: got {np.rad2deg(yaw[row]):g}° in replication "
+            f"{observations.replication[row]}, point {observations.point[row]}: the model {request.model} has no yaw, "
+            "allowed 0°; nothing was solved; use the model pitch-yaw-roll"
+        )
 
 
 def _columns(observations: Observations, request: CalibrationRequest) -> Mapping[str, FloatArray]:
@@ -75,10 +92,16 @@ def _columns(observations: Observations, request: CalibrationRequest) -> Mapping
         "yaw": observations.yaw_rad,
         "temperature": observations.temperature_degc,
         "time": observations.time_s,
+        **_rates(observations),
         "weights": request.weights,
     }
     outputs = {f"output {label}": observations.outputs_v[label] for label in request.axes_of(observations)}
     return {name: values for name, values in columns.items() if values is not None} | outputs
+
+
+def _rates(observations: Observations) -> Mapping[str, FloatArray]:
+    rates = observations.euler_rate_rad_s
+    return {} if rates is None else dict(zip(("pitch rate", "yaw rate", "roll rate"), rates.T, strict=True))
 
 
 def _refuse_column(observations: Observations, name: str, values: FloatArray) -> None:
@@ -110,4 +133,5 @@ def select_rows(observations: Observations, kept: NDArray[np.bool_]) -> Observat
         yaw_rad=None if observations.yaw_rad is None else observations.yaw_rad[kept],
         temperature_degc=None if observations.temperature_degc is None else observations.temperature_degc[kept],
         time_s=None if observations.time_s is None else observations.time_s[kept],
+        euler_rate_rad_s=None if observations.euler_rate_rad_s is None else observations.euler_rate_rad_s[kept],
     )

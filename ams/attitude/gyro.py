@@ -89,7 +89,7 @@ def _moved(angles: _Triple, factor: float, *terms: tuple[float, _Triple]) -> _Tr
 
 
 def _euler_rates(angles: _Triple, rate: _Triple) -> _Triple:
-    """:func:`ams.models.gyro.euler_rates_rad_s` for one sample, on plain floats: forty times faster in a loop."""
+    """:func:`ams.frames.euler_rates_rad_s` for one sample, on plain floats: forty times faster in a loop."""
     _, yaw, roll = angles
     w_x, w_y, w_z = rate
     c_roll, s_roll = cos(roll), sin(roll)

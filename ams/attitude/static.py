@@ -80,7 +80,7 @@ def sensor_line(solved: AxisCalibration, reading_sd_v: float) -> SensorLine:
     primary, covariance = np.zeros(4), np.zeros((4, 4))
     primary[places] = solved.primary
     covariance[np.ix_(places, places)] = solved.primary_covariance
-    sense = np.array([1.0, -1.0, -1.0, -1.0]) if solved.model == "pitch-yaw-roll" else np.ones(4)
+    sense = np.array([1.0, -1.0, -1.0, -1.0]) if solved.model.startswith("pitch-yaw-roll") else np.ones(4)
     signed = primary * sense
     return SensorLine(float(signed[0]), signed[1:], covariance * np.outer(sense, sense), reading_sd_v)
 

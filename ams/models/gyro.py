@@ -1,47 +1,26 @@
-"""The gyro model of CR: a rate sensor senses the model's angular velocity along its misaligned axis.
+"""The gyro model of CR: a rate sensor senses the package's angular velocity along its misaligned axis.
 
-It is the accelerometer model of :mod:`ams.models.cr` with another field: the angular velocity in model axes, which the
-Euler rates build up, Θ̇ about the first intermediate y, Ψ̇ about the sting's z, Φ̇ about the model's x. So it is linear
-in (b, S·u) as well, and the same exact solution serves. Source: CR (III-C.1) to (III-C.18), (IV-C.1) to (IV-C.18).
+It is CR's accelerometer model with another field: the angular velocity in package axes, which the rates of the angles
+build up, Θ̇ about the first intermediate y, Ψ̇ about the sting's z, Φ̇ about the model's x. So it is linear in
+(b, S·u) as well, and the same exact solution serves. Source: CR (III-C.1) to (III-C.18), (IV-C.1) to (IV-C.18).
 """
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.errors import ObservationsError
+from ams.frames import body_rates_rad_s, wrap_deg
+from ams.models.accelerometer import PitchRoll
 from ams.models.cr import SensorFit, fit_package
+from ams.models.model import Stimulus
 
 FloatArray = NDArray[np.float64]
-Array = NDArray[Any]
 
-
-def body_rates_rad_s(euler_rad: Array, euler_rate_rad_s: Array) -> Array:
-    """Angular velocity in model axes, (N, 3).
-
-    ``euler_rad`` and ``euler_rate_rad_s`` are (N, 3): pitch, yaw, roll and their rates. Source: CR (III-C.2) to (5).
-    """
-    _, yaw, roll = np.moveaxis(euler_rad, -1, 0)
-    pitch_rate, yaw_rate, roll_rate = np.moveaxis(euler_rate_rad_s, -1, 0)
-    c_yaw, s_yaw, c_roll, s_roll = np.cos(yaw), np.sin(yaw), np.cos(roll), np.sin(roll)
-    return np.stack(
-        [
-            s_yaw * pitch_rate + roll_rate,
-            c_yaw * c_roll * pitch_rate + s_roll * yaw_rate,
-            -c_yaw * s_roll * pitch_rate + c_roll * yaw_rate,
-        ],
-        axis=-1,
-    )
-
-
-def euler_rates_rad_s(euler_rad: Array, body_rate_rad_s: Array) -> Array:
-    """The inverse of :func:`body_rates_rad_s`, (N, 3); it has no value at yaw ±90°. Source: CR (IV-D.4)."""
-    _, yaw, roll = np.moveaxis(euler_rad, -1, 0)
-    w_x, w_y, w_z = np.moveaxis(body_rate_rad_s, -1, 0)
-    c_roll, s_roll = np.cos(roll), np.sin(roll)
-    pitch_rate = (c_roll * w_y - s_roll * w_z) / np.cos(yaw)
-    return np.stack([pitch_rate, s_roll * w_y + c_roll * w_z, w_x - np.sin(yaw) * pitch_rate], axis=-1)
+_NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 
 
 def fit_gyros(
@@ -53,3 +32,63 @@ def fit_gyros(
     Raises: DesignError where the motion does not turn the angular velocity in three dimensions.
     """
     return fit_package(body_rates_rad_s(euler_rad, euler_rate_rad_s), outputs_v)
+
+
+@dataclass(frozen=True)
+class Gyro:
+    """CR (III-C.16) to (III-C.18) for the solvers; the primary parameters are b and k = S·u per °/s, package axes."""
+
+    nominal_axis: str
+    name: ClassVar[str] = "gyro"
+    convention: ClassVar[str] = "CR"
+    primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_dps", "k_y_v_per_dps", "k_z_v_per_dps")
+    parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_dps", "coning_deg", "azimuth_deg")
+    fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
+    basis_key: ClassVar[Hashable | None] = "gyro"
+
+    def basis(self, stimulus: Stimulus) -> FloatArray:
+        euler, rate = _motion(stimulus)
+        velocity_dps = np.rad2deg(body_rates_rad_s(euler, rate))
+        return np.concatenate([np.ones((velocity_dps.shape[0], 1)), velocity_dps], axis=1)
+
+    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
+
+    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        return np.asarray(self.basis(stimulus) @ primary)
+
+    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
+        return self.basis(stimulus)
+
+    def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
+        euler, rate = _motion(stimulus)
+        k = np.rad2deg(primary[1:4])
+        _, yaw, roll = np.moveaxis(euler, -1, 0)
+        _, w_y, w_z = np.moveaxis(body_rates_rad_s(euler, rate), -1, 0)
+        pitch_rate = rate[:, 0]
+        by_yaw = pitch_rate[:, None] * np.stack(
+            [np.cos(yaw), -np.sin(yaw) * np.cos(roll), np.sin(yaw) * np.sin(roll)], axis=-1
+        )
+        return {"pitch": np.zeros_like(yaw), "yaw": by_yaw @ k, "roll": w_z * k[1] - w_y * k[2]}
+
+    def parameters(self, primary: FloatArray) -> FloatArray:
+        found = PitchRoll(self.nominal_axis).parameters(primary)
+        found[..., 3] = wrap_deg(found[..., 3] + 90.0)
+        return found
+
+    def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
+        return PitchRoll(self.nominal_axis).parameters_jacobian(primary)
+
+    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
+        return PitchRoll(self.nominal_axis).undetermined(primary, covariance)
+
+
+def _motion(stimulus: Stimulus) -> tuple[FloatArray, FloatArray]:
+    """(N, 3) pitch, yaw, roll and their rates; without yaw it is zero."""
+    if stimulus.euler_rate_rad_s is None:
+        raise ObservationsError(
+            "model gyro: the observations have no rates: it needs the columns pitch_rate_dps, yaw_rate_dps and "
+            "roll_rate_dps; nothing was solved; use an accelerometer's model where nothing turned"
+        )
+    yaw = np.zeros_like(stimulus.roll_rad) if stimulus.yaw_rad is None else stimulus.yaw_rad
+    return np.stack(np.broadcast_arrays(stimulus.pitch_rad, yaw, stimulus.roll_rad), axis=-1), stimulus.euler_rate_rad_s

@@ -28,6 +28,9 @@ class Stimulus(Protocol):
     def yaw_rad(self) -> FloatArray | None: ...
     @property
     def temperature_degc(self) -> FloatArray | None: ...
+    @property
+    def euler_rate_rad_s(self) -> FloatArray | None:
+        """(N, 3) rates of pitch, yaw and roll; None at rest."""
 
 
 class Model(Protocol):

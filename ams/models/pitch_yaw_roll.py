@@ -30,7 +30,6 @@ class PitchYawRoll:
     nominal_axis: str
     package: str = "model"
     """``sting`` (roll does not reach it) or ``model``."""
-    name: ClassVar[str] = "pitch-yaw-roll"
     convention: ClassVar[str] = "CR"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg")
@@ -39,6 +38,10 @@ class PitchYawRoll:
     def __post_init__(self) -> None:
         if self.package not in ("sting", "model"):
             raise DesignError(f"model pitch-yaw-roll: got package {self.package!r}, allowed 'sting' or 'model'")
+
+    @property
+    def name(self) -> str:
+        return f"pitch-yaw-roll-{self.package}"
 
     @property
     def basis_key(self) -> Hashable | None:

@@ -1,14 +1,27 @@
 """Which model a name in a file stands for."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
 
 from ams.errors import DesignError
 from ams.models.accelerometer import PitchOnly, PitchRoll
+from ams.models.extended import ExtendedPitchRoll
+from ams.models.gyro import Gyro
 from ams.models.model import Model
+from ams.models.pitch_yaw_roll import PitchYawRoll
 
-MODELS: Mapping[str, Callable[[str], Model]] = MappingProxyType({"pitch-roll": PitchRoll, "pitch-only": PitchOnly})
-"""Name to the constructor from a nominal axis."""
+MODELS: Mapping[str, Callable[[str], Model]] = MappingProxyType(
+    {
+        "pitch-roll": PitchRoll,
+        "pitch-only": PitchOnly,
+        "pitch-roll-extended": ExtendedPitchRoll,
+        "pitch-yaw-roll-sting": partial(PitchYawRoll, package="sting"),
+        "pitch-yaw-roll-model": partial(PitchYawRoll, package="model"),
+        "gyro": Gyro,
+    }
+)
+"""Name to the constructor from a nominal axis: every model names itself as it stands here."""
 
 
 def model_named(name: str, nominal_axis: str) -> Model:

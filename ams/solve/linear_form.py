@@ -91,8 +91,11 @@ def _distinct_deg(angle_rad: FloatArray) -> FloatArray:
 
 
 def _values_in_words(stimulus: Stimulus) -> str:
+    angles = {"pitch": stimulus.pitch_rad, "yaw": stimulus.yaw_rad, "roll": stimulus.roll_rad}
     phrases = []
-    for name, angle in (("pitch", stimulus.pitch_rad), ("roll", stimulus.roll_rad)):
+    for name, angle in angles.items():
+        if angle is None:
+            continue
         values = _distinct_deg(angle)
         if values.size == 1:
             phrases.append(f"{name} has one value only ({values[0]:g}°)")
@@ -102,6 +105,10 @@ def _values_in_words(stimulus: Stimulus) -> str:
 
 
 def _advice(stimulus: Stimulus) -> str:
+    if stimulus.euler_rate_rad_s is not None:
+        return "turn the package about all three of its axes, in both senses"
+    if stimulus.yaw_rad is not None:
+        return "add attitudes at other pitch, yaw and roll angles: gravity must turn about at least two axes"
     one_pitch = _distinct_deg(stimulus.pitch_rad).size == 1
     if _distinct_deg(stimulus.roll_rad).size == 1:
         azimuth = (

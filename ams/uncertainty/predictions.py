@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from ams.errors import DesignError
 from ams.frames import Attitude
-from ams.models.accelerometer import PitchOnly, PitchRoll
-from ams.models.extended import ExtendedPitchRoll
 from ams.models.model import Model
+from ams.models.registry import MODELS, model_named
 from ams.models.thermal import TEMPERATURE_NAMES, WithTemperature
 from ams.solve.result import AxisCalibration
 from ams.uncertainty.intervals import confidence_halfwidth, prediction_halfwidth
@@ -25,14 +24,11 @@ def model_of_solution(axis: AxisCalibration) -> Model:
     Raises:
         DesignError: the solution is of a model of the caller's own; its object is needed to predict.
     """
-    bases: dict[str, type[PitchRoll] | type[PitchOnly] | type[ExtendedPitchRoll]] = {
-        "pitch-roll": PitchRoll,
-        "pitch-only": PitchOnly,
-        "pitch-roll-extended": ExtendedPitchRoll,
-    }
-    if axis.model not in bases:
-        raise DesignError(f"axis {axis.axis}: no model is known by the name {axis.model!r}; allowed {', '.join(bases)}")
-    base: Model = bases[axis.model](axis.nominal_axis)
+    if axis.model not in MODELS:
+        raise DesignError(
+            f"axis {axis.axis}: no model is known by the name {axis.model!r}; allowed {', '.join(MODELS)}"
+        )
+    base = model_named(axis.model, axis.nominal_axis)
     if TEMPERATURE_NAMES[0] not in axis.primary_names:
         return base
     reference = next(item.value for item in axis.parameters if item.name == "reference_temperature_degc")

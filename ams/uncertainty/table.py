@@ -30,9 +30,10 @@ class TableUncertainty:
     kind: UncertaintyKind = "standard"
     """``limit``: half-width of a rectangular distribution; ``expanded``: divided by ``coverage_factor``."""
     coverage_factor: float = 2.0
+    yaw_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in (("pitch", self.pitch_rad), ("roll", self.roll_rad)):
+        for name, value in (("pitch", self.pitch_rad), ("roll", self.roll_rad), ("yaw", self.yaw_rad)):
             if not (np.isfinite(value) and value >= 0.0):
                 raise ObservationsError(
                     f"table uncertainty: {name}: got {value!r} rad, allowed 0 or more; nothing was "
@@ -44,9 +45,10 @@ class TableUncertainty:
             )
 
     def standard_rad(self) -> Mapping[str, float]:
-        """Standard uncertainty per axis, keyed ``pitch`` and ``roll``."""
+        """Standard uncertainty per axis, keyed ``pitch``, ``roll`` and ``yaw``."""
         divisor = {"limit": np.sqrt(3.0), "standard": 1.0, "expanded": self.coverage_factor}[self.kind]
-        return {"pitch": float(self.pitch_rad / divisor), "roll": float(self.roll_rad / divisor)}
+        stated = {"pitch": self.pitch_rad, "roll": self.roll_rad, "yaw": self.yaw_rad}
+        return {name: float(value / divisor) for name, value in stated.items()}
 
 
 def index_columns(
@@ -57,8 +59,8 @@ def index_columns(
     standard_rad = table.standard_rad()
     blocks = [
         standard_rad[name] * slopes_v_per_rad[name][:, None] * _membership(angles_rad[name])
-        for name in ("pitch", "roll")
-        if name in slopes_v_per_rad and standard_rad[name] > 0.0
+        for name in ("pitch", "roll", "yaw")
+        if name in angles_rad and name in slopes_v_per_rad and standard_rad[name] > 0.0
     ]
     rows = next(iter(angles_rad.values())).size
     return np.hstack(blocks) if blocks else np.zeros((rows, 0))

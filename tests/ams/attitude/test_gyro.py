@@ -5,8 +5,8 @@ import pytest
 
 from ams.attitude.gyro import integrate_outputs, integrate_rates
 from ams.errors import ObservationsError, SolveError
+from ams.frames import body_rates_rad_s
 from ams.models.cr import CrSensor
-from ams.models.gyro import body_rates_rad_s
 
 DEG = np.pi / 180
 # CR table 4, V/(deg/s)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from ams.errors import DesignError
-from ams.frames import AXES
+from ams.frames import AXES, body_rates_rad_s, euler_rates_rad_s
 from ams.models.cr import predict_v
-from ams.models.gyro import body_rates_rad_s, euler_rates_rad_s, fit_gyros
+from ams.models.gyro import fit_gyros
 
 DEG = np.pi / 180
 

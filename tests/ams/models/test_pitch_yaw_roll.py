@@ -76,7 +76,7 @@ def test_the_whole_calibration_takes_cr_models():
         np.tile(yaw, n),
     )  # fmt: skip
     solved = calibrate(rows, CalibrationRequest(models=models))
-    assert (solved.model, solved.convention) == ("pitch-yaw-roll", "CR")
+    assert (solved.model, solved.convention) == ("pitch-yaw-roll-model", "CR")
     for axis, sensor in truth.items():
         found = {p.name: p for p in solved.axes[axis].parameters}
         for name, value in {

@@ -7,9 +7,11 @@ from ams.uncertainty.table import TableUncertainty, index_columns
 def test_a_limit_is_rectangular_and_an_expanded_uncertainty_is_divided_by_its_factor() -> None:
     """A limit of 1″ is a standard uncertainty of 0.577″."""
     assert TableUncertainty(1.0, 2.0, "limit").standard_rad() == pytest.approx(
-        {"pitch": 0.57735, "roll": 1.1547}, rel=1e-5
+        {"pitch": 0.57735, "roll": 1.1547, "yaw": 0.0}, rel=1e-5
     )
-    assert TableUncertainty(1.0, 1.5, "expanded", 3.0).standard_rad() == pytest.approx({"pitch": 1 / 3, "roll": 0.5})
+    assert TableUncertainty(1.0, 1.5, "expanded", 3.0).standard_rad() == pytest.approx(
+        {"pitch": 1 / 3, "roll": 0.5, "yaw": 0.0}
+    )
 
 
 def test_rows_of_one_index_share_one_error_and_half_turns_are_one_index() -> None:
