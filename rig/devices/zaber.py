@@ -168,7 +168,7 @@ class ZaberAxis:
         """Send a start once only. Where its acknowledgement is lost, the stage itself is asked whether it started."""
         try:
             self._ask(text, idempotent=False)
-        except DeviceSilent:
+        except (DeviceSilent, DeviceNonsense):
             if not (self.state().is_moving or is_there()):
                 raise
 

@@ -70,9 +70,11 @@ class ModbusRtu:
         """One register (function 6), whose echo must repeat address and value. Raises as :meth:`read_holding`."""
         self._repeated(lambda: self._write(address, value))
 
-    def write_registers(self, address: int, values: Sequence[int]) -> None:
-        """Registers from ``address`` on (function 16), acknowledged. Raises as :meth:`read_holding`."""
-        self._repeated(lambda: self._write_many(address, list(values)))
+    def write_registers(self, address: int, values: Sequence[int], *, idempotent: bool = True) -> None:
+        """Registers from ``address`` on (function 16), acknowledged; where that starts something
+        (``idempotent`` false), sent once only. Raises as :meth:`read_holding`."""
+        attempts = self._patience.attempts if idempotent else 1
+        self._repeated(lambda: self._write_many(address, list(values)), attempts)
 
     def _read(self, address: int, count: int) -> tuple[int, ...]:
         from pymodbus.pdu.register_message import ReadHoldingRegistersRequest
@@ -96,9 +98,10 @@ class ModbusRtu:
         if (reply.address, reply.count) != (address, len(values)):
             raise self._nonsense(request, f"it acknowledges register {reply.address}, {reply.count} of them")
 
-    def _repeated(self, question: Callable[[], _Answer]) -> _Answer:
+    def _repeated(self, question: Callable[[], _Answer], attempts: int | None = None) -> _Answer:
         """Registers may be read twice, and absolute values written twice: ask again after silence or nonsense."""
-        for attempt in range(1, self._patience.attempts + 1):
+        attempts = attempts or self._patience.attempts
+        for attempt in range(1, attempts + 1):
             try:
                 self._clear_the_line()
                 return question()
@@ -106,7 +109,7 @@ class ModbusRtu:
                 self._is_in_doubt = True
                 self.counts.silent += isinstance(error, DeviceSilent)
                 self.counts.nonsense += isinstance(error, DeviceNonsense)
-                if attempt == self._patience.attempts:
+                if attempt == attempts:
                     raise
                 self.counts.repeated += 1
         raise AssertionError("a question is asked at least once")

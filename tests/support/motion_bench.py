@@ -7,7 +7,7 @@ from typing import Any
 from table_bench import example_rig, virtual_clock
 
 from rig.clock import VirtualClock
-from rig.devices import esp301, indexing_table, maestro, zaber
+from rig.devices import esp301, indexing_table, maestro, oriental_az, zaber
 from rig.devices.abilities import Axis
 from rig.link.byte_stream import ByteStream
 from rig.link.faults import FaultScript
@@ -16,6 +16,7 @@ from rig.settings import AxisSettings
 from rig.twins.esp301 import Esp301Twin
 from rig.twins.indexing_table import IndexingTableTwin
 from rig.twins.maestro import ChannelSettings, MaestroTwin
+from rig.twins.oriental_az import AzMotor, OrientalAzTwin
 from rig.twins.twin import Twin
 from rig.twins.world import World
 from rig.twins.zaber import Stage, ZaberTwin
@@ -25,6 +26,8 @@ from rig.wire.pulses import PulseCalibration
 from rig.wire.table_dialect import load_dialect
 
 Axes = Mapping[str, Any]
+FRAME_GAP_S = 200.0
+"""Silence after which a Modbus twin forgets half a frame: a second of the machine where time runs 200 times as fast."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,11 @@ def _maestro_twin(axes: Axes, world: World) -> Twin:
     )
 
 
+def _oriental_az_twin(axes: Axes, world: World) -> Twin:
+    motors = {axis.axis: (name, AzMotor(axis.step_deg, is_homed=False)) for name, axis in axes.items()}
+    return OrientalAzTwin(motors, world, gap_s=FRAME_GAP_S)
+
+
 DRIVERS: dict[str, Driver] = {
     "indexing-table": Driver(
         indexing_table.IndexingTableSettings, _table_twin, indexing_table.connect, {"increment_deg": 1.0}
@@ -101,6 +109,12 @@ DRIVERS: dict[str, Driver] = {
         _maestro_twin,
         maestro.connect,
         {"points": [[500.0, -180.0], [2500.0, 180.0]], "pulse_limits_us": [500.0, 2500.0]},
+    ),
+    "oriental-az": Driver(
+        oriental_az.OrientalAzSettings,
+        _oriental_az_twin,
+        oriental_az.connect,
+        {"step_deg": 0.01, "top_rate_dps": 180.0},
     ),
     "zaber": Driver(
         zaber.ZaberSettings, _zaber_twin, zaber.connect, {"microstep_deg": 0.000234375, "top_rate_dps": 450.0}

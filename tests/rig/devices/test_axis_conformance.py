@@ -16,7 +16,7 @@ from rig.link.ports import open_stream
 from rig.motion import home_and_arrive, move_and_arrive, stop_all
 from rig.twins.servers import serve_pty, serve_tcp
 
-FACTOR = 200.0
+FACTOR = 50.0
 CLOSE_DEG = 0.1
 """No driver here resolves worse: a servo's pulse has steps of a quarter microsecond."""
 
@@ -71,16 +71,16 @@ def test_an_axis_keeps_its_promises(bench: tuple[Mapping[str, Axis], Clock]) -> 
 def test_a_stop_reaches_the_axis_within_a_tenth_of_a_second(driver: str) -> None:
     bench = motion_bench(driver)
     bench.home_all()
-    asked_s = bench.clock.monotonic_s() + 4.0
+    ends_s = bench.clock.monotonic_s() + 4.0
 
     def wait(duration_s: float) -> None:
         bench.clock.sleep(min(duration_s, 0.1))
-        if bench.clock.monotonic_s() > asked_s:
-            raise WaitEnded("stop")
+        if bench.clock.monotonic_s() > ends_s:
+            raise WaitEnded(str(bench.clock.monotonic_s()))
 
-    with pytest.raises(WaitEnded):
+    with pytest.raises(WaitEnded) as ended:
         move_and_arrive(bench.pitch, 170.0, bench.clock, wait)
-    assert bench.clock.monotonic_s() <= asked_s + 0.11
+    assert bench.clock.monotonic_s() <= float(str(ended.value)) + 0.1
     bench.clock.sleep(2.0)
     rested_deg = bench.true_deg
     bench.clock.sleep(60.0)

@@ -1,0 +1,200 @@
+"""Oriental Motor AZ series drivers by Modbus RTU: direct data operation, to positions and at rates.
+
+One frame carries a whole operation and starts it; it is sent once, and where its acknowledgement is lost the driver is
+asked whether it moves. The operating current, which only we write, is the sentinel after every doubt on the line.
+Homed is the driver's own output, as it keeps its absolute position without power.
+
+Source: the maker's public samples and manual HM-60262E; the numbers of the output bits are remembered, so settings.
+"""
+
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from threading import RLock
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from rig.clock import Clock
+from rig.devices import rates
+from rig.devices.abilities import AxisState, TurnLook
+from rig.devices.targets import check_target
+from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused
+from rig.exchange import Patience
+from rig.link.byte_stream import ByteStream
+from rig.link.modbus import ModbusRtu
+from rig.settings import AxisSettings, Positive
+from rig.wire import oriental_az as wire
+from rig.wire.oriental_az import Operation
+
+GAP_S = 0.03
+"""Between two frames, as in the maker's sample."""
+Bit = Annotated[int, Field(ge=0, le=15)]
+
+
+class OrientalAzSettings(AxisSettings):
+    """``driver = "oriental-az"``. ``axis`` is the unit number on the line."""
+
+    driver: Literal["oriental-az"]
+    axis: Annotated[int, Field(ge=1, le=31)] = 1
+    step_deg: Positive
+    """What one step turns the table, gears included."""
+    acceleration_dps2: Positive = 20.0
+    top_rate_dps: Positive | None = None
+    """Largest rate of continuous turning; without it the axis only positions."""
+    current_percent: Annotated[float, Field(gt=0.0, le=100.0)] = 100.0
+    baud_rate: Literal[9600, 19200, 38400, 57600, 115200, 230400] = 115200
+    parity: Literal["N", "E", "O"] = "E"
+    home_end_bit: Bit = 4
+    alarm_bit: Bit = 7
+    move_bit: Bit = 13
+    """Bits of the output status, register 0x7F."""
+    reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
+
+
+class OrientalAzAxis:
+    """One driver: a :class:`rig.devices.abilities.Axis` and a :class:`rig.devices.abilities.RateAxis`.
+
+    Drivers on one line share ``turn``, which lets one of them speak at a time.
+    """
+
+    def __init__(
+        self, name: str, settings: OrientalAzSettings, modbus: ModbusRtu, turn: AbstractContextManager[object]
+    ) -> None:
+        self.name = name
+        self.limits_deg = settings.limits_deg
+        self.increment_deg = settings.increment_deg
+        self.speed_dps = settings.speed_dps
+        self.approach_deg = settings.approach_deg
+        self.arrival_tolerance_deg = max(settings.arrival_tolerance_deg, settings.step_deg)
+        self.top_rate_dps = settings.top_rate_dps or 0.0
+        self._settings = settings
+        self._modbus = modbus
+        self._turn = turn
+        self._has_sentinel = False
+
+    def identify(self) -> str:
+        """The driver tells no name: what is told is its unit and that its registers answer."""
+        return f"Oriental AZ, unit {self._settings.axis}, current {self._current() / 10:g} %"
+
+    def check_target(self, target_deg: float) -> None:
+        check_target(self.name, target_deg, self._table_deg(target_deg), self.limits_deg, self.increment_deg)
+
+    def check_rate(self, rate_dps: float) -> None:
+        rates.check_rate(self.name, rate_dps, self.top_rate_dps)
+
+    def start_move(self, target_deg: float) -> None:
+        self.check_target(target_deg)
+        self._require_ready(f"move to {target_deg:g} deg")
+        target = round(self._table_deg(target_deg) / self._settings.step_deg)
+        operation = self._operation(wire.ABSOLUTE, target, self._steps(self.speed_dps))
+        self._start(lambda: self._operate(operation), lambda: self._position() == target)
+
+    def start_rate(self, rate_dps: float) -> None:
+        self.check_rate(rate_dps)
+        self._require_ready(f"turn at {rate_dps:g} deg/s")
+        operation = self._operation(wire.CONTINUOUS_SPEED, 0, self._steps(self._settings.sign * rate_dps))
+        self._start(lambda: self._operate(operation), lambda: False)
+
+    def home(self) -> None:
+        """Return to home at speed (ZHOME)."""
+        self._require_no_alarm("home")
+        self._start(lambda: self._input(wire.ZHOME, idempotent=False), lambda: False)
+
+    def turn_look(self, clock: Clock) -> TurnLook:
+        return rates.look(lambda: self._attitude_deg(self._position()), clock)
+
+    def state(self) -> AxisState:
+        alarm = self._alarm()
+        outputs = self._read(wire.OUTPUTS)
+        return AxisState(
+            position_deg=self._attitude_deg(self._position()),
+            is_moving=self._is_set(outputs, self._settings.move_bit),
+            is_homed=self._is_set(outputs, self._settings.home_end_bit),
+            is_seated=True,
+            fault=f"alarm {alarm:#04x}" if alarm or self._is_set(outputs, self._settings.alarm_bit) else "",
+        )
+
+    def stop(self) -> None:
+        self._input(wire.STOP, idempotent=True)
+
+    def reset_alarm(self) -> None:
+        """Clear an alarm whose cause is gone. Nothing moves."""
+        self._input(wire.ALARM_RESET, idempotent=True)
+
+    def _start(self, send: Callable[[], None], is_there: Callable[[], bool]) -> None:
+        """Send a start once only. Where its acknowledgement is lost, the driver itself is asked whether it started."""
+        try:
+            send()
+        except (DeviceSilent, DeviceNonsense):
+            if not (self.state().is_moving or is_there()):
+                raise
+
+    def _operate(self, operation: Operation) -> None:
+        self._current()
+        with self._turn:
+            self._modbus.write_registers(wire.DIRECT_DATA, wire.encode(operation), idempotent=False)
+            self._modbus.set_sentinel(wire.CURRENT + 1, operation.current)
+
+    def _input(self, bits: int, *, idempotent: bool) -> None:
+        """Switch inputs on and, whatever became of that, off again."""
+        with self._turn:
+            try:
+                self._modbus.write_registers(wire.INPUTS, wire.words(bits), idempotent=idempotent)
+            finally:
+                self._modbus.write_registers(wire.INPUTS, wire.words(0))
+
+    def _operation(self, kind: int, position: int, speed_hz: int) -> Operation:
+        rate = max(self._steps(self._settings.acceleration_dps2), 1)
+        return Operation(kind, position, speed_hz, rate, rate, round(self._settings.current_percent * 10.0))
+
+    def _require_ready(self, task: str) -> None:
+        self._require_no_alarm(task)
+        if not self.state().is_homed:
+            raise RequestRefused(f"{self.name}: {task}: the axis is not homed; nothing moved; home it first")
+
+    def _require_no_alarm(self, task: str) -> None:
+        alarm = self._alarm()
+        if alarm:
+            raise DeviceFault(f"{self.name}: {task}: alarm {alarm:#04x}; nothing moved; find its cause and reset it")
+
+    def _alarm(self) -> int:
+        return self._read(wire.ALARM)
+
+    def _position(self) -> int:
+        return self._read(wire.POSITION)
+
+    def _current(self) -> int:
+        """The operating current; the first look makes it the line's sentinel."""
+        current = self._read(wire.CURRENT)
+        if not self._has_sentinel:
+            self._modbus.set_sentinel(wire.CURRENT + 1, current & 0xFFFF)
+            self._has_sentinel = True
+        return current
+
+    def _read(self, address: int) -> int:
+        with self._turn:
+            upper, lower = self._modbus.read_holding(address, 2)
+        return wire.value_of(upper, lower)
+
+    def _steps(self, angle_deg: float) -> int:
+        return round(angle_deg / self._settings.step_deg)
+
+    def _is_set(self, outputs: int, bit: int) -> bool:
+        return bool(outputs >> bit & 1)
+
+    def _table_deg(self, attitude_deg: float) -> float:
+        return self._settings.sign * attitude_deg + self._settings.zero_deg
+
+    def _attitude_deg(self, steps: int) -> float:
+        return self._settings.sign * (steps * self._settings.step_deg - self._settings.zero_deg)
+
+
+def connect(axes: Mapping[str, OrientalAzSettings], stream: ByteStream) -> dict[str, OrientalAzAxis]:
+    """The drivers of one line."""
+    turn = RLock()
+    return {name: OrientalAzAxis(name, settings, _master(settings, stream), turn) for name, settings in axes.items()}
+
+
+def _master(settings: OrientalAzSettings, stream: ByteStream) -> ModbusRtu:
+    patience = Patience(timeout_s=settings.reply_timeout_s)
+    return ModbusRtu(stream, settings.axis, baud_rate=settings.baud_rate, patience=patience, gap_s=GAP_S)

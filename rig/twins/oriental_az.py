@@ -1,0 +1,140 @@
+"""Twin of Oriental Motor AZ drivers on one RS-485 line: direct data operation, inputs, outputs, feedback.
+
+It keeps its absolute position without power, as the AZ does; what it does not know it refuses by exception.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from rig.twins.modbus_slave import ILLEGAL_ADDRESS, ILLEGAL_VALUE, ModbusSlave
+from rig.twins.servo_axis import ServoAxis
+from rig.twins.world import World
+from rig.wire import oriental_az as wire
+
+_BLOCK = range(wire.DIRECT_DATA, wire.DIRECT_DATA + 16)
+_FIELDS_BY_TRIGGER = {-7: 0x58, -6: 0x5A, -5: 0x5C, -4: 0x5E, -3: 0x60, -2: 0x62, -1: 0x64}
+_HOME_END, _READY, _ALARM_A, _MOVE, _IN_POS = 1 << 4, 1 << 5, 1 << 7, 1 << 13, 1 << 14
+_TRAVEL_DEG = 100_000.0
+OVERTRAVEL_ALARM = 0x67
+
+
+@dataclass(frozen=True, slots=True)
+class AzMotor:
+    """What stands at the end of the cable."""
+
+    step_deg: float
+    is_homed: bool = True
+
+
+class OrientalAzRegisters:
+    """The registers of one driver: :class:`rig.twins.modbus_slave.Registers`."""
+
+    def __init__(self, servo: ServoAxis, motor: AzMotor) -> None:
+        self.servo = servo
+        self.alarm = 0
+        self._step_deg = motor.step_deg
+        self._block = [word for value in (0, 1, 0, 1000, 1000, 1000, 1000, 0) for word in wire.words(value)]
+        self._inputs = 0
+        self._commanded = 0
+
+    def read(self, address: int, count: int, now_s: float) -> Sequence[int] | None:
+        known = self._registers(now_s)
+        addresses = range(address, address + count)
+        return [known[place] for place in addresses] if all(place in known for place in addresses) else None
+
+    def write(self, address: int, values: Sequence[int], now_s: float) -> int:
+        """The exception to answer with, 0 when written."""
+        places = range(address, address + len(values))
+        if all(place in _BLOCK for place in places):
+            return self._operate(places, values, now_s)
+        if places[0] in (wire.INPUTS, wire.AUTO_INPUTS) and len(values) == 2:
+            return self._switch(values[1], is_kept=places[0] == wire.INPUTS, now_s=now_s)
+        if places == range(wire.INPUTS + 1, wire.INPUTS + 2):
+            return self._switch(values[0], is_kept=True, now_s=now_s)
+        return ILLEGAL_ADDRESS
+
+    def _registers(self, now_s: float) -> dict[int, int]:
+        position = round(self.servo.position_deg(now_s) / self._step_deg)
+        rate_hz = round(self.servo.rate_dps(now_s) / self._step_deg)
+        rpm = round(self.servo.rate_dps(now_s) / 6.0)
+        words = dict(zip(_BLOCK, self._block, strict=True))
+        for address, value in (
+            (wire.INPUTS, self._inputs),
+            (wire.OUTPUTS, self._outputs(now_s)),
+            (wire.ALARM, self.alarm),
+            (wire.POSITION, position),
+            (wire.FEEDBACK_RPM, rpm),
+            (wire.FEEDBACK_HZ, rate_hz),
+        ):
+            words[address], words[address + 1] = wire.words(value)
+        return words
+
+    def _outputs(self, now_s: float) -> int:
+        is_moving = self.servo.is_moving(now_s)
+        bits = _MOVE if is_moving else _IN_POS
+        bits |= _READY if not (is_moving or self.alarm) else 0
+        bits |= _HOME_END if self.servo.is_homed(now_s) else 0
+        return bits | (_ALARM_A if self.alarm else 0)
+
+    def _operate(self, places: range, values: Sequence[int], now_s: float) -> int:
+        for place, value in zip(places, values, strict=True):
+            self._block[place - wire.DIRECT_DATA] = value
+        trigger = wire.value_of(*self._block[14:16])
+        starts = wire.TRIGGER + 1 in places if trigger == wire.START_ALL else _FIELDS_BY_TRIGGER.get(trigger) in places
+        return self._start(now_s) if starts else 0
+
+    def _start(self, now_s: float) -> int:
+        operation = wire.decode(self._block)
+        if operation.starting_rate < 1 or operation.kind not in (
+            wire.ABSOLUTE,
+            wire.INCREMENTAL,
+            wire.CONTINUOUS_SPEED,
+        ):
+            return ILLEGAL_VALUE
+        if self.alarm:
+            return 0
+        self.servo.speed_dps = abs(operation.speed_hz) * self._step_deg
+        self.servo.acceleration_dps2 = operation.starting_rate * self._step_deg
+        if operation.kind == wire.CONTINUOUS_SPEED:
+            self.servo.spin(operation.speed_hz * self._step_deg, now_s)
+            return 0
+        self._commanded = operation.position + (self._commanded if operation.kind == wire.INCREMENTAL else 0)
+        if abs(self._commanded) * self._step_deg > _TRAVEL_DEG:
+            self.alarm = OVERTRAVEL_ALARM
+        else:
+            self.servo.move(self._commanded * self._step_deg, now_s)
+        return 0
+
+    def _switch(self, inputs: int, *, is_kept: bool, now_s: float) -> int:
+        """Inputs act when they go on."""
+        risen = inputs & ~self._inputs
+        self._inputs = inputs if is_kept else 0
+        if risen & wire.ALARM_RESET:
+            self.alarm = 0
+        if inputs & wire.STOP:
+            self.servo.stop(now_s)
+        elif risen & wire.ZHOME and not self.alarm:
+            self._commanded = 0
+            self.servo.home(now_s)
+        return 0
+
+
+class OrientalAzTwin:
+    """A :class:`rig.twins.twin.Twin`. ``motors``: unit numbers to the world's bodies and what each motor is."""
+
+    def __init__(self, motors: Mapping[int, tuple[str, AzMotor]], world: World, *, gap_s: float = 1.0) -> None:
+        self.units = {
+            number: OrientalAzRegisters(ServoAxis(world.axes[name], world, is_homed=motor.is_homed), motor)
+            for number, (name, motor) in motors.items()
+        }
+        self._slaves = [ModbusSlave(registers, unit=unit, gap_s=gap_s) for unit, registers in self.units.items()]
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        for slave in self._slaves:
+            slave.receive(data, now_s)
+
+    def transmit(self, now_s: float) -> bytes:
+        return b"".join(slave.transmit(now_s) for slave in self._slaves)
+
+    def next_event_s(self) -> float | None:
+        return None
