@@ -129,6 +129,10 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
             raise _stopped(axis, f"{task}: {state.fault}")
         if not state.is_moving:
             return state
+        if state.awaits_operator:
+            started_s = progressed_s = clock.monotonic_s()
+            _wait_or_stop(axis, _FIRST_LOOK_S, wait)
+            continue
         if state.position_deg != last_deg:
             last_deg, progressed_s = state.position_deg, clock.monotonic_s()
         elif asked_s - progressed_s >= STALL_S:

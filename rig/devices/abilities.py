@@ -32,6 +32,8 @@ class AxisState:
     """Curvic teeth engaged and locked; true where the machine has no such coupling."""
     fault: str
     """The device's own fault words; empty when there is none."""
+    awaits_operator: bool = False
+    """A person was asked to move it and has not answered: no time limit applies."""
 
 
 class Axis(Protocol):

@@ -1,9 +1,10 @@
-"""Opens real ports by their URL: a device path, ``socket://host:port`` or ``rfc2217://host:port``."""
+"""Opens real ports by their URL: a device path, ``socket://host:port``, ``rfc2217://host:port``, or ``terminal``."""
 
 from rig.clock import Clock
 from rig.link.byte_stream import ByteStream
 from rig.link.serial_stream import LineSettings, SerialStream
 from rig.link.socket_stream import SocketStream
+from rig.link.terminal_stream import TERMINAL, TerminalStream
 
 SOCKET_SCHEME = "socket://"
 
@@ -26,6 +27,8 @@ def open_stream(
     The line settings matter to devices and ``rfc2217://`` only.
     Raises: LinkLost (missing, refused, broken), RigBusy (the device is open elsewhere), RequestRefused (no such URL).
     """
+    if url == TERMINAL:
+        return TerminalStream(clock)
     if url.startswith(SOCKET_SCHEME):
         return SocketStream(url, clock, connect_timeout_s, owner)
     return SerialStream(url, clock, LineSettings(baud_rate, data_bits, parity, stop_bits, rts_cts), owner)

@@ -7,7 +7,7 @@ from typing import Any
 from table_bench import example_rig, virtual_clock
 
 from rig.clock import VirtualClock
-from rig.devices import esp301, indexing_table, maestro, oriental_az, zaber
+from rig.devices import esp301, indexing_table, maestro, manual, oriental_az, zaber
 from rig.devices.abilities import Axis
 from rig.link.byte_stream import ByteStream
 from rig.link.faults import FaultScript
@@ -16,6 +16,7 @@ from rig.settings import AxisSettings
 from rig.twins.esp301 import Esp301Twin
 from rig.twins.indexing_table import IndexingTableTwin
 from rig.twins.maestro import ChannelSettings, MaestroTwin
+from rig.twins.manual import OperatorTwin
 from rig.twins.oriental_az import AzMotor, OrientalAzTwin
 from rig.twins.twin import Twin
 from rig.twins.world import World
@@ -110,6 +111,7 @@ DRIVERS: dict[str, Driver] = {
         maestro.connect,
         {"points": [[500.0, -180.0], [2500.0, 180.0]], "pulse_limits_us": [500.0, 2500.0]},
     ),
+    "manual": Driver(manual.ManualSettings, lambda axes, world: OperatorTwin(list(axes), world), manual.connect, {}),
     "oriental-az": Driver(
         oriental_az.OrientalAzSettings,
         _oriental_az_twin,

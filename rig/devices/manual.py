@@ -1,0 +1,152 @@
+"""An axis that the operator sets by hand: cube tumbles, inverted mounts, dividing heads with a crank.
+
+Each step is said in one line; the operator answers with Enter, with the angle that the machine shows, or with ``no``.
+Nobody knows where such an axis stands before it was set to its zero, nor after a step that was not finished.
+"""
+
+from collections.abc import Mapping
+from typing import Literal
+
+from rig.devices.abilities import AxisState
+from rig.devices.targets import check_target
+from rig.errors import DeviceNonsense, RequestRefused
+from rig.link.byte_stream import ByteStream
+from rig.settings import AxisSettings
+from rig.wire import manual as wire
+from rig.wire.manual import LeaveIt, Order, SetTo, SetToZero
+
+_LONGEST_ANSWER = 1000
+
+
+class ManualSettings(AxisSettings):
+    """``driver = "manual"``; port ``terminal`` prompts where the command runs."""
+
+    driver: Literal["manual"]
+
+
+class Prompt:
+    """Says one thing at a time over a line and takes one answer, without waiting for it."""
+
+    def __init__(self, stream: ByteStream) -> None:
+        self._stream = stream
+        self._typed = b""
+        self._asker: str | None = None
+
+    @property
+    def is_free(self) -> bool:
+        return self._asker is None
+
+    def ask(self, order: Order) -> None:
+        """Show an order. What was typed before it is no answer to it. Raises: LinkLost."""
+        self._asker = order.axis
+        self._say(order)
+
+    def tell(self, order: Order) -> None:
+        """Show what takes no answer; an open question is withdrawn. Raises: LinkLost."""
+        self._asker = None
+        self._say(order)
+
+    def answer(self) -> str | None:
+        """The line that was typed since the question, None while there is none. Raises: LinkLost, DeviceNonsense."""
+        while more := self._stream.read(self._stream.clock.monotonic_s()):
+            self._typed += more
+        if len(self._typed) > _LONGEST_ANSWER:
+            raise DeviceNonsense(f"{self._stream.name}: {len(self._typed)} bytes were typed; is a person at this line?")
+        line, end, rest = self._typed.partition(wire.TERMINATOR)
+        if not end:
+            return None
+        self._typed, self._asker = rest, None
+        return line.decode("utf-8", errors="replace").strip()
+
+    def _say(self, order: Order) -> None:
+        self._stream.discard_input()
+        self._typed = b""
+        self._stream.write(wire.encode(order))
+
+
+class ManualAxis:
+    """A :class:`rig.devices.abilities.Axis` whose motor is the operator."""
+
+    def __init__(self, name: str, settings: ManualSettings, prompt: Prompt) -> None:
+        self.name = name
+        self.limits_deg = settings.limits_deg
+        self.increment_deg = settings.increment_deg
+        self.speed_dps = settings.speed_dps
+        self.approach_deg = settings.approach_deg
+        self.arrival_tolerance_deg = settings.arrival_tolerance_deg
+        self._sign, self._zero_deg = settings.sign, settings.zero_deg
+        self._prompt = prompt
+        self._asked: SetTo | SetToZero | None = None
+        self._table_deg = 0.0
+        self._is_known = False
+        self._fault = ""
+
+    def identify(self) -> str:
+        return f"{self.name}, set by the operator"
+
+    def check_target(self, target_deg: float) -> None:
+        check_target(self.name, target_deg, self._to_table_deg(target_deg), self.limits_deg, self.increment_deg)
+
+    def start_move(self, target_deg: float) -> None:
+        """Ask the operator. Raises also: RequestRefused while another question is open."""
+        self.check_target(target_deg)
+        if not self.state().is_homed:
+            raise RequestRefused(
+                f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing was asked; home it first"
+            )
+        self._ask(SetTo(self.name, round(self._to_table_deg(target_deg), 6)))
+
+    def home(self) -> None:
+        """Ask the operator to set the zero of the machine's scale."""
+        self._ask(SetToZero(self.name))
+
+    def state(self) -> AxisState:
+        self._take_answer()
+        return AxisState(
+            position_deg=self._sign * (self._table_deg - self._zero_deg),
+            is_moving=self._asked is not None,
+            is_homed=self._is_known,
+            is_seated=True,
+            fault=self._fault,
+            awaits_operator=self._asked is not None,
+        )
+
+    def stop(self) -> None:
+        """Withdraw an open question; the axis may then stand anywhere."""
+        if self._asked is not None:
+            self._asked, self._is_known = None, False
+            self._prompt.tell(LeaveIt(self.name))
+
+    def _ask(self, order: SetTo | SetToZero) -> None:
+        if not self._prompt.is_free:
+            raise RequestRefused(
+                f"{self.name}: the operator is asked something else; nothing more was asked; wait for the answer"
+            )
+        self._fault = ""
+        self._prompt.ask(order)
+        self._asked = order
+
+    def _take_answer(self) -> None:
+        answer = self._prompt.answer() if self._asked is not None else None
+        if self._asked is None or answer is None:
+            return
+        asked, self._asked = self._asked, None
+        if answer.lower() == wire.CANNOT:
+            self._is_known = False
+            self._fault = "the operator could not set the axis"
+            return
+        asked_deg = asked.angle_deg if isinstance(asked, SetTo) else 0.0
+        told_deg = wire.decode_angle(answer) if answer and isinstance(asked, SetTo) else asked_deg
+        if told_deg is None or (answer and isinstance(asked, SetToZero)):
+            self._ask(asked)  # not understood: a person reads the line again
+            return
+        self._table_deg, self._is_known = told_deg, True
+
+    def _to_table_deg(self, attitude_deg: float) -> float:
+        return self._sign * attitude_deg + self._zero_deg
+
+
+def connect(axes: Mapping[str, ManualSettings], stream: ByteStream) -> dict[str, ManualAxis]:
+    """The axes that one operator sets."""
+    prompt = Prompt(stream)
+    return {name: ManualAxis(name, settings, prompt) for name, settings in axes.items()}
