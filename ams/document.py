@@ -15,7 +15,6 @@ def to_document(calibration: Calibration) -> Document:
 
 
 def _axis(axis: AxisCalibration, shared_warnings: tuple[str, ...]) -> Document:
-    sensitive = dict(zip(("x", "y", "z"), map(_number, axis.sensitive_axis_v_per_g), strict=True))
     return {
         "parameters": {estimate.name: _parameter(estimate) for estimate in axis.parameters},
         "covariance": [[_number(float(value)) for value in row] for row in axis.covariance],
@@ -24,10 +23,19 @@ def _axis(axis: AxisCalibration, shared_warnings: tuple[str, ...]) -> Document:
         "effective_degrees_of_freedom": {
             estimate.name: _degrees_of_freedom(estimate.effective_degrees_of_freedom) for estimate in axis.parameters
         },
-        "sensitive_axis_v_per_g": sensitive,
+        **_sensitive_axis(axis),
         "replication": None if axis.replication is None else _replication(axis.replication),
         "warnings": [*shared_warnings, *axis.warnings],
     }
+
+
+def _sensitive_axis(axis: AxisCalibration) -> Document:
+    """k, per g or, for gyros, per °/s."""
+    rates = dict(zip(axis.primary_names, map(float, axis.primary), strict=True))
+    if "k_x_v_per_dps" in rates:
+        return {"sensitive_axis_v_per_dps": {name: _number(rates[f"k_{name}_v_per_dps"]) for name in "xyz"}}
+    values = map(_number, axis.sensitive_axis_v_per_g)
+    return {"sensitive_axis_v_per_g": dict(zip("xyz", values, strict=True))}
 
 
 def _parameter(estimate: ParameterEstimate) -> Document:

@@ -29,6 +29,10 @@ class Attitude:
     temperature_degc: FloatArray | None = None
     euler_rate_rad_s: FloatArray | None = None
     """(N, 3) rates of pitch, yaw and roll, for gyros."""
+    reference_level: FloatArray | None = None
+    """(N,) known value of the quantity, for straight lines."""
+    time_s: FloatArray | None = None
+    """(N,) seconds since the start of the run; None: at the reference time of a model with a time term."""
 
 
 def attitude_from_degrees(

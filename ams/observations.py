@@ -37,6 +37,8 @@ class Observations:
     """(N,) seconds since the start of the run, or None."""
     euler_rate_rad_s: FloatArray | None = None
     """(N, 3) rates of pitch, yaw and roll, radians per second; None where nothing turned."""
+    reference_level: FloatArray | None = None
+    """(N,) known value of the quantity in its own unit, for straight lines; None otherwise."""
     source: str = field(default="observations", compare=False)
     """Where they come from, for messages: a file name or a run."""
 

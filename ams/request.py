@@ -35,6 +35,8 @@ class CalibrationRequest:
     """None: the mean of the measured temperatures rounded to 1 °C."""
     extended: Literal["no", "test", "yes"] = "no"
     """Five quadratic terms beside pitch-roll; ``test``: where an F-test asks for them."""
+    time_term: bool = False
+    """A drift of the offset, linear in time within the run, as a parameter ``offset_drift_v_per_h``."""
     table: TableUncertainty | None = None
     """Index errors of the table, carried in U_Y."""
     weights: FloatArray | None = None
@@ -92,6 +94,7 @@ def _columns(observations: Observations, request: CalibrationRequest) -> Mapping
         "yaw": observations.yaw_rad,
         "temperature": observations.temperature_degc,
         "time": observations.time_s,
+        "reference level": observations.reference_level,
         **_rates(observations),
         "weights": request.weights,
     }
@@ -134,4 +137,5 @@ def select_rows(observations: Observations, kept: NDArray[np.bool_]) -> Observat
         temperature_degc=None if observations.temperature_degc is None else observations.temperature_degc[kept],
         time_s=None if observations.time_s is None else observations.time_s[kept],
         euler_rate_rad_s=None if observations.euler_rate_rad_s is None else observations.euler_rate_rad_s[kept],
+        reference_level=None if observations.reference_level is None else observations.reference_level[kept],
     )

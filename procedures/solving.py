@@ -49,13 +49,14 @@ def solve_observations(observations: "Observations", request: "CalibrationReques
 
 
 def table_uncertainty(rig: RigDescription) -> "TableUncertainty | None":
-    """The rig's pitch and roll index, as standard uncertainties; None where neither axis has any."""
+    """The rig's indices, as standard uncertainties; None where no axis has any."""
     from ams.uncertainty.table import TableUncertainty
 
-    pitch_arcsec, roll_arcsec = (standard_uncertainty_arcsec(rig, axis) for axis in ("pitch", "roll"))
-    if pitch_arcsec == roll_arcsec == 0.0:
+    axes = ("pitch", "roll", "yaw")
+    pitch_rad, roll_rad, yaw_rad = (_arcsec_to_rad(standard_uncertainty_arcsec(rig, axis)) for axis in axes)
+    if pitch_rad == roll_rad == yaw_rad == 0.0:
         return None
-    return TableUncertainty(_arcsec_to_rad(pitch_arcsec), _arcsec_to_rad(roll_arcsec), kind="standard")
+    return TableUncertainty(pitch_rad, roll_rad, kind="standard", yaw_rad=yaw_rad)
 
 
 def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:

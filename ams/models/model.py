@@ -29,8 +29,14 @@ class Stimulus(Protocol):
     @property
     def temperature_degc(self) -> FloatArray | None: ...
     @property
+    def time_s(self) -> FloatArray | None: ...
+    @property
     def euler_rate_rad_s(self) -> FloatArray | None:
         """(N, 3) rates of pitch, yaw and roll; None at rest."""
+
+    @property
+    def reference_level(self) -> FloatArray | None:
+        """(N,) known value of the quantity in its own unit; None where attitude or motion is known instead."""
 
 
 class Model(Protocol):
@@ -42,7 +48,7 @@ class Model(Protocol):
 
     @property
     def convention(self) -> str:
-        """``TP`` or ``CR``."""
+        """``TP``, ``CR`` or ``SR``."""
 
     @property
     def nominal_axis(self) -> str:

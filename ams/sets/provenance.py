@@ -40,6 +40,10 @@ class Provenance:
     procedure: str
     simulated: bool
     temperature_range_degc: tuple[float, float] | None = None
+    yaw_range_deg: tuple[float, float] | None = None
+    """For models that know yaw."""
+    rate_range_dps: tuple[float, float] | None = None
+    """For gyros: of the angular velocity along each package axis."""
     serial: str | None = None
     sensor_model: str | None = None
     operator: str | None = None
@@ -69,8 +73,10 @@ class Provenance:
             )
         _check_range(self.sensor, "pitch_range_deg", self.pitch_range_deg)
         _check_range(self.sensor, "roll_range_deg", self.roll_range_deg)
-        if self.temperature_range_degc is not None:
-            _check_range(self.sensor, "temperature_range_degc", self.temperature_range_degc)
+        for name in ("temperature_range_degc", "yaw_range_deg", "rate_range_dps"):
+            limits = getattr(self, name)
+            if limits is not None:
+                _check_range(self.sensor, name, limits)
 
 
 def _check_range(sensor: str, name: str, limits: tuple[float, float]) -> None:

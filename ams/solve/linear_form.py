@@ -38,8 +38,7 @@ class LinearForm:
     @cached_property
     def condition_number(self) -> float:
         """Of the basis with its columns scaled to unit length: how much the points amplify an error."""
-        root = np.ones(1) if self.weights is None else np.sqrt(self.weights)
-        length = np.linalg.norm(root[:, None] * self.basis, axis=0)
+        length = np.sqrt(np.diag(np.linalg.inv(self.unscaled_covariance)))
         eigenvalues = np.linalg.eigvalsh(self.unscaled_covariance * np.outer(length, length))
         return float(np.sqrt(eigenvalues[-1] / eigenvalues[0]))
 
@@ -91,6 +90,8 @@ def _distinct_deg(angle_rad: FloatArray) -> FloatArray:
 
 
 def _values_in_words(stimulus: Stimulus) -> str:
+    if stimulus.reference_level is not None:
+        return f"the reference has {np.unique(stimulus.reference_level).size} different levels"
     angles = {"pitch": stimulus.pitch_rad, "yaw": stimulus.yaw_rad, "roll": stimulus.roll_rad}
     phrases = []
     for name, angle in angles.items():
@@ -105,6 +106,8 @@ def _values_in_words(stimulus: Stimulus) -> str:
 
 
 def _advice(stimulus: Stimulus) -> str:
+    if stimulus.reference_level is not None:
+        return "measure at two or more different levels"
     if stimulus.euler_rate_rad_s is not None:
         return "turn the package about all three of its axes, in both senses"
     if stimulus.yaw_rad is not None:

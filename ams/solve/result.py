@@ -126,5 +126,5 @@ class Calibration:
     axes: Mapping[str, AxisCalibration]
     model: str
     convention: str
-    """``TP`` (pitch-roll) or ``CR`` (pitch-yaw-roll)."""
+    """``TP`` (pitch-roll), ``CR`` (pitch-yaw-roll, gyro) or ``SR`` (straight lines)."""
     warnings: tuple[str, ...] = ()

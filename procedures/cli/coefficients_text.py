@@ -33,13 +33,19 @@ def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
     """Every axis: parameters with standard uncertainties, standard error, replication tests, warnings."""
     for name, axis in axes.items():
         yield ""
-        error_v, dof = axis["standard_error_v"], axis["degrees_of_freedom"]
-        yield f"axis {name}   (standard error {error_v:.3g} V, {dof} degrees of freedom)"
+        yield f"axis {name}   ({_standard_error(axis)}, {axis['degrees_of_freedom']} degrees of freedom)"
         for parameter, estimate in axis["parameters"].items():
             yield f"  {parameter_line(parameter, estimate)}"
         if axis["replication"] is not None:
             yield f"  {replication_line(axis['replication'])}"
         yield from (f"  warning: {text}" for text in axis["warnings"])
+
+
+def _standard_error(axis: Mapping[str, Any]) -> str:
+    """In volts, or in the unit of the readings of a linear calibration."""
+    key = next(key for key in axis if key.startswith("standard_error_"))
+    unit = key.removeprefix("standard_error_")
+    return f"standard error {axis[key]:.3g} {'V' if unit == 'v' else unit}" if axis[key] is not None else "no error"
 
 
 def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:

@@ -26,7 +26,7 @@ COMMANDS = (
     ("abort", "steer:abort", "Abort a run: axes stop now."),
     ("jog", "jog:jog", "Move one axis by hand, or read the channels, under the limits of the rig."),
     ("solve", "solve:solve", "Solve a run again from its journal."),
-    ("fit", "solve:fit", "Solve observations from a CSV file; no rig needed."),
+    ("fit", "fit:fit", "Solve observations from a CSV file; no rig needed."),
     ("archive", "archive:app", "Coefficient sets in the archive: list, show."),
     ("export", "export:export", "Write a coefficient set for another system."),
     ("verify", "export:verify", "Read an exported file back and recompute its test vectors."),

@@ -1,0 +1,184 @@
+"""``calrig fit``: from observations in a file to coefficients, by every model there is; no rig needed."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+
+from cyclopts import Parameter
+
+from procedures.cli.coefficients_text import axes_lines
+from procedures.cli.fit_set import WishedSet, wished_set, write_set
+from procedures.cli.output import note, print_json, say
+from procedures.errors import RequestError
+
+if TYPE_CHECKING:
+    from ams.models.thermal import TemperatureCoefficients
+    from ams.request import CalibrationRequest
+
+Named = Annotated[list[str] | None, Parameter(negative=())]
+Value = TypeVar("Value")
+
+ANGLES: Mapping[str, tuple[str, ...]] = {
+    "pitch-only": ("pitch",),
+    "pitch-roll": ("pitch", "roll"),
+    "pitch-yaw-roll-sting": ("pitch", "yaw"),
+    "pitch-yaw-roll-model": ("pitch", "yaw", "roll"),
+    "gyro": ("yaw", "roll"),
+}
+"""What a file must state for each model."""
+
+
+def fit(
+    file: Path,
+    /,
+    *,
+    model: Literal["pitch-roll", "pitch-only", "pitch-yaw-roll", "gyro", "linear"] = "pitch-roll",
+    package: Literal["sting", "model"] | None = None,
+    axis: Named = None,
+    temperature: Literal["none", "apply", "estimate"] = "none",
+    known_temperature: Named = None,
+    reference_temperature_degc: float | None = None,
+    extended: Literal["no", "test", "yes"] = "no",
+    rig: Path | None = None,
+    set_: Annotated[Path | None, Parameter(name="--set")] = None,
+    sensor: str | None = None,
+    gravity_mps2: float | None = None,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Solve observations from a CSV file; no rig needed.
+
+    The file has the columns replication, point, the angles of the model (pitch_deg, yaw_deg, roll_deg; for gyros also
+    pitch_rate_dps, yaw_rate_dps, roll_rate_dps; for linear reference_<unit>), optionally temperature_degc and time_s,
+    and one column for each sensor axis.
+
+    Parameters
+    ----------
+    file
+        The observations.
+    model
+        pitch-roll; pitch-only where roll stays zero; pitch-yaw-roll; gyro; or linear.
+    package
+        For pitch-yaw-roll: sting (roll does not reach it) or model.
+    axis
+        AXIS=COLUMN for each sensor axis, such as --axis x=sx_v --axis y=sy_v.
+    temperature
+        none; apply known temperature coefficients; or estimate them from the column temperature_degc.
+    known_temperature
+        AXIS=OFFSET_TC,SENSITIVITY_TC in V/°C and 1/°C, such as x=1.2e-5,-3e-5; two more numbers are their standard
+        uncertainties.
+    reference_temperature_degc
+        Where the coefficients hold; by default the mean temperature rounded to 1 °C.
+    extended
+        Whether the extended model is tried (test) or taken (yes).
+    rig
+        A rig file whose table uncertainty is carried into the result, and whose gravity a set states.
+    set_
+        Write a coefficient set to this JSON file.
+    sensor
+        The sensor's name in that set.
+    gravity_mps2
+        Local gravity of the calibration, for the set, where no rig file states it.
+    json
+        Print one JSON document.
+    """
+    from ams.errors import DesignError
+    from ams.request import CalibrationRequest
+    from procedures.solving import table_uncertainty
+    from rig.description import read_rig
+
+    columns = _by_axis(axis, "--axis", "COLUMN", lambda text: text)
+    name = _model_name(model, package)
+    description = None if rig is None else read_rig(rig)
+    if description is not None and model in ("gyro", "linear"):
+        raise RequestError(f"--rig: carries the indices of a table at rest: not allowed with --model {model}")
+    request = CalibrationRequest(
+        model=name,
+        nominal_axes={label: label for label in columns},
+        temperature=temperature,
+        known_temperature=_coefficients(known_temperature, temperature),
+        reference_temperature_degc=reference_temperature_degc,
+        extended=extended,
+        table=None if description is None else table_uncertainty(description),
+    )
+    wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description, name)
+    try:
+        document = _linear(file, columns, request) if name == "linear" else _solved(file, columns, request, wish)
+    except DesignError as error:
+        raise DesignError(f"{file}: {error}") from None
+    if json:
+        print_json(document)
+    else:
+        for line in axes_lines(document["axes"]):
+            say(line)
+    if wish is not None:
+        note(f"coefficient set: {wish.path}")
+
+
+def _solved(
+    file: Path, columns: Mapping[str, str], request: "CalibrationRequest", wish: "WishedSet | None"
+) -> dict[str, Any]:
+    from ams.document import to_document
+    from ams.observations_csv import read_csv, unit_warnings
+    from procedures.solving import solve_observations
+
+    observations = read_csv(file, columns, ANGLES[request.model], rates=request.model == "gyro")
+    solved = solve_observations(observations, request)
+    calibration = replace(solved, warnings=(*unit_warnings(observations), *solved.warnings))
+    if wish is not None:
+        write_set(wish, observations, calibration)
+    return {**to_document(calibration), "model": request.model, "convention": calibration.convention}
+
+
+def _linear(file: Path, columns: Mapping[str, str], request: "CalibrationRequest") -> dict[str, Any]:
+    from ams.linear_levels import linear_document, read_levels
+
+    return {**linear_document(read_levels(file, columns), request), "model": "linear", "convention": "SR"}
+
+
+def _model_name(model: str, package: str | None) -> str:
+    """The name that the mathematics knows: CR's two packages are two models."""
+    if model != "pitch-yaw-roll":
+        if package is not None:
+            raise RequestError(f"--package {package}: belongs to --model pitch-yaw-roll, not to --model {model}")
+        return model
+    if package is None:
+        raise RequestError("--package is missing: --model pitch-yaw-roll needs --package sting or --package model")
+    return f"{model}-{package}"
+
+
+def _coefficients(pairs: list[str] | None, temperature: str) -> "Mapping[str, TemperatureCoefficients]":
+    if not pairs:
+        return {}
+    if temperature != "apply":
+        raise RequestError(f"--known-temperature: belongs to --temperature apply, not to --temperature {temperature}")
+    return _by_axis(pairs, "--known-temperature", "OFFSET_TC,SENSITIVITY_TC", _two_or_four)
+
+
+def _two_or_four(text: str) -> "TemperatureCoefficients":
+    """Raises: ValueError."""
+    from ams.models.thermal import TemperatureCoefficients
+
+    values = [float(part) for part in text.split(",")]
+    if len(values) not in (2, 4) or not all(isfinite(value) for value in values) or any(u < 0.0 for u in values[2:]):
+        raise ValueError(text)
+    return TemperatureCoefficients(*values)
+
+
+def _by_axis(pairs: list[str] | None, option: str, what: str, parse: Callable[[str], Value]) -> dict[str, Value]:
+    """``["x=sx_v"]`` as ``{"x": "sx_v"}``."""
+    if not pairs:
+        raise RequestError(f"{option} is missing: give AXIS={what} for each sensor axis, such as {option} x={what}")
+    found: dict[str, Value] = {}
+    for pair in pairs:
+        name, _, text = pair.partition("=")
+        if name not in ("x", "y", "z") or not text:
+            raise RequestError(f"{option} {pair}: allowed is x={what}, y={what} or z={what}")
+        if name in found:
+            raise RequestError(f"{option} {pair}: axis {name} is given twice; each axis is given once")
+        try:
+            found[name] = parse(text)
+        except ValueError:
+            raise RequestError(f"{option} {pair}: got {text!r}, allowed {what}, finite numbers with points") from None
+    return found

@@ -1,0 +1,94 @@
+"""A coefficient set from a fit: what the file and the command say about where the numbers come from."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from procedures.errors import RequestError
+
+if TYPE_CHECKING:
+    from ams.observations import Observations
+    from ams.sets.provenance import Provenance
+    from ams.solve.result import Calibration
+    from rig.description import RigDescription
+
+ROUNDING_DIGITS = 9
+
+
+@dataclass(frozen=True)
+class WishedSet:
+    """What the command says about the set it asks for."""
+
+    path: Path
+    sensor: str
+    gravity_mps2: float
+    gravity_source: str
+    rig: str
+
+
+def wished_set(
+    path: Path, sensor: str | None, gravity_mps2: float | None, rig: "RigDescription | None", model: str
+) -> WishedSet:
+    """Raises: RequestError where the command does not say what a set must know."""
+    if model == "linear":
+        raise RequestError("--set: no coefficient set has straight lines; keep the JSON document of --json instead")
+    if path.suffix != ".json":
+        raise RequestError(f"--set {path}: a set is a JSON file: give a name that ends in .json")
+    if not sensor:
+        raise RequestError("--sensor is missing: --set needs the sensor's name, such as --sensor SN1047")
+    if rig is None and gravity_mps2 is None:
+        raise RequestError(
+            "--gravity-mps2 is missing: --set states the local gravity of the calibration: give it, or --rig RIG"
+        )
+    if rig is not None and gravity_mps2 is not None:
+        raise RequestError("--gravity-mps2: the rig file states gravity already; give one of the two")
+    if rig is not None:
+        return WishedSet(path, sensor, rig.rig.gravity_mps2, rig.rig.gravity_source, rig.rig.name)
+    assert gravity_mps2 is not None
+    if not 9.7 <= gravity_mps2 <= 9.9:
+        raise RequestError(f"--gravity-mps2: got {gravity_mps2:g} m/s², allowed 9.7 to 9.9 m/s²")
+    return WishedSet(path, sensor, gravity_mps2, "stated on the command line", "")
+
+
+def write_set(wish: WishedSet, observations: "Observations", calibration: "Calibration") -> None:
+    """Write the set whole. Raises: ams.errors.SetError."""
+    from ams.sets.coefficients import build_set
+    from ams.sets.export.formats import export_set
+
+    export_set(build_set(calibration, _provenance(wish, observations)), "json", wish.path)
+
+
+def _provenance(wish: WishedSet, rows: "Observations") -> "Provenance":
+    from ams.frames import body_rates_rad_s
+    from ams.sets.provenance import Provenance
+
+    rates = None
+    if rows.euler_rate_rad_s is not None:
+        yaw = np.zeros(rows.rows) if rows.yaw_rad is None else rows.yaw_rad
+        euler = np.stack([rows.pitch_rad, yaw, rows.roll_rad], axis=-1)
+        rates = _range(np.rad2deg(body_rates_rad_s(euler, rows.euler_rate_rad_s)))
+    return Provenance(
+        sensor=wish.sensor,
+        gravity_mps2=wish.gravity_mps2,
+        gravity_source=wish.gravity_source,
+        pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
+        roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
+        yaw_range_deg=None if rows.yaw_rad is None else _range(np.rad2deg(rows.yaw_rad)),
+        rate_range_dps=rates,
+        temperature_range_degc=None if rows.temperature_degc is None else _range(rows.temperature_degc),
+        created_utc=datetime.now(UTC),
+        software_version=version("calrig"),
+        rig=wish.rig,
+        procedure=f"fit of {Path(rows.source).name}",
+        simulated=False,
+        serial=wish.sensor,
+    )
+
+
+def _range(values: NDArray[Any]) -> tuple[float, float]:
+    return round(float(values.min()), ROUNDING_DIGITS), round(float(values.max()), ROUNDING_DIGITS)
