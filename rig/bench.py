@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
+from rig.axis_twins import AXIS_TWINS
 from rig.description import RigDescription, TwinSection
 from rig.devices.csv_imu import CsvImuSettings
 from rig.devices.hp3458a import Hp3458aSettings
-from rig.devices.indexing_table import IndexingTableSettings
 from rig.devices.scpi_daq import ScpiDaqSettings
 from rig.devices.watlow_f4 import WatlowF4Settings
 from rig.devices.watlow_f4t import WatlowF4TSettings
@@ -22,7 +22,6 @@ from rig.twins.csv_imu import CsvImuTwin
 from rig.twins.hp3458a import Hp3458aTwin, ScannedInput
 from rig.twins.hp3488a import Hp3488aTwin
 from rig.twins.imu import MotionSource
-from rig.twins.indexing_table import IndexingTableTwin
 from rig.twins.modbus_slave import ModbusSlave
 from rig.twins.prologix import GpibInstrument, PrologixTwin
 from rig.twins.scpi_daq import ScpiDaqTwin
@@ -35,8 +34,6 @@ from rig.twins.watlow_f4t import WatlowF4TTwin
 from rig.twins.world import World
 from rig.wire import hp3458a as meter_wire
 from rig.wire import hp3488a as scanner_wire
-from rig.wire.indexing_table import TableCodec
-from rig.wire.table_dialect import load_dialect
 
 Builder = TypeVar("Builder")
 
@@ -79,7 +76,7 @@ def twin_lines(description: RigDescription, world: World, time_factor: float = 1
     readouts = {name: meter for name, meter in description.readouts.items() if is_twin(meter)}
     chambers = {name: chamber for name, chamber in description.environment.items() if chamber.port == TWIN_PORT}
     return [
-        *(_axes_line({name: axes[name] for name in line}, world) for line in axis_lines(axes)),
+        *(_axes_line({name: axes[name] for name in line}, world, time_factor) for line in axis_lines(axes)),
         *(_readout_line(name, readout, world) for name, readout in readouts.items()),
         *(_environment_line(name, chamber, world, time_factor) for name, chamber in chambers.items()),
         *_stream_lines(description, world),
@@ -90,9 +87,10 @@ def is_twin(readout: ReadoutSettings) -> bool:
     return getattr(readout, "resource", None) == TWIN_PORT
 
 
-def _axes_line(axes: Mapping[str, AxisSettings], world: World) -> TwinLine:
+def _axes_line(axes: Mapping[str, AxisSettings], world: World, time_factor: float) -> TwinLine:
     keys = tuple(f"axes.{name}" for name in axes)
-    return TwinLine(keys, _twin("axes", AXIS_TWINS, axes[next(iter(axes))].driver, keys[0])(axes, world))
+    builder = _twin("axes", AXIS_TWINS, axes[next(iter(axes))].driver, keys[0])
+    return TwinLine(keys, builder(axes, world, time_factor))
 
 
 def _readout_line(name: str, readout: ReadoutSettings, world: World) -> TwinLine:
@@ -113,13 +111,6 @@ def _stream_lines(description: RigDescription, world: World) -> Iterator[TwinLin
     for name, stream in streams.items():
         key = f"streams.{name}"
         yield TwinLine((key,), _twin("streams", STREAM_TWINS, stream.driver, key)(name, stream, source))
-
-
-def _indexing_table(axes: Mapping[str, AxisSettings], world: World) -> Twin:
-    tables = [settings_as(IndexingTableSettings, axis) for axis in axes.values()]
-    finest = min(tables, key=lambda settings: settings.increment_deg)
-    codec = TableCodec(load_dialect(finest.dialect, finest.increment_deg))
-    return IndexingTableTwin(codec, {axis.axis: name for name, axis in axes.items()}, world)
 
 
 def _hp3458a(name: str, readout: ReadoutSettings, world: World) -> tuple[Twin, str]:
@@ -172,7 +163,6 @@ def _csv_imu(name: str, stream: StreamSettings, source: MotionSource) -> Twin:
     )
 
 
-AXIS_TWINS: Mapping[str, Callable[[Mapping[str, AxisSettings], World], Twin]] = {"indexing-table": _indexing_table}
 READOUT_TWINS: Mapping[str, Callable[[str, ReadoutSettings, World], tuple[Twin, str]]] = {
     "hp3458a": _hp3458a,
     "scpi-daq": _scpi_daq,

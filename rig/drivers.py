@@ -17,7 +17,14 @@ Ability = Literal["axes", "readouts", "environments", "streams"]
 Part = Literal["open", "twin"]
 
 BUILT_IN: Mapping[Ability, Mapping[str, str]] = {
-    "axes": {"indexing-table": "rig.devices.indexing_table:IndexingTableSettings"},
+    "axes": {
+        "esp301": "rig.devices.esp301:Esp301Settings",
+        "indexing-table": "rig.devices.indexing_table:IndexingTableSettings",
+        "maestro": "rig.devices.maestro:MaestroSettings",
+        "manual": "rig.devices.manual:ManualSettings",
+        "oriental-az": "rig.devices.oriental_az:OrientalAzSettings",
+        "zaber": "rig.devices.zaber:ZaberSettings",
+    },
     "readouts": {
         "hp3458a": "rig.devices.hp3458a:Hp3458aSettings",
         "scpi-daq": "rig.devices.scpi_daq:ScpiDaqSettings",

@@ -29,11 +29,13 @@ class Lines:
         """By the table that opened the line."""
         self._buses: dict[tuple[str, str], GpibBus] = {}
 
-    def stream(self, key: str, port: str, baud_rate: int = 9600) -> ByteStream:
+    def stream(
+        self, key: str, port: str, baud_rate: int = 9600, *, parity: str = "N", rts_cts: bool = False
+    ) -> ByteStream:
         """The line to ``port``; a twin's is in memory and its own. Raises: LinkLost, RigBusy, RequestRefused."""
         name = f"twin of {key}" if port == TWIN_PORT else canonical(port)
         if name not in self._streams:
-            stream = CountedStream(self._source(key, lambda: self._open(key, port, baud_rate)))
+            stream = CountedStream(self._source(key, lambda: self._open(key, port, baud_rate, parity, rts_cts)))
             self._opened.callback(stream.close)
             self._streams[name] = stream
             self.counts[key] = stream.counts
@@ -47,10 +49,10 @@ class Lines:
             self._opened.callback(self._buses[place].close)
         return self._buses[place]
 
-    def _open(self, key: str, port: str, baud_rate: int) -> ByteStream:
+    def _open(self, key: str, port: str, baud_rate: int, parity: str, rts_cts: bool) -> ByteStream:
         if port == TWIN_PORT:
             return MemoryStream(self._twins[key], self._clock, f"twin of {key}")
-        return open_stream(port, clock=SystemClock(), baud_rate=baud_rate, owner=key)
+        return open_stream(port, clock=SystemClock(), baud_rate=baud_rate, parity=parity, rts_cts=rts_cts, owner=key)
 
     def _open_bus(self, key: str, resource: GpibResource) -> GpibBus:
         if resource.carrier == "visa":

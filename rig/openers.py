@@ -4,25 +4,45 @@ from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 from rig.clock import Clock
-from rig.devices import csv_imu, indexing_table, vn100, watlow_f4, watlow_f4t
+from rig.devices import (
+    csv_imu,
+    esp301,
+    indexing_table,
+    maestro,
+    manual,
+    oriental_az,
+    vn100,
+    watlow_f4,
+    watlow_f4t,
+    zaber,
+)
 from rig.devices.abilities import Axis, Environment, Readout, Stream
 from rig.devices.csv_imu import CsvImuSettings
+from rig.devices.esp301 import Esp301Settings
 from rig.devices.hp3458a import Hp3458aReadout, Hp3458aSettings, scanner_resource
 from rig.devices.indexing_table import IndexingTableSettings
+from rig.devices.maestro import MaestroSettings
+from rig.devices.manual import ManualSettings
+from rig.devices.oriental_az import OrientalAzSettings
 from rig.devices.scpi_daq import DEFAULT_ADDRESS as DAQ_ADDRESS
 from rig.devices.scpi_daq import ScpiDaqReadout, ScpiDaqSettings
 from rig.devices.vn100 import Vn100Settings
 from rig.devices.watlow_f4 import WatlowF4Settings
 from rig.devices.watlow_f4t import WatlowF4TSettings
+from rig.devices.zaber import ZaberSettings
 from rig.drivers import Ability, registered_part
 from rig.errors import DescriptionError
 from rig.lines import Lines
+from rig.link.byte_stream import ByteStream
 from rig.link.gpib import is_on_a_bus, parse_resource
 from rig.link.messages import GpibMessages, MessageLine, StreamMessages
 from rig.settings import AxisSettings, EnvironmentSettings, ReadoutSettings, StreamSettings
 from rig.wire.hp3458a import DEFAULT_ADDRESS
 
 Settings = TypeVar("Settings")
+Kind = TypeVar("Kind", bound=AxisSettings)
+AxesOpener = Callable[[Mapping[str, AxisSettings], Lines], Mapping[str, Axis]]
+LINE_SETTINGS = ("baud_rate", "parity", "rts_cts")
 
 
 def open_axes(axes: Mapping[str, AxisSettings], lines: Lines) -> Mapping[str, Axis]:
@@ -46,10 +66,16 @@ def open_sample_stream(name: str, settings: StreamSettings, lines: Lines, clock:
     return _opener("streams", STREAMS, settings.driver, f"streams.{name}")(name, settings, lines, clock)
 
 
-def _indexing_tables(axes: Mapping[str, AxisSettings], lines: Lines) -> Mapping[str, Axis]:
-    tables = {name: settings_as(IndexingTableSettings, axis) for name, axis in axes.items()}
-    first = next(iter(tables))
-    return indexing_table.connect(tables, lines.stream(f"axes.{first}", tables[first].port))
+def _axes_of(kind: type[Kind], connect: Callable[[Mapping[str, Kind], ByteStream], Mapping[str, Axis]]) -> AxesOpener:
+    """The opener of a driver whose axes share a line; baud rate, parity and handshake where its settings have them."""
+
+    def open_line(axes: Mapping[str, AxisSettings], lines: Lines) -> Mapping[str, Axis]:
+        own = {name: settings_as(kind, axis) for name, axis in axes.items()}
+        first = next(iter(own))
+        line = {name: value for name in LINE_SETTINGS if (value := getattr(own[first], name, None)) is not None}
+        return connect(own, lines.stream(f"axes.{first}", own[first].port, **line))
+
+    return open_line
 
 
 def _hp3458a(name: str, settings: ReadoutSettings, lines: Lines, clock: Clock) -> Readout:
@@ -91,8 +117,13 @@ def _csv_imu(name: str, settings: StreamSettings, lines: Lines, clock: Clock) ->
     return csv_imu.connect(name, board, lines.stream(f"streams.{name}", board.port, board.baud_rate), clock)
 
 
-AXES: Mapping[str, Callable[[Mapping[str, AxisSettings], Lines], Mapping[str, Axis]]] = {
-    "indexing-table": _indexing_tables
+AXES: Mapping[str, AxesOpener] = {
+    "esp301": _axes_of(Esp301Settings, esp301.connect),
+    "indexing-table": _axes_of(IndexingTableSettings, indexing_table.connect),
+    "maestro": _axes_of(MaestroSettings, maestro.connect),
+    "manual": _axes_of(ManualSettings, manual.connect),
+    "oriental-az": _axes_of(OrientalAzSettings, oriental_az.connect),
+    "zaber": _axes_of(ZaberSettings, zaber.connect),
 }
 READOUTS: Mapping[str, Callable[[str, ReadoutSettings, Lines, Clock], Readout]] = {
     "hp3458a": _hp3458a,

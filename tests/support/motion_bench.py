@@ -6,6 +6,7 @@ from typing import Any
 
 from table_bench import example_rig, virtual_clock
 
+from rig.axis_twins import AXIS_TWINS
 from rig.clock import VirtualClock
 from rig.devices import esp301, indexing_table, maestro, manual, oriental_az, zaber
 from rig.devices.abilities import Axis
@@ -13,22 +14,12 @@ from rig.link.byte_stream import ByteStream
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
 from rig.settings import AxisSettings
-from rig.twins.esp301 import Esp301Twin
-from rig.twins.indexing_table import IndexingTableTwin
-from rig.twins.maestro import ChannelSettings, MaestroTwin
-from rig.twins.manual import OperatorTwin
-from rig.twins.oriental_az import AzMotor, OrientalAzTwin
-from rig.twins.twin import Twin
+from rig.twins.oriental_az import OrientalAzTwin
 from rig.twins.world import World
-from rig.twins.zaber import Stage, ZaberTwin
-from rig.wire.indexing_table import TableCodec
-from rig.wire.maestro import DEFAULT_DEVICE
-from rig.wire.pulses import PulseCalibration
-from rig.wire.table_dialect import load_dialect
 
 Axes = Mapping[str, Any]
-FRAME_GAP_S = 200.0
-"""Silence after which a Modbus twin forgets half a frame: a second of the machine where time runs 200 times as fast."""
+TIME_FACTOR = 200.0
+"""The largest at which these twins are served: a Modbus twin forgets half a frame after a second of the line."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +27,6 @@ class Driver:
     """How the axes of one driver are made for a bench."""
 
     settings: type[AxisSettings]
-    twin: Callable[[Axes, World], Twin]
     connect: Callable[[Axes, ByteStream], Mapping[str, Axis]]
     extra: Mapping[str, object]
     """Settings the driver needs beside the common ones."""
@@ -67,60 +57,19 @@ class MotionBench:
             assert axis.state().is_homed
 
 
-def _numbers(axes: Axes) -> dict[int, str]:
-    return {axis.axis: name for name, axis in axes.items()}
-
-
-def _table_twin(axes: Axes, world: World) -> Twin:
-    return IndexingTableTwin(TableCodec(load_dialect(None, 1.0)), _numbers(axes), world)
-
-
-def _zaber_twin(axes: Axes, world: World) -> Twin:
-    return ZaberTwin({axis.axis: (name, Stage(axis.microstep_deg)) for name, axis in axes.items()}, world)
-
-
-def _esp301_twin(axes: Axes, world: World) -> Twin:
-    return Esp301Twin(_numbers(axes), world)
-
-
-def _maestro_twin(axes: Axes, world: World) -> Twin:
-    first = next(iter(axes.values()))
-    return MaestroTwin(
-        {axis.axis: (name, PulseCalibration(axis.points)) for name, axis in axes.items()},
-        world,
-        model=first.model,
-        device=DEFAULT_DEVICE if first.device_number is None else first.device_number,
-        has_crc=first.crc,
-        settings=ChannelSettings(low=2000, high=10000),
-    )
-
-
-def _oriental_az_twin(axes: Axes, world: World) -> Twin:
-    motors = {axis.axis: (name, AzMotor(axis.step_deg, is_homed=False)) for name, axis in axes.items()}
-    return OrientalAzTwin(motors, world, gap_s=FRAME_GAP_S)
-
-
 DRIVERS: dict[str, Driver] = {
-    "indexing-table": Driver(
-        indexing_table.IndexingTableSettings, _table_twin, indexing_table.connect, {"increment_deg": 1.0}
-    ),
-    "esp301": Driver(esp301.Esp301Settings, _esp301_twin, esp301.connect, {}),
+    "indexing-table": Driver(indexing_table.IndexingTableSettings, indexing_table.connect, {"increment_deg": 1.0}),
+    "esp301": Driver(esp301.Esp301Settings, esp301.connect, {}),
     "maestro": Driver(
         maestro.MaestroSettings,
-        _maestro_twin,
         maestro.connect,
         {"points": [[500.0, -180.0], [2500.0, 180.0]], "pulse_limits_us": [500.0, 2500.0]},
     ),
-    "manual": Driver(manual.ManualSettings, lambda axes, world: OperatorTwin(list(axes), world), manual.connect, {}),
+    "manual": Driver(manual.ManualSettings, manual.connect, {}),
     "oriental-az": Driver(
-        oriental_az.OrientalAzSettings,
-        _oriental_az_twin,
-        oriental_az.connect,
-        {"step_deg": 0.01, "top_rate_dps": 180.0},
+        oriental_az.OrientalAzSettings, oriental_az.connect, {"step_deg": 0.01, "top_rate_dps": 180.0}
     ),
-    "zaber": Driver(
-        zaber.ZaberSettings, _zaber_twin, zaber.connect, {"microstep_deg": 0.000234375, "top_rate_dps": 450.0}
-    ),
+    "zaber": Driver(zaber.ZaberSettings, zaber.connect, {"microstep_deg": 0.000234375, "top_rate_dps": 450.0}),
 }
 
 
@@ -138,10 +87,18 @@ def world_of(axes: Axes) -> World:
     return World(example_rig().model_copy(update={"axes": dict(axes)}))
 
 
+def twin_of(driver: str, axes: Axes, world: World) -> Any:
+    """As it is delivered: no axis has a home."""
+    twin = AXIS_TWINS[driver](axes, world, TIME_FACTOR)
+    for unit in twin.units.values() if isinstance(twin, OrientalAzTwin) else ():
+        unit.servo.power_cycle(0.0)
+    return twin
+
+
 def motion_bench(driver: str, **changes: object) -> MotionBench:
     """In memory and in virtual time."""
     axes = settings_of(driver, **changes)
     clock, world, faults = virtual_clock(), world_of(axes), FaultScript()
-    twin = DRIVERS[driver].twin(axes, world)
+    twin = twin_of(driver, axes, world)
     stream = MemoryStream(twin, clock, driver, faults)
     return MotionBench(clock, world, twin, faults, DRIVERS[driver].connect(axes, stream), stream)

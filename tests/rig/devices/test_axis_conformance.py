@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from motion_bench import DRIVERS, motion_bench, settings_of, world_of
+from motion_bench import DRIVERS, motion_bench, settings_of, twin_of, world_of
 from table_bench import virtual_clock
 
 from rig.clock import Clock, ScaledClock, SystemClock
@@ -30,7 +30,7 @@ def line(request: pytest.FixtureRequest) -> str:
 def bench(request: pytest.FixtureRequest, line: str) -> Iterator[tuple[Mapping[str, Axis], Clock]]:
     driver = DRIVERS[request.param]
     axes = settings_of(request.param)
-    twin = driver.twin(axes, world_of(axes))
+    twin = twin_of(request.param, axes, world_of(axes))
     if line == "memory":
         clock: Clock = virtual_clock()
         yield driver.connect(axes, MemoryStream(twin, clock, "memory")), clock

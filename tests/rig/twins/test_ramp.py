@@ -1,6 +1,7 @@
 """Laws of the twins' paths: limited speed and acceleration, the shortest time, no jump anywhere."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -43,10 +44,8 @@ def test_no_ramp_breaks_its_limits_or_jumps(
     assert ramp.at(ramp.arrival_s) == target
     assert ramp.speed_at(ramp.arrival_s) == 0.0
     assert max(abs(speed) for speed in speeds) <= top * (1.0 + 1e-6)
-    assert all(
-        abs(b - a) <= (top + acceleration * step_s) * step_s + 1e-6 for a, b in zip(places, places[1:], strict=False)
-    )
-    assert all(abs(b - a) <= acceleration * step_s * 1.001 + 1e-3 for a, b in zip(speeds, speeds[1:], strict=False))
+    assert all(abs(b - a) <= (top + acceleration * step_s) * step_s + 1e-6 for a, b in pairwise(places))
+    assert all(abs(b - a) <= acceleration * step_s * 1.001 + 1e-3 for a, b in pairwise(speeds))
 
 
 def test_a_spin_ramps_to_its_rate_and_keeps_it() -> None:
