@@ -8,19 +8,15 @@ from cyclopts import Parameter
 from procedures.cli.output import print_json, say
 from procedures.cli.places import find_run, login_name
 
-Json = Annotated[bool, Parameter(negative=())]
+Json = Annotated[bool, Parameter(negative=(), help="Print one JSON document.")]
+Run = Annotated[
+    str, Parameter(help="A run folder, its journal, its name under ./runs, or a folder that holds exactly one run.")
+]
+Operator = Annotated[str | None, Parameter(help="Who asks; by default the login name.")]
 
 
-def status(run: str, /, *, json: Json = False) -> None:
-    """Look at a run: state, dwells done, when it should end.
-
-    Parameters
-    ----------
-    run
-        A run folder, its journal, its name under ./runs, or a folder that holds exactly one run.
-    json
-        Print one JSON document.
-    """
+def status(run: Run, /, *, json: Json = False) -> None:
+    """Look at a run: state, dwells done, when it should end."""
     from procedures.run.status import status as look
 
     found = look(find_run(run))
@@ -34,55 +30,23 @@ def status(run: str, /, *, json: Json = False) -> None:
         say(f"held by: {found.held_by}")
 
 
-def pause(run: str, /, *, operator: str | None = None) -> None:
-    """Pause a run after the dwell in progress; `calrig continue` goes on.
-
-    Parameters
-    ----------
-    run
-        The run.
-    operator
-        Who asks; by default the login name.
-    """
+def pause(run: Run, /, *, operator: Operator = None) -> None:
+    """Pause a run after the dwell in progress; `calrig continue` goes on."""
     _ask(run, "pause", operator)
 
 
-def continue_(run: str, /, *, operator: str | None = None) -> None:
-    """Continue a paused or held run.
-
-    Parameters
-    ----------
-    run
-        The run.
-    operator
-        Who asks; by default the login name.
-    """
+def continue_(run: Run, /, *, operator: Operator = None) -> None:
+    """Continue a paused or held run."""
     _ask(run, "continue", operator)
 
 
-def stop(run: str, /, *, operator: str | None = None) -> None:
-    """Stop a run after the dwell in progress; `calrig resume` goes on later.
-
-    Parameters
-    ----------
-    run
-        The run.
-    operator
-        Who asks; by default the login name.
-    """
+def stop(run: Run, /, *, operator: Operator = None) -> None:
+    """Stop a run after the dwell in progress; `calrig resume` goes on later."""
     _ask(run, "stop", operator)
 
 
-def abort(run: str, /, *, operator: str | None = None) -> None:
-    """Abort a run: axes stop now, the run has ended.
-
-    Parameters
-    ----------
-    run
-        The run.
-    operator
-        Who asks; by default the login name.
-    """
+def abort(run: Run, /, *, operator: Operator = None) -> None:
+    """Abort a run: axes stop now, the run has ended."""
     _ask(run, "abort", operator)
 
 
