@@ -19,7 +19,7 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import Field, field_validator, model_validator
 
 from rig.devices.abilities import AxisState
-from rig.devices.targets import check_target
+from rig.devices.targets import check_target, nearest_step
 from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
 from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
@@ -217,13 +217,17 @@ class MaestroAxis:
     def _aim(self, target_deg: float) -> None:
         """Speed and acceleration go along every time: a controller that lost power forgot them."""
         channel = self._settings.axis
-        target = round(self._calibration.pulse_us(self._table_deg(target_deg)) * wire.QUARTERS_PER_US)
+        limits = self._quarters(self.limits_deg[0]), self._quarters(self.limits_deg[1])
+        target = nearest_step(self._quarters(target_deg), limits)
         self._target = target
         self._controller.tell(
             wire.set_speed(channel, self._speed),
             wire.set_acceleration(channel, self._settings.acceleration),
             wire.set_target(channel, target),
         )
+
+    def _quarters(self, attitude_deg: float) -> float:
+        return self._calibration.pulse_us(self._table_deg(attitude_deg)) * wire.QUARTERS_PER_US
 
     def _table_deg(self, attitude_deg: float) -> float:
         return self._settings.sign * attitude_deg + self._settings.zero_deg

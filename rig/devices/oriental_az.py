@@ -17,7 +17,7 @@ from pydantic import Field
 from rig.clock import Clock
 from rig.devices import rates
 from rig.devices.abilities import AxisState, TurnLook
-from rig.devices.targets import check_target
+from rig.devices.targets import check_target, nearest_step
 from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused
 from rig.exchange import Patience
 from rig.link.byte_stream import ByteStream
@@ -85,7 +85,7 @@ class OrientalAzAxis:
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
         self._require_ready(f"move to {target_deg:g} deg")
-        target = round(self._table_deg(target_deg) / self._settings.step_deg)
+        target = nearest_step(self._step(target_deg), (self._step(self.limits_deg[0]), self._step(self.limits_deg[1])))
         operation = self._operation(wire.ABSOLUTE, target, self._steps(self.speed_dps))
         self._start(lambda: self._operate(operation), lambda: self._position() == target)
 
@@ -181,6 +181,9 @@ class OrientalAzAxis:
 
     def _is_set(self, outputs: int, bit: int) -> bool:
         return bool(outputs >> bit & 1)
+
+    def _step(self, attitude_deg: float) -> float:
+        return self._table_deg(attitude_deg) / self._settings.step_deg
 
     def _table_deg(self, attitude_deg: float) -> float:
         return self._settings.sign * attitude_deg + self._settings.zero_deg

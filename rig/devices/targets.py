@@ -32,6 +32,12 @@ def check_target(
         )
 
 
+def nearest_step(step: float, limits: tuple[float, float]) -> int:
+    """The whole step of a machine nearest to ``step`` and not beyond ``limits``, given in steps in any order."""
+    low, high = sorted(limits)
+    return min(max(round(step), math.ceil(low - _GRID_TOLERANCE)), math.floor(high + _GRID_TOLERANCE))
+
+
 def is_on_increment(table_deg: float, increment_deg: float) -> bool:
     """True for a multiple of the increment, and always on a continuous axis (increment 0)."""
     if increment_deg == 0.0:

@@ -16,7 +16,7 @@ from rig.clock import Clock
 from rig.devices import rates
 from rig.devices.abilities import AxisState, TurnLook
 from rig.devices.machine_limits import require_travel
-from rig.devices.targets import check_target
+from rig.devices.targets import check_target, nearest_step
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
 from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
@@ -112,7 +112,7 @@ class ZaberAxis:
         self.check_target(target_deg)
         self._require_home(f"move to {target_deg:g} deg")
         self._prepare()
-        target = round(self._table_deg(target_deg) / self._settings.microstep_deg)
+        target = nearest_step(self._step(target_deg), (self._step(self.limits_deg[0]), self._step(self.limits_deg[1])))
         self._start(f"move abs {target}", lambda: self._position() == target)
 
     def start_rate(self, rate_dps: float) -> None:
@@ -189,6 +189,9 @@ class ZaberAxis:
 
     def _velocity(self, rate_dps: float) -> int:
         return round(rate_dps / self._settings.microstep_deg * self._settings.velocity_scale)
+
+    def _step(self, attitude_deg: float) -> float:
+        return self._table_deg(attitude_deg) / self._settings.microstep_deg
 
     def _table_deg(self, attitude_deg: float) -> float:
         return self._settings.sign * attitude_deg + self._settings.zero_deg

@@ -113,5 +113,5 @@ def test_no_request_ever_brings_the_body_outside_the_limits(
         assert bench.true_deg == pytest.approx(sign * target_deg + zero_deg, abs=CLOSE_DEG)
     ends_deg = sorted(sign * end + zero_deg for end in (low, high))
     lowest_deg, highest_deg = bench.world.axes["pitch"].reached_deg
-    assert min(ends_deg[0], 0.0) - 1e-3 <= lowest_deg
-    assert highest_deg <= max(ends_deg[1], 0.0) + 1e-3
+    assert min(ends_deg[0], 0.0) - 1e-6 <= lowest_deg
+    assert highest_deg <= max(ends_deg[1], 0.0) + 1e-6
