@@ -7,7 +7,6 @@ reading takes away again.
 """
 
 import csv
-import hashlib
 import io
 import json
 import re
@@ -17,15 +16,20 @@ from itertools import groupby
 from ams.errors import SetError
 from ams.sets.canonical import Json
 from ams.sets.coefficients import CoefficientSet, from_document
+from ams.sets.export.seal import INTACT, Seal
 from ams.sets.units import unit_of
 
 HEADER = ("path", "kind", "value", "unit")
 LINE_END = "\r\n"
-CHECKSUM_PATH = "sha256 of all bytes above this line"
+SEAL = Seal(
+    kind="CSV",
+    head=(",".join(HEADER) + LINE_END).encode(),
+    before=b"sha256 of all bytes above this line,text,",
+    after=("," + LINE_END).encode(),
+)
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n", "'", "＝", "＋", "－", "＠")
 DIMENSIONLESS = "1"
 IN_STATED_UNIT = ("value", "standard_uncertainty", "tp_standard_uncertainty", "interval_95")
-INTACT = "the set is not used; take an intact copy, or export the set again"
 
 
 def to_csv(coefficients: CoefficientSet) -> bytes:
@@ -33,61 +37,33 @@ def to_csv(coefficients: CoefficientSet) -> bytes:
     body = io.StringIO()
     writer = csv.writer(body, lineterminator=LINE_END)
     writer.writerow(HEADER)
-    writer.writerows(_rows(coefficients.document))
-    content = body.getvalue().encode("utf-8")
-    return content + _checksum_line(content)
+    writer.writerows(rows_of(coefficients.document))
+    return SEAL.sealed(body.getvalue().encode("utf-8"))
 
 
 def from_csv(content: bytes, where: str) -> CoefficientSet:
     """The set in the bytes of a file. Raises: SetError where the file is not whole, was changed, or is no set."""
-    body = _checked_body(content, where)
+    body = SEAL.checked_body(content, where)
     rows = csv.reader(io.StringIO(body.decode("utf-8"), newline=""))
     leaves = [_leaf(row, f"{where}: row {number}") for number, row in enumerate(rows, 1) if number > 1]
     return from_document(_tree(leaves, where) if leaves else {}, where)
 
 
-def _checksum_line(content: bytes) -> bytes:
-    return f"{CHECKSUM_PATH},text,{hashlib.sha256(content).hexdigest()},{LINE_END}".encode()
-
-
-def _checked_body(content: bytes, where: str) -> bytes:
-    first_line = content.split(b"\n")[0][:60]
-    head = ",".join(HEADER).encode() + LINE_END.encode()
-    if not content:
-        raise SetError(f"{where}: is empty: got 0 bytes; {INTACT}")
-    if not content.startswith(head):
-        raise SetError(
-            f"{where}: is not a coefficient set as CSV: its first line is {first_line!r}, "
-            f"needed is {','.join(HEADER)}; another kind of file, saved again by a spreadsheet, or damaged; {INTACT}"
-        )
-    found = re.search(rb"(?:^|\n)(" + CHECKSUM_PATH.encode() + rb",text,[^\n]*\n)\Z", content)
-    if found is None:
-        raise SetError(
-            f"{where}: is truncated or was saved again by another program: the checksum line is missing "
-            f"at the end of its {len(content)} bytes; {INTACT}"
-        )
-    body = content[: found.start(1)]
-    if _checksum_line(body) != found.group(1):
-        raise SetError(
-            f"{where}: checksum: does not fit the content: changed or damaged after it was written; {INTACT}"
-        )
-    return body
-
-
-def _rows(value: Json, path: str = "", unit: str = "") -> Iterator[tuple[str, str, str, str]]:
+def rows_of(value: Json, path: str = "", unit: str = "") -> Iterator[tuple[str, str, str, str]]:
+    """Path, kind, value and unit of every leaf of the document."""
     if isinstance(value, dict) and value:
         for key, inner in value.items():
             name = key.replace("~", "~0").replace("/", "~1").replace("[", "~2")
-            yield from _rows(inner, f"{path}/{name}", _unit_below(value, key, unit))
+            yield from rows_of(inner, f"{path}/{name}", unit_below(value, key, unit))
     elif isinstance(value, list) and value:
         for index, inner in enumerate(value):
-            yield from _rows(inner, f"{path}/[{index}]", unit)
+            yield from rows_of(inner, f"{path}/[{index}]", unit)
     else:
         kind, text = _cell(value)
         yield path, kind, text, unit if kind == "number" else ""
 
 
-def _unit_below(table: dict[str, Json], key: str, unit: str) -> str:
+def unit_below(table: dict[str, Json], key: str, unit: str) -> str:
     """The unit of an entry: as its table states, else as its name ends, else that of the name it stands under."""
     stated = table.get("unit")
     if unit == DIMENSIONLESS or key == "effective_degrees_of_freedom":

@@ -25,14 +25,15 @@ def from_json(content: bytes, where: str) -> CoefficientSet:
 
     Raises: SetError that tells truncated, not JSON, not a set, newer, changed and misshapen apart.
     """
-    coefficients = from_document(_parsed(content, where), where)
+    coefficients = from_document(parsed(content, where), where)
     written = render(coefficients.document)
     if written != content:
         raise SetError(_difference(written, content, where))
     return coefficients
 
 
-def _parsed(content: bytes, where: str) -> Json:
+def parsed(content: bytes, where: str) -> Json:
+    """The value in the bytes. Raises: SetError where it is empty, no text, truncated, not JSON or not finite."""
     if not content.strip():
         raise SetError(f"{where}: is empty: got {len(content)} bytes; {INTACT}")
     try:

@@ -13,10 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from ams.errors import SetError, VectorsDisagree
-from ams.sets.canonical import Document, Json, table
+from ams.errors import SetError
+from ams.sets.canonical import Document, Json
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.export.json_text import from_json, to_json
+from ams.sets.export.native import axes_used, check_same, columns, numeric
+from ams.sets.export.seal import INTACT
 
 HEAD_BYTES = 116
 HEAD = b"MATLAB 5.0 MAT-file calrig, SHA-256 from byte 117: "
@@ -26,7 +28,6 @@ HOW_TO_READ = (
     "calrig.axes.x.primary.values and calrig.axes.x.equation.primary give the output of axis x; check yours against "
     "calrig.test_vectors.forward. [] is null, in matrices NaN. jsondecode(calrig.document_json) is the whole set."
 )
-INTACT = "the set is not used; take an intact copy, or export the set again"
 
 
 def to_matlab(coefficients: CoefficientSet) -> bytes:
@@ -97,20 +98,15 @@ def _vectors_struct(section: Document) -> dict[str, Any]:
 
 def _columns(vectors: Json) -> Any:
     """A struct of columns from a list of test vectors; [] where there are none."""
-    if not isinstance(vectors, list):
-        return np.zeros((0, 0))
-    return _stacked([vector for vector in vectors if isinstance(vector, dict)])
+    found = columns(vectors)
+    return np.zeros((0, 0)) if found is None else _upright(found)
 
 
-def _stacked(tables: list[Document]) -> dict[str, Any]:
-    columns: dict[str, Any] = {}
-    for key, first in tables[0].items():
-        inner = [table[key] for table in tables]
-        if isinstance(first, dict):
-            columns[_name(key, columns)] = _stacked([table for table in inner if isinstance(table, dict)])
-        else:
-            columns[_name(key, columns)] = np.array(inner, dtype=float).reshape(-1, 1)
-    return columns
+def _upright(columns: Mapping[str, Any]) -> dict[str, Any]:
+    named: dict[str, Any] = {}
+    for key, column in columns.items():
+        named[_name(key, named)] = _upright(column) if isinstance(column, Mapping) else column.reshape(-1, 1)
+    return named
 
 
 def _matlab(value: Json) -> Any:
@@ -127,12 +123,9 @@ def _matlab(value: Json) -> Any:
 
 
 def _matlab_list(values: list[Json]) -> Any:
-    rows = [row if isinstance(row, list) else [row] for row in values]
-    numeric = all(entry is None or type(entry) in (int, float) for row in rows for entry in row)
-    if numeric and len({len(row) for row in rows}) <= 1:
-        matrix = np.array([[np.nan if entry is None else entry for entry in row] for row in rows], dtype=float)
-        is_row = not any(isinstance(row, list) for row in values)
-        return matrix.reshape(1, -1) if is_row else matrix
+    matrix = numeric(values)
+    if matrix is not None:
+        return np.atleast_2d(matrix)
     cells = np.empty((1, len(values)), dtype=object)
     for index, inner in enumerate(values):
         cells[0, index] = _matlab(inner)
@@ -151,34 +144,5 @@ def _name(key: str, taken: Mapping[str, Any]) -> str:
 
 def _check_numbers(struct: Mapping[str, Any], coefficients: CoefficientSet, where: str) -> None:
     """What a reader of the struct uses is what the document says. Raises: VectorsDisagree."""
-    axes = table(coefficients.document["axes"])
-    expected = _matlab({name: _used_numbers(table(section)) for name, section in axes.items()})
-    if not _agrees(struct["axes"], expected):
-        raise VectorsDisagree(
-            f"{where}: axes: the struct holds other coefficients than the document in the same file; "
-            "do not use this file; export the set again"
-        )
-    if not _agrees(struct["test_vectors"], _vectors_struct(coefficients.test_vectors)):
-        raise VectorsDisagree(
-            f"{where}: test_vectors: the struct holds other test vectors than the document in the same file; "
-            "do not use this file; export the set again"
-        )
-
-
-def _used_numbers(section: Document) -> Document:
-    parameters = table(section["parameters"])
-    return {
-        "nominal_axis": section["nominal_axis"],
-        "equation": section["equation"],
-        "primary": {"values": table(section["primary"])["values"]},
-        "parameters": {name: {"value": table(entry)["value"]} for name, entry in parameters.items()},
-    }
-
-
-def _agrees(read: Any, expected: Any) -> bool:
-    """Whether what was read holds at least what is expected, number for number."""
-    if isinstance(expected, dict):
-        return isinstance(read, dict) and all(
-            name in read and _agrees(read[name], inner) for name, inner in expected.items()
-        )
-    return bool(np.array_equal(np.ravel(read), np.ravel(expected)))
+    check_same(struct["axes"], _matlab(axes_used(coefficients)), "axes", where)
+    check_same(struct["test_vectors"], _vectors_struct(coefficients.test_vectors), "test_vectors", where)
