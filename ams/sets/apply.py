@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ams.errors import OutsideValidity
-from ams.frames import specific_force
+from ams.frames import Attitude
 from ams.sets.belonging import Serials, check_belonging
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import FloatArray, predicted_v
+from ams.sets.fields import field_at
 from ams.sets.vectors import inferred_force, is_package
 
 ROUNDING_DEG = 1e-9
@@ -26,11 +27,15 @@ def apply(
     roll_rad: ArrayLike,
     temperature_degc: ArrayLike | None = None,
     *,
+    yaw_rad: ArrayLike | None = None,
+    euler_rate_rad_s: ArrayLike | None = None,
     beyond_validity: bool = False,
     chain_serial: Serials | None = None,
     site_gravity_mps2: float | None = None,
 ) -> dict[str, FloatArray]:
     """Outputs in volts per axis, of the shape that the inputs broadcast to.
+
+    CR's sets need ``yaw_rad``, its gyros also the rates of pitch, yaw and roll, (…, 3), ``euler_rate_rad_s``.
 
     ``chain_serial`` (of every channel, or channel to serial) and ``site_gravity_mps2`` say where the set is used; what
     was calibrated with another chain or at another g is refused.
@@ -39,14 +44,37 @@ def apply(
     for a missing temperature, for an input that is not finite, and for another chain or site.
     """
     check_belonging(coefficients, chain_serial, site_gravity_mps2)
-    pitch, roll = np.broadcast_arrays(np.asarray(pitch_rad, dtype=float), np.asarray(roll_rad, dtype=float))
+    attitude = _attitude(coefficients, pitch_rad, roll_rad, yaw_rad, euler_rate_rad_s)
     temperature = _temperature(coefficients, temperature_degc)
-    _check_finite(coefficients, {"pitch": pitch, "roll": roll, "temperature": temperature})
+    _check_finite(coefficients, {"temperature": temperature})
+    fields = {numbers.model: field_at(numbers.model, attitude) for numbers in coefficients.axes.values()}
     if not beyond_validity:
-        _check_attitude(coefficients, pitch, roll)
+        _check_attitude(coefficients, attitude, fields)
         _check_temperature(coefficients, temperature)
-    f = specific_force(pitch, roll)
-    return {name: predicted_v(numbers, f, temperature) for name, numbers in coefficients.axes.items()}
+    return {
+        name: predicted_v(numbers, fields[numbers.model], temperature) for name, numbers in coefficients.axes.items()
+    }
+
+
+def _attitude(
+    coefficients: CoefficientSet,
+    pitch_rad: ArrayLike,
+    roll_rad: ArrayLike,
+    yaw_rad: ArrayLike | None,
+    euler_rate_rad_s: ArrayLike | None,
+) -> Attitude:
+    """Raises: OutsideValidity for a value that is not finite, or a yaw that the set's model would ignore."""
+    named = {"pitch": pitch_rad, "roll": roll_rad, "yaw": 0.0 if yaw_rad is None else yaw_rad}
+    angles = dict(zip(named, np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in named.values())), strict=True))
+    rates = None if euler_rate_rad_s is None else np.asarray(euler_rate_rad_s, dtype=float)
+    _check_finite(coefficients, {**angles, "rates": rates})
+    if coefficients.convention == "TP" and np.any(angles["yaw"] != 0.0):
+        raise OutsideValidity(
+            f"{coefficients.sensor}: yaw_rad: the model {coefficients.model} has no yaw, allowed 0 or none; nothing "
+            "was computed; use a set of the model pitch-yaw-roll"
+        )
+    yaw = None if yaw_rad is None else angles["yaw"]
+    return Attitude(angles["pitch"], angles["roll"], yaw, euler_rate_rad_s=rates)
 
 
 def sensed_force(
@@ -94,14 +122,31 @@ def _check_finite(coefficients: CoefficientSet, inputs: Mapping[str, FloatArray 
             )
 
 
-def _check_attitude(coefficients: CoefficientSet, pitch_rad: FloatArray, roll_rad: FloatArray) -> None:
-    low, high = coefficients.validity.pitch_deg
-    pitch_deg = np.degrees(pitch_rad)
-    _check_range(coefficients, "pitch", "deg", pitch_deg, (low, high), (pitch_deg - low, high - pitch_deg))
-    low, high = coefficients.validity.roll_deg
-    roll_deg = np.degrees(roll_rad)
+def _check_attitude(coefficients: CoefficientSet, attitude: Attitude, fields: Mapping[str, FloatArray]) -> None:
+    validity, angles = coefficients.validity, {"pitch": np.degrees(attitude.pitch_rad)}
+    if attitude.yaw_rad is not None and validity.yaw_deg is not None:
+        angles["yaw"] = np.degrees(attitude.yaw_rad)
+    ranges = {"pitch": validity.pitch_deg, "yaw": validity.yaw_deg}
+    if "gyro" in fields:
+        _check_rates(coefficients, fields["gyro"])
+        return
+    for name, angle_deg in angles.items():
+        limits = ranges[name]
+        assert limits is not None
+        _check_range(coefficients, name, "deg", angle_deg, limits, (angle_deg - limits[0], limits[1] - angle_deg))
+    if "pitch-yaw-roll-sting" in fields:
+        return
+    low, high = validity.roll_deg
+    roll_deg = np.degrees(attitude.roll_rad)
     above = (roll_deg - low + ROUNDING_DEG) % 360.0 - ROUNDING_DEG
     _check_range(coefficients, "roll", "deg", roll_deg, (low, high), (above, high - low - above))
+
+
+def _check_rates(coefficients: CoefficientSet, rate_dps: FloatArray) -> None:
+    """Angles do not matter to a gyro, the angular velocity along its package's axes does."""
+    limits = coefficients.validity.rate_dps
+    if limits is not None:
+        _check_range(coefficients, "rate", "dps", rate_dps, limits, (rate_dps - limits[0], limits[1] - rate_dps))
 
 
 def _check_temperature(coefficients: CoefficientSet, temperature_degc: FloatArray | None) -> None:

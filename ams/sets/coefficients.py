@@ -12,8 +12,9 @@ from ams.errors import SetError
 from ams.sets.axis_section import axis_numbers, axis_section
 from ams.sets.canonical import Document, Json, listed, plain, seal, table
 from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
+from ams.sets.fields import FIELDS
 from ams.sets.provenance import Provenance, origin_sections, record_sections
-from ams.sets.schema import FORMAT, VERSION, check_document
+from ams.sets.schema import FORMAT, check_document, version_of
 from ams.sets.use import use_section
 from ams.sets.vectors import Validity, VectorAgreement, check_vectors, make_vectors
 from ams.solve.result import Calibration
@@ -88,7 +89,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
     _check_temperature_range(numbers, provenance)
     document: Document = {
         "format": FORMAT,
-        "version": VERSION,
+        "version": version_of(calibration.convention),
         **origin_sections(provenance),
         "model": calibration.model,
         "convention": {"name": calibration.convention, "text": CONVENTIONS.get(calibration.convention, "")},
@@ -129,15 +130,18 @@ def _check_temperature_range(axes: Mapping[str, AxisNumbers], provenance: Proven
 
 
 def _inputs(axes: Mapping[str, AxisNumbers]) -> Json:
+    named = [name for numbers in axes.values() for name in FIELDS[numbers.model].inputs]
     temperature = any(numbers.needs_temperature for numbers in axes.values())
-    return ["pitch_deg", "roll_deg", *(["temperature_degc"] if temperature else [])]
+    return [*dict.fromkeys(named), *(["temperature_degc"] if temperature else [])]
 
 
 def _validity_of(provenance: Provenance) -> Validity:
     return Validity(
         _as_range(provenance.pitch_range_deg),
         _as_range(provenance.roll_range_deg),
-        None if provenance.temperature_range_degc is None else _as_range(provenance.temperature_range_degc),
+        provenance.temperature_range_degc,
+        provenance.yaw_range_deg,
+        provenance.rate_range_dps,
     )
 
 
@@ -148,6 +152,8 @@ def _read_validity(document: Document) -> Validity:
         _as_range(section["pitch_deg"]),
         _as_range(section["roll_deg"]),
         None if temperature is None else _as_range(temperature),
+        _as_range(section["yaw_deg"]) if "yaw_deg" in section else None,
+        _as_range(section["rate_dps"]) if "rate_dps" in section else None,
     )
 
 
@@ -157,10 +163,11 @@ def _as_range(value: object) -> tuple[float, float]:
 
 
 def _check_convention(coefficients: CoefficientSet, where: str) -> None:
-    if coefficients.convention not in CONVENTIONS:
+    needed = {FIELDS[numbers.model].convention for numbers in coefficients.axes.values() if numbers.model in FIELDS}
+    if needed and needed != {coefficients.convention}:
         raise SetError(
             f"{where}: convention: does not go with the equations of this set: got {coefficients.convention}, "
-            f"{', '.join(coefficients.axes)} by {coefficients.model!r} need {', '.join(CONVENTIONS)}; "
+            f"{', '.join(coefficients.axes)} by {coefficients.model!r} need {', '.join(sorted(needed))}; "
             "the set is not used; convert it, or use the version of calrig that wrote it"
         )
 

@@ -1,9 +1,9 @@
 """The equations a set names, each as text for people and as code for us, from the set's own numbers alone.
 
-Every accelerometer equation here is linear in the primary parameters b and k: v = b + k·f, with f the specific force
-in package axes (x forward, y right, z down); the extended model adds fᵀQf. The usual parameters (sensitivity, coning
-angle, azimuth) are derived from k; both forms are printed and both must give the same outputs.
-Source: TP (1), (2), (4), (5).
+Every equation here is linear in the primary parameters b and k: v = b + k·f, with f the field that the model senses in
+package axes (x forward, y right, z down; ``ams.sets.fields``); the extended model adds fᵀQf. The usual parameters
+(sensitivity, coning angle, azimuth) are derived from k; both forms are printed and both must give the same outputs.
+Source: TP (1), (2), (4), (5); CR (III-B.27) to (III-B.32), (III-C.16) to (III-C.18).
 """
 
 from collections.abc import Mapping
@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.errors import SetError
+from ams.models.cr import sensitive_axis
+from ams.sets.fields import FIELDS
 
 FloatArray = NDArray[np.float64]
 
@@ -21,6 +23,18 @@ CONVENTIONS = {
         "Package axes: x forward, y right, z down. Pitch alpha (nose up) about y, then roll R (right wing down) about "
         "x; no yaw. f = (sin alpha, -cos alpha sin R, -cos alpha cos R) in local g. Source: NASA/TP-1999-209835."
     ),
+    "CR": (
+        "Axes: x forward, y right, z down; after half a turn about y, pitch T about y, then yaw P about the new z, "
+        "then roll F about the new x. Sting package: G = (-sin T cos P, sin T sin P, cos T), gravity in local g. Model "
+        "package: G_x the same, G_y = cos F G_y,sting + sin F G_z,sting, G_z = -sin F G_y,sting + cos F G_z,sting. "
+        "Gyros: w = (sin P T' + F', cos P cos F T' + sin F P', -cos P sin F T' + cos F P') in deg/s, T', P', F' the "
+        "rates of T, P, F. Source: NASA/CR-2003-212401."
+    ),
+}
+CR_SOURCES = {
+    "pitch-yaw-roll-sting": ("CR (III-B.27)", "CR (III-B.28)", "CR (III-B.29)"),
+    "pitch-yaw-roll-model": ("CR (III-B.30)", "CR (III-B.31)", "CR (III-B.32)"),
+    "gyro": ("CR (III-C.16)", "CR (III-C.17)", "CR (III-C.18)"),
 }
 PRIMARY_TEXT = "output = offset_v + k_x_v_per_g*f_x + k_y_v_per_g*f_y + k_z_v_per_g*f_z"
 TEMPERATURE_TEXT = (
@@ -67,8 +81,14 @@ class AxisNumbers:
 
     @property
     def direction_v_per_g(self) -> FloatArray:
-        """(3,) k, a component that the model lacks as zero."""
+        """(3,) k of an accelerometer, a component that the model lacks as zero."""
         return np.array([self.primary.get(name, 0.0) for name in DIRECTION_NAMES])
+
+    @property
+    def direction(self) -> FloatArray:
+        """(3,) k per unit of the field that the model senses: V/g, or V/(deg/s) for gyros."""
+        names = FIELDS[self.model].directions if self.model in FIELDS else DIRECTION_NAMES
+        return np.array([self.primary.get(name, 0.0) for name in names])
 
     @property
     def quadratic_v_per_g2(self) -> FloatArray:
@@ -84,7 +104,7 @@ class AxisNumbers:
     @property
     def scale_v(self) -> float:
         """|offset| + |k_x| + |k_y| + |k_z|, volts: what a relative tolerance is relative to."""
-        return abs(self.primary["offset_v"]) + float(np.abs(self.direction_v_per_g).sum())
+        return abs(self.primary["offset_v"]) + float(np.abs(self.direction).sum())
 
     @property
     def needs_temperature(self) -> bool:
@@ -117,29 +137,28 @@ class AxisNumbers:
 
 
 def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArray | None) -> FloatArray:
-    """The output of the axis at the specific force (…, 3), from the primary parameters."""
-    sensed_v = f @ numbers.direction_v_per_g
+    """The output of the axis at the field (…, 3) that its model senses, from the primary parameters."""
+    sensed_v = f @ numbers.direction
     if not numbers.is_linear:
         sensed_v = sensed_v + np.sum(f @ numbers.quadratic_v_per_g2 * f, axis=-1)
     return np.asarray(numbers.offset_v(temperature_degc) + numbers.gain(temperature_degc) * sensed_v)
 
 
-def derived_direction_v_per_g(numbers: AxisNumbers) -> FloatArray | None:
+def derived_direction(numbers: AxisNumbers) -> FloatArray | None:
     """(3,) k from sensitivity, coning and azimuth (or the pitch misalignment); None where one of them is null."""
-    sensitivity = numbers.parameters.get("sensitivity_v_per_g")
-    angles_deg = [numbers.parameters.get(name) for name in _ANGLES[numbers.model]]
+    sensitivity = numbers.parameters.get(FIELDS[numbers.model].sensitivity)
+    angles_deg = [numbers.parameters.get(name) for name in _angles(numbers.model)]
     if sensitivity is None or any(angle is None for angle in angles_deg):
         return None
     angles_rad = np.radians(np.array(angles_deg, dtype=float))
+    if FIELDS[numbers.model].convention == "CR":
+        return np.asarray(sensitivity * sensitive_axis(numbers.nominal_axis, angles_rad[1], angles_rad[0]))
     along = _along_misalignment if numbers.model == "pitch-only" else _along_cone
     return sensitivity * along(numbers.nominal_axis, angles_rad)
 
 
-_ANGLES = {
-    "pitch-roll": ("coning_deg", "azimuth_deg"),
-    "pitch-roll-extended": ("coning_deg", "azimuth_deg"),
-    "pitch-only": ("pitch_misalignment_deg",),
-}
+def _angles(model: str) -> tuple[str, ...]:
+    return ("pitch_misalignment_deg",) if model == "pitch-only" else ("coning_deg", "azimuth_deg")
 
 
 def _along_cone(nominal_axis: str, angles_rad: FloatArray) -> FloatArray:
@@ -167,19 +186,36 @@ def equation_of(model: str, nominal_axis: str, with_temperature: bool) -> Equati
     if model == "pitch-only" and nominal_axis in PITCH_ONLY_TEXT:
         derived = PITCH_ONLY_TEXT[nominal_axis] + SYMBOLS + "p = pitch_misalignment_deg"
         return Equation(model, "TP (1)", PRIMARY_TEXT + " at R = 0; k_y_v_per_g is 0" + suffix, derived)
+    if model in CR_SOURCES and nominal_axis in "xyz":
+        return _cr_equation(model, nominal_axis, suffix)
     raise SetError(
         f"model {model!r}, nominal axis {nominal_axis!r}: no set of this version has its equation: known are "
-        f"{', '.join(sorted(_ANGLES))}; nothing was evaluated; use the version of calrig that wrote it"
+        f"{', '.join(sorted(FIELDS))}; nothing was evaluated; use the version of calrig that wrote it"
     )
+
+
+def _cr_equation(model: str, nominal_axis: str, suffix: str) -> Equation:
+    field = FIELDS[model]
+    symbol, i = field.symbol, "xyz".index(nominal_axis)
+    own, first, second = (f"{symbol}_{'xyz'[(i + place) % 3]}" for place in range(3))
+    primary = "output = offset_v + " + " + ".join(
+        f"{name}*{symbol}_{axis}" for name, axis in zip(field.directions, "xyz", strict=True)
+    )
+    derived = (
+        f"v = b + S*(cos C {own} + sin C (sin A {first} - cos A {second})); b = offset_v, S = {field.sensitivity}, "
+        "C = coning_deg, A = azimuth_deg, T = pitch_deg, P = yaw_deg, F = roll_deg"
+    )
+    return Equation(model, CR_SOURCES[model][i], primary + suffix, derived)
 
 
 def check_numbers(numbers: AxisNumbers, where: str) -> None:
     """Raises: SetError where the equation does not take these numbers."""
     equation_of(numbers.model, numbers.nominal_axis, numbers.needs_temperature)
     extension = EXTENDED_NAMES if numbers.model == "pitch-roll-extended" else ()
-    allowed = {*PRIMARY_NAMES, *extension, *TEMPERATURE_NAMES, "reference_temperature_degc"}
+    directions = FIELDS[numbers.model].directions
+    allowed = {"offset_v", *directions, *extension, *TEMPERATURE_NAMES, "reference_temperature_degc"}
     unknown = sorted(set(numbers.primary) - allowed)
-    if unknown or "offset_v" not in numbers.primary or not set(DIRECTION_NAMES) & set(numbers.primary):
+    if unknown or "offset_v" not in numbers.primary or not set(directions) & set(numbers.primary):
         raise SetError(
             f"{where}: axis {numbers.axis}: the equation {numbers.model!r} does not take these primary parameters: got "
             f"{', '.join(numbers.primary)}, allowed are {', '.join(sorted(allowed))} with offset_v and at least one "

@@ -112,8 +112,14 @@ def origin_sections(provenance: Provenance) -> Document:
             "pitch_deg": plain(provenance.pitch_range_deg, "pitch_range_deg"),
             "roll_deg": plain(provenance.roll_range_deg, "roll_range_deg"),
             "temperature_degc": plain(provenance.temperature_range_degc, "temperature_range_degc"),
+            **_further_ranges(provenance),
         },
     }
+
+
+def _further_ranges(provenance: Provenance) -> Document:
+    ranges = {"yaw_deg": provenance.yaw_range_deg, "rate_dps": provenance.rate_range_dps}
+    return {name: plain(limits, name) for name, limits in ranges.items() if limits is not None}
 
 
 def record_sections(provenance: Provenance) -> Document:

@@ -15,11 +15,17 @@ if TYPE_CHECKING:
     from jsonschema.protocols import Validator
 
 FORMAT = "calrig coefficient set"
-VERSION = 1
+VERSION = 2
+"""The newest version: 1 holds TP's models, 2 also CR's, with yaw and rates among the inputs."""
+
+
+def version_of(convention: str) -> int:
+    """The oldest version that can hold a set of this convention, so that older readers read what they can."""
+    return 2 if convention == "CR" else 1
 
 
 def check_document(value: Json, where: str) -> Document:
-    """The value as a document of version 1.
+    """The value as a document of version 1 or 2.
 
     Raises: SetError where it is something else, newer, damaged or misshapen.
     """
@@ -38,7 +44,7 @@ def _checked_identity(value: Json, where: str) -> Document:
     version = value.get("version")
     if isinstance(version, bool) or not isinstance(version, int) or version < 1:
         raise SetError(
-            f"{where}: version: is no version of a coefficient set: got {version!r}, known is {VERSION}; "
+            f"{where}: version: is no version of a coefficient set: got {version!r}, known are 1 to {VERSION}; "
             "nothing was read; the file is damaged: take an intact copy, or export the set again from the archive"
         )
     if version > VERSION:
@@ -75,7 +81,7 @@ def _check_schema(document: Document, where: str) -> None:
     for error in sorted(_validator().iter_errors(document), key=lambda found: (len(found.path), str(found.path))):
         path = "/".join(str(part) for part in error.absolute_path) or "document"
         raise SetError(
-            f"{where}: {path}: does not fit the schema of version {VERSION}: {error.message[:200]}; "
+            f"{where}: {path}: does not fit the schema of version {document['version']}: {error.message[:200]}; "
             "the set is not used; it was not written by calrig, or by a defective one: export it again from the archive"
         )
 

@@ -3,10 +3,12 @@
 UNITS = (
     ("_v_per_g2", "V/g^2"),
     ("_v_per_g", "V/g"),
+    ("_v_per_dps", "V/(deg/s)"),
     ("_v_per_degc", "V/degC"),
     ("_per_degc", "1/degC"),
     ("_degc", "degC"),
     ("_deg", "deg"),
+    ("_dps", "deg/s"),
     ("_mps2", "m/s^2"),
     ("_v", "V"),
 )

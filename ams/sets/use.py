@@ -9,15 +9,17 @@ from collections.abc import Mapping
 
 from ams.sets.canonical import Document, Json, plain, table
 from ams.sets.equations import AxisNumbers
+from ams.sets.fields import FIELDS
 
 POLARITY_TEXT = (
-    "sign of the sensitivity along the nominal axis: +1 where the output rises as that axis is turned upwards, "
-    "-1 where it falls"
+    "sign along the nominal axis: +1 where the output rises as that axis is turned upwards (gyros: as the package "
+    "turns right-handed about it), -1 where it falls"
 )
 INSTALLATION_TEXT = (
-    "the coefficients are in the axes of the calibration fixture; the rows of fixture_to_package are the package's body "
-    "axes x, y, z in fixture axes: f_package = fixture_to_package f_fixture, k_package = fixture_to_package k_fixture; "
-    "null: the mount was not declared as signed axes, apply the set only to the package mounted as it was calibrated"
+    "the coefficients are in the axes of the calibration fixture; the rows of fixture_to_package are the package's "
+    "body axes x, y, z in fixture axes: f_package = fixture_to_package f_fixture, k_package = fixture_to_package "
+    "k_fixture; null: the mount was not declared as signed axes, apply the set only to the package mounted as it was "
+    "calibrated"
 )
 REZERO_TEXT = (
     "offset_v may be set anew wind-off at a known attitude: offset_v = output - k.f; no other term may be adjusted "
@@ -56,10 +58,14 @@ def use_of(document: Document) -> Document | None:
 
 
 def polarity(numbers: AxisNumbers) -> int:
-    """+1 or -1: the sign of the sensitivity; where the model names none, of k along the nominal axis."""
-    sensitivity = numbers.parameters.get("sensitivity_v_per_g")
-    along = float(numbers.direction_v_per_g["xyz".index(numbers.nominal_axis)])
-    return -1 if (along if sensitivity is None else sensitivity) < 0.0 else 1
+    """+1 or -1: the sign of the sensitivity; where the model names none, of k along the nominal axis.
+
+    CR's accelerometers sense gravity, which points the other way than the specific force that a turn upwards makes.
+    """
+    sensitivity = numbers.parameters.get(FIELDS[numbers.model].sensitivity)
+    along = float(numbers.direction["xyz".index(numbers.nominal_axis)])
+    sense = -1 if numbers.model.startswith("pitch-yaw-roll") else 1
+    return -sense if (along if sensitivity is None else sensitivity) < 0.0 else sense
 
 
 def fixture_to_package(mount: Mapping[str, object]) -> list[Json] | None:

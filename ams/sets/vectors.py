@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams.errors import VectorsDisagree
-from ams.frames import specific_force
+from ams.frames import Attitude
 from ams.sets.canonical import Document, Json, listed, number, table
-from ams.sets.equations import AxisNumbers, FloatArray, derived_direction_v_per_g, predicted_v
+from ams.sets.equations import AxisNumbers, FloatArray, derived_direction, predicted_v
+from ams.sets.fields import FIELDS, RATE_INPUTS, field_at
 
 TOLERANCE_RELATIVE = 1e-12
 TOLERANCE_TEXT = "outputs: of |offset_v| + |k_x| + |k_y| + |k_z| of the axis; angles: of 180 degrees"
@@ -22,7 +23,11 @@ INVERSE_TEXT = (
     "K has one row (k_x, k_y, k_z) for each axis; f = K^-1 (outputs - offsets) (offsets and K at the temperature); "
     "pitch = atan2(f_x, sqrt(f_y^2 + f_z^2)); roll = atan2(-f_y, -f_z)"
 )
-NO_INVERSE_TEXT = "none: it takes three axes, linear in the specific force, that together determine it"
+RATES_IN_RANGE = 0.4
+"""Rates of the angles are drawn from this part of the range, so that they add up inside it along every axis."""
+NO_INVERSE_TEXT = (
+    "none: it takes three axes in TP's convention, linear in the specific force, that together determine it"
+)
 LARGEST_CONDITION_NUMBER = 30.0
 LARGEST_INVERSE_PITCH_DEG = 80.0
 SPREAD = (
@@ -46,6 +51,9 @@ class Validity:
     pitch_deg: tuple[float, float]
     roll_deg: tuple[float, float]
     temperature_degc: tuple[float, float] | None
+    yaw_deg: tuple[float, float] | None = None
+    rate_dps: tuple[float, float] | None = None
+    """Of the angular velocity along each package axis."""
 
 
 @dataclass(frozen=True)
@@ -103,9 +111,10 @@ def angles_of(f: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def is_package(axes: Mapping[str, AxisNumbers]) -> bool:
-    """Whether three linear axes together determine the specific force, well conditioned."""
+    """Whether three linear axes in TP's convention together determine the specific force, well conditioned."""
     return (
         len(axes) == 3
+        and all(FIELDS[numbers.model].convention == "TP" for numbers in axes.values())
         and all(numbers.is_linear for numbers in axes.values())
         and bool(np.linalg.cond(_matrix(axes)) < LARGEST_CONDITION_NUMBER)
     )
@@ -122,6 +131,12 @@ def _forward(
         "pitch_deg": _between(validity.pitch_deg, fractions[0]),
         "roll_deg": _between(validity.roll_deg, fractions[1]),
     }
+    inputs = {name for numbers in axes.values() for name in FIELDS[numbers.model].inputs}
+    if "yaw_deg" in inputs:
+        vector["yaw_deg"] = _between(validity.yaw_deg or (0.0, 0.0), fractions[2])
+    for name, fraction in zip(RATE_INPUTS, fractions, strict=True):
+        if name in inputs:
+            vector[name] = _between(validity.rate_dps or (0.0, 0.0), fraction) * RATES_IN_RANGE
     if with_temperature and validity.temperature_degc is not None:
         vector["temperature_degc"] = _between(validity.temperature_degc, fractions[2])
     vector["outputs_v"] = {name: _output_v(numbers, vector) for name, numbers in axes.items()}
@@ -134,8 +149,18 @@ def _between(limits: tuple[float, float], fraction: float) -> float:
 
 
 def _output_v(numbers: AxisNumbers, vector: Mapping[str, Json]) -> float:
-    f = specific_force(np.radians(number(vector["pitch_deg"])), np.radians(number(vector["roll_deg"])))
-    return float(predicted_v(numbers, f, _temperature(vector)))
+    return float(predicted_v(numbers, field_at(numbers.model, _exposure(vector)), _temperature(vector)))
+
+
+def _exposure(vector: Mapping[str, Json]) -> Attitude:
+    angles = {name: np.radians(number(vector[name])) for name in ("pitch_deg", "roll_deg", "yaw_deg") if name in vector}
+    rates = [np.radians(number(vector[name])) for name in RATE_INPUTS if name in vector]
+    return Attitude(
+        angles["pitch_deg"],
+        angles["roll_deg"],
+        angles.get("yaw_deg"),
+        euler_rate_rad_s=np.array(rates) if rates else None,
+    )
 
 
 def _temperature(vector: Mapping[str, Json]) -> FloatArray | None:
@@ -147,10 +172,10 @@ def _is_invertible(axes: Mapping[str, AxisNumbers], vector: Mapping[str, Json]) 
 
 
 def _check_derived(numbers: AxisNumbers, where: str) -> None:
-    derived = derived_direction_v_per_g(numbers)
+    derived = derived_direction(numbers)
     if derived is None:
         return
-    error = float(np.abs(derived - numbers.direction_v_per_g).max()) / numbers.scale_v
+    error = float(np.abs(derived - numbers.direction).max()) / numbers.scale_v
     if not error <= DERIVED_TOLERANCE_RELATIVE:
         raise VectorsDisagree(
             f"{where}: axis {numbers.axis}: sensitivity and angles do not belong to the primary k: relative difference "

@@ -60,10 +60,10 @@ def write_set(wish: WishedSet, observations: "Observations", calibration: "Calib
     from ams.sets.coefficients import build_set
     from ams.sets.export.formats import export_set
 
-    export_set(build_set(calibration, _provenance(wish, observations)), "json", wish.path)
+    export_set(build_set(calibration, _provenance(wish, observations, calibration.convention)), "json", wish.path)
 
 
-def _provenance(wish: WishedSet, rows: "Observations") -> "Provenance":
+def _provenance(wish: WishedSet, rows: "Observations", convention: str) -> "Provenance":
     from ams.frames import body_rates_rad_s
     from ams.sets.provenance import Provenance
 
@@ -78,7 +78,7 @@ def _provenance(wish: WishedSet, rows: "Observations") -> "Provenance":
         gravity_source=wish.gravity_source,
         pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
         roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
-        yaw_range_deg=None if rows.yaw_rad is None else _range(np.rad2deg(rows.yaw_rad)),
+        yaw_range_deg=None if rows.yaw_rad is None or convention == "TP" else _range(np.rad2deg(rows.yaw_rad)),
         rate_range_dps=rates,
         temperature_range_degc=None if rows.temperature_degc is None else _range(rows.temperature_degc),
         created_utc=datetime.now(UTC),
