@@ -8,7 +8,8 @@ not every program.
 import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.clock import WAIT_SLICE_S, Clock
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     import serial
 
 WRITE_TIMEOUT_S = 5.0
+_PSEUDO_TERMINALS = Path("/dev/pts")
 
 
 def _port_errors() -> tuple[type[Exception], ...]:
@@ -92,6 +94,8 @@ def _open(url: str, line: LineSettings, name: str) -> "serial.Serial":
     import serial
 
     is_device = "://" not in url
+    if is_device and Path(url).resolve().is_relative_to(_PSEUDO_TERMINALS):
+        line = replace(line, parity="N")  # it has no parity, and refuses to be configured with one
     try:
         return serial.serial_for_url(
             url,

@@ -141,3 +141,13 @@ def test_a_closed_port_says_so() -> None:
         stream.close()
         with pytest.raises(LinkClosed):
             stream.read(0.0)
+
+
+def test_a_pseudo_terminal_stands_in_for_a_line_with_parity() -> None:
+    """It has none itself, and every time it is configured with one it answers that the argument is invalid."""
+    with pseudo_terminal() as (path, _):
+        for _ in range(2):
+            stream = open_stream(path, clock=CLOCK, parity="E")
+            for left_s in (0.01, 0.02):
+                assert stream.read(CLOCK.monotonic_s() + left_s) == b""
+            stream.close()
