@@ -1,20 +1,20 @@
 """Confidence and prediction bands along pitch or roll, as TP's figures 22 to 54 draw them.
 
-The half-width depends on both angles. A figure has one of them on its axis, so the band drawn is the widest over the
-values of the other one that the design visits: no point of the design has a wider one.
+The half-width depends on everything that the model knows. A figure has one angle on its axis, so the band drawn is the
+widest over what else the design visits: no point of the design has a wider one. The derivatives are the model's own.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.frames import specific_force
-from ams.models.extended import Q_NAMES, quadratic_basis
+from ams.frames import Attitude
 from ams.observations import Observations
 from ams.solve.result import AxisCalibration, VarianceComponent
 from ams.uncertainty.intervals import confidence_halfwidth, prediction_halfwidth
+from ams.uncertainty.predictions import model_of_solution
 
 FloatArray = NDArray[np.float64]
 Along = Literal["pitch", "roll"]
@@ -33,22 +33,20 @@ class Band:
 
 
 def band_along(calibration: AxisCalibration, observations: Observations, along: Along) -> Band:
-    """The widest 95 % band at every station along an angle, over the design's values of the other one.
+    """The widest 95 % band at every station along an angle, over what else the design visits.
 
     The prediction is for one more dwell of this calibration: its variance is S_E². Source: TP (72), (73).
     """
-    angles = {"pitch": observations.pitch_rad, "roll": observations.roll_rad}
-    other = "roll" if along == "pitch" else "pitch"
-    stations = np.linspace(angles[along].min(), angles[along].max(), STATIONS)
-    across = _thinned(np.unique(np.round(angles[other], 9)))
-    grid = {along: np.repeat(stations, across.size), other: np.tile(across, stations.size)}
-    directions = _directions(calibration, grid["pitch"], grid["roll"])
+    angle_rad = observations.pitch_rad if along == "pitch" else observations.roll_rad
+    stations = np.linspace(angle_rad.min(), angle_rad.max(), STATIONS)
+    visited = _visited(observations, along)
+    directions = model_of_solution(calibration).jacobian(calibration.primary, _stationed(stations, visited, along))
     components = components_of(calibration)
     confidence = confidence_halfwidth(directions, components, LEVEL)
     prediction = prediction_halfwidth(
         directions, components, calibration.standard_error_v, calibration.degrees_of_freedom, LEVEL
     )
-    shape = (stations.size, across.size)
+    shape = (stations.size, visited.pitch_rad.size)
     return Band(
         np.rad2deg(stations), np.nanmax(confidence.reshape(shape), axis=1), np.nanmax(prediction.reshape(shape), axis=1)
     )
@@ -61,20 +59,50 @@ def components_of(calibration: AxisCalibration) -> tuple[VarianceComponent, ...]
     return (VarianceComponent("residuals", calibration.primary_covariance, float(np.nanmin(calibration.primary_dof))),)
 
 
-def _directions(calibration: AxisCalibration, pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """(m, P) derivatives of the output by the primary parameters, at the solution's reference temperature.
+def _visited(observations: Observations, along: Along) -> Attitude:
+    """One row for each combination of everything but the angle along the figure, an even choice of at most 37.
 
-    Temperature terms are zero there and add nothing.
+    A band is widest at the ends of the temperatures, so only these are taken.
     """
-    force = specific_force(pitch_rad, roll_rad)
-    columns = {"offset_v": np.ones(pitch_rad.size)}
-    columns |= {f"k_{axis}_v_per_g": force[:, place] for place, axis in enumerate("xyz")}
-    columns |= dict(zip(Q_NAMES, quadratic_basis(force).T, strict=True))
-    nothing = np.zeros(pitch_rad.size)
-    return np.stack([columns.get(name, nothing) for name in calibration.primary_names], axis=1)
+    every = Attitude(
+        observations.pitch_rad,
+        observations.roll_rad,
+        observations.yaw_rad,
+        observations.temperature_degc,
+        observations.euler_rate_rad_s,
+    )
+    other = every.roll_rad if along == "pitch" else every.pitch_rad
+    columns = [other] if every.yaw_rad is None else [other, every.yaw_rad]
+    first = np.unique(np.round(np.column_stack(columns), 9), axis=0, return_index=True)[1]
+    visited = _taken(every, _thinned(first))
+    if every.temperature_degc is None:
+        return visited
+    ends_degc = [every.temperature_degc.min(), every.temperature_degc.max()]
+    count = visited.pitch_rad.size
+    twice = _taken(visited, np.tile(np.arange(count), 2))
+    return replace(twice, temperature_degc=np.repeat(ends_degc, count))
 
 
-def _thinned(values: FloatArray) -> FloatArray:
+def _stationed(stations_rad: FloatArray, visited: Attitude, along: Along) -> Attitude:
+    """Every station with every visited combination, station by station."""
+    count = visited.pitch_rad.size
+    grid = _taken(visited, np.tile(np.arange(count), stations_rad.size))
+    angle_rad = np.repeat(stations_rad, count)
+    return replace(grid, pitch_rad=angle_rad) if along == "pitch" else replace(grid, roll_rad=angle_rad)
+
+
+def _taken(attitude: Attitude, places: NDArray[np.int64]) -> Attitude:
+    """The rows at the places, which may repeat."""
+    return Attitude(
+        attitude.pitch_rad[places],
+        attitude.roll_rad[places],
+        None if attitude.yaw_rad is None else attitude.yaw_rad[places],
+        None if attitude.temperature_degc is None else attitude.temperature_degc[places],
+        None if attitude.euler_rate_rad_s is None else attitude.euler_rate_rad_s[places],
+    )
+
+
+def _thinned(values: NDArray[np.int64]) -> NDArray[np.int64]:
     """Both ends and an even choice between, so that a design of any size draws in the same time."""
     if values.size <= MOST_OTHER_ANGLES:
         return values

@@ -1,8 +1,13 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from report_scene import Scene, run_view
 from scipy.stats import t
 
+from ams.calibrate import calibrate
+from ams.observations import Observations
+from ams.request import CalibrationRequest
 from procedures.report.bands import Along, band_along
 
 
@@ -55,3 +60,37 @@ def test_no_attitude_of_the_design_has_a_wider_interval_than_the_band() -> None:
         drawn_v = np.interp(np.rad2deg(angle), band.angle_deg, band.confidence_v)
         assert np.all(half_v <= 1.001 * drawn_v)
         assert np.max(half_v / drawn_v) > 0.99
+
+
+def test_a_package_of_cr_has_the_band_of_its_own_gravity_and_not_of_tps() -> None:
+    # Yaw turns gravity out of TP's directions: φ = (1, G) of CR (III-B.30) to (III-B.32), by hand at every point.
+    pitch, yaw, roll = (
+        np.deg2rad(a).ravel() for a in np.meshgrid([-40.0, 5.0, 60.0], [-60.0, 10.0], [-90.0, 0.0, 50.0])
+    )
+    g = np.array([-np.sin(pitch) * np.cos(yaw), np.sin(pitch) * np.sin(yaw), np.cos(pitch)])
+    g_y = np.cos(roll) * g[1] + np.sin(roll) * g[2]
+    phi = np.column_stack([np.ones(18), g[0], g_y, -np.sin(roll) * g[1] + np.cos(roll) * g[2]])
+    volts = phi @ [0.1, 2.5, 0.01, -0.02] + np.random.default_rng(1).normal(0.0, 1e-4, 18)
+    rows = Observations(np.ones(18, dtype=int), np.arange(18), pitch, roll, {"x": volts}, yaw_rad=yaw)
+    solution = calibrate(rows, CalibrationRequest(model="pitch-yaw-roll-model")).axes["x"]
+    half_v = t.ppf(0.975, 14) * np.sqrt(np.einsum("ij,jk,ik->i", phi, solution.primary_covariance, phi))
+    angles: dict[Along, np.ndarray] = {"pitch": pitch, "roll": roll}
+    for along, angle in angles.items():
+        band = band_along(solution, rows, along)
+        drawn_v = np.interp(np.rad2deg(angle), band.angle_deg, band.confidence_v)
+        assert np.all(half_v <= 1.001 * drawn_v)
+        assert np.max(half_v / drawn_v) > 0.99
+
+
+def test_a_temperature_model_has_the_band_of_the_widest_temperature_it_visited() -> None:
+    chance = np.random.default_rng(2)
+    attitudes = [(p, r) for p in (-60.0, 0.0, 60.0) for r in (-120.0, 0.0, 120.0)]
+    pitch, roll = np.deg2rad(np.array(attitudes * 4)).T
+    warm = np.repeat([10.0, 30.0, 31.0, 11.0], 9)
+    phi = np.column_stack([np.ones(36), np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)])
+    volts = phi @ [0.0, 2.5, 0.0, 0.0] + 1e-3 * (warm - 20.0) + chance.normal(0.0, 1e-4, 36)
+    rows = Observations(np.arange(36) // 9, np.arange(36) % 9, pitch, roll, {"x": volts}, temperature_degc=warm)
+    solution = calibrate(rows, CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0)).axes["x"]
+    band = band_along(solution, rows, "pitch")
+    cold = band_along(solution, replace(rows, temperature_degc=np.full(36, 20.0)), "pitch")
+    assert np.all(band.confidence_v > 1.05 * cold.confidence_v)
