@@ -141,6 +141,8 @@ class EnvironmentPlan(StrictTable):
     plateaus_degc: tuple[float, ...] = Field(min_length=1)
     band_degc: Positive = 1.0
     soak_s: NotNegative = 1800.0
+    end_degc: float | None = None
+    """Where the chamber goes when the run gives the rig up, however it ends; by default it keeps its setpoint."""
 
     @field_validator("plateaus_degc", mode="before")
     @classmethod

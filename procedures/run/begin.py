@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from procedures.plan.plan import Plan
+from procedures.run.care import Care, with_precautions
 from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
 from procedures.run.header import RunHeader
@@ -11,6 +12,7 @@ from procedures.run.journal import Journal
 from procedures.run.measure import OpenRig
 from procedures.run.owner import owning
 from procedures.run.progress import RunObserver
+from procedures.run.space import require_room
 from procedures.run.spool import Spool
 from procedures.run.storage import JOURNAL_FILE
 from rig.clock import Clock
@@ -24,15 +26,21 @@ def begin(
     rig: OpenRig,
     observer: RunObserver | None = None,
     idle_clock: Clock | None = None,
+    care: Care | None = None,
 ) -> Outcome:
-    """Run ``plan`` on an open rig in a new folder. Raises: RequestError, JournalError, StorageFailed before the first
-    move; a defect of ours after the safe stop."""
+    """Run ``plan`` on an open rig in a new folder.
+
+    Raises: RequestError (also where the disk has no room), JournalError, StorageFailed before the first move; a
+    defect of ours after the safe stop.
+    """
     from ams.sets.whole_file import write_whole
 
+    care = with_precautions(care, header)
+    require_room(run_dir, plan, care.free_bytes(run_dir), care.precautions.min_free_mb)
     with owning(run_dir, idle_clock):
         journal = Journal.create(run_dir / JOURNAL_FILE, header, rig.clock)
         write_whole(run_dir / "plan.json", (header.plan_json + "\n").encode("utf-8"))
-        return run(plan, rig, journal, Spool(run_dir), Start(header.operator), None, observer, idle_clock)
+        return run(plan, rig, journal, Spool(run_dir), Start(header.operator), None, observer, idle_clock, care)
 
 
 def rehearse(

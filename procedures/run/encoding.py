@@ -48,6 +48,7 @@ def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:
         "started_s": record.started_s,
         "ended_s": record.ended_s,
         "settle_s": record.settle_s,
+        "mounting": record.mounting,
     }
     samples = b"".join(reading.samples_v.astype(FLOAT).tobytes() for reading in record.readings.values())
     return compact_json(document), samples

@@ -1,6 +1,7 @@
 """How a run ends, and what leads to each end."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from procedures.errors import ExitStatus
 from procedures.run.states import EXIT_STATUS, State
@@ -38,6 +39,8 @@ class Outcome:
     """Accepted design dwells."""
     dwells_planned: int
     cause: str = ""
+    positions_deg: Mapping[str, float] = field(default_factory=dict)
+    """Where the axes were seen to rest at the end."""
 
     @property
     def exit_status(self) -> ExitStatus:

@@ -1,57 +1,72 @@
-"""The engine: what is left of a plan, step by step, each one journalled before and after.
+"""The engine: what is left of a plan, epoch by epoch, each step journalled before and after.
 
-intent → move → arrival by read-back → settle → look, read, look → judge → commit. Whatever happens, the axes are
-stopped and seen to stand still, and the journal gets its last line.
+Whatever happens, the rig is brought to its safe state and the journal gets its last line.
 
-* A rejected dwell is measured again, at most ``retries`` times; then the run is held until a person says continue
-  (which grants the retries anew), stop or abort. In virtual time nobody is there: the run fails with the sentence.
-* A reading that a device garbled or did not answer voids the attempt: nothing is judged, the readouts are prepared
-  again and the same attempt is repeated, at most ``retries`` times. Voids do not count as judged attempts, so a run
-  that met them draws the same chance as one that did not.
-* Any other failure of a device ends the run as ``failed``. A disk that refuses the journal stops it instead: it can
-  be resumed when there is space again.
+* Between two epochs trust was lost: a link broke, a device stayed silent, an axis lost its home, the machine was
+  suspended. The run is held, the lines are opened anew with growing pauses until they answer, and the next epoch
+  homes and measures the check set, exactly as a resume does. Only stop and abort end that.
+* A fault that a device reports, and whatever a person must look at, trips the run: it ends here, and only a resume
+  with a name and a reason takes it up again.
+* In virtual time nobody is there: whatever needs the outside world fails the run with the sentence.
+* A disk that refuses the journal stops the run: it can be resumed when there is space again.
 """
 
 import os
 import platform
 import traceback
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
-from itertools import count
-from math import isfinite
 
 from procedures.errors import ProcedureError, StorageFailed
 from procedures.plan.plan import Plan
-from procedures.plan.steps import Dwell, Soak
+from procedures.run.alarm import RECONNECT, TrustLost
+from procedures.run.care import Care
+from procedures.run.conduct import Conduct
+from procedures.run.emergency import emergency_copy
 from procedures.run.ending import STORAGE, Ending, Outcome, RunEnds
+from procedures.run.epoch import Epoch
 from procedures.run.header import calrig_version
-from procedures.run.history import History, agenda, plateau_of, replications_before
+from procedures.run.history import History, read_history
 from procedures.run.journal import Journal
-from procedures.run.judge import Band, Limits, Measurement, judge
-from procedures.run.measure import Announcement, OpenRig, measure, move
+from procedures.run.journal_reader import JournalReader
+from procedures.run.measure import OpenRig
 from procedures.run.progress import RunObserver, SilentObserver
-from procedures.run.records import DwellRecord
-from procedures.run.seam import compare
-from procedures.run.soak import soak
-from procedures.run.spool import Request, Spool
+from procedures.run.safe_state import make_safe
+from procedures.run.spool import Spool
 from procedures.run.states import ACTIVE, RESUMABLE, State
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.trail import Trail
+from procedures.run.watch import Watch, lost_link
+from procedures.run.why import UNASKED, explain
 from rig.clock import Clock, SystemClock, VirtualClock
-from rig.errors import DeviceNonsense, DeviceSilent, RigError, WaitEnded
-from rig.motion import home_and_arrive, stop_all
+from rig.errors import (
+    DeviceFault,
+    DeviceNonsense,
+    DeviceRefused,
+    DeviceSilent,
+    LinkClosed,
+    LinkLost,
+    RequestRefused,
+    RigError,
+    WaitEnded,
+)
+
+FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 60.0
+"""Between two attempts to reach a rig that was lost."""
+MOST_RESTARTS = 5
+"""Without a new dwell between them; after that a person must look."""
+_LOST = (LinkLost, LinkClosed, DeviceSilent, DeviceNonsense)
 
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Who starts this epoch of a run, from where."""
+    """Who starts this process of a run, from where."""
 
     operator: str
     state: State = State.PLANNED
     reason: str = ""
     identities: dict[str, str] | None = None
-    """As journalled by the epoch before; None in the first."""
+    """As journalled by the process before; None in the first."""
 
 
 def run(
@@ -63,37 +78,41 @@ def run(
     history: History | None = None,
     observer: RunObserver | None = None,
     idle_clock: Clock | None = None,
+    care: Care | None = None,
 ) -> Outcome:
     """Work through what is left of ``plan``; the journal is closed when this returns.
 
+    ``idle_clock`` is a person's; in virtual time, without one, nobody is there.
     Raises: nothing that a device, a disk or an operator can cause; a defect of ours passes on after the safe stop.
     """
-    history = history or History((), 1, None, None)
+    history, care = history or History((), 1, None, None), care or Care()
     done = sum(dwell.accepted and dwell.purpose == "design" for dwell in history.dwells)
     counts = (done, len(plan.design_dwells), plan.replications)
     trail = Trail(journal, rig.clock, observer or SilentObserver(), start.state, counts)
-    steering = Steering(spool, rig.clock, idle_clock or SystemClock(), trail.request)
-    with signals_steer(steering), closing(journal):
-        return _Engine(plan, rig, trail, steering, start, history).run()
+    steering = Steering(spool, rig.clock, idle_clock or SystemClock(), trail.request, care.pulse)
+    watch = Watch(rig, care.precautions, steering, trail.event)
+    is_attended = idle_clock is not None or not isinstance(rig.clock, VirtualClock)
+
+    def tell_why() -> None:
+        explain(trail.folder, positions_deg=watch.resting_deg)
+
+    conduct = Conduct(plan, rig, trail, steering, watch, care, tell_why, is_attended)
+    with signals_steer(steering):
+        with closing(journal):
+            outcome = _Engine(conduct, start, history).run()
+        if outcome.state in UNASKED or outcome.cause == STORAGE:
+            explain(trail.folder, outcome.reason, outcome.positions_deg)
+        return outcome
 
 
 class _Engine:
-    """One epoch of one run."""
+    """One process of one run."""
 
-    def __init__(
-        self, plan: Plan, rig: OpenRig, trail: Trail, steering: Steering, start: Start, history: History
-    ) -> None:
-        self._plan = plan
-        self._rig = rig
-        self._trail = trail
-        self._wait = steering
+    def __init__(self, conduct: Conduct, start: Start, history: History) -> None:
+        self._conduct = conduct
+        self._rig, self._trail, self._wait = conduct.rig, conduct.trail, conduct.wait
         self._start = start
         self._history = history
-        self._noise = history.noise()
-        self._replications = replications_before(plan)
-        self._plateau: Soak | None = None
-        self._checks: dict[int, DwellRecord] = {}
-        self._began_s = rig.clock.monotonic_s()
 
     def run(self) -> Outcome:
         defect: BaseException | None = None
@@ -105,7 +124,9 @@ class _Engine:
         except WaitEnded as asked_too:
             ending = Ending(State.ABORTED, str(asked_too), self._wait.abort.by if self._wait.abort else "")
         except StorageFailed as error:
-            ending = Ending(State.STOPPED, str(error), cause=STORAGE)
+            ending = Ending(State.STOPPED, f"{error}{self._copied()}", cause=STORAGE)
+        except (DeviceFault, DeviceRefused, RequestRefused) as error:
+            ending = Ending(State.TRIPPED, str(error), cause="device")
         except (RigError, ProcedureError) as error:
             ending = Ending(State.FAILED, str(error))
         except KeyboardInterrupt:
@@ -118,249 +139,111 @@ class _Engine:
         return outcome
 
     def _end(self, ending: Ending, defect: BaseException | None) -> Outcome:
-        """Axes at rest first, then the journal's last line; a failure of either is told, neither is skipped.
+        """The safe state first, then the journal's last line; a failure of either is told, neither is skipped.
 
         A resume that failed before it began leaves the run as resumable as it was.
         """
+        safe = make_safe(self._rig, self._conduct.plan)
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
+        if safe.failures:
+            state, reasons = _without_safety(state), [*reasons, *safe.failures]
         if state is State.STOPPED and self._trail.state is State.PLANNED:
             state = State.FAILED
-        try:
-            stop_all(self._rig.axes, self._rig.clock)
-        except RigError as error:
-            state, reasons = State.FAILED, [*reasons, str(error)]
         try:
             if defect is not None:
                 self._trail.event("defect", {"traceback": "".join(traceback.format_exception(defect))})
             if self._trail.state not in RESUMABLE:
+                self._trail.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
                 self._trail.enter(state, "; ".join(reasons), ending.by, cause)
         except StorageFailed as error:
             state, reasons, cause = State.INTERRUPTED, list(dict.fromkeys([*reasons, str(error)])), STORAGE
-        return Outcome(state, "; ".join(reasons), self._trail.dwells_done, self._trail.dwells_planned, cause)
+        done, planned = self._trail.dwells_done, self._trail.dwells_planned
+        return Outcome(state, "; ".join(reasons), done, planned, cause, safe.positions_deg)
 
     def _work(self) -> None:
+        """Epochs, until nothing is left."""
         self._open_epoch()
-        steps = agenda(self._plan.steps, self._history.accepted_steps)
-        if steps:
-            self._check_rig()
-        for step in steps:
-            if isinstance(step, Soak):
-                self._soak(step)
-            else:
-                self._dwell(step)
-        if self._trail.state is State.CHECKING:
-            self._trail.enter(State.RUNNING)
+        identities, restarts = self._start.identities, 0
+        while True:
+            known = self._trail.dwells_done
+            try:
+                self._run_epoch(identities)
+                return
+            except TrustLost as lost:
+                restarts = 1 if self._trail.dwells_done > known else restarts + 1
+                self._regain(lost, restarts)
+                identities = self._reread()
+                self._open_epoch(lost.reason)
 
-    def _open_epoch(self) -> None:
+    def _run_epoch(self, identities: dict[str, str] | None) -> None:
+        """Raises: TrustLost for whatever a new epoch can heal."""
+        try:
+            Epoch(self._conduct, self._history, identities).run()
+        except _LOST as error:
+            alarm = lost_link(error)
+            raise TrustLost(alarm.cause, alarm.reason) from error
+        except RequestRefused as error:
+            if self._has_home():
+                raise
+            raise TrustLost("home", str(error)) from error
+
+    def _has_home(self) -> bool:
+        try:
+            return all(self._rig.axes[name].state().is_homed for name in self._conduct.plan.axes)
+        except _LOST as error:
+            alarm = lost_link(error)
+            raise TrustLost(alarm.cause, alarm.reason) from error
+
+    def _open_epoch(self, regained: str = "") -> None:
         start = self._start
-        opened = {"operator": start.operator, "reason": start.reason, "epoch": self._history.epoch}
+        opened = {"operator": start.operator, "reason": regained or start.reason, "epoch": self._history.epoch}
         process = {"pid": os.getpid(), "host": platform.node(), "calrig": calrig_version()}
         self._trail.event("opened", opened | process)
-        self._wait.discard_pending()
-        if start.state in ACTIVE and self._history.epoch > 1:
-            self._trail.enter(State.INTERRUPTED, "the process ended without a last line")
-        self._trail.enter(State.CHECKING, start.reason, start.operator)
+        if not regained:
+            self._wait.discard_pending()
+            if start.state in ACTIVE and self._history.epoch > 1:
+                self._trail.enter(State.INTERRUPTED, "the process ended without a last line")
+        self._trail.enter(State.CHECKING, "" if regained else start.reason, "" if regained else start.operator)
 
-    def _check_rig(self) -> None:
-        identities = dict(self._rig.identities())
-        self._trail.event("identities", identities)
-        known = self._start.identities
-        if known is not None and known != identities:
-            changed = [name for name in {**known, **identities} if known.get(name) != identities.get(name)]
-            told = "; ".join(f"{name}: was {known.get(name)!r}, is {identities.get(name)!r}" for name in changed)
-            raise RunEnds(Ending(State.TRIPPED, f"not the devices this run began with: {told}", cause="identity"))
-        self._prepare_readouts()
-        for name, readout in self._rig.readouts.items():
-            self._trail.event("meter", {"readout": name, **readout.checks()})
-        for name in self._plan.axes:
-            home_and_arrive(self._rig.axes[name], self._rig.clock, self._wait)
-
-    def _prepare_readouts(self) -> None:
-        for readout in self._rig.readouts.values():
-            readout.prepare()
-
-    def _soak(self, step: Soak) -> None:
-        self._boundary()
-        self._trail.event("intent", {"step": step.step, "soak": step.environment, "setpoint_degc": step.setpoint_degc})
-        self._rig.chance.announce(step.step, "soak", self._history.epoch, self._replications[step.step])
-        self._trail.tell("soak", f"{step.environment} to {step.setpoint_degc:g} degC for {step.soak_s:g} s")
-        degc = soak(self._rig.environments[step.environment], step, self._rig.clock, self._wait_unless_stopped)
-        self._trail.event("soaked", {"step": step.step, "temperature_degc": degc})
-        self._plateau = step
-
-    def _wait_unless_stopped(self, duration_s: float) -> None:
-        """During a soak there is no dwell to finish first."""
-        self._wait(duration_s)
-        self._stop_if_asked()
-
-    def _dwell(self, dwell: Dwell) -> None:
-        """Until the dwell is accepted or the run ends."""
-        if dwell.purpose != "check" and self._trail.state is State.CHECKING:
-            self._leave_checking()
-        retries = self._plan.dwell.retries
-        judged = 0 if dwell.purpose == "check" else self._history.attempts(dwell.step)
-        granted = retries + 1 if judged <= retries else judged + retries + 1
-        while True:
-            self._boundary()
-            judged += 1
-            record = self._attempt(dwell, judged)
-            if record.accepted:
-                return
-            if judged >= granted:
-                self._hold(f"step {dwell.step}: rejected {judged} times: {'; '.join(record.reasons)}")
-                granted = judged + retries + 1
-
-    def _attempt(self, dwell: Dwell, attempt: int) -> DwellRecord:
-        """Move, measure, judge, commit."""
-        intent = {"step": dwell.step, "purpose": dwell.purpose, "attempt": attempt, "epoch": self._history.epoch}
-        self._trail.event("intent", intent | {"targets_deg": dict(dwell.targets_deg)})
-        move(self._rig, dwell, self._wait)
-        clock = self._rig.clock
-        started_utc, started_s = clock.now_utc(), clock.monotonic_s()
-        measured = self._measured(dwell, self._announcement(dwell, attempt))
-        reasons = judge(measured, self._limits(dwell), self._noise)
-        record = DwellRecord(
-            step=dwell.step,
-            purpose=dwell.purpose,
-            replication=dwell.replication,
-            point=dwell.point,
-            attempt=attempt,
-            epoch=self._history.epoch,
-            accepted=not reasons,
-            reasons=reasons,
-            targets_deg=dwell.targets_deg,
-            measured_deg=_mean_position(measured),
-            temperature_degc=_mean_temperature(measured),
-            readings=measured.readings,
-            started_utc=started_utc,
-            ended_utc=clock.now_utc(),
-            started_s=started_s,
-            ended_s=clock.monotonic_s(),
-            settle_s=measured.settle_s,
-            sha256="",
-        )
-        self._learn(record)
-        return self._trail.commit(record)
-
-    def _measured(self, dwell: Dwell, announcement: Announcement) -> Measurement:
-        for void in count(1):
-            try:
-                return measure(self._rig, self._plan, dwell, announcement, self._wait)
-            except (DeviceNonsense, DeviceSilent) as error:
-                detail = {"step": dwell.step, "attempt": announcement.attempt, "void": void, "reason": str(error)}
-                self._trail.event("void", detail)
-                self._trail.tell("void", str(error))
-                if void > self._plan.dwell.retries:
-                    raise
-                self._prepare_readouts()
-        raise AssertionError("unreachable: count never ends")
-
-    def _learn(self, record: DwellRecord) -> None:
-        """Later dwells are judged by accepted ones, in the order in which an uninterrupted run takes them."""
-        if record.accepted and record.purpose == "check":
-            self._checks[record.step] = record
-        if record.accepted and (record.purpose != "check" or self._is_first_check_set):
-            self._noise.learn(record.readings)
-
-    @property
-    def _is_first_check_set(self) -> bool:
-        return self._history.first_check_epoch is None
-
-    def _announcement(self, dwell: Dwell, attempt: int) -> Announcement:
-        """A check set that is measured again has chance of its own, and the drift of the moment."""
-        if dwell.purpose != "check":
-            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "read")
-        if self._is_first_check_set:
-            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "check")
-        epoch = self._history.epoch
-        return Announcement(dwell.step, attempt, self._replications_so_far(), f"settle-{epoch}", f"check-{epoch}")
-
-    def _replications_so_far(self) -> float:
-        steps = agenda(self._plan.steps, self._history.accepted_steps)
-        return next(
-            self._replications[step.step] for step in steps if isinstance(step, Dwell) and step.purpose != "check"
-        )
-
-    def _limits(self, dwell: Dwell) -> Limits:
-        plateau = self._plateau
-        return Limits(
-            targets_deg=dwell.targets_deg,
-            tolerance_deg={name: self._rig.axes[name].arrival_tolerance_deg for name in dwell.targets_deg},
-            max_noise_factor=self._plan.dwell.max_noise_factor,
-            bands={} if plateau is None else {plateau.environment: Band(plateau.setpoint_degc, plateau.band_degc)},
-        )
-
-    def _leave_checking(self) -> None:
-        """The check set is measured: was there a step since the one from the start?"""
-        before = self._history.baseline
-        if before:
-            self._require_no_step(before)
-        self._trail.enter(State.RUNNING)
-        self._trail.begin_pace(self._plan.expected.p50_s / max(len(self._plan.design_dwells), 1))
-
-    def _require_no_step(self, before: dict[int, DwellRecord]) -> None:
-        plateau = plateau_of(self._plan.steps, min(before))
-        if plateau != self._plateau:
-            self._trail.event("seam", {"tested": False, "reason": "the check set was measured at another plateau"})
-            return
-        found = compare(before, self._checks, self._history.measured_once)
-        steps = [one for one in found if one.is_step]
-        worst = max(found, key=lambda one: abs(one.t) / one.t_limit)
-        told = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"
-        detail = {"tested": True, "comparisons": len(found), "steps": len(steps), "worst": told}
-        self._trail.event("seam", {**detail, "against_epoch": self._history.baseline_epoch})
-        if steps:
+    def _regain(self, lost: TrustLost, restarts: int) -> None:
+        """Held, the axes told to stop, until every line answers again. Raises: RunEnds, WaitEnded."""
+        safe = make_safe(self._rig, self._conduct.plan, is_over=False)
+        self._trail.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
+        if restarts > MOST_RESTARTS:
             raise RunEnds(
-                Ending(
-                    State.TRIPPED,
-                    f"the restart made a step: {told}, allowed {worst.t_limit:.3g}; look at mount, sensor and meter; "
-                    "a resume with a name and a reason accepts it",
-                    cause="seam",
-                )
+                Ending(State.TRIPPED, f"{lost.reason}; lost {restarts} times without a dwell between", cause=lost.cause)
             )
+        if lost.cause not in RECONNECT:
+            self._trail.enter(State.HELD, lost.reason, cause=lost.cause)
+            return
+        self._conduct.enter_held(lost.cause, lost.reason)
+        pause_s, told = FIRST_PAUSE_S, ""
+        while True:
+            self._conduct.stand_still(lambda: False, pause_s)
+            try:
+                self._rig.reconnect()
+                self._rig.identities()
+            except RigError as error:
+                if str(error) != told:
+                    self._trail.event("reconnect", {"failed": str(error)})
+                told, pause_s = str(error), min(2.0 * pause_s, LONGEST_PAUSE_S)
+                continue
+            self._trail.event("reconnect", {"failed": ""})
+            return
 
-    def _boundary(self) -> None:
-        """Between dwells: stop, pause and the longest duration take effect here."""
-        self._wait.look()
-        self._stop_if_asked()
-        limit_s, spent_s = self._plan.max_duration_s, self._rig.clock.monotonic_s() - self._began_s
-        if limit_s is not None and spent_s > limit_s:
-            raise RunEnds(Ending(State.STOPPED, f"[stop] max_duration_s = {limit_s:g} s has passed", "procedure"))
-        if self._wait.pause is not None and self._trail.state is State.RUNNING:
-            self._pause(self._wait.pause)
+    def _reread(self) -> dict[str, str] | None:
+        """The journal is the truth about what was done; returns the identities as they were at the start."""
+        with JournalReader.open(self._trail.folder) as reader:
+            self._history = read_history(reader, self._conduct.plan)
+            known = reader.last_event("identities")
+        return None if known is None else {name: str(told) for name, told in known.detail.items()}
 
-    def _stop_if_asked(self) -> None:
-        if self._wait.stop is not None:
-            raise RunEnds(Ending(State.STOPPED, self._wait.stop.text, self._wait.stop.by))
-
-    def _pause(self, request: Request) -> None:
-        self._trail.enter(State.PAUSED, request.text, request.by)
-        continued = self._continue_asked(lambda: self._wait.pause is None)
-        self._trail.enter(State.RUNNING, by=continued)
-
-    def _hold(self, reason: str) -> None:
-        before = self._trail.state
-        self._trail.enter(State.HELD, reason, cause="suspect dwell")
-        if isinstance(self._rig.clock, VirtualClock):
-            raise RunEnds(Ending(State.FAILED, reason))
-        self._wait.continued = None
-        continued = self._continue_asked(lambda: self._wait.continued is not None)
-        self._trail.enter(before, by=continued)
-
-    def _continue_asked(self, is_so: Callable[[], bool]) -> str:
-        """Rest until a person continues; returns who. A stop or an abort ends the run."""
-        while not is_so():
-            self._wait.rest()
-            self._stop_if_asked()
-        return self._wait.continued.by if self._wait.continued is not None else ""
+    def _copied(self) -> str:
+        """Save what can be saved of a journal whose disk has failed."""
+        place = self._conduct.care.second_place
+        return "" if place is None else emergency_copy(self._trail.folder, place, self._trail.unsaved)
 
 
-def _mean_position(measured: Measurement) -> dict[str, float]:
-    before, after = measured.before.axes, measured.after.axes
-    return {name: 0.5 * (state.position_deg + after[name].position_deg) for name, state in before.items()}
-
-
-def _mean_temperature(measured: Measurement) -> dict[str, float]:
-    before, after = measured.before.temperature_degc, measured.after.temperature_degc
-    means = {name: 0.5 * (degc + after[name]) for name, degc in before.items()}
-    return {name: degc for name, degc in means.items() if isfinite(degc)}
+def _without_safety(state: State) -> State:
+    """A run whose axes are not known to rest is for a person to look at, then to take up where that is possible."""
+    return State.TRIPPED if state in (State.FINISHED, State.STOPPED, State.TRIPPED) else State.FAILED

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Soak, Step
+from procedures.run.journal_reader import JournalReader
 from procedures.run.judge import NoiseReference
-from procedures.run.records import DwellRecord
+from procedures.run.records import DwellRecord, Event
+from procedures.run.voids import KIND as VOIDED
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,9 @@ class History:
     first_check_epoch: int | None
     """The first whose check set was finished; None where there is none."""
     baseline_epoch: int | None
-    """Whose check set later ones are compared with: the first, or one whose seam a person accepted."""
+    """Whose check set later ones are compared with: the first of this mounting, or one whose seam a person accepted."""
+    mounting: int = 1
+    """Of the package, 1-based."""
 
     @property
     def accepted_steps(self) -> frozenset[int]:
@@ -56,6 +60,11 @@ class History:
             dwell for dwell in self.dwells if dwell.accepted and (dwell.purpose != "check" or dwell.epoch == first)
         )
 
+    @property
+    def visits(self) -> tuple[DwellRecord, ...]:
+        """Accepted dwells of this mounting: what two visits to one attitude differ by."""
+        return tuple(dwell for dwell in self.measured_once if dwell.mounting == self.mounting)
+
     def noise(self) -> NoiseReference:
         """The reference as the process before had learned it."""
         reference = NoiseReference()
@@ -65,16 +74,42 @@ class History:
 
 
 def history_of(
-    dwells: Iterable[DwellRecord], epochs_opened: int, plan: Plan, accepted_break: int | None = None
+    dwells: Iterable[DwellRecord],
+    epochs_opened: int,
+    plan: Plan,
+    accepted_break: int | None = None,
+    mounting: int = 1,
+    remounted_after: int = 0,
 ) -> History:
     """``accepted_break``: the epoch whose seam a person accepted with name and reason; its check set counts from
-    then on."""
+    then on. ``remounted_after``: how many epochs were opened before the package was last moved."""
     found = tuple(dwells)
     wanted = {dwell.step for dwell in plan.check_set}
     bare = History(found, epochs_opened + 1, None, None)
     whole = [epoch for epoch in range(1, epochs_opened + 1) if wanted and wanted <= bare.check_set(epoch).keys()]
-    first = next(iter(whole), None)
-    return History(found, epochs_opened + 1, first, accepted_break if accepted_break in whole else first)
+    alike = [epoch for epoch in whole if epoch > remounted_after]
+    baseline = accepted_break if accepted_break in alike else next(iter(alike), None)
+    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting)
+
+
+def read_history(reader: JournalReader, plan: Plan) -> History:
+    """Where the journal stands. Raises: JournalError."""
+    epochs, remounted_after, mounting = 0, 0, 1
+    for event in reader.events():
+        epochs += event.kind == "opened"
+        if event.kind == VOIDED and event.detail.get("remounted"):
+            remounted_after, mounting = epochs, mounting + 1
+    return history_of(reader.dwells(), epochs, plan, _accepted_break(reader.events()), mounting, remounted_after)
+
+
+def _accepted_break(events: Iterable[Event]) -> int | None:
+    """The epoch whose seam trip a person is accepting now or accepted before: whoever resumes accepts."""
+    epoch, tripped = 0, None
+    for event in events:
+        epoch += event.kind == "opened"
+        if event.kind == "state" and event.detail.get("cause") == "seam":
+            tripped = epoch
+    return tripped
 
 
 def agenda(steps: Sequence[Step], accepted: frozenset[int]) -> tuple[Step, ...]:

@@ -1,7 +1,8 @@
 """The journal as everybody but the engine sees it: read-only, in short transactions, verified on demand."""
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,8 @@ from procedures.run.header import RunHeader, sha256
 from procedures.run.records import DwellRecord, Event
 from procedures.run.states import State
 from procedures.run.storage import JOURNAL_FILE, CommittedCount, open_for_reading, told_as
+from procedures.run.voids import KIND as VOIDED
+from procedures.run.voids import QUARANTINED, Key, keys_in, voided_in
 
 if TYPE_CHECKING:
     import apsw
@@ -20,14 +23,11 @@ _CHUNK = 256
 _EVENTS = "SELECT * FROM events WHERE sequence > ? ORDER BY sequence LIMIT ?"
 _EVENTS_OF = "SELECT * FROM events WHERE sequence > ? AND kind = ? ORDER BY sequence LIMIT ?"
 _LAST_EVENT = "SELECT * FROM events WHERE ? IS NULL OR kind = ? ORDER BY sequence DESC LIMIT 1"
-_DWELLS = "SELECT number, accepted, record, samples, sha256 FROM dwells WHERE number > ? ORDER BY number LIMIT ?"
 _DWELLS_WITHOUT_SAMPLES = (
-    "SELECT number, accepted, record, NULL, sha256 FROM dwells WHERE number > ? ORDER BY number LIMIT ?"
-)
-_WHOLE_DWELLS = (
-    "SELECT number, step, attempt, epoch, accepted, record, samples, sha256 FROM dwells "
+    "SELECT number, step, attempt, epoch, accepted, record, NULL, sha256 FROM dwells "
     "WHERE number > ? ORDER BY number LIMIT ?"
 )
+_DWELLS = _DWELLS_WITHOUT_SAMPLES.replace("NULL", "samples")
 _LEFT = "it was left as it is"
 
 
@@ -75,10 +75,22 @@ class JournalReader:
         return None if row is None else decode_event(*row)
 
     def dwells(self, accepted_only: bool = False, with_samples: bool = True) -> Iterator[DwellRecord]:
-        """Dwells in the order of commitment, rejected ones too unless ``accepted_only``."""
-        for _, accepted, text, blob, digest in self._rows(_DWELLS if with_samples else _DWELLS_WITHOUT_SAMPLES):
-            if accepted or not accepted_only:
-                yield decode_dwell(text, blob, digest)
+        """Dwells in the order of commitment, rejected ones too unless ``accepted_only``.
+
+        A dwell that was taken back counts as rejected, and so does one that is not as it was written (noticed only
+        ``with_samples``): each says so in its reasons. :meth:`quarantined` names the damaged ones.
+        """
+        voided = voided_in(self.events(VOIDED))
+        for row in self._rows(_DWELLS if with_samples else _DWELLS_WITHOUT_SAMPLES):
+            dwell = _as_it_stands(row, voided, with_samples)
+            if dwell is not None and (dwell.accepted or not accepted_only):
+                yield dwell
+
+    def quarantined(self) -> tuple[str, ...]:
+        """Dwells that are not as they were written, or were left out when the journal was salvaged, by name."""
+        damaged = [_name(*row[1:4]) for row in self._rows(_DWELLS) if not _is_whole(row)]
+        left_out = [_name(*key) for event in self.events(QUARANTINED) for key in keys_in(event)]
+        return (*damaged, *left_out)
 
     def state(self) -> State:
         """As last written; whether its owner still lives is :func:`procedures.run.status.status`'s to say."""
@@ -91,10 +103,11 @@ class JournalReader:
         return int(self._one("SELECT count(*) FROM dwells")[0])  # type: ignore[index]
 
     def accepted_steps(self) -> set[int]:
-        """Steps with an accepted dwell."""
+        """Steps with an accepted dwell that was not taken back."""
+        voided = voided_in(self.events(VOIDED))
         with told_as(self.path):
-            rows = self._connection.execute("SELECT DISTINCT step FROM dwells WHERE accepted = 1").fetchall()
-        return {int(row[0]) for row in rows}  # type: ignore[arg-type]
+            rows = self._connection.execute("SELECT step, attempt, epoch FROM dwells WHERE accepted = 1").fetchall()
+        return {key[0] for row in rows if (key := _key(*row)) not in voided}
 
     def verify(self) -> None:
         """Check the file, the chain of events and the SHA-256 of every dwell. Raises: JournalError naming the first
@@ -132,7 +145,7 @@ class JournalReader:
                 f"committed; its file {self.path.name}-wal is missing or of another day; put it back beside the journal"
             )
 
-    def _verify_chain(self) -> dict[tuple[int, int, int], str]:
+    def _verify_chain(self) -> dict[Key, str]:
         """The SHA-256 that the chain tells of every dwell."""
         previous, told = self._one("SELECT sha256 FROM header")[0], {}  # type: ignore[index]
         expected = 1
@@ -145,12 +158,15 @@ class JournalReader:
             if kind == "dwell":
                 dwell = decode_event(*row).detail
                 told[_key(dwell["step"], dwell["attempt"], dwell["epoch"])] = str(dwell["sha256"])
+            if kind == QUARANTINED:
+                for key in keys_in(decode_event(*row)):
+                    told.pop(key, None)
             previous, expected = digest, expected + 1
         return told
 
-    def _verify_dwells(self, told: dict[tuple[int, int, int], str]) -> None:
+    def _verify_dwells(self, told: dict[Key, str]) -> None:
         found = 0
-        for _, step, attempt, epoch, accepted, text, samples, digest in self._rows(_WHOLE_DWELLS):
+        for _, step, attempt, epoch, accepted, text, samples, digest in self._rows(_DWELLS):
             name = f"{self.path}: the dwell of step {step}, attempt {attempt}, epoch {epoch}"
             if hash_dwell(text, samples) != digest or told.get((step, attempt, epoch)) != digest:
                 raise JournalError(f"{name} is not as it was written (SHA-256 differs); {_LEFT}; measure it again")
@@ -178,6 +194,30 @@ class JournalReader:
             return row
 
 
-def _key(*parts: object) -> tuple[int, int, int]:
+def _key(*parts: object) -> Key:
     step, attempt, epoch = (int(str(part)) for part in parts)
     return step, attempt, epoch
+
+
+def _name(step: int, attempt: int, epoch: int) -> str:
+    return f"step {step}, attempt {attempt}, epoch {epoch}"
+
+
+def _is_whole(row: tuple[Any, ...]) -> bool:
+    *_, text, samples, digest = row
+    return bool(hash_dwell(text, samples) == digest)
+
+
+def _as_it_stands(row: tuple[Any, ...], voided: Mapping[Key, str], with_samples: bool) -> DwellRecord | None:
+    """The dwell of a row; None where it is too damaged to be shown."""
+    *_, text, samples, digest = row
+    taken_back = voided.get(_key(*row[1:4]))
+    if with_samples and not _is_whole(row):
+        taken_back = "quarantined: it is not as it was written (SHA-256 differs)"
+        try:
+            dwell = decode_dwell(text, samples, digest)
+        except JournalError:
+            return None
+    else:
+        dwell = decode_dwell(text, samples, digest)
+    return dwell if taken_back is None else replace(dwell, accepted=False, reasons=(*dwell.reasons, taken_back))

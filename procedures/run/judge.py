@@ -58,6 +58,17 @@ class Measurement:
     is_settled: bool
     settle_s: float
 
+    def mean_position_deg(self) -> dict[str, float]:
+        """Of before and after the readings."""
+        after = self.after.axes
+        return {name: 0.5 * (state.position_deg + after[name].position_deg) for name, state in self.before.axes.items()}
+
+    def mean_temperature_degc(self) -> dict[str, float]:
+        """Of before and after; what is not finite is left out."""
+        after = self.after.temperature_degc
+        means = {name: 0.5 * (degc + after[name]) for name, degc in self.before.temperature_degc.items()}
+        return {name: degc for name, degc in means.items() if isfinite(degc)}
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:

@@ -11,6 +11,7 @@ from procedures.run.records import ChannelReading
 from procedures.run.settle import Settled, settle
 from rig.clock import Clock
 from rig.devices.abilities import Axis, Environment, Readout, TwinChance, Wait
+from rig.link.counts import ExchangeCounts
 from rig.motion import move_and_arrive
 
 
@@ -28,6 +29,8 @@ class OpenRig(Protocol):
     @property
     def clock(self) -> Clock: ...
     def identities(self) -> Mapping[str, str]: ...
+    def link_counts(self) -> Mapping[str, ExchangeCounts]: ...
+    def reconnect(self) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,10 +50,15 @@ class Announcement:
         chance.announce(self.step, self.read_phase, self.attempt, self.replications)
 
 
-def move(rig: OpenRig, dwell: Dwell, wait: Wait) -> None:
-    """Bring every axis of the dwell to its target, in its order. Raises as :func:`rig.motion.move_and_arrive`."""
-    for name, target_deg in dwell.targets_deg.items():
-        move_and_arrive(rig.axes[name], target_deg, rig.clock, wait)
+def move(rig: OpenRig, dwell: Dwell, wait: Wait) -> dict[str, float]:
+    """Bring every axis of the dwell to its target, in its order; their read-backs, degrees.
+
+    Raises as :func:`rig.motion.move_and_arrive`.
+    """
+    return {
+        name: move_and_arrive(rig.axes[name], target_deg, rig.clock, wait)
+        for name, target_deg in dwell.targets_deg.items()
+    }
 
 
 def measure(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, wait: Wait) -> Measurement:

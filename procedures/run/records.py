@@ -56,7 +56,9 @@ class DwellRecord:
     ended_s: float
     settle_s: float
     sha256: str
-    """Over everything above, as stored; empty before it is stored."""
+    """Over everything but itself, as stored; empty before it is stored."""
+    mounting: int = 1
+    """1-based; a package that was moved begins a new one, with a coning angle and azimuth of its own."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,10 +13,11 @@ from pathlib import Path
 
 from procedures.errors import RequestError
 from procedures.plan.plan import Plan
+from procedures.run.care import Care, with_precautions
 from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
 from procedures.run.header import RunHeader, calrig_version
-from procedures.run.history import History, history_of
+from procedures.run.history import History, read_history
 from procedures.run.journal import Journal
 from procedures.run.journal_reader import JournalReader
 from procedures.run.measure import OpenRig
@@ -38,9 +39,6 @@ class Interrupted:
     header: RunHeader
     plan: Plan
     state: State
-    cause: str
-    """Of its last state, such as ``seam``."""
-    epochs: int
     identities: dict[str, str] | None
     history: History
 
@@ -51,6 +49,7 @@ def resume(
     reason: str = "",
     observer: RunObserver | None = None,
     idle_clock: Clock | None = None,
+    care: Care | None = None,
 ) -> Outcome:
     """Continue a run on its own rig, as the journal describes it, with its own plan.
 
@@ -62,7 +61,7 @@ def resume(
     with _taken_over(run_dir, operator, reason, idle_clock) as found:
         rig_file = None if found.header.is_rehearsal else Path(found.header.rig_path)
         with open_rig(rig_from_json(found.header.rig_json), rig_file=rig_file, purpose="calrig resume") as rig:
-            return _go_on(run_dir, found, rig, operator, reason, observer, idle_clock)
+            return _go_on(run_dir, found, rig, operator, reason, observer, idle_clock, care)
 
 
 def resume_on(
@@ -72,10 +71,11 @@ def resume_on(
     reason: str = "",
     observer: RunObserver | None = None,
     idle_clock: Clock | None = None,
+    care: Care | None = None,
 ) -> Outcome:
     """As :func:`resume`, on a rig that the caller has opened."""
     with _taken_over(run_dir, operator, reason, idle_clock) as found:
-        return _go_on(run_dir, found, rig, operator, reason, observer, idle_clock)
+        return _go_on(run_dir, found, rig, operator, reason, observer, idle_clock, care)
 
 
 def _go_on(
@@ -86,10 +86,12 @@ def _go_on(
     reason: str,
     observer: RunObserver | None,
     idle_clock: Clock | None,
+    care: Care | None,
 ) -> Outcome:
     journal = Journal.open_for_append(run_dir / JOURNAL_FILE)
+    care = with_precautions(care, found.header)
     start = Start(operator, found.state, reason, found.identities)
-    return run(found.plan, rig, journal, Spool(run_dir), start, found.history, observer, idle_clock)
+    return run(found.plan, rig, journal, Spool(run_dir), start, found.history, observer, idle_clock, care)
 
 
 @contextmanager
@@ -106,33 +108,14 @@ def _taken_over(run_dir: Path, operator: str, reason: str, clock: Clock | None) 
 
 def _read(run_dir: Path) -> Interrupted:
     with JournalReader.open(run_dir) as reader:
-        plan, last = reader.header.plan, reader.last_event("state")
-        epochs = sum(1 for _ in reader.events("opened"))
-        identities = reader.last_event("identities")
-        cause = str(last.detail.get("cause", "")) if last is not None else ""
+        plan, identities = reader.header.plan, reader.last_event("identities")
         return Interrupted(
             header=reader.header,
             plan=plan,
             state=reader.state(),
-            cause=cause,
-            epochs=epochs,
             identities={key: str(value) for key, value in identities.detail.items()} if identities else None,
-            history=history_of(reader.dwells(), epochs, plan, _accepted_break(reader, epochs, cause)),
+            history=read_history(reader, plan),
         )
-
-
-def _accepted_break(reader: JournalReader, epochs: int, cause: str) -> int | None:
-    """The epoch whose seam trip a person is accepting now or accepted before."""
-    if cause == "seam":
-        return epochs
-    epoch, accepted, tripped = 0, None, None
-    for event in reader.events():
-        if event.kind == "opened":
-            epoch, accepted = epoch + 1, tripped if tripped is not None else accepted
-            tripped = None
-        elif event.kind == "state" and event.detail.get("cause") == "seam":
-            tripped = epoch
-    return accepted
 
 
 def _require_resumable(run_dir: Path, found: Interrupted, operator: str, reason: str) -> None:

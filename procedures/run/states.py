@@ -49,16 +49,17 @@ TRANSITIONS: tuple[Transition, ...] = (
     Transition(State.CHECKING, State.RUNNING, "rig and check set are sound"),
     Transition(State.RUNNING, State.PAUSED, "pause, after the dwell"),
     Transition(State.PAUSED, State.RUNNING, "continue"),
-    *_from(_WORKING, State.HELD, "suspect dwell or interlock"),
+    *_from(_WORKING, State.HELD, "suspect dwell, interlock, lost link or position"),
     Transition(State.HELD, State.CHECKING, "continue, or it cleared itself"),
     Transition(State.HELD, State.RUNNING, "continue, or it cleared itself"),
-    *_from((*_WORKING, State.HELD), State.TRIPPED, "a person must look"),
+    *_from((*_WORKING, State.PAUSED, State.HELD), State.TRIPPED, "a person must look"),
     *_from((*_WORKING, State.PAUSED, State.HELD), State.STOPPED, "stop, after the dwell"),
     *_from(ACTIVE, State.ABORTED, "abort, now"),
     *_from(ACTIVE, State.FAILED, "cannot go on"),
     *_from(ACTIVE, State.INTERRUPTED, "its owner died"),
     *_from(RESUMABLE, State.CHECKING, "resume"),
     Transition(State.RUNNING, State.FINISHED, "last dwell"),
+    Transition(State.FINISHED, State.STOPPED, "void or redo"),
 )
 
 EXIT_STATUS = {

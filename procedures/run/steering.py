@@ -23,12 +23,21 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 class Steering:
     """What was asked of the run so far; called, it is the :class:`rig.devices.abilities.Wait` of every device."""
 
-    def __init__(self, spool: Spool, clock: Clock, idle_clock: Clock, record: Callable[[Taken], None]) -> None:
+    def __init__(
+        self,
+        spool: Spool,
+        clock: Clock,
+        idle_clock: Clock,
+        record: Callable[[Taken], None],
+        pulse: Callable[[], None] = lambda: None,
+    ) -> None:
         self._spool = spool
         self._clock = clock
         self._idle_clock = idle_clock
         """Real seconds: a person's answer takes them even where the rig's time is virtual."""
         self._record = record
+        self._pulse = pulse
+        """Told at every look that the engine lives."""
         self._signals: deque[int] = deque()
         self._interrupts = 0
         self.pause: Request | None = None
@@ -54,6 +63,7 @@ class Steering:
 
     def look(self) -> None:
         """Take what was asked meanwhile. Raises: WaitEnded."""
+        self._pulse()
         while self._signals:
             self._take(Taken("", self._of_signal(self._signals.popleft())))
         for taken in self._spool.take():

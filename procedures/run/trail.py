@@ -1,12 +1,14 @@
 """The engine's pen: the state of the run, its audit trail, and what observers are told, always in step."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from procedures.run.journal import Journal
 from procedures.run.progress import Pace, Progress, RunObserver
 from procedures.run.records import DwellRecord
 from procedures.run.spool import Taken
 from procedures.run.states import State, require_transition
+from procedures.run.voids import KIND as VOIDED
 from rig.clock import Clock
 
 
@@ -23,6 +25,8 @@ class Trail:
         self.dwells_done, self.dwells_planned, self._replications = counts
         self._replication = 0
         self._pace: Pace | None = None
+        self.unsaved: DwellRecord | None = None
+        """Measured, but refused by the disk."""
 
     def enter(self, state: State, reason: str = "", by: str = "", cause: str = "") -> None:
         """Go to another state. Raises: RequestError where the table does not allow it."""
@@ -46,7 +50,9 @@ class Trail:
 
     def commit(self, record: DwellRecord) -> DwellRecord:
         """Store a judged dwell and tell of it."""
+        self.unsaved = record
         stored = self._journal.commit_dwell(record, self._clock)
+        self.unsaved = None
         counts = stored.accepted and stored.purpose == "design"
         self.dwells_done += counts
         self._replication = stored.replication or self._replication
@@ -54,6 +60,20 @@ class Trail:
             self._pace.done += counts
         self.tell("dwell" if stored.accepted else "rejected", "; ".join(stored.reasons))
         return stored
+
+    @property
+    def folder(self) -> Path:
+        """Of the run."""
+        return self._journal.path.parent
+
+    def take_back(self, dwells: Sequence[DwellRecord], detail: Mapping[str, object]) -> None:
+        """Accepted dwells that count no more."""
+        self.event(VOIDED, detail)
+        taken_back = sum(dwell.accepted and dwell.purpose == "design" for dwell in dwells)
+        self.dwells_done -= taken_back
+        if self._pace is not None:
+            self._pace.done = max(self._pace.done - taken_back, 0)
+        self.tell("void", str(detail["reason"]))
 
     def begin_pace(self, planned_s: float) -> None:
         """Count the rate from now on; ``planned_s`` a design dwell by the plan."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 from rig.assembly import Rig
 from rig.clock import Clock
 from rig.devices.abilities import Axis, AxisState, Burst, Environment, Readout, TwinChance, Wait
+from rig.link.counts import ExchangeCounts
 
 
 class SpoiltReadout:
@@ -15,6 +16,9 @@ class SpoiltReadout:
         self._readout, self._spoil = readout, spoil
         self.name, self.channels = readout.name, readout.channels
         self.read_so_far = 0
+
+    def put(self, readout: Readout) -> None:
+        self._readout = readout
 
     def identify(self) -> str:
         return self._readout.identify()
@@ -45,6 +49,9 @@ class SpoiltAxis:
         self.speed_dps, self.approach_deg = axis.speed_dps, axis.approach_deg
         self.arrival_tolerance_deg = axis.arrival_tolerance_deg
         self.stops = 0
+
+    def put(self, axis: Axis) -> None:
+        self._axis = axis
 
     def identify(self) -> str:
         return self._axis.identify()
@@ -112,6 +119,14 @@ class Grumbling:
     @property
     def clock(self) -> Clock:
         return self._rig.clock
+
+    def link_counts(self) -> Mapping[str, ExchangeCounts]:
+        return self._rig.link_counts()
+
+    def reconnect(self) -> None:
+        self._rig.reconnect()
+        self.meter.put(self._rig.readouts["dmm"])
+        self.pitch.put(self._rig.axes["pitch"])
 
     def identities(self) -> Mapping[str, str]:
         found = self._rig.identities()

@@ -1,0 +1,47 @@
+"""What a person should do, by the cause of a stop: the words on the page ``why.html`` and in ``docs/messages.md``."""
+
+from collections.abc import Mapping
+
+ADVICE: Mapping[str, str] = {
+    "link": (
+        "Check plug, cable, adapter and power of the device named above. The run tries again by itself, at least once "
+        "a minute; when every device answers, it homes, measures the check set and goes on. Only stop or abort end "
+        "that."
+    ),
+    "home": "An axis lost its home, as after a power cut of its controller. The run homes and goes on by itself.",
+    "suspend": (
+        "The computer slept. Forbid it (docs/service.md). The run opens its lines anew, homes and goes on by itself."
+    ),
+    "interlock": (
+        "The value named above left its band. A hold goes on by itself when it is back; what was measured meanwhile is "
+        "taken back and measured again. A trip: remove the cause, then calrig resume RUN --operator NAME --reason TEXT."
+    ),
+    "disk": "Free space on the disk of the run. It goes on by itself when there is room.",
+    "storage": (
+        "The disk refused the journal; everything committed before is intact. Repair or free it, then calrig resume "
+        "RUN; where the journal itself is damaged, calrig salvage RUN first."
+    ),
+    "link quality": "Look at cable, earth and adapter of the line named above, then calrig continue RUN.",
+    "noise": "Look for vibration, a loose cable, a failing sensor or meter, then calrig continue RUN.",
+    "suspect dwell": "See why the dwell was rejected, then calrig continue RUN: it is measured again.",
+    "motion": (
+        "Something moved an axis that should rest. See who or what, see that the package still sits as it did, then "
+        "calrig resume RUN --operator NAME --reason TEXT; if it was moved, first calrig void RUN --from STEP "
+        "--remounted."
+    ),
+    "device": (
+        "A device reports a fault: limit switch, stop button, coupling, drive. Clear it at the machine, then "
+        "calrig resume RUN --operator NAME --reason TEXT; releasing a button alone starts nothing."
+    ),
+    "identity": "Other devices answer than at the start: swapped cables or a replaced device. Put it right; resume.",
+    "seam": (
+        "The check set differs from the one before: look at mount, sensor and meter. If the package was moved, calrig "
+        "void RUN --from STEP --remounted; a resume with name and reason accepts the step."
+    ),
+    "mount": "Package, wiring and rig file contradict each other as told. Correct it; a changed file needs a new run.",
+}
+OTHERWISE = "Read the cause above; calrig handover RUN shows the whole state, calrig resume RUN goes on where it can."
+
+
+def advice(cause: str) -> str:
+    return ADVICE.get(cause, OTHERWISE)

@@ -1,0 +1,354 @@
+"""One epoch: from homed axes and a measured check set to the last dwell, or to where trust is lost.
+
+intent → move → arrival by read-back → settle → look, read, look → judge → commit.
+
+* A rejected dwell is measured again, at most ``retries`` times; then the run is held until a person says continue
+  (which grants the retries anew), stop or abort.
+* A reading that a device garbled or did not answer voids the attempt: nothing is judged, the readouts are prepared
+  again and the same attempt is repeated, at most ``retries`` times. Voids do not count as judged attempts, so a run
+  that met them draws the same chance as one that did not. After that the link counts as lost.
+* Between dwells everything is looked at. Dwells taken since a band was left are taken back and measured again.
+"""
+
+from collections import defaultdict, deque
+from itertools import count
+
+from procedures.plan.steps import Dwell, Soak, Step
+from procedures.run.alarm import Alarm, TrustLost
+from procedures.run.conduct import LOOK_S, Conduct
+from procedures.run.ending import Ending, RunEnds
+from procedures.run.history import History, agenda, plateau_of, replications_before
+from procedures.run.judge import Band, Limits, Measurement, judge
+from procedures.run.measure import Announcement, measure, move
+from procedures.run.mount_check import contradictions
+from procedures.run.process import PROCESS_EVERY, process_figures
+from procedures.run.records import DwellRecord
+from procedures.run.seam import compare
+from procedures.run.soak import soak
+from procedures.run.space import needed_bytes
+from procedures.run.states import State
+from procedures.run.voids import KIND as VOIDED
+from procedures.run.voids import void_detail
+from procedures.run.warm_up import warm_up
+from procedures.run.watch import suspended
+from rig.errors import DeviceNonsense, DeviceSilent
+from rig.motion import home_and_arrive
+
+INTERLOCK = "interlock"
+"""Cause of a hold, and phase under which the twins answer what is read between dwells."""
+
+
+class Epoch:
+    """Takes the run as far as trust in positions and lines lasts."""
+
+    def __init__(self, conduct: Conduct, history: History, identities: dict[str, str] | None) -> None:
+        self._conduct = conduct
+        self._plan, self._rig, self._trail = conduct.plan, conduct.rig, conduct.trail
+        self._wait, self._watch = conduct.wait, conduct.watch
+        self._history = history
+        self._identities = identities
+        self._noise = history.noise()
+        self._replications = replications_before(self._plan)
+        self._plateau: Soak | None = None
+        self._checks: dict[int, DwellRecord] = {}
+        self._judged: defaultdict[int, int] = defaultdict(int)
+        self._accepted: list[DwellRecord] = []
+        self._left: deque[Step] = deque()
+        self._measured_here = 0
+
+    def run(self) -> None:
+        """Everything that is left. Raises: RunEnds, TrustLost, RigError, StorageFailed."""
+        self._left.extend(agenda(self._plan.steps, self._history.accepted_steps))
+        if self._left:
+            self._check_rig()
+        while self._left or self._watch.is_in_doubt:
+            step = self._left.popleft() if self._left else None
+            if step is None:
+                self._conduct.wait_unless_stopped(LOOK_S)
+                self._boundary()
+            elif isinstance(step, Soak):
+                self._soak(step)
+            else:
+                self._dwell(step)
+        if self._trail.state is State.CHECKING:
+            self._trail.enter(State.RUNNING)
+
+    def _check_rig(self) -> None:
+        identities = dict(self._rig.identities())
+        self._trail.event("identities", identities)
+        if self._identities is not None and self._identities != identities:
+            raise RunEnds(Ending(State.TRIPPED, _other_devices(self._identities, identities), cause="identity"))
+        self._prepare_readouts()
+        for name, readout in self._rig.readouts.items():
+            self._trail.event("meter", {"readout": name, **readout.checks()})
+        self._watch.forget_positions()
+        for name in self._plan.axes:
+            position_deg = home_and_arrive(self._rig.axes[name], self._rig.clock, self._wait)
+            self._watch.rests_at({name: position_deg})
+        self._warm_up()
+
+    def _prepare_readouts(self) -> None:
+        for readout in self._rig.readouts.values():
+            readout.prepare()
+
+    def _warm_up(self) -> None:
+        gates = self._conduct.care.precautions.warm_ups
+        dwells = [step for step in self._left if isinstance(step, Dwell)]
+        if not gates or not dwells:
+            return
+        self._watch.rests_at(move(self._rig, dwells[0], self._wait))
+        self._announce(dwells[0], "warm-up")
+        for gate in gates:
+            self._trail.tell("check", f"{gate.channel}: warming up")
+            self._trail.event("warm_up", warm_up(self._rig, gate, self._conduct.wait_unless_stopped))
+
+    def _soak(self, step: Soak) -> None:
+        self._boundary()
+        self._bring_to(step)
+
+    def _bring_to(self, step: Soak) -> None:
+        self._trail.event("intent", {"step": step.step, "soak": step.environment, "setpoint_degc": step.setpoint_degc})
+        self._rig.chance.announce(step.step, "soak", self._history.epoch, self._replications[step.step])
+        self._trail.tell("soak", f"{step.environment} to {step.setpoint_degc:g} degC for {step.soak_s:g} s")
+        environment = self._rig.environments[step.environment]
+        degc = soak(environment, step, self._rig.clock, self._conduct.wait_unless_stopped)
+        self._trail.event("soaked", {"step": step.step, "temperature_degc": degc})
+        self._plateau = step
+
+    def _dwell(self, dwell: Dwell) -> None:
+        """Until the dwell is accepted or the run ends."""
+        if dwell.purpose != "check":
+            self._stand_on_its_plateau(dwell)
+            if self._trail.state is State.CHECKING:
+                self._leave_checking()
+        retries = self._plan.dwell.retries
+        judged = self._judged[dwell.step]
+        if dwell.purpose != "check":
+            judged = max(judged, self._history.attempts(dwell.step))
+        granted = retries + 1 if judged <= retries else judged + retries + 1
+        while True:
+            if self._boundary(dwell):
+                return
+            judged += 1
+            self._judged[dwell.step] = judged
+            record = self._attempt(dwell, judged)
+            if record.accepted:
+                return
+            if self._regained_its_plateau():
+                granted = judged + retries + 1
+            elif judged >= granted:
+                told = f"step {dwell.step}: rejected {judged} times: {'; '.join(record.reasons)}"
+                self._conduct.hold(Alarm("suspect dwell", told, "ask"))
+                granted = judged + retries + 1
+
+    def _stand_on_its_plateau(self, dwell: Dwell) -> None:
+        """A step that is gone back to, or a band that was left, needs its soak anew."""
+        plateau = plateau_of(self._plan.steps, dwell.step)
+        if plateau is not None and plateau != self._plateau:
+            self._soak(plateau)
+
+    def _regained_its_plateau(self) -> bool:
+        """Where the temperature has left its band, wait for it and soak anew; False where it has not."""
+        plateau = self._plateau
+        if plateau is None:
+            return False
+        degc = self._rig.environments[plateau.environment].temperature_degc()
+        if abs(degc - plateau.setpoint_degc) <= plateau.band_degc:
+            return False
+        before = self._trail.state
+        told = f"got {degc:.2f} degC, allowed {plateau.setpoint_degc:g} ± {plateau.band_degc:g} degC (procedure file:"
+        self._trail.enter(State.HELD, f"{plateau.environment}: {told} environment.band_degc)", cause=INTERLOCK)
+        self._conduct.explain()
+        self._bring_to(plateau)
+        self._trail.enter(before)
+        return True
+
+    def _attempt(self, dwell: Dwell, attempt: int) -> DwellRecord:
+        """Move, measure, judge, commit."""
+        intent = {"step": dwell.step, "purpose": dwell.purpose, "attempt": attempt, "epoch": self._history.epoch}
+        self._trail.event("intent", intent | {"targets_deg": dict(dwell.targets_deg)})
+        self._watch.rests_at(move(self._rig, dwell, self._wait))
+        clock = self._rig.clock
+        started_utc, started_s = clock.now_utc(), clock.monotonic_s()
+        measured = self._measured(dwell, self._announcement(dwell, attempt))
+        if (change := self._watch.clock_change()).is_suspension:
+            raise TrustLost("suspend", f"{suspended(change).reason} during the dwell of step {dwell.step}")
+        reasons = judge(measured, self._limits(dwell), self._noise)
+        record = DwellRecord(
+            step=dwell.step,
+            purpose=dwell.purpose,
+            replication=dwell.replication,
+            point=dwell.point,
+            attempt=attempt,
+            epoch=self._history.epoch,
+            accepted=not reasons,
+            reasons=reasons,
+            targets_deg=dwell.targets_deg,
+            measured_deg=measured.mean_position_deg(),
+            temperature_degc=measured.mean_temperature_degc(),
+            readings=measured.readings,
+            started_utc=started_utc,
+            ended_utc=clock.now_utc(),
+            started_s=started_s,
+            ended_s=clock.monotonic_s(),
+            settle_s=measured.settle_s,
+            sha256="",
+            mounting=self._history.mounting,
+        )
+        self._watch.saw(measured, is_accepted=record.accepted)
+        return self._keep(self._trail.commit(record))
+
+    def _keep(self, record: DwellRecord) -> DwellRecord:
+        """Later dwells are judged by accepted ones, in the order in which an uninterrupted run takes them."""
+        if record.accepted:
+            self._accepted.append(record)
+            if record.purpose == "check":
+                self._checks[record.step] = record
+            if record.purpose != "check" or self._is_first_check_set:
+                self._noise.learn(record.readings)
+        self._measured_here += 1
+        if self._measured_here % PROCESS_EVERY == 0:
+            self._trail.event("process", process_figures())
+        return record
+
+    def _measured(self, dwell: Dwell, announcement: Announcement) -> Measurement:
+        for void in count(1):
+            try:
+                return measure(self._rig, self._plan, dwell, announcement, self._wait)
+            except (DeviceNonsense, DeviceSilent) as error:
+                detail = {"step": dwell.step, "attempt": announcement.attempt, "void": void, "reason": str(error)}
+                self._trail.event("void", detail)
+                self._trail.tell("void", str(error))
+                if void > self._plan.dwell.retries:
+                    raise
+                self._prepare_readouts()
+        raise AssertionError("unreachable: count never ends")
+
+    @property
+    def _is_first_check_set(self) -> bool:
+        return self._history.first_check_epoch is None
+
+    def _announcement(self, dwell: Dwell, attempt: int) -> Announcement:
+        """A check set that is measured again has chance of its own, and the drift of the moment."""
+        if dwell.purpose != "check":
+            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "read")
+        if self._is_first_check_set:
+            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "check")
+        epoch = self._history.epoch
+        return Announcement(dwell.step, attempt, self._replications_so_far(), f"settle-{epoch}", f"check-{epoch}")
+
+    def _replications_so_far(self) -> float:
+        steps = agenda(self._plan.steps, self._history.accepted_steps)
+        return next(
+            self._replications[step.step] for step in steps if isinstance(step, Dwell) and step.purpose != "check"
+        )
+
+    def _announce(self, dwell: Dwell, phase: str) -> None:
+        self._rig.chance.announce(dwell.step, phase, self._history.epoch, self._replications[dwell.step])
+
+    def _limits(self, dwell: Dwell) -> Limits:
+        plateau = self._plateau
+        return Limits(
+            targets_deg=dwell.targets_deg,
+            tolerance_deg={name: self._rig.axes[name].arrival_tolerance_deg for name in dwell.targets_deg},
+            max_noise_factor=self._plan.dwell.max_noise_factor,
+            bands={} if plateau is None else {plateau.environment: Band(plateau.setpoint_degc, plateau.band_degc)},
+        )
+
+    def _leave_checking(self) -> None:
+        """The check set is measured: is the package mounted as declared, and was there a step since the start?"""
+        self._require_declared_mounts()
+        before = self._history.baseline
+        if before:
+            self._require_no_step(before)
+        elif self._history.epoch > 1 and self._history.mounting > 1:
+            self._trail.event("seam", {"tested": False, "reason": "the package was mounted anew"})
+        self._trail.enter(State.RUNNING)
+        self._trail.begin_pace(self._plan.expected.p50_s / max(len(self._plan.design_dwells), 1))
+
+    def _require_declared_mounts(self) -> None:
+        found = [told for name, sensor in self._plan.sensors.items()
+                 for told in contradictions(name, sensor, tuple(self._checks.values()))]  # fmt: skip
+        if found:
+            told = f"mount check: {'; '.join(found)}; correct mount, wiring or rig file"
+            checks = list(self._checks.values())
+            self._trail.event(VOIDED, void_detail(checks, "", "the mount check found a contradiction", "mount"))
+            raise RunEnds(Ending(State.TRIPPED, told, cause="mount"))
+
+    def _require_no_step(self, before: dict[int, DwellRecord]) -> None:
+        plateau = plateau_of(self._plan.steps, min(before))
+        if plateau != self._plateau:
+            self._trail.event("seam", {"tested": False, "reason": "the check set was measured at another plateau"})
+            return
+        found = compare(before, self._checks, self._history.visits)
+        steps = [one for one in found if one.is_step]
+        worst = max(found, key=lambda one: abs(one.t) / one.t_limit)
+        told = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"
+        detail = {"tested": True, "comparisons": len(found), "steps": len(steps), "worst": told}
+        self._trail.event("seam", {**detail, "against_epoch": self._history.baseline_epoch})
+        if steps:
+            raise RunEnds(
+                Ending(
+                    State.TRIPPED,
+                    f"the restart made a step: {told}, allowed {worst.t_limit:.3g}; look at mount, sensor and meter; "
+                    "a resume with a name and a reason accepts it",
+                    cause="seam",
+                )
+            )
+
+    def _boundary(self, dwell: Dwell | None = None) -> bool:
+        """Between dwells; True where earlier steps come first now and ``dwell`` was put behind them."""
+        self._conduct.requests()
+        while (alarm := self._look(dwell)) is not None:
+            voided = self._take_back(alarm)
+            self._answer(alarm, dwell)
+            first = [] if dwell is None else [dwell]
+            if voided or (dwell is not None and self._has_lost_plateau(dwell)):
+                self._left.extendleft(reversed([*voided, *first]))
+                return True
+        return False
+
+    def _look(self, dwell: Dwell | None) -> Alarm | None:
+        care, folder = self._conduct.care, self._trail.folder
+        needed = needed_bytes(self._plan, sum(isinstance(step, Dwell) for step in self._left) + 1)
+        announced = dwell or next((step for step in self._left if isinstance(step, Dwell)), self._plan.dwells[0])
+        return self._watch.look(care.free_bytes(folder), needed, lambda: self._announce(announced, INTERLOCK))
+
+    def _take_back(self, alarm: Alarm) -> list[Step]:
+        """Void what was measured since the band was left; its steps, to be measured again."""
+        if alarm.void_from_s is None:
+            return []
+        voided = [record for record in self._accepted if record.ended_s > alarm.void_from_s]
+        if not voided:
+            return []
+        self._accepted = [record for record in self._accepted if record.ended_s <= alarm.void_from_s]
+        for record in voided:
+            self._checks.pop(record.step, None)
+        self._trail.take_back(voided, void_detail(voided, "", alarm.reason, alarm.cause))
+        steps = {record.step for record in voided}
+        return [step for step in self._plan.steps if step.step in steps]
+
+    def _answer(self, alarm: Alarm, dwell: Dwell | None) -> None:
+        if alarm.response == "trip":
+            raise RunEnds(Ending(State.TRIPPED, alarm.reason, cause=alarm.cause))
+        if alarm.response == "restart":
+            raise TrustLost(alarm.cause, alarm.reason)
+        if alarm.cause == INTERLOCK:
+            self._plateau = None
+        self._conduct.hold(alarm, lambda: alarm.response == "hold" and not self._is_still(alarm, dwell))
+
+    def _is_still(self, alarm: Alarm, dwell: Dwell | None) -> bool:
+        """A hold is over when nothing of its kind is found any more; anything worse is answered at once."""
+        found = self._look(dwell)
+        if found is not None and found.response in ("trip", "restart"):
+            self._answer(found, dwell)
+        return found is not None and found.cause == alarm.cause
+
+    def _has_lost_plateau(self, dwell: Dwell) -> bool:
+        return dwell.purpose != "check" and plateau_of(self._plan.steps, dwell.step) != self._plateau
+
+
+def _other_devices(known: dict[str, str], found: dict[str, str]) -> str:
+    changed = [name for name in {**known, **found} if known.get(name) != found.get(name)]
+    told = "; ".join(f"{name}: was {known.get(name)!r}, is {found.get(name)!r}" for name in changed)
+    return f"not the devices this run began with: {told}"

@@ -1,0 +1,70 @@
+"""The safe state: every axis stopped and seen at rest, streams quiet, and the chamber where the procedure wants it.
+
+All of it at once, each part within its deadline, and no part keeps another from its stop. A chamber keeps its
+setpoint unless the procedure says ``[environment] end_degc``: a package that cools alone at night is no danger, and
+the soak is not lost. Signals only leave a mark (:mod:`procedures.run.steering`), so none can skip this.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from threading import Thread
+
+from procedures.plan.plan import Plan
+from procedures.run.measure import OpenRig
+from rig.errors import RigError
+from rig.motion import stop_all
+
+LIMIT_S = 30.0
+"""For everything but the axes, which have their own deadline."""
+
+
+@dataclass(frozen=True, slots=True)
+class Safe:
+    """What is known when everything was told to stop."""
+
+    failures: tuple[str, ...]
+    positions_deg: dict[str, float] = field(default_factory=dict)
+    """Read back at rest; an axis that does not answer is missing."""
+
+
+def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True) -> Safe:
+    """Never raises for a device. ``is_over``: the process gives the rig up, so the chamber goes to its end as well."""
+    failures: list[str] = []
+    work = [lambda: stop_all(rig.axes, rig.clock)]
+    if is_over:
+        work += _chamber(rig, plan)
+    threads = [Thread(target=_told, args=(part, failures), daemon=True) for part in work]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(LIMIT_S)
+        if thread.is_alive():
+            failures.append(f"stop: a device did not answer within {LIMIT_S:g} s; use the stop button at the machine")
+    is_hung = any(thread.is_alive() for thread in threads)
+    return Safe(tuple(failures), {} if is_hung else _positions(rig))
+
+
+def _chamber(rig: OpenRig, plan: Plan) -> list[Callable[[], None]]:
+    wanted = plan.environment
+    if wanted is None or wanted.end_degc is None:
+        return []
+    assert wanted.name is not None, "the planner fills it in"
+    environment, end_degc = rig.environments[wanted.name], wanted.end_degc
+    return [lambda: environment.hold(end_degc)]
+
+
+def _told(work: Callable[[], None], failures: list[str]) -> None:
+    try:
+        work()
+    except RigError as error:
+        failures.append(str(error))
+
+
+def _positions(rig: OpenRig) -> dict[str, float]:
+    found = {}
+    for name, axis in rig.axes.items():
+        try:
+            found[name] = axis.state().position_deg
+        except RigError:
+            continue  # its stop has failed as well, and that is told
+    return found

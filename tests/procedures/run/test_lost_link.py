@@ -1,0 +1,183 @@
+"""Links that break, devices that fall silent, axes that lose their home: held, reached, homed, checked, gone on."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from grumbling import Grumbling
+from night import Night, Unreachable, asks, events, spend, states
+from small_run import Bench, bench, dwells_of, measured
+
+from procedures.run.ending import Outcome
+from procedures.run.states import State
+from rig.assembly import Rig
+from rig.devices.abilities import AxisState, Burst
+from rig.errors import DeviceNonsense, DeviceSilent, LinkLost
+
+GONE = "axes.pitch at /dev/serial/by-id/usb-x: the port is gone or broken; check cable and adapter"
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return bench(tmp_path_factory.mktemp("bench"))
+
+
+@pytest.fixture(scope="module")
+def clean(small: Bench) -> Path:
+    assert small.run(small.folder / "clean").state is State.FINISHED
+    return small.folder / "clean"
+
+
+def _fails_at(error: Exception, first: int, last: int) -> Callable[[int, Burst], Burst]:
+    def spoil(number: int, burst: Burst) -> Burst:
+        if first <= number <= last:
+            raise error
+        return burst
+
+    return spoil
+
+
+def _at_night(
+    small: Bench, run_dir: Path, night: Night, answers_at: int, **wrong: object
+) -> tuple[Outcome, Unreachable]:
+    kept: list[Unreachable] = []
+
+    def around(rig: Rig) -> Unreachable:
+        kept.append(Unreachable(rig, answers_at, **wrong))
+        return kept[0]
+
+    return spend(small, night, rig_of=around), kept[0]
+
+
+def test_fault_21_gone_link_is_held_reached_again_homed_checked_and_the_run_goes_on(
+    small: Bench, clean: Path, tmp_path: Path
+) -> None:
+    night = Night(tmp_path / "run")
+    outcome, rig = _at_night(small, night.run_dir, night, 4, spoil=_fails_at(LinkLost(GONE), 50, 50))
+    assert outcome.state is State.FINISHED
+    assert rig.attempts == 4
+    assert states(night.run_dir)[3:] == ["held", "checking", "running", "finished"]
+    held = next(event for event in events(night.run_dir, "state") if event.detail["to"] == "held")
+    assert (held.detail["reason"], held.detail["cause"]) == (f"link lost: {GONE}", "link")
+    assert [event.detail["epoch"] for event in events(night.run_dir, "opened")] == [1, 2]
+    (seam,) = events(night.run_dir, "seam")
+    assert (seam.detail["tested"], seam.detail["steps"]) == (True, 0)
+    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+
+
+def test_fault_21_every_axis_is_told_to_stop_before_anything_else(small: Bench, tmp_path: Path) -> None:
+    night = Night(tmp_path / "run")
+    outcome, rig = _at_night(small, night.run_dir, night, 1, spoil=_fails_at(LinkLost(GONE), 50, 50))
+    assert outcome.state is State.FINISHED
+    assert rig.pitch.stops == 2
+    kinds = [event.kind for event in events(night.run_dir)]
+    assert kinds.index("safe") < kinds.index("reconnect")
+
+
+@pytest.mark.parametrize(("kind", "state"), [("stop", State.STOPPED), ("abort", State.ABORTED)])
+def test_fault_21_stuck_link_is_given_up_only_by_stop_or_abort(
+    small: Bench, tmp_path: Path, kind: str, state: State
+) -> None:
+    night = Night(tmp_path / "run", at={20_000: asks(kind)})
+    outcome, rig = _at_night(small, night.run_dir, night, 10**6, spoil=_fails_at(LinkLost(GONE), 50, 10**6))
+    assert outcome.state is state
+    assert 15 < rig.attempts < 30, "growing pauses, at most a minute, over 1000 s"
+    assert len(events(night.run_dir, "reconnect")) == 1, "the same refusal is written once"
+
+
+def test_fault_22_what_answers_after_the_replug_is_asked_who_it_is(small: Bench, tmp_path: Path) -> None:
+    """Addresses are stable ids; whatever sits there now is identified before anything moves."""
+    night = Night(tmp_path / "run")
+
+    class Other(Unreachable):
+        def reconnect(self) -> None:
+            super().reconnect()
+            self._identity = "HP3458A, other serial"
+
+    outcome = spend(small, night, rig_of=lambda rig: Other(rig, 2, spoil=_fails_at(LinkLost(GONE), 50, 50)))
+    assert outcome.state is State.TRIPPED
+    assert "not the devices this run began with: readouts.dmm: was" in outcome.reason
+    identities = [event.sequence for event in events(night.run_dir, "identities")]
+    assert not [event for event in events(night.run_dir, "intent") if event.sequence > identities[-1]]
+
+
+def test_fault_23_swapped_adapters_are_refused_by_what_the_devices_say(small: Bench, tmp_path: Path) -> None:
+    night = Night(tmp_path / "run")
+
+    class Swapped(Unreachable):
+        def identities(self) -> dict[str, str]:
+            found = dict(super().identities())
+            if self.attempts:
+                found["axes.pitch"], found["axes.roll"] = found["axes.roll"], found["axes.pitch"]
+            return found
+
+    outcome = spend(small, night, rig_of=lambda rig: Swapped(rig, 1, spoil=_fails_at(LinkLost(GONE), 50, 50)))
+    assert outcome.state is State.TRIPPED
+    assert "axes.pitch: was" in outcome.reason
+    assert "axes.roll: was" in outcome.reason
+
+
+@pytest.mark.parametrize("error", [DeviceSilent("dmm: no reply within 2 s"), DeviceNonsense("dmm: 12.x4")])
+def test_fault_36_a_device_that_no_longer_answers_counts_as_a_lost_link_whatever_its_port_says(
+    small: Bench, clean: Path, tmp_path: Path, error: Exception
+) -> None:
+    night = Night(tmp_path / "run")
+    outcome, rig = _at_night(small, night.run_dir, night, 2, spoil=_fails_at(error, 50, 52))
+    assert outcome.state is State.FINISHED
+    assert len(events(night.run_dir, "void")) == small.plan.dwell.retries + 1
+    assert rig.attempts == 2
+    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+
+
+def test_fault_36_a_device_that_never_gives_a_dwell_trips_in_the_end(small: Bench, tmp_path: Path) -> None:
+    night = Night(tmp_path / "run")
+    outcome, rig = _at_night(small, night.run_dir, night, 1, spoil=_fails_at(DeviceSilent("dmm: silent"), 50, 10**6))
+    assert outcome.state is State.TRIPPED
+    assert "lost 6 times without a dwell between" in outcome.reason
+    assert rig.attempts == 5
+
+
+def test_fault_45_an_axis_that_lost_its_home_is_only_homed_and_the_check_set_comes_first(
+    small: Bench, clean: Path, tmp_path: Path
+) -> None:
+    """A controller that was switched off and on: no absolute move from a false zero, nothing but the reference move."""
+    told: list[str] = []
+
+    class PowerCycled(Grumbling):
+        def __init__(self, rig: Rig) -> None:
+            super().__init__(rig, look=self._after_the_cut)
+            home, start_move = self.pitch.home, self.pitch.start_move
+            self.pitch.home = lambda: (told.append("home"), home())[1]  # type: ignore[method-assign]
+            self.pitch.start_move = lambda deg: (told.append("move"), start_move(deg))[1]  # type: ignore[method-assign]
+
+        def _after_the_cut(self, state: AxisState) -> AxisState:
+            is_cut = self.meter.read_so_far >= 60 and told.count("home") < 2
+            if is_cut and "cut" not in told:
+                told.append("cut")
+            return replace(state, is_homed=False) if is_cut else state
+
+    night = Night(tmp_path / "run")
+    assert spend(small, night, rig_of=PowerCycled).state is State.FINISHED
+    assert told[told.index("cut") + 1] == "home"
+    assert states(night.run_dir)[3:] == ["held", "checking", "running", "finished"]
+    assert "pitch: the axis is not homed" in str([event.detail["reason"] for event in events(night.run_dir, "state")])
+    assert measured(dwells_of(night.run_dir)).keys() == measured(dwells_of(clean)).keys()
+
+
+def test_a_stop_that_cannot_be_verified_leaves_a_run_that_a_person_can_take_up_again(
+    small: Bench, tmp_path: Path
+) -> None:
+    night = Night(tmp_path / "run", at={50: asks("stop")})
+
+    class Dead(Unreachable):
+        def reconnect(self) -> None:
+            self.pitch.stop = self._refuse  # type: ignore[method-assign]
+            super().reconnect()
+
+        def _refuse(self) -> None:
+            raise LinkLost(GONE)
+
+    outcome = spend(small, night, rig_of=lambda rig: Dead(rig, 10**6, spoil=_fails_at(LinkLost(GONE), 50, 10**6)))
+    assert outcome.state is State.TRIPPED
+    assert "not every axis is known to stand still" in outcome.reason
