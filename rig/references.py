@@ -15,6 +15,7 @@ def complaints_about_references(file: TomlFile, rig: "RigDescription") -> Iterab
     """What no single table can know: references between tables and to other files."""
     channels = {f"{name}.{channel}" for name, readout in rig.readouts.items() for channel in readout.channel_names()}
     yield from _unknown_channels(file, rig, channels)
+    yield from _unknown_interlocks(file, rig, channels)
     yield from _unknown_standards(file, rig)
     yield from _axis_twice(file, rig)
     yield from _unusable_dialects(file, rig)
@@ -49,6 +50,17 @@ def _unknown_channels(file: TomlFile, rig: "RigDescription", known: set[str]) ->
             yield file.complaint(
                 ("chain", channel, "supply_channel"), f"no channel {chain.supply_channel!r} (allowed: {allowed})"
             )
+
+
+def _unknown_interlocks(file: TomlFile, rig: "RigDescription", channels: set[str]) -> Iterable[str]:
+    for kind, watched, known in (
+        ("temperature", rig.interlocks.temperature, set(rig.environment)),
+        ("voltage", rig.interlocks.voltage, channels),
+    ):
+        for name in watched:
+            if name not in known:
+                allowed = ", ".join(sorted(known)) or "none"
+                yield file.complaint(("interlocks", kind, name), f"nothing of that name (allowed: {allowed})")
 
 
 def _unknown_standards(file: TomlFile, rig: "RigDescription") -> Iterable[str]:
