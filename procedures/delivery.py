@@ -74,12 +74,13 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
     view = view_of(run.record, run.sensors)
     sets = _sets(run) if run.is_finished else {}
     paths = {name: _write(one, run.folder / "coefficients", "json") for name, one in sets.items()}
-    exports = [
-        _write(one, run.folder / "exports", kind) for one in sets.values() for kind in run.record.plan.export_formats
-    ]
     if sets and archive_url is not None:
         _publish(archive_url, run.record, list(sets.values()))
     report = write_report(view, run.folder)
+    # Last: a format that has no form of a set refuses it, and everything else is delivered by then.
+    exports = [
+        _write(one, run.folder / "exports", kind) for one in sets.values() for kind in run.record.plan.export_formats
+    ]
     return Delivery(run, view, report, paths, exports, archive_url if sets else None)
 
 
@@ -118,10 +119,10 @@ def _sets(run: SolvedRun) -> "dict[str, CoefficientSet]":
 
 
 def _write(coefficients: "CoefficientSet", folder: Path, kind: str) -> Path:
-    from ams.sets.export.formats import export_set
+    from ams.sets.export.formats import FORMATS, export_set
 
     folder.mkdir(exist_ok=True)
-    path = folder / f"{coefficients.sensor}.{kind}"
+    path = folder / FORMATS[kind].file_name(coefficients.sensor)
     export_set(coefficients, kind, path)
     return path
 

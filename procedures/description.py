@@ -190,10 +190,13 @@ class Solve(StrictTable):
         return self
 
 
+ExportFormat = Literal["json", "csv", "mat", "hdf5", "parquet", "c", "c-fixed", "epics", "dcc", "linear"]
+
+
 class Export(StrictTable):
     """``[export]``: which files are written for the tunnel systems."""
 
-    formats: tuple[Literal["json", "csv", "mat"], ...] = ("json",)
+    formats: tuple[ExportFormat, ...] = ("json",)
 
     @field_validator("formats", mode="before")
     @classmethod

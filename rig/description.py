@@ -164,6 +164,8 @@ class Laboratory(StrictTable):
 
     name: str
     address: str = ""
+    country_code: Annotated[str, Field(pattern=r"^[A-Z]{2}$")] | None = None
+    """ISO 3166-1, asked for by the Digital Calibration Certificate."""
     accreditation: str = ""
     capability_deg: Positive | None = None
     """The smallest expanded uncertainty the laboratory may state."""

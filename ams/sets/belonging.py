@@ -51,7 +51,7 @@ def _check_site(coefficients: CoefficientSet, site_gravity_mps2: float) -> None:
     if not abs(site_gravity_mps2 - calibrated) <= LARGEST_GRAVITY_DIFFERENCE_MPS2:
         raise OutsideValidity(
             f"{coefficients.sensor}: site gravity: is not that of the calibration: got {site_gravity_mps2!r} m/s², "
-            f"calibrated at {calibrated!r} m/s², allowed difference {LARGEST_GRAVITY_DIFFERENCE_MPS2} m/s²; nothing was "
-            f"computed; sensitivities scale with g: multiply every k by {site_gravity_mps2 / calibrated!r} and answer "
-            "for it, or calibrate at the site"
+            f"calibrated at {calibrated!r} m/s², allowed difference {LARGEST_GRAVITY_DIFFERENCE_MPS2} m/s²; nothing "
+            f"was computed; sensitivities scale with g: multiply every k by {site_gravity_mps2 / calibrated!r} and "
+            "answer for it, or calibrate at the site"
         )

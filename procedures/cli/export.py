@@ -25,24 +25,29 @@ def export(
     coefficient_set
         A set: `coefficients/<sensor>.json` of a run, or an export of any format.
     to
-        json, csv or mat.
+        json, csv, mat, hdf5, parquet, c, c-fixed, epics, dcc or linear.
     out
         The file to write; by default beside the set, with the format's ending.
     json
         Print one JSON document.
     """
-    from ams.sets.export.formats import export_set, load_set
+    from ams.sets.export.formats import export_set, format_named, format_of, load_set
 
+    wanted = format_named(to, str(coefficient_set))
     loaded = load_set(coefficient_set)
     loaded.check_vectors(str(coefficient_set))
-    target = out or coefficient_set.with_suffix(f".{to}")
+    stem = coefficient_set.name[: -len(format_of(coefficient_set).ending)]
+    target = out or coefficient_set.with_name(wanted.file_name(stem))
     if target.resolve() == coefficient_set.resolve():
         raise RequestError(f"{target}: is the set itself; give --out with another name; nothing was written")
     export_set(loaded, to, target)
     if json:
-        print_json({"file": str(target), "format": to, "sensor": loaded.sensor, "sha256": loaded.sha256})
-    else:
-        say(f"{target}: {loaded.sensor}, format {to}, checksum {loaded.sha256[:12]}")
+        written = {"file": str(target), "format": to, "sensor": loaded.sensor, "sha256": loaded.sha256}
+        print_json({**written, "loses": wanted.loses})
+        return
+    say(f"{target}: {loaded.sensor}, format {to}, checksum {loaded.sha256[:12]}")
+    if wanted.loses is not None:
+        say(f"The format loses: {wanted.loses}. The whole set is in the file all the same, for `calrig verify`.")
 
 
 def verify(file: Path, /, *, json: Annotated[bool, Parameter(negative=())] = False) -> None:

@@ -1,4 +1,4 @@
-"""Binary files that hold their own checksum: 64 characters somewhere inside, the SHA-256 of the file with 64 zeros there.
+"""Binary files that hold their own checksum: the SHA-256 of the file with 64 zeros where the checksum stands.
 
 The format keeps a text of fixed length wherever it likes; no reader has to know of it.
 """

@@ -1,0 +1,135 @@
+"""Elements of the Digital Calibration Certificate as plain values: texts, contacts, quantities with D-SI units."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+NAMESPACES = {"dcc": "https://ptb.de/dcc", "si": "https://ptb.de/si"}
+NOT_STATED = "not stated"
+D_SI = {
+    "V": r"\volt",
+    "V/g": r"\volt",
+    "V/g^2": r"\volt",
+    "V/degC": r"\volt\degreecelsius\tothe{-1}",
+    "V/(deg/s)": r"\volt\second\degree\tothe{-1}",
+    "1/degC": r"\degreecelsius\tothe{-1}",
+    "degC": r"\degreecelsius",
+    "deg": r"\degree",
+    "deg/s": r"\degree\second\tothe{-1}",
+    "m/s^2": r"\metre\second\tothe{-2}",
+    "": r"\one",
+    "1": r"\one",
+}
+"""Specific force is taken relative to local g and therefore of dimension one: volts per g are volts."""
+
+
+@dataclass(frozen=True)
+class Element:
+    """One element; children in the order of the schema."""
+
+    tag: str
+    children: "Sequence[Element] | str" = ()
+    attributes: dict[str, str] = field(default_factory=dict)
+
+
+Elements: TypeAlias = list[Element]
+
+
+def clean(text: object) -> str:
+    """The text as the schema's notEmptyString: what XML allows, single spaces, never empty."""
+    allowed = re.sub(r"[^\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", " ", str(text))
+    return " ".join(allowed.split()) or NOT_STATED
+
+
+def content(tag: str, *texts: object) -> Element:
+    """An element of localised text, in English."""
+    return Element(tag, [Element("dcc:content", clean(text), {"lang": "en"}) for text in texts])
+
+
+def plain(tag: str, text: object) -> Element:
+    return Element(tag, clean(text))
+
+
+def contact(tag: str, name: object, address: object) -> Element:
+    """Somebody with a place; the schema asks for both."""
+    location = Element("dcc:location", [content("dcc:further", address or NOT_STATED)])
+    return Element(tag, [content("dcc:name", name or NOT_STATED), location])
+
+
+def identification(issuer: str, value: object, name: str) -> Element:
+    return Element(
+        "dcc:identification", [Element("dcc:issuer", issuer), plain("dcc:value", value), content("dcc:name", name)]
+    )
+
+
+def real(value: float, unit: str, uncertainty: Elements | None = None) -> Element:
+    """A number with a unit of a set and, where known, its uncertainty."""
+    return Element("si:real", [Element("si:value", repr(value)), Element("si:unit", D_SI[unit]), *(uncertainty or [])])
+
+
+def expanded(uncertainty: float, factor: float) -> Elements:
+    """Expanded uncertainty for 95 % coverage, coverage factor from Student's distribution."""
+    return [
+        Element(
+            "si:expandedUnc",
+            [
+                Element("si:uncertainty", repr(uncertainty)),
+                Element("si:coverageFactor", f"{factor:.12f}"),
+                Element("si:coverageProbability", "0.95"),
+            ],
+        )
+    ]
+
+
+def interval(standard_uncertainty: float, low: float, high: float) -> Elements:
+    """The interval that covers with 95 %."""
+    return [
+        Element(
+            "si:coverageInterval",
+            [
+                Element("si:standardUnc", repr(standard_uncertainty)),
+                Element("si:intervalMin", repr(low)),
+                Element("si:intervalMax", repr(high)),
+                Element("si:coverageProbability", "0.95"),
+            ],
+        )
+    ]
+
+
+def numbers(values: Sequence[float], units: Sequence[str]) -> Element:
+    """A list of numbers, each with its unit in D-SI already."""
+    return Element(
+        "si:realListXMLList",
+        [
+            Element("si:valueXMLList", " ".join(repr(value) for value in values)),
+            Element("si:unitXMLList", " ".join(units)),
+        ],
+    )
+
+
+def quantity(name: str, value: Element, identifier: str, *about: object) -> Element:
+    description = [content("dcc:description", *about)] if about else []
+    return Element("dcc:quantity", [content("dcc:name", name), *description, value], {"id": identifier_of(identifier)})
+
+
+def identifier_of(text: str) -> str:
+    """The text as an XML identifier, another for every text."""
+    return "id-" + "".join(
+        letter if letter.isascii() and (letter.isalnum() or letter in "-.") else f"_{ord(letter):x}_" for letter in text
+    )
+
+
+def tree(element: Element, etree: Any) -> Any:
+    """The element as lxml knows it."""
+    made = etree.Element(_qualified(element.tag), element.attributes, nsmap=NAMESPACES)
+    if isinstance(element.children, str):
+        made.text = element.children
+    else:
+        made.extend(tree(child, etree) for child in element.children)
+    return made
+
+
+def _qualified(tag: str) -> str:
+    prefix, name = tag.split(":")
+    return f"{{{NAMESPACES[prefix]}}}{name}"
