@@ -31,3 +31,11 @@ class ArchiveError(AmsError):
 
 class OutsideValidity(AmsError):
     """A set is asked for an attitude or temperature it was not calibrated for, or lacks an input it needs."""
+
+
+class ArchiveUnknown(ArchiveError):
+    """What was asked for is no archive, or not in it: the URL or the name is wrong."""
+
+
+class WriteFailed(AmsError):
+    """The file system refused a file; what was there before is as it was."""

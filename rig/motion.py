@@ -6,6 +6,7 @@ move stops the axis before it is passed on.
 """
 
 from collections.abc import Mapping
+from contextlib import suppress
 from threading import Thread
 
 from rig.clock import Clock
@@ -124,7 +125,7 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
     look_s, last_deg = _FIRST_LOOK_S, None
     while True:
         asked_s = clock.monotonic_s()  # before the question: a slow answer is no lack of progress
-        state = axis.state()
+        state = _state_or_stop(axis)
         if state.fault:
             raise _stopped(axis, f"{task}: {state.fault}")
         if not state.is_moving:
@@ -142,6 +143,16 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
         left_s = 0.0 if target_deg is None else abs(target_deg - state.position_deg) / axis.speed_dps
         _wait_or_stop(axis, min(max(left_s, look_s), STALL_S), wait)
         look_s = look_s if left_s > 0.0 else min(2.0 * look_s, _LAST_LOOK_S)
+
+
+def _state_or_stop(axis: Axis) -> AxisState:
+    """The state of a moving axis; where it cannot be had, the axis is told to stop before that is passed on."""
+    try:
+        return axis.state()
+    except RigError:
+        with suppress(RigError):
+            axis.stop()
+        raise
 
 
 def _wait_or_stop(axis: Axis, duration_s: float, wait: Wait) -> None:

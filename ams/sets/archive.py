@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from ams.errors import ArchiveError
+from ams.errors import ArchiveError, ArchiveUnknown
 from ams.sets.archive_connection import reading, writing
 from ams.sets.canonical import Document, table
 from ams.sets.coefficients import CoefficientSet
@@ -94,7 +94,7 @@ def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> 
             rows = _rows(connection, [SETS], SETS.c.sha256.startswith(key.lower(), autoescape=True))
     if len(rows) != 1:
         found = ", ".join(row["sha256"][:12] for row in rows) or "nothing"
-        raise ArchiveError(
+        raise ArchiveUnknown(
             f"archive: no single set for {key!r}: found {found}, needed is a sensor's name or at least {SHORTEST_KEY} "
             "characters of a checksum that fit one set; list the sets and take one from there"
         )

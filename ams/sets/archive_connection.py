@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ams.errors import ArchiveError
+from ams.errors import ArchiveError, ArchiveUnknown
 
 if TYPE_CHECKING:
     from alembic.config import Config
@@ -27,7 +27,9 @@ def reading(archive_url: str, busy_timeout_s: float) -> "Iterator[Connection]":
     url = _parsed(archive_url)
     path = _sqlite_path(url)
     if path is not None and not os.path.exists(path):
-        raise ArchiveError(f"{path}: there is no archive: no such file; publish a set to it first, or give another URL")
+        raise ArchiveUnknown(
+            f"{path}: there is no archive: no such file; publish a set to it first, or give another URL"
+        )
     with _transaction(url, "BEGIN", busy_timeout_s) as connection:
         _check_schema(connection, _shown(url))
         yield connection
@@ -93,12 +95,12 @@ def _parsed(archive_url: str) -> "URL":
         url = make_url(archive_url)
         url.get_dialect()
     except (ArgumentError, ImportError, ValueError) as error:
-        raise ArchiveError(
+        raise ArchiveUnknown(
             f"archive URL: cannot be used: got {_without_password(archive_url)!r} ({error.__class__.__name__}), "
             f"allowed are sqlite:///relative/path, sqlite:////absolute/path and postgresql+psycopg://…; {NOTHING}"
         ) from error
     if url.get_backend_name() == "sqlite" and url.database in (None, "", ":memory:"):
-        raise ArchiveError(
+        raise ArchiveUnknown(
             f"archive URL: names no file: got {archive_url!r}, needed is sqlite:///path; {NOTHING}; "
             "an archive in memory would be lost"
         )
@@ -147,7 +149,7 @@ def _known_revisions() -> tuple[str, ...]:
 def _check_schema(connection: "Connection", shown: str) -> None:
     revision, known = _revision(connection), _known_revisions()
     if revision is None:
-        raise ArchiveError(f"{shown}: is a database but no archive: it has no schema version; give another URL")
+        raise ArchiveUnknown(f"{shown}: is a database but no archive: it has no schema version; give another URL")
     _check_not_newer(revision, known, shown)
     if revision != known[0]:
         raise ArchiveError(
@@ -173,7 +175,7 @@ def _migrate(connection: "Connection", shown: str) -> None:
     if revision is not None:
         _check_not_newer(revision, known, shown)
     elif inspect(connection).get_table_names():
-        raise ArchiveError(
+        raise ArchiveUnknown(
             f"{shown}: is a database of something else: it has tables and no schema version of calrig; "
             f"{NOTHING}; give the archive a file or database of its own"
         )

@@ -4,13 +4,13 @@ import os
 import secrets
 from pathlib import Path
 
-from ams.errors import SetError
+from ams.errors import SetError, WriteFailed
 
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write beside the target, sync, rename into place, sync the folder.
 
-    Raises: SetError where the file system refuses; the target is then as it was and nothing is left beside it.
+    Raises: WriteFailed where the file system refuses; the target is then as it was and nothing is left beside it.
     """
     partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
     try:
@@ -21,7 +21,7 @@ def write_whole(path: Path, content: bytes) -> None:
             partial.unlink(missing_ok=True)
         _sync_folder(path.parent)
     except OSError as error:
-        raise SetError(
+        raise WriteFailed(
             f"{path}: cannot be written: {error.strerror or error}; nothing was changed there; "
             "check the folder, the rights and the free space"
         ) from error

@@ -6,12 +6,13 @@ import traceback
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ams.errors import AmsError, ArchiveError, SolveError, VectorsDisagree
+from ams.errors import AmsError, ArchiveError, ArchiveUnknown, SolveError, VectorsDisagree, WriteFailed
 from procedures.errors import ExitStatus, ProcedureError
 from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
 
 WRONG_REQUEST = (DescriptionError, RequestRefused)
-FAILED = (SolveError, VectorsDisagree, ArchiveError)
+FAILED = (SolveError, VectorsDisagree, ArchiveError, WriteFailed)
+WRONG_ARCHIVE = (ArchiveUnknown,)
 
 
 def status_of(error: BaseException) -> ExitStatus:
@@ -21,7 +22,8 @@ def status_of(error: BaseException) -> ExitStatus:
     if isinstance(error, KeyboardInterrupt | WaitEnded):
         return ExitStatus.ABORTED
     if isinstance(error, AmsError):
-        return ExitStatus.FAILED if isinstance(error, FAILED) else ExitStatus.WRONG_REQUEST
+        is_failure = isinstance(error, FAILED) and not isinstance(error, WRONG_ARCHIVE)
+        return ExitStatus.FAILED if is_failure else ExitStatus.WRONG_REQUEST
     if isinstance(error, WRONG_REQUEST):
         return ExitStatus.WRONG_REQUEST
     return ExitStatus.FAILED
@@ -45,6 +47,8 @@ def _sentence(error: BaseException) -> str:
         return "interrupted from the keyboard"
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
+    if isinstance(error, OSError) and error.strerror:
+        return f"the system refused: {error.strerror}"
     return f"this is a defect of calrig ({type(error).__name__}: {error}); please send {_write_report(error)}"
 
 

@@ -15,6 +15,7 @@ from procedures.errors import RequestError
 
 if TYPE_CHECKING:
     from ams.models.thermal import TemperatureCoefficients
+    from ams.observations import Observations
     from ams.request import CalibrationRequest
 
 Named = Annotated[list[str] | None, Parameter(negative=())]
@@ -28,6 +29,8 @@ ANGLES: Mapping[str, tuple[str, ...]] = {
     "gyro": ("yaw", "roll"),
 }
 """What a file must state for each model."""
+TP_MODELS = ("pitch-roll", "pitch-only")
+"""Without yaw; their document has the axes and nothing else."""
 
 
 def fit(
@@ -89,6 +92,7 @@ def fit(
     from rig.description import read_rig
 
     columns = _by_axis(axis, "--axis", "COLUMN", lambda text: text)
+    _refuse_shared(columns)
     name = _model_name(model, package)
     description = None if rig is None else read_rig(rig)
     if description is not None and model in ("gyro", "linear"):
@@ -106,12 +110,15 @@ def fit(
     try:
         document = _linear(file, columns, request) if name == "linear" else _solved(file, columns, request, wish)
     except DesignError as error:
-        raise DesignError(f"{file}: {error}") from None
+        told = str(error)
+        raise DesignError(told if told.startswith(str(file)) else f"{file}: {told}") from None
     if json:
         print_json(document)
     else:
         for line in axes_lines(document["axes"]):
             say(line)
+    if description is None and name in TP_MODELS:
+        note("the table's own index errors are not in these uncertainties; --rig RIG brings them in")
     if wish is not None:
         note(f"coefficient set: {wish.path}")
 
@@ -125,16 +132,38 @@ def _solved(
 
     observations = read_csv(file, columns, ANGLES[request.model], rates=request.model == "gyro")
     solved = solve_observations(observations, request)
-    calibration = replace(solved, warnings=(*unit_warnings(observations), *solved.warnings))
+    doubts = (*unit_warnings(observations), *_unused_yaw(observations, request.model))
+    calibration = replace(solved, warnings=(*doubts, *solved.warnings))
     if wish is not None:
         write_set(wish, observations, calibration)
+    if request.model in TP_MODELS:
+        return to_document(calibration)
     return {**to_document(calibration), "model": request.model, "convention": calibration.convention}
+
+
+def _unused_yaw(observations: "Observations", model: str) -> tuple[str, ...]:
+    """TP's models know no yaw: that the package was yawed is said, not passed over."""
+    yaw_rad = observations.yaw_rad
+    if model not in TP_MODELS or yaw_rad is None or not yaw_rad.any():
+        return ()
+    return (f"column yaw_deg is not zero, and model {model} knows no yaw: it was left out; use --model pitch-yaw-roll",)
 
 
 def _linear(file: Path, columns: Mapping[str, str], request: "CalibrationRequest") -> dict[str, Any]:
     from ams.linear_levels import linear_document, read_levels
 
     return {**linear_document(read_levels(file, columns), request), "model": "linear", "convention": "SR"}
+
+
+def _refuse_shared(columns: Mapping[str, str]) -> None:
+    """One column is one sensor."""
+    taken: dict[str, str] = {}
+    for label, column in columns.items():
+        if column in taken:
+            raise RequestError(
+                f"--axis {label}={column}: the column is already axis {taken[column]}; each is one sensor"
+            )
+        taken[column] = label
 
 
 def _model_name(model: str, package: str | None) -> str:

@@ -1,5 +1,6 @@
 """``calrig``: the command. Commands are loaded when they are called, so that ``--help`` stays quick."""
 
+import io
 import sys
 from collections.abc import Sequence
 
@@ -37,7 +38,9 @@ COMMANDS = (
 
 def make_app() -> App:
     """The command tree. Function names are import paths: nothing is imported before it is called."""
-    app = App(name="calrig", help=HELP, version=_version, version_flags=["--version"])
+    app = App(
+        name="calrig", help=HELP, version=_version, version_flags=["--version"], suppress_keyboard_interrupt=False
+    )
     for name, target, summary in COMMANDS:
         app.command(f"procedures.cli.{target}", name=name, help=summary)
     return app
@@ -50,6 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def run_command(arguments: Sequence[str]) -> int:
     """Run one command; every error becomes a sentence on standard error and a status."""
+    _speak_utf8()
     try:
         result = make_app()(list(arguments), exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()
@@ -61,6 +65,13 @@ def run_command(arguments: Sequence[str]) -> int:
         tell(error)
         return status_of(error)
     return int(result) if isinstance(result, int) else ExitStatus.DONE
+
+
+def _speak_utf8() -> None:
+    """Degrees and Greek letters on any terminal, and UTF-8 in any pipe, whatever the locale says."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(encoding="utf-8", errors="backslashreplace")
 
 
 def _version() -> str:

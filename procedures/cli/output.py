@@ -4,6 +4,7 @@ import json
 import math
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 
@@ -19,7 +20,8 @@ def say(text: str = "") -> None:
 
 def note(text: str) -> None:
     """A line for a person that is no result, on standard error."""
-    print(text, file=sys.stderr, flush=True)  # noqa: T201
+    with suppress(OSError):  # a closed terminal must not end what is being done
+        print(text, file=sys.stderr, flush=True)  # noqa: T201
 
 
 def finite(value: float | None) -> float | None:

@@ -2,6 +2,7 @@
 
 import os
 import re
+import unicodedata
 from datetime import datetime
 from pathlib import Path
 
@@ -33,7 +34,8 @@ def find_run(run: str, runs: Path = RUNS) -> Path:
 
 def new_run_folder(out: Path, title: str, now: datetime) -> Path:
     """``<out>/<utc>-<slug>``, made new. File names are safe on every system."""
-    slug = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")[:48] or "run"
+    letters = unicodedata.normalize("NFKD", title.lower()).encode("ascii", "ignore").decode("ascii")
+    slug = re.sub(r"[^a-z0-9]+", "-", letters).strip("-")[:48] or "run"
     stem = f"{now:%Y%m%dT%H%M%SZ}-{slug}"
     for attempt in range(1, 1000):
         folder = out / (stem if attempt == 1 else f"{stem}-{attempt}")

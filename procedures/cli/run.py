@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import RUNS, default_archive_url, find_run, login_name, new_run_folder
-from procedures.errors import ExitStatus
+from procedures.errors import ExitStatus, RequestError
 
 if TYPE_CHECKING:
     from procedures.delivery import Delivery
@@ -66,7 +66,7 @@ def run(
         opened.identities()  # a device that is silent is told before anything is written
         now = SystemClock().now_utc()
         folder = new_run_folder(out, plan.title, now)
-        note(f"run {folder}")
+        note(str(folder))
         header = make_header(
             folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
         )
@@ -101,9 +101,13 @@ def resume(
     """
     from procedures.run.progress import shown_on
     from procedures.run.resume import resume as resume_run
+    from procedures.run.states import State
+    from procedures.run.status import status
 
     folder = find_run(run)
-    note(f"run {folder}")
+    if operator is None and status(folder).state is State.TRIPPED:
+        raise RequestError(f"{folder}: the run is tripped: a person must answer for it; give --operator and --reason")
+    note(str(folder))
     with shown_on(sys.stderr) as observer:
         outcome = resume_run(folder, operator or login_name(), reason or "", observer)
     return conclude(folder, outcome, archive, json=json)

@@ -43,7 +43,7 @@ def _facts(report: CheckReport) -> "Table":
     merit = f"V^½ = {report.figure_of_merit_sqrt:.3f}"
     table.add_row("figure of merit", merit if usage is None else f"{merit}, over the usage range {usage:.3f}")
     table.add_row("time and model", f"correlated by {report.time_correlation:.2f} within a replication")
-    table.add_row("journal", f"about {report.journal_bytes / 1e6:.0f} MB")
+    table.add_row("journal", f"about {report.journal_bytes / 1e6:.1f} MB")
     return table
 
 

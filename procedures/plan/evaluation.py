@@ -76,7 +76,7 @@ def design_text(judged: JudgedDesign) -> str:
     lines = [
         f"design {design.kind}: {len(design.points)} points, {len(design.pitch_values_deg)} pitch{roll}",
         f"V^½ over the calibration range   {figures.figure_of_merit_sqrt:.3f}",
-        f"largest variance in it           {figures.max_variance:.3g} × the variance of a dwell",
+        f"largest variance when calibrating {figures.max_variance:.3g} × the variance of a dwell",
     ]
     if judged.usage_pitch_deg is not None:
         low, high = judged.usage_pitch_deg

@@ -132,7 +132,7 @@ def _counts(record: RunRecord) -> Counts:
     accepted = [dwell for dwell in record.dwells if dwell.accepted]
     return Counts(
         planned=len(record.plan.dwells),
-        accepted=len(accepted),
+        accepted=len({dwell.step for dwell in accepted}),
         rejected=len(record.dwells) - len(accepted),
         design_planned=len(record.plan.design_dwells),
         design_accepted=sum(dwell.purpose == "design" for dwell in accepted),

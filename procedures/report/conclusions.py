@@ -35,7 +35,7 @@ def axis_view(
     axis: str, channel: str, calibration: AxisCalibration, observations: Observations, truth: dict[str, float]
 ) -> AxisView:
     """Everything that is said about one axis. ``truth``: parameter name to the twin's value; empty at the bench."""
-    sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
+    sensitivity = float(np.linalg.norm(np.nan_to_num(calibration.sensitive_axis_v_per_g)))
     rows = tuple(parameter_row(estimate, sensitivity, truth.get(estimate.name)) for estimate in calibration.parameters)
     tests = () if calibration.replication is None else _tests(calibration, calibration.replication, observations)
     return AxisView(axis, channel, calibration, sensitivity, rows, tests, _remarks(calibration, sensitivity))

@@ -8,8 +8,10 @@ from rig.description import rig_from_json
 def read_record(reader: JournalReader) -> RunRecord:
     """Everything at once, so that the page tells of one moment of the run.
 
+    The journal is verified first, chain, dwells and all: no number is drawn from one that was changed.
     Raises: JournalError, PlanError or DescriptionError where the journal is damaged or of another version.
     """
+    reader.verify()
     header = reader.header
     return RunRecord(
         run_id=header.run_id,

@@ -61,6 +61,22 @@ class Pace:
         return timedelta(seconds=left * each_s)
 
 
+class Lines:
+    """Writes lines to a stream; a screen that has gone away (a closed terminal, ``| head``) never stops a run."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._is_gone = False
+
+    def __call__(self, line: str) -> None:
+        if self._is_gone:
+            return
+        try:
+            print(line, file=self._stream, flush=True)
+        except OSError:
+            self._is_gone = True
+
+
 class PlainLines:
     """One line a state, a rejection, and a twentieth of the run."""
 
@@ -94,7 +110,7 @@ def line_of(progress: Progress) -> str:
 def shown_on(stream: TextIO) -> Iterator[RunObserver]:
     """An observer that draws on ``stream``: a live bar where it is a terminal, plain lines otherwise."""
     if not stream.isatty():
-        yield PlainLines(lambda line: print(line, file=stream, flush=True))
+        yield PlainLines(Lines(stream))
         return
     with _bar_on(stream) as observer:
         yield observer
