@@ -20,7 +20,7 @@ PITCH_STATIONS, ROLL_STATIONS = 181, 73
 def plot_design(judged: JudgedDesign, path: Path) -> None:
     """Draw into an SVG, PNG or PDF file.
 
-    Raises: RequestError for another ending, SetError where it cannot be written.
+    Raises: RequestError for another ending, WriteFailed where it cannot be written.
     """
     from ams.sets.whole_file import write_whole
     from procedures.report import canvas

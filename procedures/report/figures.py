@@ -32,7 +32,7 @@ def draw_figures(view: RunView) -> Figures:
 
 
 def write_figures(figures: Figures, folder: Path) -> tuple[Path, ...]:
-    """One SVG file a figure, for slides and papers. Raises: SetError where the folder cannot be written."""
+    """One SVG file a figure, for slides and papers. Raises: WriteFailed where the folder cannot be written."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = tuple(folder / f"{figure.name}.svg" for figure in figures.all())
     for path, figure in zip(paths, figures.all(), strict=True):

@@ -42,7 +42,7 @@ def render_page(view: RunView, figures: Figures) -> str:
 def write_page(view: RunView, figures: Figures, path: Path) -> None:
     """Render and write whole: a reader sees the old page or the new one, never half of one.
 
-    Raises: SetError where the file cannot be written.
+    Raises: WriteFailed where the file cannot be written.
     """
     write_whole(path, render_page(view, figures).encode("utf-8"))
 

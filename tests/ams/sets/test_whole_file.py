@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from solved import provenance, solved_package
 
-from ams.errors import SetError
+from ams.errors import SetError, WriteFailed
 from ams.sets.coefficients import build_set
 from ams.sets.export.formats import export_set
 from ams.sets.whole_file import write_whole
@@ -40,7 +40,7 @@ def test_the_content_is_synced_before_it_gets_its_name_and_the_folder_after(
 def test_a_refused_write_leaves_the_target_and_the_folder_as_they_were(tmp_path: Path) -> None:
     target = tmp_path / "set.json"
     (target / "inside").mkdir(parents=True)
-    with pytest.raises(SetError, match=r"set\.json: cannot be written: Is a directory; nothing was changed there"):
+    with pytest.raises(WriteFailed, match=r"set\.json: cannot be written: Is a directory; nothing was changed there"):
         write_whole(target, b"content")
     assert os.listdir(tmp_path) == ["set.json"]
 
@@ -53,14 +53,14 @@ def test_a_full_disk_leaves_the_target_as_it_was(tmp_path: Path, monkeypatch: py
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(SetError, match="No space left on device"):
+    with pytest.raises(WriteFailed, match="No space left on device"):
         write_whole(path, b"second")
     assert path.read_bytes() == b"first"
     assert os.listdir(tmp_path) == ["set.json"]
 
 
 def test_a_missing_folder_is_a_sentence(tmp_path: Path) -> None:
-    with pytest.raises(SetError, match=r"cannot be written: No such file or directory; .*check the folder"):
+    with pytest.raises(WriteFailed, match=r"cannot be written: No such file or directory; .*check the folder"):
         write_whole(tmp_path / "none" / "set.json", b"content")
 
 
