@@ -5,7 +5,7 @@ same model, the same table and the same treatment of temperature.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import radians, sqrt
 from typing import TYPE_CHECKING, Literal
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from ams.uncertainty.table import TableUncertainty
 
 ARCSEC_PER_DEG = 3600.0
-LEAST_RATIO = 0.5
-"""Found sensitivity over the declared one, or the reverse, below which something is mixed up."""
 
 
 @dataclass(frozen=True)
@@ -112,23 +110,9 @@ def _solve_sensor(
     )
     try:
         request = request_for(name, sensor.channels, solve, table_uncertainty(rig))
-        calibration = calibrate(observations, request)
-        doubts = (*calibration.warnings, *_against_declaration(name, sensor, calibration))
-        return SolvedSensor(name, observations, replace(calibration, warnings=doubts), None)
+        return SolvedSensor(name, observations, calibrate(observations, request), None)
     except AmsError as error:
         return SolvedSensor(name, observations, None, str(error))
-
-
-def _against_declaration(name: str, sensor: Sensor, calibration: "Calibration") -> tuple[str, ...]:
-    """A sensitivity of the other polarity, or far from the declared one, is a wrong channel, mount or sensor."""
-    declared = sensor.nominal_sensitivity_v_per_g
-    found = {label: axis.parameters[1].value for label, axis in calibration.axes.items()}
-    return tuple(
-        f"axis {label}: sensitivity {value:+.4g} V/g, but the rig file declares {declared:+.4g} V/g for {name} "
-        "(sensors: nominal_sensitivity_v_per_g): look at polarity, channel, mount and serial number"
-        for label, value in found.items()
-        if value is not None and not LEAST_RATIO < value / declared < 1.0 / LEAST_RATIO
-    )
 
 
 def temperature_source(rig: RigDescription, sensor: Sensor) -> TemperatureChannel | str | None:

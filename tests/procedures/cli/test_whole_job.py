@@ -2,6 +2,7 @@
 
 import json
 import socket
+import sqlite3
 import subprocess
 import sys
 from pathlib import Path
@@ -226,3 +227,67 @@ def test_noise_free_means_are_not_called_stuck(tmp_path: Path, capsys: pytest.Ca
     assert outcome.status == 0, outcome.err
     value = outcome.document["sensors"]["SN1047"]["axes"]["x"]["parameters"]["azimuth_deg"]["value"]
     assert np.isclose(value, 35.0, atol=1e-3)
+
+
+def test_a_copied_journal_with_one_changed_dwell_is_refused(
+    finished: tuple[Path, dict], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Copied without the count beside it, one pitch moved by half a degree in SQL: no number may be drawn from it."""
+    data = (Path(finished[1]["run"]) / "journal.sqlite").read_bytes()
+    (tmp_path / "journal.sqlite").write_bytes(data)
+    with sqlite3.connect(tmp_path / "journal.sqlite") as journal:
+        journal.execute("UPDATE dwells SET record = replace(record, '60.0', '60.5') WHERE step = 12")
+        assert journal.total_changes == 1
+    journal.close()
+    outcome = call(capsys, "solve", tmp_path, "--json")
+    assert (outcome.status, outcome.out) == (2, "")
+    assert "is not as it was written" in outcome.err
+
+
+def test_a_reader_that_goes_away_stops_no_run(tmp_path: Path) -> None:
+    procedure, rig = job(tmp_path)
+    arguments = ["run", procedure, "--rig", rig, "--out", str(tmp_path / "runs")]
+    with subprocess.Popen(
+        [sys.executable, "-m", "procedures.cli.main", *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    ) as process:
+        assert process.stderr is not None
+        run_folder = Path(process.stderr.readline().decode().strip())
+        process.stderr.close()
+        assert process.wait(60) == 0
+    assert (run_folder / "report.html").exists()
+
+
+def test_a_run_without_roll_is_solved_reported_and_exported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    procedure, rig = job(
+        tmp_path,
+        {'"D1"': '"D"', "roll_deg = { from = -180.0, to = 90.0, step = 90.0 }": "", "step = 60.0": "step = 20.0",
+         "[export]": '[solve]\nmodel = "pitch-only"\n[export]'},
+        {'"three-axis package"': '"single-axis package"', ', y = "dmm.y", z = "dmm.z" }': " }"},
+    )  # fmt: skip
+    text = Path(rig).read_text(encoding="utf-8")
+    Path(rig).write_text(text[: text.index("[twin.truth.SN1047.y]")], encoding="utf-8")
+    outcome = call(capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "runs", "--json")
+    assert outcome.status == 0, outcome.err
+    parameters = outcome.document["sensors"]["SN1047"]["axes"]["x"]["parameters"]
+    assert set(parameters) == {"offset_v", "sensitivity_v_per_g", "pitch_misalignment_deg"}
+    assert Path(outcome.document["report"]).stat().st_size > 100_000
+
+
+def test_the_other_polarity_than_declared_stops_before_the_long_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    outcome = run(capsys, tmp_path, rig_changes={"sensitivity_v_per_g = 2.48": "sensitivity_v_per_g = -2.48"})
+    assert (outcome.status, outcome.document["state"], outcome.document["dwells_done"]) == (3, "tripped", 0)
+    assert "polarity reversed" in outcome.err
+    again = call(capsys, "resume", tmp_path / "runs", "--reason", "it is so")
+    assert again.status == 2
+    assert "give --operator and --reason" in again.err
+
+
+def test_a_sensitivity_far_from_the_declared_one_stops_before_the_long_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    declared = {"nominal_sensitivity_v_per_g = 2.5": "nominal_sensitivity_v_per_g = 5.5"}
+    outcome = run(capsys, tmp_path, rig_changes=declared)
+    assert (outcome.status, outcome.document["state"]) == (3, "tripped")
+    assert "declared 5.5 V/g" in outcome.err
