@@ -3,6 +3,7 @@
     python docs/studies/performance.py [--out FOLDER] [--reduced]
 
 Writes ``performance.md`` and its pictures in ``performance/``; about a minute. ``--reduced`` only shows that it works.
+The words are those of ``tp_study/page.template.md``: read them again where the numbers change.
 """
 
 import argparse

@@ -104,7 +104,7 @@ def mount_of_sensor_1() -> FloatArray:
 
 def mount_of_package(axis: str) -> FloatArray:
     """Diagonal from the six-point tumble of figure 50, which sees nothing else; the rest from figure 47."""
-    own, letter = {"x": (XX, "a"), "y": (YY, "b"), "z": (-2.0 * ZZ, "c")}[axis]
+    own, letter = {"x": (XX, "a"), "y": (YY, "b"), "z": (ZZ, "c")}[axis]
     six = np.array([(p.pitch_deg, p.roll_deg) for p in tumble(with_roll=True).points])
     tumbled = ROWS[f"50 {axis}"], lack_of_fit_form(six[:, 0], six[:, 1], with_roll=True), own
     full = ROWS[f"47({letter})"], lack_of_fit_form(*GRIDS["47"], with_roll=True), XY if axis == "y" else XZ

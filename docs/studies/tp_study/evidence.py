@@ -12,6 +12,7 @@ from tp_study.judged import (
     elsewhere,
     inferred_attitude,
     inferred_pitch,
+    share_inside,
     solve,
     statistics,
 )
@@ -36,10 +37,12 @@ class Setting:
     test_runs: int = 2000
     blind_runs: int = 200
     """F-tests on tables of ±1″ without a soft mount: with the table's uncertainty known, and without."""
+    repeats: int = 20
+    """Of figure 47 with other seeds, for what a tumble taken out of it may find."""
 
 
 FULL = Setting()
-REDUCED = Setting(replications=2, through_engine=("26",), test_runs=20, blind_runs=5)
+REDUCED = Setting(replications=2, through_engine=("26",), test_runs=20, blind_runs=5, repeats=2)
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,16 @@ class Solved:
     @property
     def x(self) -> AxisCalibration:
         return self.axes["x"]
+
+
+@dataclass(frozen=True)
+class Tumbled:
+    """The tumble of one axis in every repeat."""
+
+    t_bias: tuple[float, ...]
+    t_s: tuple[float, ...]
+    inside: tuple[float, ...]
+    """Share of the full data inside the tumble's prediction interval."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +86,7 @@ class Evidence:
     """Largest difference of a dwell between the run of figure 22 (or 26) and the world."""
     coarse_22: Statistics
     """Figure 22 on a table of ±1″."""
+    tumbles: Mapping[str, Tumbled]
     extension: Extension
     false_alarms: tuple[int, int]
     """Of ``test_runs`` and of ``blind_runs``."""
@@ -102,6 +116,7 @@ def gather(setting: Setting, folder: Path) -> Evidence:
         table_2=_table_2(solved),
         engine_against_world_v=float(np.max(np.abs(rows[proof]["S0"].outputs_v["x"] - read))),
         coarse_22=statistics(solve(from_world(coarse)["S0"], with_roll=False)["x"]),
+        tumbles=_tumbles(made["47"], setting.repeats, folder),
         extension=judge_extension(rows["37"]["S1"], "x"),
         false_alarms=(
             accepted(setting.test_runs, 1.0, seed=37),
@@ -171,6 +186,16 @@ def _table_2(solved: Mapping[str, Solved]) -> dict[str, Statistics]:
     for name in ("50", "53"):
         found |= {f"{name} {axis}": statistics(solved[name].axes[axis]) for axis in "xyz"}
     return found
+
+
+def _tumbles(campaign: Campaign, repeats: int, folder: Path) -> dict[str, Tumbled]:
+    found: dict[str, list[tuple[float, float, float]]] = {label: [] for label in "xyz"}
+    for seed in range(1, repeats + 1):
+        full = from_world(prepare(replace(campaign, name=f"47-seed-{seed}", seed=seed), folder))["P"]
+        for label, axis in solve(taken_out(full, reduced_designs()["50"])).items():
+            judged = statistics(axis)
+            found[label].append((judged.t_bias, judged.t_s, share_inside(elsewhere(axis, full)[0], full)))
+    return {label: Tumbled(*zip(*rows, strict=True)) for label, rows in found.items()}
 
 
 def rms(values: object) -> float:

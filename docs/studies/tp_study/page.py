@@ -18,6 +18,8 @@ TEMPLATE = Path(__file__).with_name("page.template.md")
 REDUCED_NOTICE = (
     "**Reduced setting: two replications, few test runs. Its numbers show that the script works, no more.**"
 )
+TOO_NARROW = 0.9
+"""A 95 % prediction interval with fewer of the full data inside is called too narrow."""
 HEADINGS = "| row | K | σ_E | σ_bias | σ_prec | T_bias (F₀.₉₅) | σ_b | σ_S | T_b | T_S (F₀.₉₅) | default tests find |"
 TRUTH_HEADINGS = "| campaign, sensor | noise of a dwell | offset drift | sensitivity drift | Q: xx, xy, xz, yy, yz |"
 
@@ -126,7 +128,16 @@ def facts(evidence: Evidence) -> dict[str, str]:
             f"inside_{name} {axis}": 100.0 * share_inside(solved, held.observations)
             for axis, solved in held.axes.items()
         }
+    for axis, tumbled in evidence.tumbles.items():
+        numbers |= {
+            f"least_t_{axis}": min(tumbled.t_bias),
+            f"most_t_{axis}": max(tumbled.t_bias),
+            f"drifts_{axis}": sum(t > twin[f"50 {axis}"].f_bs for t in tumbled.t_s),
+            f"least_inside_{axis}": 100.0 * min(tumbled.inside),
+            f"too_narrow_{axis}": sum(share < TOO_NARROW for share in tumbled.inside),
+        }
     numbers |= {
+        "repeats": evidence.setting.repeats,
         "coarse_bias": evidence.coarse_22.sigma_bias,
         "coarse_t": evidence.coarse_22.t_bias,
         "sigma_inverse_22": SIGMA_INVERSE_22,
