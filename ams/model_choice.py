@@ -1,11 +1,12 @@
 """Which model a request and the observations themselves ask for: base, extension, temperature terms."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ams.errors import DesignError
+from ams.models.drifting import with_time
 from ams.models.model import Model
 from ams.models.registry import model_named
 from ams.models.thermal import WithTemperature, refuse_unless_estimable
@@ -44,9 +45,9 @@ def choose_model(label: str, rows: Observations, request: CalibrationRequest) ->
         DesignError: no such model, or terms that were asked for are not known, not estimable or do not exist for it.
     """
     choice = _with_extension(label, rows, request, base_model(label, rows, request))
-    if request.temperature == "none":
-        return choice
-    return ModelChoice(_with_temperature(label, rows, request, choice.model), choice.extension, choice.warnings)
+    if request.temperature != "none":
+        choice = replace(choice, model=_with_temperature(label, rows, request, choice.model))
+    return replace(choice, model=with_time(choice.model, rows)) if request.time_term else choice
 
 
 def _with_extension(label: str, rows: Observations, request: CalibrationRequest, base: Model) -> ModelChoice:

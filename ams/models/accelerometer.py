@@ -7,6 +7,7 @@ nominal axis i has u = cos Ω e(i) + sin Ω (cos A e(i+1) + sin A e(i+2)), indic
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from math import atan2, degrees, hypot, nan, sqrt
 from typing import ClassVar
 
 import numpy as np
@@ -21,6 +22,7 @@ FloatArray = NDArray[np.float64]
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _OBSERVABLE_CONING_U = 5.0
 _ROUNDING_CONING_RAD = 1e-10
+_DEG_PER_RAD = degrees(1.0)
 
 
 def cyclic(nominal_axis: str) -> tuple[int, int, int]:
@@ -102,28 +104,32 @@ class PitchRoll:
 
     def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
         i, j, m = (1 + index for index in cyclic(self.nominal_axis))
-        sensitivity = self.parameters(primary)[1]
-        across, along = np.hypot(primary[j], primary[m]), abs(primary[i])
-        rows = np.zeros((4, 4))
-        rows[0, 0] = 1.0
-        rows[1, 1:] = primary[1:] / sensitivity
-        with np.errstate(divide="ignore", invalid="ignore"):
-            towards = np.array([primary[j], primary[m]]) / across
-            rows[2, [j, m]] = np.rad2deg(along * towards / sensitivity**2)
-            rows[2, i] = np.rad2deg(-np.sign(primary[i]) * across / sensitivity**2)
-            rows[3, [j, m]] = np.rad2deg(np.array([-towards[1], towards[0]]) / across)
-        return rows
+        k = primary.tolist()
+        across, length = hypot(k[j], k[m]), hypot(*k[1:]) or nan
+        sign = -1.0 if k[i] < 0.0 else 1.0
+        rows = [[0.0] * 4 for _ in range(4)]
+        rows[0][0] = 1.0
+        rows[1][1:] = [sign * component / length for component in k[1:]]
+        first, second = (k[j] / across, k[m] / across) if across > 0.0 else (nan, nan)
+        along = _DEG_PER_RAD * abs(k[i]) / length**2
+        rows[2][i], rows[2][j], rows[2][m] = -_DEG_PER_RAD * sign * across / length**2, along * first, along * second
+        by_turn = _DEG_PER_RAD / across if across > 0.0 else nan
+        rows[3][j], rows[3][m] = -by_turn * second, by_turn * first
+        return np.array(rows)
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
         """Coning and azimuth, where the coning angle is within five of its standard uncertainties of zero."""
-        _, sensitivity, coning_deg, _ = self.parameters(primary)
-        _, j, m = (1 + index for index in cyclic(self.nominal_axis))
-        across = covariance[np.ix_([j, m], [j, m])]
-        u_deg = float(np.rad2deg(np.sqrt(max(np.linalg.eigvalsh(across)[-1], 0.0)) / abs(sensitivity)))
-        if np.deg2rad(coning_deg) > _ROUNDING_CONING_RAD and coning_deg >= _OBSERVABLE_CONING_U * u_deg:
+        i, j, m = (1 + index for index in cyclic(self.nominal_axis))
+        k = primary.tolist()
+        across, length = hypot(k[j], k[m]), hypot(*k[1:]) or nan
+        coning = atan2(across, abs(k[i]))
+        half_sum, half_difference = (0.5 * (covariance[j, j] + sign * covariance[m, m]) for sign in (1.0, -1.0))
+        largest = max(half_sum + hypot(half_difference, covariance[j, m]), 0.0)
+        u = sqrt(largest) / length
+        if coning > _ROUNDING_CONING_RAD and coning >= _OBSERVABLE_CONING_U * u:
             return {}
         reason = (
-            f"coning angle {coning_deg:.3g}° is within five standard uncertainties ({u_deg:.3g}°) of zero: "
+            f"coning angle {degrees(coning):.3g}° is within five standard uncertainties ({degrees(u):.3g}°) of zero: "
             "its direction cannot be told and an interval for it would not cover; use the vector of sensitivities"
         )
         return {"coning_deg": reason, "azimuth_deg": reason}

@@ -164,21 +164,3 @@ def refuse_unless_estimable(observations: Observations) -> None:
             f"{LARGEST_CORRELATION:g}: temperature would "
             "be time in disguise; visit every plateau more than once and from both sides, or apply known coefficients"
         )
-
-
-def estimated_terms(model: Model) -> int:
-    """How many of the last primary parameters are temperature coefficients to be estimated: 0 or 2."""
-    return sum(name in model.primary_names and name not in model.fixed for name in TEMPERATURE_NAMES)
-
-
-def contrasts_taken(model: Model, temperature_degc: FloatArray | None, replication: NDArray[np.int64]) -> int:
-    """How many contrasts between replications estimated temperature terms use up.
-
-    None where temperature varies mostly inside the replications; one a term where every replication is a plateau.
-    """
-    terms = estimated_terms(model)
-    if terms == 0 or temperature_degc is None:
-        return 0
-    means = np.bincount(replication, weights=temperature_degc) / np.bincount(replication)
-    is_between = np.var(means[replication]) > 0.5 * np.var(temperature_degc)
-    return terms if is_between else 0

@@ -7,57 +7,102 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.models.model import Model
-from ams.solve.result import ParameterEstimate, VarianceComponent
-from ams.uncertainty.intervals import effective_dof, t_quantile
+from ams.solve.components import ComponentColumns
+from ams.solve.result import ParameterEstimate
+from ams.uncertainty.intervals import combined_dof, t_quantile
 
 FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class DerivedParameters:
-    """The parameters of one sensor axis in their edge units."""
+    """The L parameters of m sensor axes in their edge units; NaN where one is undetermined."""
 
-    estimates: tuple[ParameterEstimate, ...]
+    names: tuple[str, ...]
+    values: FloatArray
+    """(m, L)"""
+    standard_uncertainties: FloatArray
+    """(m, L)"""
+    tp_standard_uncertainties: FloatArray
+    """(m, L) of the pooled form, TP (50)."""
+    dof: FloatArray
+    """(m, L) effective degrees of freedom; NaN where the uncertainty is zero."""
+    halfwidths_95: FloatArray
+    """(m, L) of the 95 % intervals."""
     covariance: FloatArray
-    """(L, L), NaN rows and columns where a parameter is null."""
-    undetermined: Mapping[str, str]
-    """Null parameters with the reason."""
+    """(m, L, L), NaN rows and columns where a parameter is undetermined."""
+    undetermined: tuple[Mapping[str, str], ...]
+    """(m) undetermined parameters with the reason."""
     directions: FloatArray
-    """(L, P) derivatives by the primary parameters, NaN where a parameter is null."""
+    """(m, L, P) derivatives by the primary parameters."""
+
+    def estimates(self, row: int) -> tuple[ParameterEstimate, ...]:
+        """Those of one sensor axis."""
+        arrays = (
+            self.values, self.standard_uncertainties, self.tp_standard_uncertainties, self.dof, self.halfwidths_95
+        )  # fmt: skip
+        columns = zip(self.names, *(array[row].tolist() for array in arrays), strict=True)
+        null = self.undetermined[row]
+        return tuple(_null(name) if name in null else _estimate(name, *numbers) for name, *numbers in columns)
 
 
 def derive(
-    model: Model, primary: FloatArray, components: Sequence[VarianceComponent], tp_covariance: FloatArray
+    models: Sequence[Model], primary: FloatArray, components: Sequence[ComponentColumns], tp_covariance: FloatArray
 ) -> DerivedParameters:
-    """Propagate to first order; what the model says is undetermined becomes null."""
+    """Propagate (m, P) primary estimates to first order; what their models say is undetermined becomes NaN."""
     primary_covariance = np.asarray(sum(component.covariance for component in components))
-    undetermined = model.undetermined(primary, primary_covariance)
-    directions = model.parameters_jacobian(primary)
-    null = np.array([name in undetermined for name in model.parameter_names])
-    directions[null] = np.nan
-    covariance = directions @ primary_covariance @ directions.T
-    known = np.nan_to_num(directions, nan=0.0)
-    tp_uncertainty = np.sqrt(np.einsum("mi,ij,mj->m", known, tp_covariance, known))
-    columns = zip(
-        model.parameter_names,
-        model.parameters(primary),
-        np.sqrt(np.maximum(np.diag(covariance), 0.0)),
-        tp_uncertainty,
-        effective_dof(known, components),
-        strict=True,
+    rows = list(zip(models, primary, primary_covariance, strict=True))
+    undetermined = tuple(model.undetermined(own, covariance) for model, own, covariance in rows)
+    directions = np.stack([model.parameters_jacobian(own) for model, own, _ in rows])
+    values, names = _parameters(models, primary), models[0].parameter_names
+    if any(undetermined):
+        null = np.array([[name in reasons for name in names] for reasons in undetermined])
+        directions[null] = np.nan
+        values = np.where(null, np.nan, values)
+    turned = np.swapaxes(directions, -1, -2)
+    covariance = directions @ primary_covariance @ turned
+    uncertainty = _root_of_diagonal(covariance)
+    variances = np.stack([_diagonal(directions @ component.covariance @ turned) for component in components])
+    dof = combined_dof(variances, np.stack([component.dof for component in components])[:, :, None])
+    return DerivedParameters(
+        names=names,
+        values=values,
+        standard_uncertainties=uncertainty,
+        tp_standard_uncertainties=_root_of_diagonal(directions @ tp_covariance @ turned),
+        dof=dof,
+        halfwidths_95=t_quantile(0.95, dof) * uncertainty,
+        covariance=covariance,
+        undetermined=undetermined,
+        directions=directions,
     )
-    estimates = tuple(
-        _null(name) if name in undetermined else _estimate(name, *map(float, values)) for name, *values in columns
-    )
-    return DerivedParameters(estimates, covariance, undetermined, directions)
+
+
+def _parameters(models: Sequence[Model], primary: FloatArray) -> FloatArray:
+    """(m, L) at one stroke for every model that several rows have."""
+    places: dict[int, list[int]] = {}
+    for place, model in enumerate(models):
+        places.setdefault(id(model), []).append(place)
+    values = np.empty((len(models), len(models[0].parameter_names)))
+    for rows in places.values():
+        values[rows] = models[rows[0]].parameters(primary[rows])
+    return values
+
+
+def _diagonal(covariance: FloatArray) -> FloatArray:
+    return np.asarray(np.diagonal(covariance, axis1=-2, axis2=-1))
+
+
+def _root_of_diagonal(covariance: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.maximum(_diagonal(covariance), 0.0)))
 
 
 def _null(name: str) -> ParameterEstimate:
     return ParameterEstimate(name, None, None, None, None, None)
 
 
-def _estimate(name: str, value: float, uncertainty: float, tp_uncertainty: float, dof: float) -> ParameterEstimate:
+def _estimate(
+    name: str, value: float, uncertainty: float, tp_uncertainty: float, dof: float, half: float
+) -> ParameterEstimate:
     if uncertainty == 0.0:
         return ParameterEstimate(name, value, 0.0, tp_uncertainty, None, (value, value))
-    half = float(t_quantile(0.95, dof)) * uncertainty
     return ParameterEstimate(name, value, uncertainty, tp_uncertainty, dof, (value - half, value + half))

@@ -1,6 +1,7 @@
 """Which row belongs to which replication and which point: the bookkeeping under every replicated solution."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,13 +40,16 @@ class Layout:
     def is_complete(self) -> bool:
         return self.rows == self.replications * self.points
 
-    @property
-    def order(self) -> IntArray:
-        """(N,) rows sorted by replication, then point; reshapes to (n, K) where complete."""
-        return np.argsort(self.replication * self.points + self.point)
+    @cached_property
+    def order(self) -> IntArray | None:
+        """(N,) rows sorted by replication, then point; reshapes to (n, K) where complete. None: they stand so."""
+        key = self.replication * self.points + self.point
+        return None if np.all(key[1:] > key[:-1]) else np.argsort(key)
 
     def missing(self) -> dict[int, tuple[int, ...]]:
         """Replication label to the labels of the points that it lacks."""
+        if self.is_complete:
+            return {}
         present = np.zeros((self.replications, self.points), dtype=bool)
         present[self.replication, self.point] = True
         labels = np.array(self.point_labels)

@@ -34,6 +34,8 @@ class LinearForm:
     """(P, N) with estimate = estimator @ y."""
     unscaled_covariance: FloatArray
     """(P, P) R⁻¹ of TP (50): covariance for rows of unit variance (and unit weight)."""
+    repeats: int = 1
+    """How often the first N / repeats rows of the basis stand in it, one block below the other."""
 
     @cached_property
     def condition_number(self) -> float:
@@ -68,6 +70,15 @@ def factor(
     inverse = np.linalg.inv(r)
     estimator = inverse @ q.T
     return LinearForm(basis, weights, estimator if root is None else estimator * root.T, inverse @ inverse.T)
+
+
+def repeated(form: LinearForm, times: int) -> LinearForm:
+    """The same basis that many times, one block below the other."""
+    if times == 1:
+        return form
+    assert form.weights is None
+    basis, estimator = np.tile(form.basis, (times, 1)), np.tile(form.estimator / times, times)
+    return LinearForm(basis, None, estimator, form.unscaled_covariance / times, times * form.repeats)
 
 
 def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> None:

@@ -1,54 +1,63 @@
 """The reported estimate and its covariance: precision, drift, lack of fit and the table's index errors together.
 
-Rows are y = X (c + d_r) + G δ + l_point + e: d_r the drift of a replication, δ the common errors with unit variance
-(index errors of the table, uncertainty of known coefficients), l a point's own lack of fit, e the precision. Any linear
-estimate A y with A X = 1 has the covariance
+Rows are y = X (c + d_g) + G δ + l_point + e: d_g the drift of a replication (of a visit of a temperature plateau, where
+a visit holds several replications), δ the common errors with unit variance (index errors of the table, uncertainty of
+known coefficients), l a point's own lack of fit, e the precision. Any linear estimate A y with A X = 1 has the
+covariance
 
-    (spread of the replications) / n  +  s_lof² B Bᵀ  +  (A G)(A G)ᵀ,      B = A summed over the readings of a point,
+    (spread of the groups)  +  s_lof² B Bᵀ  +  (A G)(A G)ᵀ,      B = A summed over the readings of a point,
 
 whatever A is. The weights in A (generalised least squares) only make it small: they need not be exact, the covariance
 stays right. The lack-of-fit variance is what the points' scatter asks for beyond precision *and* common errors, so the
-table's index errors are never counted twice. Source: TP 8 for the idea, TP (50) for one
-replication.
+table's index errors are never counted twice. All is made for m outputs of the same rows at once. Source: TP 8 for the
+idea, TP (50) for one replication.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.solve.components import ComponentColumns
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums, replicated_sums
-from ams.solve.result import VarianceComponent
 from ams.solve.scatter import own_scatter
+from ams.solve.whole_plots import WholePlots
 
 FloatArray = NDArray[np.float64]
+CommonErrors = Mapping[str, FloatArray]
+"""Name to columns of one standard uncertainty each, volts: (N, q), or (N / repeats, q) where the basis repeats."""
 
 _SMALLEST_OWN_VARIANCE = 1e-6
 """Of the mean variance from common errors: keeps the weights finite where the rows have no noise of their own."""
 
 
 @dataclass(frozen=True)
-class MixedEstimate:
-    """Estimate of the free primary parameters of one sensor axis."""
+class MixedEstimates:
+    """Estimates of the free primary parameters of m sensor axes."""
 
     estimate: FloatArray
-    """(P,)"""
-    components: tuple[VarianceComponent, ...]
-    """Independent parts of its covariance."""
+    """(m, P)"""
+    components: tuple[ComponentColumns, ...]
+    """Independent parts of their covariances."""
     estimator: FloatArray
-    """(P, N)"""
-    precision_variance: float
-    """Volts²; NaN where it cannot be estimated."""
-    lack_of_fit_variance: float
-    """Volts², beyond the common errors."""
+    """(P, N); (m, P, N) where there are common errors."""
+    precision_variance: FloatArray
+    """(m,) volts²; NaN where it cannot be estimated."""
+    lack_of_fit_variance: FloatArray
+    """(m,) volts², beyond the common errors."""
+    ordinary: FloatArray
+    """(P, m) of the ordinary fit."""
+    ss_ordinary: FloatArray
+    """(m,) sum of squares of its residuals."""
     sums: ReplicatedSums | None
-    """Of the outputs alone (m = 1); None for one replication."""
+    """Of the outputs less what ``alone`` does not hold; None where nothing is replicated."""
 
     @property
     def covariance(self) -> FloatArray:
+        """(m, P, P)"""
         return np.asarray(sum(component.covariance for component in self.components))
 
 
@@ -56,119 +65,193 @@ def estimate(
     form: LinearForm,
     alone: LinearForm,
     layout: Layout,
-    output_v: FloatArray,
-    common: Mapping[str, FloatArray],
-    absorbed: int = 0,
-) -> MixedEstimate:
-    """Estimate from (N,) outputs.
+    outputs_v: FloatArray,
+    common: Sequence[CommonErrors],
+    plots: WholePlots,
+) -> MixedEstimates:
+    """Estimates from (N, m) outputs.
 
     ``alone`` is the part of the model that every replication determines by itself: ``form``, or its leading columns
-    where further parameters (temperature coefficients) are only seen across replications; ``absorbed`` counts the
-    contrasts between replications that those use up. ``common`` maps a name to (N, q) columns of common errors.
+    where further parameters (temperature coefficients) are only seen across replications. ``common`` is empty, or has
+    one entry for every output.
     """
-    columns = [block for block in common.values() if block.shape[1] > 0]
-    joined = np.hstack(columns) if columns else np.zeros((layout.rows, 0))
-    ordinary = form.solve(output_v)
-    if layout.replications - 1 - absorbed < 1:
-        return _unreplicated(form, layout, output_v, ordinary, common, joined)
-    own_size = alone.basis.shape[1]
-    shared = form.basis[:, own_size:] @ ordinary[own_size:]
-    sums = replicated_sums(alone, layout, (output_v - shared)[:, None])
+    block_rows = layout.rows // form.repeats
+    joined = [np.hstack(list(blocks.values())) if blocks else np.zeros((block_rows, 0)) for blocks in common]
+    if plots.dof < 1:
+        return _unreplicated(form, layout, outputs_v, common, joined)
+    ordinary, own_v = _split(form, alone, outputs_v)
+    sums = replicated_sums(alone, layout, own_v)
+    ss_ordinary = sums.ss_pooled_bias + sums.ss_pooled_precision
+    if ordinary is None:
+        ordinary = sums.pooled
+    else:
+        ss_ordinary = _square(form, outputs_v - form.basis @ ordinary)
     precision, beyond, beyond_dof = _variances(alone, layout, sums, joined)
-    own = _own_variance(form, layout, precision, beyond, output_v - form.basis @ ordinary)
-    estimator = _generalised(form, own, joined)
-    components = [_replication_component(estimator, alone, layout, sums, absorbed)]
-    if beyond > 0.0:
-        components.append(_lack_of_fit_component(estimator, layout, beyond, beyond_dof))
-    return MixedEstimate(
-        ordinary + estimator @ (output_v - form.basis @ ordinary),
-        (*components, *_common_components(estimator, common)),
-        estimator,
-        precision,
-        beyond,
-        sums,
-    )
+    typical = np.where(np.isnan(precision), ss_ordinary / max(layout.rows - form.basis.shape[1], 1), precision)
+    own = [_own_variance(form, layout, *pair) for pair in zip(typical, beyond, strict=True)] if joined else []
+    estimator, found = _weighted(form, outputs_v, ordinary, own, joined)
+    components = [_spread(estimator, form, alone, layout, own_v, sums, plots)]
+    if beyond.any():
+        components.append(_lack_of_fit(estimator, layout, beyond, beyond_dof))
+    components += _from_common(form, estimator, common)
+    return MixedEstimates(found.T, tuple(components), estimator, precision, beyond, ordinary, ss_ordinary, sums)
 
 
 def _unreplicated(
     form: LinearForm,
     layout: Layout,
-    output_v: FloatArray,
-    ordinary: FloatArray,
-    common: Mapping[str, FloatArray],
-    joined: FloatArray,
-) -> MixedEstimate:
+    outputs_v: FloatArray,
+    common: Sequence[CommonErrors],
+    joined: Sequence[FloatArray],
+) -> MixedEstimates:
     """One replication (or none to spare): precision and lack of fit cannot be told apart; the residuals hold both."""
     weights = np.ones(layout.rows) if form.weights is None else form.weights
-    scatter = own_scatter(form.basis, output_v, joined, weights)
-    estimator = _generalised(form, scatter.variance / weights, joined)
-    spread = scatter.variance * (estimator / weights) @ estimator.T
-    component = VarianceComponent("residuals", spread, scatter.dof)
-    return MixedEstimate(
-        ordinary + estimator @ (output_v - form.basis @ ordinary),
-        (component, *_common_components(estimator, common)),
-        estimator,
-        float("nan"),
-        float("nan"),
-        None,
-    )
+    ordinary = form.solve(outputs_v)
+    ss_ordinary = _square(form, outputs_v - form.basis @ ordinary)
+    free = layout.rows - form.basis.shape[1]
+    variance = ss_ordinary / free if free > 0 else np.full(ss_ordinary.size, np.nan)
+    dof = np.full(variance.size, free if free > 0 else np.nan)
+    if joined:
+        columns = zip(outputs_v.T, joined, strict=True)
+        scatters = [
+            own_scatter(form.basis, output, np.tile(known, (form.repeats, 1)), weights) for output, known in columns
+        ]
+        variance, dof = (np.array([getattr(s, name) for s in scatters]) for name in ("variance", "dof"))
+    estimator, found = _weighted(form, outputs_v, ordinary, [v / weights for v in variance], joined)
+    spread = variance[:, None, None] * ((estimator / weights) @ np.swapaxes(estimator, -1, -2))
+    components = (ComponentColumns("residuals", spread, dof), *_from_common(form, estimator, common))
+    unknown = np.full(variance.size, np.nan)
+    return MixedEstimates(found.T, components, estimator, unknown, unknown, ordinary, ss_ordinary, None)
+
+
+def _split(form: LinearForm, alone: LinearForm, outputs_v: FloatArray) -> tuple[FloatArray | None, FloatArray]:
+    """The ordinary fit, and the outputs less what only several replications together determine; None: nothing is."""
+    own = alone.basis.shape[1]
+    if own == form.basis.shape[1]:
+        return None, outputs_v
+    ordinary = form.solve(outputs_v)
+    return ordinary, outputs_v - form.basis[:, own:] @ ordinary[own:]
+
+
+def _square(form: LinearForm, residuals: FloatArray) -> FloatArray:
+    weighted = residuals if form.weights is None else form.weights[:, None] * residuals
+    return np.asarray(np.einsum("nm,nm->m", weighted, residuals))
 
 
 def _variances(
-    alone: LinearForm, layout: Layout, sums: ReplicatedSums, joined: FloatArray
-) -> tuple[float, float, float]:
-    """Precision, lack of fit beyond the common errors (volts²), and the latter's degrees of freedom.
+    alone: LinearForm, layout: Layout, sums: ReplicatedSums, joined: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(m,) precision, lack of fit beyond the common errors (volts²), and the latter's degrees of freedom.
 
     Those are the degrees of freedom of the points' scatter: counting the subtraction of precision as well would leave
     fewer than one where the lack of fit is small, and widen intervals that hold without it (97 % for 95 %, simulated).
     """
+    size = sums.ss_precision.size
     if sums.dof_precision <= 0 or sums.dof_lack_of_fit <= 0:
-        return float("nan"), 0.0, float("nan")
-    precision = float(sums.ss_precision[0]) / sums.dof_precision
+        return np.full(size, np.nan), np.zeros(size), np.full(size, np.nan)
+    precision = sums.ss_precision / sums.dof_precision
+    if sums.is_balanced and not joined:
+        beyond = (sums.ss_lack_of_fit / sums.dof_lack_of_fit - precision) / layout.replications
+        return precision, np.maximum(0.0, beyond), np.full(size, float(sums.dof_lack_of_fit))
     readings = layout.sum_by_point(np.ones(layout.rows) if alone.weights is None else alone.weights)
-    typical = float(readings.mean())
-    basis, common = (layout.mean_by_point(columns) for columns in (alone.basis, joined))
-    scatter = own_scatter(basis, sums.point_means[:, 0], common, readings / typical)
-    return precision, max(0.0, scatter.variance - precision / typical), scatter.dof
+    typical, basis = float(readings.mean()), layout.mean_by_point(alone.basis)
+    known = [columns if alone.repeats > 1 else layout.mean_by_point(columns) for columns in joined]
+    known = known or [np.zeros((layout.points, 0))] * size
+    columns = zip(sums.point_effects.T, known, strict=True)
+    scatters = [own_scatter(basis, effects, common, readings / typical) for effects, common in columns]
+    variance, dof = (np.array([getattr(scatter, name) for scatter in scatters]) for name in ("variance", "dof"))
+    return precision, np.maximum(0.0, variance - precision / typical), dof
 
 
-def _own_variance(
-    form: LinearForm, layout: Layout, precision: float, beyond: float, residuals: FloatArray
-) -> FloatArray:
-    """(N,) variance of each row for the weights; a point's lack of fit counts once, however often it was read."""
-    if np.isnan(precision):
-        precision = float(residuals @ residuals) / max(residuals.size - form.basis.shape[1], 1)
+def _own_variance(form: LinearForm, layout: Layout, precision: float, beyond: float) -> FloatArray:
+    """(N,) variance of each row for the weights, over the repeats; a point's lack of fit counts once, however often it
+    was read."""
     readings = layout.sum_by_point(np.ones(layout.rows))[layout.point]
-    return precision / (1.0 if form.weights is None else form.weights) + readings * beyond
+    return (precision / (1.0 if form.weights is None else form.weights) + readings * beyond) / form.repeats
 
 
-def _generalised(form: LinearForm, own: FloatArray, joined: FloatArray) -> FloatArray:
+def _weighted(
+    form: LinearForm,
+    outputs_v: FloatArray,
+    ordinary: FloatArray,
+    own: Sequence[FloatArray],
+    joined: Sequence[FloatArray],
+) -> tuple[FloatArray, FloatArray]:
+    """The estimator, and (P, m) estimates: the ordinary ones where no errors are common."""
+    if not joined:
+        return form.estimator, ordinary
+    basis = form.basis[: joined[0].shape[0]]
+    of_block = [_generalised(basis, pair[0][: basis.shape[0]], pair[1]) for pair in zip(own, joined, strict=True)]
+    estimator = np.tile(np.stack(of_block) / form.repeats, form.repeats)
+    residuals = outputs_v - form.basis @ ordinary
+    return estimator, ordinary + (estimator @ residuals.T[:, :, None])[..., 0].T
+
+
+def _generalised(basis: FloatArray, own: FloatArray, joined: FloatArray) -> FloatArray:
     """(P, N) generalised least squares for the row covariance diag(own) + joined·joinedᵀ, by Woodbury's identity."""
-    if joined.shape[1] == 0:
-        return form.estimator
     own = np.maximum(own, _SMALLEST_OWN_VARIANCE * float(np.mean(np.sum(joined**2, axis=1))))
-    weighted_basis, weighted = form.basis / own[:, None], joined / own[:, None]
+    weighted_basis, weighted = basis / own[:, None], joined / own[:, None]
     inner = np.eye(joined.shape[1]) + joined.T @ weighted
     weighted_basis = weighted_basis - weighted @ np.linalg.solve(inner, joined.T @ weighted_basis)
-    return np.asarray(np.linalg.solve(form.basis.T @ weighted_basis, weighted_basis.T))
+    return np.asarray(np.linalg.solve(basis.T @ weighted_basis, weighted_basis.T))
 
 
-def _replication_component(
-    estimator: FloatArray, alone: LinearForm, layout: Layout, sums: ReplicatedSums, absorbed: int
-) -> VarianceComponent:
-    """Spread of what each replication contributes, point effects taken out; balanced: V_between / n."""
-    n, departures = layout.replications, sums.departures[:, 0]
-    departures = departures - alone.basis @ (estimator[: alone.basis.shape[1]] @ departures)
-    contributions = layout.sum_by_replication((estimator * departures).T)
-    dof = n - 1 - absorbed
-    return VarianceComponent("replications", n / dof * contributions.T @ contributions, float(dof))
+def _spread(
+    estimator: FloatArray,
+    form: LinearForm,
+    alone: LinearForm,
+    layout: Layout,
+    own_v: FloatArray,
+    sums: ReplicatedSums,
+    plots: WholePlots,
+) -> ComponentColumns:
+    """Precision and drift, from what differs between replications, or between visits of a plateau."""
+    dof = np.full(own_v.shape[1], float(plots.dof))
+    if plots.absorbed > 0:
+        return ComponentColumns(plots.name, _response(estimator, alone, layout, sums, plots), dof)
+    if sums.is_balanced and estimator is form.estimator and plots.is_replications and alone is form:
+        contributions = sums.contrasts.transpose(2, 0, 1) / layout.replications
+    else:
+        contributions = _contributions(estimator, alone, sums.departures(alone, layout, own_v), plots)
+    scale = plots.count / plots.dof
+    return ComponentColumns(plots.name, scale * np.swapaxes(contributions, -1, -2) @ contributions, dof)
 
 
-def _lack_of_fit_component(estimator: FloatArray, layout: Layout, variance: float, dof: float) -> VarianceComponent:
-    by_point = layout.sum_by_point(estimator.T)
-    return VarianceComponent("lack-of-fit", variance * by_point.T @ by_point, dof)
+def _contributions(estimator: FloatArray, alone: LinearForm, left: FloatArray, plots: WholePlots) -> FloatArray:
+    """(m, groups, P) of each group to the estimate, point effects taken out; balanced: its departure / n."""
+    own = alone.basis.shape[1]
+    shared = np.einsum("...pn,nm->pm" if estimator.ndim == 2 else "mpn,nm->pm", estimator[..., :own, :], left)
+    left = left - alone.basis @ shared
+    return np.swapaxes((estimator * left.T[:, None, :]) @ plots.membership, -1, -2)
 
 
-def _common_components(estimator: FloatArray, common: Mapping[str, FloatArray]) -> tuple[VarianceComponent, ...]:
-    parts = ((name, estimator @ block) for name, block in common.items() if block.shape[1] > 0)
-    return tuple(VarianceComponent(name, effect @ effect.T, float("inf")) for name, effect in parts)
+def _response(
+    estimator: FloatArray, alone: LinearForm, layout: Layout, sums: ReplicatedSums, plots: WholePlots
+) -> FloatArray:
+    """(m, P, P) where shared parameters are found from the groups' own: each group's departure has the covariance that
+    the groups show about them, and moves the estimate as the estimator responds to that group."""
+    of_replication = plots.of_replication(layout)
+    weights = of_replication / of_replication.sum(axis=0)
+    departures = np.einsum("rpm,rg->mgp", sums.contrasts, weights)
+    covariance = np.swapaxes(departures, -1, -2) @ departures / plots.dof
+    rows = np.einsum("ng,ni->gni", plots.membership, alone.basis)
+    response = np.expand_dims(estimator, -3) @ rows
+    return np.asarray(np.sum(response @ covariance[:, None] @ np.swapaxes(response, -1, -2), axis=-3))
+
+
+def _lack_of_fit(estimator: FloatArray, layout: Layout, variance: FloatArray, dof: FloatArray) -> ComponentColumns:
+    flat = estimator.reshape(-1, layout.rows)
+    by_point = layout.sum_by_point(flat.T).T.reshape(*estimator.shape[:-1], layout.points)
+    squares = by_point @ np.swapaxes(by_point, -1, -2)
+    return ComponentColumns("lack-of-fit", variance[:, None, None] * squares, dof)
+
+
+def _from_common(form: LinearForm, estimator: FloatArray, common: Sequence[CommonErrors]) -> list[ComponentColumns]:
+    parts = []
+    for name in common[0] if common else ():
+        rows = common[0][name].shape[0]
+        pairs = zip(estimator[..., :rows], common, strict=True)
+        effects = [form.repeats * own @ blocks[name] for own, blocks in pairs]
+        covariance = np.stack([effect @ effect.T for effect in effects])
+        parts.append(ComponentColumns(name, covariance, np.full(len(effects), np.inf)))
+    return parts

@@ -1,9 +1,10 @@
 """n replications of the same points: what each replication says alone, and what is left when points have effects too.
 
-Two linear fits are made of every output. *Separate*: each replication has parameters of its own, y = X_r c_r + e.
-*Two-way*: every point has an effect of its own besides, y = X_r c_r + m_point + e. What the second leaves is precision;
-what it takes away from the first is lack of fit. Where every replication holds every point at the same attitudes both
-are closed forms; else they are solved by projection, which gives exact F tests for unbalanced data as well.
+Three linear fits are made of every output. *Pooled*: one set of parameters, as TP 8 has it. *Separate*: each
+replication has parameters of its own, y = X_r c_r + e. *Two-way*: every point has an effect of its own besides,
+y = X_r c_r + m_point + e. What the last leaves is precision; what it takes away from the second is lack of fit. Where
+every replication holds every point at the same attitudes all are closed forms, made for any number of outputs at once;
+else they are solved by projection, which gives exact F tests for unbalanced data as well.
 """
 
 from dataclasses import dataclass
@@ -24,57 +25,98 @@ _EIGENVALUE_TOLERANCE = 1e-9
 class ReplicatedSums:
     """For m right-hand sides at once."""
 
+    is_balanced: bool
+    """Every replication holds every point at the same attitudes, with equal weights."""
+    pooled: FloatArray
+    """(P, m) ordinary least squares over all rows."""
     separate: FloatArray
     """(n, P, m) estimates of each replication alone."""
     contrasts: FloatArray
     """(n, P, m) departures of the replications' parameters from one another, point effects taken out."""
     contrast_covariance: FloatArray
     """(n, P, n, P) their covariance for rows of unit variance; of rank (n − 1) P."""
-    departures: FloatArray
-    """(N, m) rows with the point effects taken out: drift and precision."""
     ss_precision: FloatArray
     """(m,)"""
     dof_precision: int
     ss_lack_of_fit: FloatArray
     """(m,)"""
     dof_lack_of_fit: int
-    point_means: FloatArray
-    """(K, m) every point's mean over the replications, their drift taken out."""
+    point_effects: FloatArray
+    """(K, m) every point's mean residual of the pooled fit, the drift of the replications taken out."""
+    ss_pooled_bias: FloatArray
+    """(m,) SS_bias of TP 8, from the residuals of the pooled fit."""
+    ss_pooled_precision: FloatArray
+    """(m,) SS_prec of TP 8; with ``ss_pooled_bias`` the whole sum of squares of the pooled fit."""
+
+    def contrast_squares(self, directions: FloatArray) -> FloatArray:
+        """(m, q) sums of squares of the contrasts along (m, q, P) directions, in units of the variance of a row."""
+        along = np.einsum("nim,mqi->mqn", self.contrasts, directions)
+        if self.is_balanced:
+            n = along.shape[-1]
+            of_one = self.contrast_covariance[0, :, 0, :] / (1.0 - 1.0 / n)
+            return np.asarray(np.sum(along**2, axis=-1) / np.einsum("mqi,ij,mqj->mq", directions, of_one, directions))
+        covariance = np.einsum("mqi,risj,mqj->mqrs", directions, self.contrast_covariance, directions, optimize=True)
+        trace = np.trace(covariance, axis1=-2, axis2=-1)[..., None, None]
+        covariance = covariance + trace / along.shape[-1] ** 2  # the null vector, all ones, that contrasts do not touch
+        return np.asarray(np.sum(along * np.linalg.solve(covariance, along[..., None])[..., 0], axis=-1))
+
+    def departures(self, form: LinearForm, layout: Layout, outputs: FloatArray) -> FloatArray:
+        """(N, m) residuals of the pooled fit with the point effects taken out: drift and precision."""
+        return np.asarray(outputs - form.basis @ self.pooled - self.point_effects[layout.point])
 
 
 def replicated_sums(form: LinearForm, layout: Layout, outputs: FloatArray) -> ReplicatedSums:
     """Sums of squares and estimates of (N, m) outputs; every replication must determine the model alone."""
-    if form.weights is None and layout.is_complete:
-        order = layout.order
-        stacked = form.basis[order].reshape(layout.replications, layout.points, -1)
-        if np.all(np.abs(stacked - stacked[0]) <= _SAME_BASIS * np.abs(stacked[0]).max()):
-            return _balanced(form, layout, outputs, order)
+    if _same_everywhere(form, layout):
+        return _balanced(form, layout, outputs, layout.order)
     return _unbalanced(form, layout, outputs)
 
 
-def _balanced(form: LinearForm, layout: Layout, outputs: FloatArray, order: NDArray[np.int64]) -> ReplicatedSums:
+def _same_everywhere(form: LinearForm, layout: Layout) -> bool:
+    """Every replication holds every point at the same attitudes."""
+    if form.weights is not None or not layout.is_complete:
+        return False
+    if form.repeats == layout.replications and layout.order is None:
+        return True
+    stacked = _by_replication(form.basis, layout, layout.order)
+    return bool(np.all(np.abs(stacked - stacked[0]) <= _SAME_BASIS * np.abs(stacked[0]).max()))
+
+
+def _by_replication(values: FloatArray, layout: Layout, order: NDArray[np.int64] | None) -> FloatArray:
+    """(n, K, …) rows sorted by replication and point."""
+    ordered = values if order is None else values[order]
+    return ordered.reshape(layout.replications, layout.points, -1)
+
+
+def _balanced(form: LinearForm, layout: Layout, outputs: FloatArray, order: NDArray[np.int64] | None) -> ReplicatedSums:
     n, points, size = layout.replications, layout.points, form.basis.shape[1]
-    basis = form.basis[order[:points]]
-    estimator = n * form.estimator[:, order[:points]]
-    rows = outputs[order].reshape(n, points, -1)
-    separate = estimator @ rows
-    residuals = rows - basis @ separate
-    refinement = estimator @ residuals
-    separate, residuals = separate + refinement, residuals - basis @ refinement
-    common = residuals.mean(axis=0)
-    departures = np.empty_like(outputs)
-    departures[order] = (rows - rows.mean(axis=0)).reshape(outputs.shape)
+    first = slice(0, points) if order is None else order[:points]
+    basis, estimator = form.basis[first], n * form.estimator[:, first]
+    rows = _by_replication(outputs, layout, order)
+    means = rows.sum(axis=0) / n
+    pooled = estimator @ means
+    pooled += estimator @ (means - basis @ pooled)
+    misfit = means - basis @ pooled
+    left = rows - means
+    ss_departures = np.einsum("rkm,rkm->m", left, left)
+    contrasts = estimator @ left
+    contrasts -= contrasts.mean(axis=0)
+    left -= basis @ contrasts
+    ss_lack_of_fit = n * np.einsum("km,km->m", misfit, misfit)
     centring = np.eye(n) - 1.0 / n
     return ReplicatedSums(
-        separate=separate,
-        contrasts=separate - separate.mean(axis=0),
-        contrast_covariance=np.einsum("rs,ij->risj", centring, n * form.unscaled_covariance),
-        departures=departures,
-        ss_precision=np.sum((residuals - common) ** 2, axis=(0, 1)),
+        is_balanced=True,
+        pooled=pooled,
+        separate=pooled + contrasts,
+        contrasts=contrasts,
+        contrast_covariance=centring[:, None, :, None] * (n * form.unscaled_covariance)[:, None, :],
+        ss_precision=np.einsum("rkm,rkm->m", left, left),
         dof_precision=(n - 1) * (points - size),
-        ss_lack_of_fit=n * np.sum(common**2, axis=0),
+        ss_lack_of_fit=ss_lack_of_fit,
         dof_lack_of_fit=points - size,
-        point_means=rows.mean(axis=0),
+        point_effects=misfit,
+        ss_pooled_bias=ss_lack_of_fit,
+        ss_pooled_precision=ss_departures,
     )
 
 
@@ -83,26 +125,29 @@ def _unbalanced(form: LinearForm, layout: Layout, outputs: FloatArray) -> Replic
     weights = np.ones(rows) if form.weights is None else form.weights
     root = np.sqrt(weights)[:, None]
     separate, ss_separate = _separate_fits(form.basis * root, layout, outputs * root)
+    pooled = form.solve(outputs)
+    residuals = outputs - form.basis @ pooled
+    bias = _point_means(layout, residuals, weights)
     by_replication = np.zeros((rows, n, size))
     by_replication[np.arange(rows), layout.replication] = form.basis
-    blocks = by_replication.reshape(rows, n * size)
-    contrasts, covariance, rank = _contrasts(blocks, layout, outputs, weights)
-    moved = outputs - blocks @ contrasts
+    contrasts, covariance, rank = _contrasts(by_replication, layout, residuals, weights)
+    moved = residuals - by_replication.reshape(rows, -1) @ contrasts
     effects = _point_means(layout, moved, weights)
     ss_precision = np.sum((root * (moved - effects)) ** 2, axis=0)
     dof_precision = rows - layout.points - rank
-    dof_separate = rows - n * size
-    dof_lack_of_fit = dof_separate - dof_precision
     return ReplicatedSums(
+        is_balanced=False,
+        pooled=pooled,
         separate=separate,
         contrasts=contrasts.reshape(n, size, -1),
         contrast_covariance=covariance.reshape(n, size, n, size),
-        departures=outputs - effects,
         ss_precision=ss_precision,
         dof_precision=dof_precision,
         ss_lack_of_fit=np.maximum(ss_separate - ss_precision, 0.0),
-        dof_lack_of_fit=dof_lack_of_fit,
-        point_means=layout.mean_by_point(effects),
+        dof_lack_of_fit=rows - n * size - dof_precision,
+        point_effects=layout.mean_by_point(effects),
+        ss_pooled_bias=np.sum((root * bias) ** 2, axis=0),
+        ss_pooled_precision=np.sum((root * (residuals - bias)) ** 2, axis=0),
     )
 
 
@@ -120,15 +165,18 @@ def _separate_fits(basis: FloatArray, layout: Layout, outputs: FloatArray) -> tu
 def _contrasts(
     blocks: FloatArray, layout: Layout, outputs: FloatArray, weights: FloatArray
 ) -> tuple[FloatArray, FloatArray, int]:
-    """Least squares of the rows, free of point effects, on the replications' own bases: shortest solution,
-    Gram inverse, rank."""
-    centred = blocks - _point_means(layout, blocks, weights)
-    gram = centred.T @ (weights[:, None] * centred)
-    values, vectors = np.linalg.eigh(gram)
+    """Least squares of the rows, free of point effects, on the replications' own (N, n, P) bases, the contrasts adding
+    up to nothing: what all replications have in common belongs to the points. With Gram inverse and rank."""
+    n, size = blocks.shape[1:]
+    apart = np.linalg.qr(np.eye(n) - 1.0 / n)[0][:, :-1]
+    free = np.einsum("rni,nk->rki", blocks, apart).reshape(layout.rows, -1)
+    centred = free - _point_means(layout, free, weights)
+    values, vectors = np.linalg.eigh(centred.T @ (weights[:, None] * centred))
     kept = values > _EIGENVALUE_TOLERANCE * values[-1]
     inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
-    contrasts = inverse @ (centred.T @ (weights[:, None] * outputs))
-    return contrasts, inverse, int(kept.sum())
+    turn = np.kron(apart, np.eye(size))
+    contrasts = turn @ (inverse @ (centred.T @ (weights[:, None] * outputs)))
+    return contrasts, turn @ inverse @ turn.T, int(kept.sum())
 
 
 def _point_means(layout: Layout, values: FloatArray, weights: FloatArray) -> FloatArray:

@@ -4,6 +4,7 @@ Source: TP (72) to (74) for the intervals, GUM G.4.1 (Welch-Satterthwaite) for e
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ INFINITE_DOF = 1e7
 """Beyond this Student's t is the normal distribution to nine digits."""
 _FEW_DOF = 3.0
 _NORMAL_FACTOR = 1.9601
+NO_TEST = FTest(float("nan"), float("nan"), float("nan"), float("nan"), float("nan"), False)
 
 
 def t_quantile(level: float, dof: float | FloatArray) -> FloatArray:
@@ -35,26 +37,75 @@ def f_quantile(level: float, numerator_dof: float, denominator_dof: float) -> fl
     return float(fdtri(numerator_dof, denominator_dof, level))
 
 
-def f_test(variance_ratio: float, numerator_dof: float, denominator_dof: float, level: float = 0.95) -> FTest:
-    """A variance ratio against its limit, significance before any correction for several tests."""
+@dataclass(frozen=True)
+class FTestColumns:
+    """The same variance ratio of m sensor axes against one limit."""
+
+    t: FloatArray
+    """(m,); NaN where there is no test."""
+    f_95: float
+    p_value: FloatArray
+    """(m,)"""
+    numerator_dof: float
+    denominator_dof: float
+    is_significant: NDArray[np.bool_]
+    """(m,)"""
+
+    def of(self, column: int) -> FTest:
+        """The test of one axis; all NaN where there is none."""
+        t = float(self.t[column])
+        if np.isnan(t):
+            return NO_TEST
+        p_value, is_significant = float(self.p_value[column]), bool(self.is_significant[column])
+        return FTest(t, self.f_95, p_value, self.numerator_dof, self.denominator_dof, is_significant)
+
+
+def f_tests(
+    variance_ratios: Mapping[str, FloatArray], numerator_dof: float, denominator_dof: float, level: float = 0.95
+) -> dict[str, FTestColumns]:
+    """(m,) variance ratios by name against their limit, significance before any correction for several tests."""
+    if not (variance_ratios and numerator_dof > 0 and denominator_dof > 0):
+        return {name: _no_tests(ratios.size) for name, ratios in variance_ratios.items()}
     from scipy.special import fdtrc
 
     limit = f_quantile(level, numerator_dof, denominator_dof)
-    p_value = float(fdtrc(numerator_dof, denominator_dof, variance_ratio))
-    is_above = bool(variance_ratio > limit)
-    return FTest(variance_ratio, limit, p_value, numerator_dof, denominator_dof, is_above)
+    ratios = np.stack(list(variance_ratios.values()))
+    p_values, flags = fdtrc(numerator_dof, denominator_dof, ratios), ratios > limit
+    return {
+        name: FTestColumns(t, limit, p_value, numerator_dof, denominator_dof, is_above)
+        for name, t, p_value, is_above in zip(variance_ratios, ratios, p_values, flags, strict=True)
+    }
 
 
-def holm(p_values: Sequence[float], level: float = 0.05) -> tuple[bool, ...]:
-    """Which of several tests are significant when the chance of any false alarm is to stay at ``level``. NaN
-    never is."""
-    known = [index for index, p in enumerate(p_values) if not np.isnan(p)]
-    significant = [False] * len(p_values)
-    for rank, index in enumerate(sorted(known, key=lambda index: p_values[index])):
-        if p_values[index] > level / (len(known) - rank):
-            break
-        significant[index] = True
-    return tuple(significant)
+def _no_tests(size: int) -> FTestColumns:
+    nothing = np.full(size, np.nan)
+    return FTestColumns(nothing, np.nan, nothing, np.nan, np.nan, np.zeros(size, dtype=bool))
+
+
+def f_test(variance_ratio: float, numerator_dof: float, denominator_dof: float, level: float = 0.95) -> FTest:
+    """One variance ratio against its limit."""
+    return f_tests({"": np.array([variance_ratio])}, numerator_dof, denominator_dof, level)[""].of(0)
+
+
+def holm(p_values: FloatArray, level: float = 0.05) -> NDArray[np.bool_]:
+    """(m, q) which of q tests are significant when the chance of any false alarm among them is to stay at ``level``.
+    NaN never is."""
+    ascending = np.sort(p_values, axis=-1)
+    known = p_values.shape[-1] - np.isnan(p_values).sum(axis=-1, keepdims=True)
+    remaining = np.maximum(known - np.arange(p_values.shape[-1]), 1)
+    passed = np.logical_and.accumulate(ascending <= level / remaining, axis=-1)
+    return np.asarray(p_values <= np.where(passed, ascending, -1.0).max(axis=-1, keepdims=True))
+
+
+def after_holm(tests: Mapping[str, FTestColumns]) -> dict[str, FTestColumns]:
+    """The same tests, their significance after Holm's correction over all of them, axis by axis."""
+    if not tests:
+        return {}
+    flags = holm(np.stack([test.p_value for test in tests.values()], axis=-1)).T
+    return {
+        name: FTestColumns(test.t, test.f_95, test.p_value, test.numerator_dof, test.denominator_dof, flag)
+        for flag, (name, test) in zip(flags, tests.items(), strict=True)
+    }
 
 
 def effective_dof(directions: FloatArray, components: Sequence[VarianceComponent]) -> FloatArray:
@@ -66,21 +117,23 @@ def effective_dof(directions: FloatArray, components: Sequence[VarianceComponent
 
 
 def combined_dof(variances: FloatArray, dof: FloatArray) -> FloatArray:
-    """Effective degrees of freedom of sums of (c, m) variances estimated with (c,) degrees of freedom.
+    """Effective degrees of freedom of sums of (c, …) variances estimated with (c,) or (c, …) degrees of freedom.
 
     Welch-Satterthwaite, GUM (G.2b). It is too generous where a part has one or two degrees of freedom (two or three
     replications: 95 % intervals cover 86 to 93 %): there Student's factors are averaged with the variances as weights
     (Cochran and Cox), and the degrees of freedom are those that have this factor at 95 %.
     """
-    total = variances.sum(axis=0)
-    spread = (variances**2 / dof[:, None]).sum(axis=0)
+    dof = dof.reshape(*dof.shape, *[1] * (variances.ndim - dof.ndim))
+    total, there = variances.sum(axis=0), variances > 0.0
     with np.errstate(divide="ignore", invalid="ignore"):
+        spread = np.where(there, variances**2 / dof, 0.0).sum(axis=0)
         effective = np.where(spread > 0.0, total**2 / spread, np.inf)
-        if dof.min() < _FEW_DOF:
+        few = np.any(there & (dof < _FEW_DOF), axis=0)
+        if few.any():
             from scipy.special import stdtridf
 
-            factor = (variances * t_quantile(0.95, dof)[:, None]).sum(axis=0) / total
-            effective = np.where(factor > _NORMAL_FACTOR, stdtridf(0.975, factor), effective)
+            factor = np.where(there, variances * t_quantile(0.95, dof), 0.0).sum(axis=0) / total
+            effective = np.where(few & (factor > _NORMAL_FACTOR), stdtridf(0.975, factor), effective)
     return np.asarray(np.where(total > 0.0, effective, np.nan))
 
 
@@ -118,12 +171,3 @@ def prediction_halfwidth(
 
 def _quadratic(directions: FloatArray, covariance: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("mi,ij,mj->m", directions, covariance, directions))
-
-
-def significance(tests: Mapping[str, FTest]) -> Mapping[str, FTest]:
-    """The same tests, their significance after Holm's correction over all of them."""
-    from dataclasses import replace
-
-    names = list(tests)
-    flags = holm([tests[name].p_value for name in names])
-    return {name: replace(tests[name], is_significant=flag) for name, flag in zip(names, flags, strict=True)}

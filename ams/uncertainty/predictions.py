@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ams.errors import DesignError
 from ams.frames import Attitude
+from ams.models.drifting import DRIFT_NAME, REFERENCE_NAME, WithTime
 from ams.models.model import Model
 from ams.models.registry import MODELS, model_named
 from ams.models.thermal import TEMPERATURE_NAMES, WithTemperature
@@ -19,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 
 def model_of_solution(axis: AxisCalibration) -> Model:
-    """The model that a solution belongs to, temperature terms included.
+    """The model that a solution belongs to, temperature and time terms included.
 
     Raises:
         DesignError: the solution is of a model of the caller's own; its object is needed to predict.
@@ -28,12 +29,17 @@ def model_of_solution(axis: AxisCalibration) -> Model:
         raise DesignError(
             f"axis {axis.axis}: no model is known by the name {axis.model!r}; allowed {', '.join(MODELS)}"
         )
-    base = model_named(axis.model, axis.nominal_axis)
-    if TEMPERATURE_NAMES[0] not in axis.primary_names:
-        return base
-    reference = next(item.value for item in axis.parameters if item.name == "reference_temperature_degc")
-    assert reference is not None
-    return WithTemperature(base, reference)
+    model = model_named(axis.model, axis.nominal_axis)
+    references = {item.name: item.value for item in axis.parameters}
+    if TEMPERATURE_NAMES[0] in axis.primary_names:
+        reference_degc = references["reference_temperature_degc"]
+        assert reference_degc is not None
+        model = WithTemperature(model, reference_degc)
+    if DRIFT_NAME in axis.primary_names:
+        reference_s = references[REFERENCE_NAME]
+        assert reference_s is not None
+        model = WithTime(model, reference_s)
+    return model
 
 
 def confidence_halfwidth_v(axis: AxisCalibration, attitude: Attitude, level: float = 0.95) -> FloatArray:

@@ -51,19 +51,29 @@ class TableUncertainty:
         return {name: float(value / divisor) for name, value in stated.items()}
 
 
+def index_members(table: TableUncertainty, angles_rad: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
+    """Angle to (N, indices): the index that a row was taken at, times one standard uncertainty of it, radians."""
+    standard_rad = table.standard_rad()
+    return {
+        name: standard_rad[name] * _membership(angles_rad[name])
+        for name in ("pitch", "roll", "yaw")
+        if name in angles_rad and standard_rad[name] > 0.0
+    }
+
+
+def columns_of_members(members: Mapping[str, FloatArray], slopes_v_per_rad: Mapping[str, FloatArray]) -> FloatArray:
+    """(N, q) columns G, one per index in use, from :func:`index_members` and the slopes of one sensor axis."""
+    blocks = [slopes_v_per_rad[name][:, None] * block for name, block in members.items() if name in slopes_v_per_rad]
+    rows = next(iter(slopes_v_per_rad.values())).size
+    return np.hstack(blocks) if blocks else np.zeros((rows, 0))
+
+
 def index_columns(
     table: TableUncertainty, angles_rad: Mapping[str, FloatArray], slopes_v_per_rad: Mapping[str, FloatArray]
 ) -> FloatArray:
     """(N, q) columns G, one per index in use: output error that one standard uncertainty of that index causes,
     volts."""
-    standard_rad = table.standard_rad()
-    blocks = [
-        standard_rad[name] * slopes_v_per_rad[name][:, None] * _membership(angles_rad[name])
-        for name in ("pitch", "roll", "yaw")
-        if name in angles_rad and name in slopes_v_per_rad and standard_rad[name] > 0.0
-    ]
-    rows = next(iter(angles_rad.values())).size
-    return np.hstack(blocks) if blocks else np.zeros((rows, 0))
+    return columns_of_members(index_members(table, angles_rad), slopes_v_per_rad)
 
 
 def _membership(angle_rad: FloatArray) -> FloatArray:

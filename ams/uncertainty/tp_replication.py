@@ -4,7 +4,8 @@ Kept because its numbers are in print. Its tests assume that only one effect is 
 :mod:`ams.uncertainty.replication` keep their false-alarm rate when lack of fit and drift meet.
 """
 
-from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,8 @@ from numpy.typing import NDArray
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums
-from ams.solve.result import FTest, TpReplication
-from ams.uncertainty.intervals import f_quantile, f_test, significance
+from ams.solve.result import TpReplication
+from ams.uncertainty.intervals import FTestColumns, after_holm, f_quantile, f_tests
 
 FloatArray = NDArray[np.float64]
 
@@ -30,44 +31,51 @@ def f_bias(points: int, replications: int, parameters: int, level: float = 0.95)
     return f_quantile(level, points - parameters, points * (replications - 1))
 
 
+@dataclass(frozen=True)
+class TpColumns:
+    """TP's analysis of m sensor axes."""
+
+    sigma_bias_v: FloatArray
+    sigma_prec_v: FloatArray
+    bias: FTestColumns
+    drift: dict[str, FTestColumns]
+
+    def of(self, column: int) -> TpReplication:
+        """That of one axis."""
+        return TpReplication(
+            sigma_bias_v=float(self.sigma_bias_v[column]),
+            sigma_prec_v=float(self.sigma_prec_v[column]),
+            t_bias=float(self.bias.t[column]),
+            f_bias_95=float(self.bias.f_95),
+            drift={name: test.of(column) for name, test in self.drift.items()},
+        )
+
+
 def tp_replication(
-    form: LinearForm,
-    layout: Layout,
-    output_v: FloatArray,
-    sums: ReplicatedSums,
-    directions: Mapping[str, FloatArray],
-) -> TpReplication:
-    """Bias and drift from residuals pooled over all replications; ``directions`` are rows of (P,) by quantity."""
-    residuals = output_v - form.basis @ form.solve(output_v)
-    weights = np.ones(layout.rows) if form.weights is None else form.weights
-    readings = layout.sum_by_point(weights)
-    mean = layout.sum_by_point(weights * residuals) / readings
-    ss_bias = float(np.sum(readings * mean**2))
-    ss_prec = float(np.sum(weights * (residuals - mean[layout.point]) ** 2))
+    form: LinearForm, layout: Layout, sums: ReplicatedSums, names: Sequence[str], directions: FloatArray
+) -> TpColumns:
+    """Bias and drift from residuals pooled over all replications; ``directions`` (m, q, P) belong to ``names``."""
     rows, points, size = layout.rows, layout.points, form.basis.shape[1]
     dof_bias, dof_prec = points - size, rows - points
-    has_test = dof_bias > 0 and dof_prec > 0 and ss_prec > 0.0
-    return TpReplication(
-        sigma_bias_v=float(np.sqrt(ss_bias / rows)),
-        sigma_prec_v=float(np.sqrt(ss_prec / rows)),
-        t_bias=(ss_bias / dof_bias) / (ss_prec / dof_prec) if has_test else float("nan"),
-        f_bias_95=f_quantile(0.95, dof_bias, dof_prec) if has_test else float("nan"),
-        drift=_drift(form, layout, sums, directions),
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = (sums.ss_pooled_bias / max(dof_bias, 1)) / (sums.ss_pooled_precision / max(dof_prec, 1))
+    return TpColumns(
+        sigma_bias_v=np.sqrt(sums.ss_pooled_bias / rows),
+        sigma_prec_v=np.sqrt(sums.ss_pooled_precision / rows),
+        bias=f_tests({"": np.where(sums.ss_pooled_precision > 0.0, ratio, np.nan)}, dof_bias, dof_prec)[""],
+        drift=_drift(form, layout, sums, names, directions),
     )
 
 
 def _drift(
-    form: LinearForm, layout: Layout, sums: ReplicatedSums, directions: Mapping[str, FloatArray]
-) -> Mapping[str, FTest]:
-    n, size = layout.replications, form.basis.shape[1]
-    dof = layout.rows - n * size
-    within = float(sums.ss_precision[0] + sums.ss_lack_of_fit[0]) / dof if dof > 0 else 0.0
-    if within == 0.0:
-        return {}
-    spread = sums.separate[..., 0] - sums.separate[..., 0].mean(axis=0)
-    one_replication = n * form.unscaled_covariance
-    tests = {}
-    for quantity, direction in directions.items():
-        between = float(np.sum((spread @ direction) ** 2)) / (n - 1) / float(direction @ one_replication @ direction)
-        tests[quantity] = f_test(between / within, n - 1, dof)
-    return significance(tests)
+    form: LinearForm, layout: Layout, sums: ReplicatedSums, names: Sequence[str], directions: FloatArray
+) -> dict[str, FTestColumns]:
+    n = layout.replications
+    dof = layout.rows - n * form.basis.shape[1]
+    within = (sums.ss_precision + sums.ss_lack_of_fit) / max(dof, 1)
+    spread = sums.separate - sums.separate.mean(axis=0)
+    along = np.einsum("nim,mqi->mqn", spread, directions)
+    of_one = np.einsum("mqi,ij,mqj->mq", directions, n * form.unscaled_covariance, directions)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = np.sum(along**2, axis=-1) / (n - 1) / of_one / within[:, None]
+    return after_holm(f_tests(dict(zip(names, ratios.T, strict=True)), n - 1, dof))

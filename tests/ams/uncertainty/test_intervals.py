@@ -51,8 +51,8 @@ def test_a_certificate_alone_has_infinite_degrees_of_freedom_and_no_variance_has
 
 def test_holm_stops_at_the_first_test_that_is_not_significant() -> None:
     """Levels 0.05/4, 0.05/3, …: 0.010 ≤ 0.0125 passes, 0.020 > 0.0167 stops, and 0.022 falls with it."""
-    assert holm([0.020, 0.010, 0.022, 0.9]) == (False, True, False, False)
-    assert holm([0.020, float("nan"), 0.010]) == (True, False, True)
+    assert holm(np.array([0.020, 0.010, 0.022, 0.9])).tolist() == [False, True, False, False]
+    assert holm(np.array([0.020, np.nan, 0.010])).tolist() == [True, False, True]
 
 
 def test_an_f_test_at_its_limit_has_the_probability_of_its_level() -> None:

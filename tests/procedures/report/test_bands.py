@@ -93,4 +93,6 @@ def test_a_temperature_model_has_the_band_of_the_widest_temperature_it_visited()
     solution = calibrate(rows, CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0)).axes["x"]
     band = band_along(solution, rows, "pitch")
     cold = band_along(solution, replace(rows, temperature_degc=np.full(36, 20.0)), "pitch")
-    assert np.all(band.confidence_v > 1.05 * cold.confidence_v)
+    ratio = band.confidence_v / cold.confidence_v
+    assert ratio.min() >= 1.0
+    assert ratio.max() > 1.2

@@ -1,0 +1,109 @@
+"""A drift of the offset, linear in time within the run, for any model: v(t) = v + d (t − t0), t in hours.
+
+It is an ordinary parameter of the solution: estimated with the others, with its covariance and its interval. The
+reference time t0 is the middle of the run, so that offset and drift hardly depend on one another; where a model is
+evaluated without a time it stands at t0. Source: TP 8 (drift over time), recommendation 4 (orders of the points that
+keep time orthogonal to pitch).
+"""
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import ObservationsError
+from ams.models.model import Model, Stimulus
+from ams.observations import Observations
+
+FloatArray = NDArray[np.float64]
+
+DRIFT_NAME: Final = "offset_drift_v_per_h"
+REFERENCE_NAME: Final = "reference_time_s"
+SECONDS_PER_HOUR: Final = 3600.0
+
+
+@dataclass(frozen=True)
+class WithTime:
+    """A model with the drift behind its own parameters."""
+
+    base: Model
+    reference_s: float
+
+    @property
+    def name(self) -> str:
+        return self.base.name
+
+    @property
+    def convention(self) -> str:
+        return self.base.convention
+
+    @property
+    def nominal_axis(self) -> str:
+        return self.base.nominal_axis
+
+    @property
+    def primary_names(self) -> tuple[str, ...]:
+        return (*self.base.primary_names, DRIFT_NAME)
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        return (*self.base.parameter_names, DRIFT_NAME, REFERENCE_NAME)
+
+    @property
+    def fixed(self) -> Mapping[str, tuple[float, float]]:
+        return self.base.fixed
+
+    @property
+    def basis_key(self) -> Hashable | None:
+        return None if self.base.basis_key is None else (self.base.basis_key, "time", self.reference_s)
+
+    def basis(self, stimulus: Stimulus) -> FloatArray:
+        return np.column_stack([self.base.basis(stimulus), self._hours(stimulus)])
+
+    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
+        return np.append(self.base.start(stimulus, output_v), 0.0)
+
+    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        return np.asarray(self.base.predict(primary[:-1], stimulus) + primary[-1] * self._hours(stimulus))
+
+    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        return np.column_stack([self.base.jacobian(primary[:-1], stimulus), self._hours(stimulus)])
+
+    def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
+        return self.base.angle_jacobian(primary[:-1], stimulus)
+
+    def parameters(self, primary: FloatArray) -> FloatArray:
+        reference = np.broadcast_to(self.reference_s, (*primary.shape[:-1], 1))
+        return np.concatenate([self.base.parameters(primary[..., :-1]), primary[..., -1:], reference], axis=-1)
+
+    def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
+        base = self.base.parameters_jacobian(primary[:-1])
+        rows = np.zeros((base.shape[0] + 2, base.shape[1] + 1))
+        rows[:-2, :-1] = base
+        rows[-2, -1] = 1.0
+        return rows
+
+    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
+        return self.base.undetermined(primary[:-1], covariance[:-1, :-1])
+
+    def _hours(self, stimulus: Stimulus) -> FloatArray:
+        if stimulus.time_s is None:
+            return np.zeros_like(stimulus.pitch_rad)
+        return np.asarray((stimulus.time_s - self.reference_s) / SECONDS_PER_HOUR)
+
+
+def with_time(base: Model, observations: Observations) -> WithTime:
+    """The drift about the middle of the observations.
+
+    Raises: ObservationsError where no times were recorded, or all rows have the same.
+    """
+    time = observations.time_s
+    if time is None or not np.ptp(time) > 0.0:
+        found = "no times were recorded" if time is None else "all rows have the same time"
+        raise ObservationsError(
+            f"{observations.source}: time term: {found}; nothing was solved; "
+            "give a column time_s or leave the time term out"
+        )
+    return WithTime(base, float(0.5 * (time.min() + time.max())))

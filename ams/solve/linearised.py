@@ -1,0 +1,167 @@
+"""Sensor axes as y = basis·(free primary parameters): exactly, or at the solution of their own iteration."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import DesignError, SolveError
+from ams.frames import Attitude
+from ams.models.drifting import DRIFT_NAME
+from ams.models.model import Model, Stimulus
+from ams.models.thermal import TEMPERATURE_NAMES
+from ams.observations import Observations
+from ams.solve.gauss_newton import Convergence, gauss_newton
+from ams.solve.layout import Layout
+from ams.solve.linear_form import LinearForm, factor, repeated
+
+FloatArray = NDArray[np.float64]
+
+SHARED = MappingProxyType({**dict.fromkeys(TEMPERATURE_NAMES, "temperature_degc"), DRIFT_NAME: "time_s"})
+"""Parameters that are seen across replications, not in each of them, with the column of the rows they go with."""
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """m sensor axes of the same rows; their models differ at most in the nominal axis."""
+
+    models: tuple[Model, ...]
+    """(m)"""
+    form: LinearForm
+    alone: LinearForm
+    """The part that a replication determines by itself; the same object as ``form`` where that is all."""
+    outputs_v: FloatArray
+    """(N, m) less what the fixed parameters do."""
+    convergence: Convergence | None
+    block: Attitude
+    """What the rows were exposed to; the first rows only where the basis repeats."""
+
+    @property
+    def model(self) -> Model:
+        return self.models[0]
+
+    @cached_property
+    def free(self) -> NDArray[np.intp]:
+        """Places of the free primary parameters."""
+        return _free(self.model)
+
+    def complete(self, free_values: FloatArray) -> FloatArray:
+        """(…, P) primary parameters from the free ones: the fixed ones put in their places."""
+        return _complete(self.model, self.free, free_values)
+
+    def placed(self, free_covariance: FloatArray) -> FloatArray:
+        """(…, P, P) from (…, F, F): fixed parameters have none."""
+        size = len(self.model.primary_names)
+        if self.free.size == size:
+            return free_covariance
+        covariance = np.zeros((*free_covariance.shape[:-2], size, size))
+        covariance[..., self.free[:, None], self.free] = free_covariance
+        return covariance
+
+
+def linearise(
+    models: Sequence[Model],
+    rows: Observations,
+    layout: Layout,
+    outputs_v: FloatArray,
+    weights: FloatArray | None,
+) -> Linearised:
+    """Models alike but for the nominal axis and their (N, m) outputs; one axis at a time where there is no basis.
+
+    Raises:
+        DesignError: too few rows, or the points leave a direction of the parameters undetermined.
+        SolveError: the iteration of a model that is not linear did not converge.
+    """
+    model, free = models[0], _free(models[0])
+    if rows.rows == free.size:
+        raise DesignError(
+            f"{rows.source}: {rows.rows} observations determine {free.size} parameters and leave nothing to judge the "
+            f"error by: allowed {free.size + 1} or more; nothing was solved; add points or replications"
+        )
+    names = [model.primary_names[i] for i in free]
+    convergence, stimulus, times = None, _stimulus(rows), 1
+    if model.basis_key is None:
+        assert len(models) == 1
+        basis, outputs_v, convergence = _at_solution(model, free, names, rows, outputs_v[:, 0], weights)
+    else:
+        if weights is None and _repeats(stimulus, layout):
+            stimulus, times = _first(stimulus, layout.points), layout.replications
+        basis = model.basis(stimulus)
+        if model.fixed:
+            outputs_v = outputs_v - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
+    form = repeated(factor(basis, names, stimulus, weights), times)
+    own = free.size - sum(name in SHARED for name in names)
+    alone = form if own == free.size else repeated(factor(basis[:, :own], names[:own], stimulus, weights), times)
+    return Linearised(tuple(models), form, alone, outputs_v, convergence, stimulus)
+
+
+def _stimulus(rows: Observations) -> Attitude:
+    return Attitude(**{entry.name: getattr(rows, entry.name) for entry in fields(Attitude)})
+
+
+def _columns(stimulus: Attitude) -> dict[str, FloatArray]:
+    everything = {entry.name: getattr(stimulus, entry.name) for entry in fields(stimulus)}
+    return {name: values for name, values in everything.items() if values is not None}
+
+
+def _repeats(stimulus: Attitude, layout: Layout) -> bool:
+    """The rows stand replication by replication, each with the same points at exactly the same stimulus."""
+    if not layout.is_complete or layout.order is not None:
+        return False
+    blocks = (values.reshape(layout.replications, -1) for values in _columns(stimulus).values())
+    return all(np.array_equal(block[1:], np.broadcast_to(block[0], block[1:].shape)) for block in blocks)
+
+
+def _first(stimulus: Attitude, count: int) -> Attitude:
+    return Attitude(**{name: values[:count] for name, values in _columns(stimulus).items()})
+
+
+def shared_regressors(model: Model, rows: Observations) -> tuple[FloatArray, ...]:
+    """(N,) columns of the rows that estimated parameters go with which a replication does not determine by itself."""
+    columns = {SHARED[name] for name in model.primary_names if name in SHARED and name not in model.fixed}
+    return tuple(np.asarray(getattr(rows, column)) for column in sorted(columns))
+
+
+def _free(model: Model) -> NDArray[np.intp]:
+    return np.array([i for i, name in enumerate(model.primary_names) if name not in model.fixed])
+
+
+def _complete(model: Model, free: NDArray[np.intp], values: FloatArray) -> FloatArray:
+    fixed: Mapping[str, tuple[float, float]] = model.fixed
+    if not fixed:
+        return values
+    primary = np.empty((*values.shape[:-1], len(model.primary_names)))
+    primary[..., free] = values
+    for name, (value, _) in fixed.items():
+        primary[..., model.primary_names.index(name)] = value
+    return primary
+
+
+def _at_solution(
+    model: Model,
+    free: NDArray[np.intp],
+    names: list[str],
+    rows: Stimulus,
+    output_v: FloatArray,
+    weights: FloatArray | None,
+) -> tuple[FloatArray, FloatArray, Convergence]:
+    """Gauss-Newton, TP (43) to (50), from the model's own start; the rest of the story is told at its answer."""
+    result = gauss_newton(
+        lambda values: model.predict(_complete(model, free, values), rows),
+        lambda values: model.jacobian(_complete(model, free, values), rows)[:, free],
+        model.start(rows, output_v)[free],
+        output_v,
+        names,
+        None if weights is None else 1.0 / weights,
+    )
+    if result.convergence.reason == "iterations":
+        raise SolveError(
+            f"Gauss-Newton: {model.name} with {', '.join(names)}: no convergence in {result.convergence.iterations} "
+            f"iterations: last step {result.convergence.last_step_in_standard_uncertainties:.2g} "
+            "standard uncertainties, allowed 1e-6; nothing is reported; look at the residuals for a wrong row"
+        )
+    basis = model.jacobian(_complete(model, free, result.estimate), rows)[:, free]
+    return basis, (result.residuals + basis @ result.estimate)[:, None], result.convergence
