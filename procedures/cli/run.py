@@ -1,6 +1,5 @@
 """``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,6 +25,8 @@ def run(
     operator: str | None = None,
     rehearse: Flag = False,
     archive: str | None = None,
+    alerts: Path | None = None,
+    allow_network_folder: Flag = False,
     json: Flag = False,
 ) -> int:
     """Run a procedure on a rig, then solve, archive, report and export.
@@ -47,21 +48,28 @@ def run(
     archive
         URL of the archive; by default CALRIG_ARCHIVE, else the user's own. Simulated runs are archived beside their
         run unless this is given.
+    alerts
+        File that says who is told of a hold, a trip and the end; by default alerts.toml in the user's configuration.
+    allow_network_folder
+        Keep the journal on a network or synchronised folder, against all advice.
     json
         Print one JSON document at the end.
     """
+    from procedures.cli.attend import attended
     from procedures.description import read_procedure
     from procedures.plan.planner import make_plan
     from procedures.run.begin import begin
     from procedures.run.header import make_header
-    from procedures.run.progress import shown_on
+    from procedures.run.place import require_local
     from rig.assembly import open_rig
-    from rig.clock import SystemClock
+    from rig.clock import SystemClock, VirtualClock
     from rig.description import read_rig
 
     described, asked = read_rig(rig), read_procedure(procedure)
     plan = make_plan(described, asked)
     performed = described.all_on_twins() if rehearse else described
+    if not allow_network_folder:
+        require_local(out)
     with open_rig(performed, rig_file=None if rehearse else rig, purpose="run") as opened:
         opened.identities()  # a device that is silent is told before anything is written
         now = SystemClock().now_utc()
@@ -70,8 +78,9 @@ def run(
         header = make_header(
             folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
         )
-        with shown_on(sys.stderr) as observer:
-            outcome = begin(folder, header, plan, opened, observer)
+        is_virtual = isinstance(opened.clock, VirtualClock)
+        with attended(plan.title, alerts, is_virtual=is_virtual) as (observer, care):
+            outcome = begin(folder, header, plan, opened, observer, care=care)
     return conclude(folder, outcome, archive, json=json)
 
 
@@ -82,6 +91,8 @@ def resume(
     operator: str | None = None,
     reason: str | None = None,
     archive: str | None = None,
+    alerts: Path | None = None,
+    allow_network_folder: Flag = False,
     json: Flag = False,
 ) -> int:
     """Continue a run after a crash, a stop or a trip: home, measure the check set again, compare, go on.
@@ -96,10 +107,15 @@ def resume(
         Why; needed after a trip.
     archive
         URL of the archive, as for `calrig run`.
+    alerts
+        As for `calrig run`.
+    allow_network_folder
+        As for `calrig run`.
     json
         Print one JSON document at the end.
     """
-    from procedures.run.progress import shown_on
+    from procedures.cli.attend import attended
+    from procedures.run.place import require_local
     from procedures.run.resume import resume as resume_run
     from procedures.run.states import State
     from procedures.run.status import status
@@ -108,9 +124,24 @@ def resume(
     if operator is None and status(folder).state is State.TRIPPED:
         raise RequestError(f"{folder}: the run is tripped: a person must answer for it; give --operator and --reason")
     note(str(folder))
-    with shown_on(sys.stderr) as observer:
-        outcome = resume_run(folder, operator or login_name(), reason or "", observer)
+    if not allow_network_folder:
+        require_local(folder)
+    title, is_virtual = title_and_time(folder)
+    with attended(title, alerts, is_virtual=is_virtual) as (observer, care):
+        outcome = resume_run(folder, operator or login_name(), reason or "", observer, care=care)
     return conclude(folder, outcome, archive, json=json)
+
+
+def title_and_time(folder: Path) -> tuple[str, bool]:
+    """Title of a run, and whether it runs in virtual time. Raises: JournalError."""
+    from procedures.run.journal_reader import JournalReader
+    from rig.assembly import choose_clock
+    from rig.clock import VirtualClock
+    from rig.description import rig_from_json
+
+    with JournalReader.open(folder) as reader:
+        clock = choose_clock(rig_from_json(reader.header.rig_json))
+        return reader.header.title, isinstance(clock, VirtualClock)
 
 
 def conclude(folder: Path, outcome: "Outcome", archive: str | None, *, json: bool) -> int:

@@ -1,6 +1,6 @@
 """What surrounds a run beside its rig, its journal and its screen: all of it may be left out."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -9,9 +9,11 @@ from procedures.run.precautions import Precautions, precautions_of
 from procedures.run.space import free_bytes
 from rig.description import rig_from_json
 
+Pulse = Callable[[], Sequence[Mapping[str, object]]]
 
-def _nothing() -> None:
-    return None
+
+def _nothing() -> Sequence[Mapping[str, object]]:
+    return ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,8 +21,9 @@ class Care:
     """Collaborators of an unattended run."""
 
     precautions: Precautions = field(default_factory=Precautions)
-    pulse: Callable[[], None] = _nothing
-    """Called at every look of every wait: a heartbeat goes out while the engine really lives."""
+    pulse: Pulse = _nothing
+    """Called at every look of every wait: a heartbeat goes out while the engine really lives. What it returns, such as
+    what became of an alert, is journalled."""
     free_bytes: Callable[[Path], int] = free_bytes
     """Of the disk that holds a folder."""
     second_place: Path | None = None

@@ -89,7 +89,12 @@ def run(
     done = sum(dwell.accepted and dwell.purpose == "design" for dwell in history.dwells)
     counts = (done, len(plan.design_dwells), plan.replications)
     trail = Trail(journal, rig.clock, observer or SilentObserver(), start.state, counts)
-    steering = Steering(spool, rig.clock, idle_clock or SystemClock(), trail.request, care.pulse)
+
+    def pulse() -> None:
+        for told in care.pulse():
+            trail.event("alert", told)
+
+    steering = Steering(spool, rig.clock, idle_clock or SystemClock(), trail.request, pulse)
     watch = Watch(rig, care.precautions, steering, trail.event)
     is_attended = idle_clock is not None or not isinstance(rig.clock, VirtualClock)
 

@@ -29,6 +29,7 @@ _DWELLS_WITHOUT_SAMPLES = (
 )
 _DWELLS = _DWELLS_WITHOUT_SAMPLES.replace("NULL", "samples")
 _LEFT = "it was left as it is"
+_SALVAGE = "calrig salvage takes the rest into a new folder, where a resume measures it again"
 
 
 class JournalReader:
@@ -169,10 +170,10 @@ class JournalReader:
         for _, step, attempt, epoch, accepted, text, samples, digest in self._rows(_DWELLS):
             name = f"{self.path}: the dwell of step {step}, attempt {attempt}, epoch {epoch}"
             if hash_dwell(text, samples) != digest or told.get((step, attempt, epoch)) != digest:
-                raise JournalError(f"{name} is not as it was written (SHA-256 differs); {_LEFT}; measure it again")
+                raise JournalError(f"{name} is not as it was written (SHA-256 differs); {_LEFT}; {_SALVAGE}")
             record = decode_dwell(text, samples, digest)
             if (record.step, record.attempt, record.epoch, record.accepted) != (step, attempt, epoch, bool(accepted)):
-                raise JournalError(f"{name} is filed under another key than its own; {_LEFT}; measure it again")
+                raise JournalError(f"{name} is filed under another key than its own; {_LEFT}; {_SALVAGE}")
             found += 1
         if found != len(told):
             raise JournalError(f"{self.path}: {len(told)} dwells were committed, {found} are there; {_LEFT}")

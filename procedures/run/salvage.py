@@ -1,13 +1,13 @@
 """Take out of a damaged journal whatever is provably as it was written, into a new file; the old one stays untouched.
 
 The header must be whole. Events are taken as long as their chain holds; a dwell is taken where its SHA-256 is that
-which a kept event tells. Dwells that are told of but damaged are named in a last event, ``quarantined``: a resume on
-the new file measures them again.
+which a kept event tells. Dwells that are told of but damaged are named in an event, ``quarantined``, and a finished
+run that lost some is stopped: a resume on the new file measures them again.
 """
 
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from procedures.errors import JournalError
 from procedures.run.encoding import compact_json, hash_dwell, hash_event
 from procedures.run.header import sha256
+from procedures.run.states import State
 from procedures.run.storage import (
     JOURNAL_FILE,
     SCHEMA,
@@ -72,7 +73,18 @@ def _copied(source: Path, scratch: Path) -> Path:
     log = source.with_name(source.name + "-wal")
     if log.exists():
         shutil.copyfile(log, copy.with_name(copy.name + "-wal"))
+    _fill_up(copy)
     return copy
+
+
+def _fill_up(copy: Path) -> None:
+    """SQLite opens nothing of a file that is shorter than it says; with empty pages at its end it reads the rest."""
+    with open(copy, "r+b") as file:
+        start = file.read(32)
+        page = int.from_bytes(start[16:18], "big")
+        told = (65536 if page == 1 else page) * int.from_bytes(start[28:32], "big")
+        if file.seek(0, 2) < told:
+            file.truncate(told)
 
 
 class _Rows:
@@ -138,17 +150,17 @@ def _opened(copy: Path, source: Path) -> _Rows:
 
 
 def _written(rows: _Rows, source: Path, path: Path, clock: Clock) -> Salvaged:
-    events = list(rows.events())
-    told = _told(events)
+    kept = list(rows.events())
+    told = _told(kept)
     whole = [row for row in rows.dwells() if hash_dwell(row[5], row[6]) == row[7] == told.get((row[1], row[2], row[3]))]
     lost = sorted(told.keys() - {(row[1], row[2], row[3]) for row in whole})
     promised = _promised(source)
-    detail = {
-        "dwells": [list(key) for key in lost],
-        "from": str(source),
-        "events_kept": len(events),
-        "events_promised": promised,
-    }
+    keys = [list(key) for key in lost]
+    detail = {"dwells": keys, "from": str(source), "events_kept": len(kept), "events_promised": promised}
+    events = [*kept, _next_event(kept, rows.header[1], QUARANTINED, detail, clock)]
+    if lost and _state(kept) is State.FINISHED:
+        stopped = {"from": State.FINISHED, "to": State.STOPPED, "by": "", "reason": "salvage left dwells to measure"}
+        events.append(_next_event(events, rows.header[1], "state", stopped, clock))
     path.parent.mkdir(parents=True, exist_ok=True)
     new_file = path.with_name(path.name + ".new")
     new_file.unlink(missing_ok=True)
@@ -159,15 +171,12 @@ def _written(rows: _Rows, source: Path, path: Path, clock: Clock) -> Salvaged:
         connection.execute("INSERT INTO header VALUES (1, ?, ?)", rows.header)
         connection.executemany("INSERT INTO events VALUES (?, ?, ?, ?, ?, ?)", events)
         connection.executemany("INSERT INTO dwells VALUES (?, ?, ?, ?, ?, ?, ?, ?)", _renumbered(whole))
-        connection.execute(
-            "INSERT INTO events VALUES (?, ?, ?, ?, ?, ?)", _last_event(events, rows.header[1], detail, clock)
-        )
         connection.execute("COMMIT")
     connection.close()
     put_in_place(new_file, path)
-    CommittedCount(path).write(str(json.loads(rows.header[0])["run_id"]), len(events) + 1, len(whole))
+    CommittedCount(path).write(str(json.loads(rows.header[0])["run_id"]), len(events), len(whole))
     names = tuple(f"step {step}, attempt {attempt}, epoch {epoch}" for step, attempt, epoch in lost)
-    return Salvaged(path, len(events), len(whole), names, promised)
+    return Salvaged(path, len(kept), len(whole), names, promised)
 
 
 def _told(events: list[tuple[Any, ...]]) -> dict[Key, str]:
@@ -188,13 +197,18 @@ def _renumbered(rows: list[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
         yield (number, *row[1:])
 
 
-def _last_event(
-    events: list[tuple[Any, ...]], header_sha256: str, detail: dict[str, object], clock: Clock
+def _next_event(
+    events: list[tuple[Any, ...]], header_sha256: str, kind: str, detail: Mapping[str, object], clock: Clock
 ) -> tuple[Any, ...]:
     previous, sequence = (events[-1][5], len(events) + 1) if events else (header_sha256, 1)
-    utc, monotonic_s, text = clock.now_utc().isoformat(), clock.monotonic_s(), compact_json(detail)
-    digest = hash_event(previous, sequence, utc, monotonic_s, QUARANTINED, text)
-    return sequence, utc, monotonic_s, QUARANTINED, text, digest
+    utc, monotonic_s, text = clock.now_utc().isoformat(), clock.monotonic_s(), compact_json(dict(detail))
+    digest = hash_event(previous, sequence, utc, monotonic_s, kind, text)
+    return sequence, utc, monotonic_s, kind, text, digest
+
+
+def _state(events: list[tuple[Any, ...]]) -> State | None:
+    states = [json.loads(text)["to"] for *_, kind, text, _ in events if kind == "state"]
+    return State(states[-1]) if states else None
 
 
 def _promised(source: Path) -> int:

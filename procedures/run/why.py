@@ -50,14 +50,14 @@ def explain(run_dir: Path, reason: str = "", positions_deg: Mapping[str, float] 
 
     ``reason``: where the journal could not take it. ``positions_deg``: read back at rest.
     """
-    from ams.errors import SetError
+    from ams.errors import WriteFailed
     from ams.sets.whole_file import write_whole
 
     try:
         why = read_why(run_dir, reason, positions_deg or {})
         write_whole(run_dir / PAGE, _environment().get_template("why.html.j2").render(why=why).encode("utf-8"))
         write_whole(run_dir / TEXT, text_of(why).encode("utf-8"))
-    except (ProcedureError, SetError):
+    except (ProcedureError, WriteFailed):
         return  # the disk that refused the page has refused the journal, too: that is told by the outcome
 
 

@@ -1,0 +1,61 @@
+"""How an alert gets out: a local command, apprise, a heartbeat. Each call may block; the desk gives it a deadline."""
+
+import subprocess
+import urllib.request
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from procedures.alerts.settings import is_web
+
+
+class NotDelivered(Exception):
+    """A message did not get out, and why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """What somebody should know."""
+
+    subject: str
+    text: str
+
+
+def by_command(command: Sequence[str], message: Message, deadline_s: float) -> None:
+    """Raises: NotDelivered."""
+    try:
+        done = subprocess.run(  # noqa: S603  the user's own command, without a shell
+            list(command), input=f"{message.subject}\n\n{message.text}\n", text=True, capture_output=True,
+            timeout=deadline_s, check=False,
+        )  # fmt: skip
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise NotDelivered(f"command {command[0]}: {error}") from None
+    if done.returncode:
+        raise NotDelivered(f"command {command[0]}: exit status {done.returncode}: {done.stderr.strip()[:200]}")
+
+
+def by_apprise(urls: Sequence[str], message: Message) -> None:
+    """apprise says only that something failed, so the message names the services, never their addresses.
+
+    Raises: NotDelivered.
+    """
+    import apprise
+
+    for url in urls:
+        service, sender = url.partition("://")[0], apprise.Apprise()
+        if not sender.add(url):
+            raise NotDelivered(f"apprise: {service}://… is no address that it knows")
+        if not sender.notify(title=message.subject, body=message.text):
+            raise NotDelivered(f"apprise: {service}://… did not take the message")
+
+
+def beat(target: str, deadline_s: float) -> None:
+    """Touch the file or fetch the address. Raises: NotDelivered."""
+    try:
+        if not is_web(target):
+            Path(target).touch()
+            return
+        with urllib.request.urlopen(target, timeout=deadline_s) as answer:  # noqa: S310  http and https only
+            answer.read(1024)
+    except (OSError, ValueError) as error:
+        raise NotDelivered(f"heartbeat: {error}") from None

@@ -1,0 +1,65 @@
+"""``alerts.toml``: who is told, how, and how often. It is no part of a run, so no address gets into a journal."""
+
+from pathlib import Path
+from typing import Annotated, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from rig.errors import DescriptionError
+from rig.settings import Positive
+from rig.toml_file import StrictTable, as_tuple, read_toml
+
+
+class AlertSettings(StrictTable):
+    """The whole file; everything in it is optional."""
+
+    urls: tuple[str, ...] = ()
+    """Addresses of apprise, such as ``mailto://…`` or ``ntfy://…``; needs ``pip install 'calrig[alerts]'``."""
+    command: tuple[str, ...] = ()
+    """Program and arguments; subject and text come on its standard input."""
+    every_h: Positive | None = None
+    """A word on progress so often."""
+    heartbeat: str | None = None
+    """A file that is touched or an ``http(s)://`` address that is fetched while the run lives."""
+    heartbeat_every_s: Annotated[float, Field(ge=5.0)] = 60.0
+    least_gap_s: Positive = 600.0
+    """The same alert is not told again sooner."""
+    deadline_s: Annotated[float, Field(gt=0.0, le=300.0)] = 30.0
+    """So long a message may take before it counts as lost."""
+
+    @field_validator("urls", "command", mode="before")
+    @classmethod
+    def _lists_are_tuples(cls, value: object) -> object:
+        return as_tuple(value)
+
+    @model_validator(mode="after")
+    def _heartbeat_is_file_or_web(self) -> Self:
+        if self.heartbeat is not None and "://" in self.heartbeat and not is_web(self.heartbeat):
+            raise ValueError("heartbeat must be a file, http://… or https://…")
+        return self
+
+
+def is_web(address: str) -> bool:
+    return address.startswith(("http://", "https://"))
+
+
+def read_alerts(path: Path) -> AlertSettings:
+    """Raises: DescriptionError naming every mistake; also where apprise is asked for and not installed."""
+    settings = read_toml(path).validate(AlertSettings)
+    if settings.urls:
+        from importlib.util import find_spec
+
+        if find_spec("apprise") is None:
+            raise DescriptionError(
+                f"{path}: urls: needs apprise, which is not installed; nothing was started; "
+                "pip install 'calrig[alerts]', or use command"
+            )
+    return settings
+
+
+def default_alerts() -> AlertSettings | None:
+    """The user's own file, where there is one. Raises as :func:`read_alerts`."""
+    from platformdirs import user_config_path
+
+    path = user_config_path("calrig") / "alerts.toml"
+    return read_alerts(path) if path.exists() else None

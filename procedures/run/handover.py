@@ -1,0 +1,91 @@
+"""The whole state of a run on one page, for whoever takes over the shift."""
+
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+from procedures.run.advice import advice
+from procedures.run.journal_reader import JournalReader
+from procedures.run.records import DwellRecord, Event
+from procedures.run.states import ACTIVE, State
+from procedures.run.status import status
+
+_MOST = 8
+
+
+def handover(run_dir: Path) -> str:
+    """Text of at most a page. Raises: JournalError."""
+    stands = status(run_dir)
+    with JournalReader.open(run_dir) as reader:
+        header, events = reader.header, list(reader.events())
+        dwells, quarantined = list(reader.dwells(with_samples=False)), reader.quarantined()
+    last = next(event for event in reversed(events) if event.kind == "state")
+    cause = str(last.detail.get("cause", ""))
+    lines = [
+        f"{header.title}",
+        f"run        {run_dir}",
+        f"state      {stands.state} since {last.utc:%Y-%m-%d %H:%M} UTC{_reason(last)}",
+        f"progress   {stands.dwells_done} of {stands.dwells_planned} dwells of the design",
+        *([f"ends       {stands.eta_utc:%Y-%m-%d %H:%M} UTC, as it goes now"] if stands.eta_utc else []),
+        f"operator   {header.operator} began it {header.created_utc:%Y-%m-%d %H:%M} UTC"
+        f"{', simulated' if header.is_simulated else ''}",
+        f"mounting   {max((dwell.mounting for dwell in dwells), default=1)}",
+        *_temperatures(dwells),
+        *_rejected(dwells),
+        *[f"damaged    {name}" for name in quarantined],
+        *_listed("stops", [event for event in events if event.kind == "state" and event.detail.get("cause")]),
+        *_listed("notes", [event for event in events if event.kind == "note"]),
+        *_listed("taken back", [event for event in events if event.kind == "voided"]),
+        "",
+        f"next       {_next(run_dir, stands.state, cause)}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _next(run_dir: Path, state: State, cause: str) -> str:
+    if state in (State.HELD, State.TRIPPED):
+        return advice(cause).replace("RUN", str(run_dir))
+    if state in ACTIVE:
+        return f"nothing; calrig status {run_dir} shows how far it is, calrig stop {run_dir} ends it after the dwell"
+    if state in (State.STOPPED, State.INTERRUPTED):
+        return f"calrig resume {run_dir}"
+    return f"calrig solve {run_dir}" if state is State.FINISHED else "this run has ended; begin a new one"
+
+
+def _reason(event: Event) -> str:
+    return f": {event.detail['reason']}" if event.detail.get("reason") else ""
+
+
+def _temperatures(dwells: Iterable[DwellRecord]) -> Iterable[str]:
+    seen: dict[str, list[float]] = {}
+    for dwell in dwells:
+        for name, degc in dwell.temperature_degc.items():
+            seen.setdefault(name, []).append(degc)
+    for name, values in seen.items():
+        yield f"{name:<10} {values[-1]:.2f} degC, from {min(values):.2f} to {max(values):.2f} degC so far"
+
+
+def _rejected(dwells: Iterable[DwellRecord]) -> Iterable[str]:
+    reasons = Counter(
+        reason.partition(":")[0] + _kind(reason)
+        for dwell in dwells
+        if not dwell.accepted
+        for reason in dwell.reasons[:1]
+    )
+    if reasons:
+        told = "; ".join(f"{count} × {reason}" for reason, count in reasons.most_common(4))
+        yield f"rejected   {sum(reasons.values())} dwells: {told}"
+
+
+def _kind(reason: str) -> str:
+    return ":" + reason.partition(":")[2].partition(":")[0][:40]
+
+
+def _listed(name: str, events: list[Event]) -> Iterable[str]:
+    if not events:
+        return
+    yield f"{name} ({len(events)})"
+    for event in events[-_MOST:]:
+        told = event.detail.get("text") or event.detail.get("reason") or event.detail.get("to")
+        by = f" {event.detail['by']}:" if event.detail.get("by") else ""
+        yield f"  {event.utc:%m-%d %H:%M}{by} {told}"

@@ -1,0 +1,94 @@
+"""Where a run may live: a local folder that nobody synchronises.
+
+SQLite's write-ahead log needs shared memory and locks that network file systems do not give, and a synchroniser that
+copies or replaces a file behind the engine's back tears journal and log apart.
+"""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from procedures.errors import RequestError
+
+NETWORK = frozenset(
+    (
+        "nfs",
+        "nfs4",
+        "cifs",
+        "smb",
+        "smb2",
+        "smb3",
+        "smbfs",
+        "afs",
+        "ncpfs",
+        "ceph",
+        "glusterfs",
+        "lustre",
+        "beegfs",
+        "davfs",
+        "fuse.davfs",
+        "fuse.davfs2",
+        "fuse.sshfs",
+        "fuse.rclone",
+        "fuse.s3fs",
+        "fuse.gcsfuse",
+        "fuse.glusterfs",
+        "fuse.mergerfs",
+        "fuse.smbnetfs",
+        "fuse.google-drive-ocamlfuse",
+        "vboxsf",
+        "vmhgfs",
+        "fuse.vmhgfs-fuse",
+        "drvfs",
+    )
+)
+"""File system types as the kernel names them."""
+SYNCED = re.compile(
+    r"^(dropbox|onedrive|google ?drive|icloud ?drive|nextcloud|owncloud|box sync|seafile|cloudstorage)\b", re.I
+)
+MARKERS = (".stfolder", ".dropbox", ".dropbox.cache", ".nextcloudsync.log", ".owncloudsync.log", ".seafile-data")
+"""What synchronisers leave in the folders that they keep."""
+MOUNTS = Path("/proc/self/mountinfo")
+
+
+def require_local(folder: Path, mounts: Path = MOUNTS) -> None:
+    """``folder`` need not exist yet. Raises: RequestError for a network or synchronised folder."""
+    folder = folder.resolve()
+    kind = file_system(folder, mounts)
+    if kind in NETWORK:
+        raise RequestError(
+            f"{folder}: lies on a network file system ({kind}), where a journal can be torn; nothing was written; "
+            "give a local --out and copy the finished run, or insist with --allow-network-folder"
+        )
+    keeper = next(_synchronisers(folder), None)
+    if keeper is not None:
+        raise RequestError(
+            f"{folder}: {keeper} is kept by a synchroniser, which can tear a journal; nothing was written; give a "
+            "folder outside it and copy the finished run, or insist with --allow-network-folder"
+        )
+
+
+def file_system(folder: Path, mounts: Path = MOUNTS) -> str:
+    """Type of the file system that holds ``folder``; empty where the system does not tell."""
+    try:
+        lines = mounts.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    held: tuple[int, str] = (-1, "")
+    for line in lines:
+        before, _, after = line.partition(" - ")
+        point = Path(_unescaped(before.split(" ")[4]))
+        if folder.is_relative_to(point) and len(point.parts) >= held[0]:
+            held = (len(point.parts), after.split(" ")[0])
+    return held[1]
+
+
+def _synchronisers(folder: Path) -> Iterator[Path]:
+    for place in (folder, *folder.parents):
+        if SYNCED.match(place.name) or any((place / marker).exists() for marker in MARKERS):
+            yield place
+
+
+def _unescaped(point: str) -> str:
+    """The kernel writes a blank as \\040."""
+    return re.sub(r"\\(\d{3})", lambda found: chr(int(found[1], 8)), point)
