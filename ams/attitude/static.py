@@ -11,7 +11,7 @@ says why: there is no silent number. Pitch is given in ±90°; (180° − α, R 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,19 @@ CLEARANCE_SD: Final = 3.0
 _ITERATIONS: Final = 20
 _WITH_ROLL: Final = ["offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g"]
 _WITHOUT_ROLL: Final = ["offset_v", "k_x_v_per_g", "k_z_v_per_g"]
+
+
+class Sensor(Protocol):
+    """A calibrated accelerometer as the inference sees it."""
+
+    @property
+    def offset_v(self) -> float: ...
+    @property
+    def k_v_per_g(self) -> FloatArray:
+        """(3,) in package axes, per local g of specific force."""
+
+    def output_variance_v2(self, force: FloatArray) -> FloatArray:
+        """(N,) variance of prediction plus reading at (N, 3) specific force."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +99,7 @@ def sensor_line(solved: AxisCalibration, reading_sd_v: float) -> SensorLine:
 
 
 def pitch_with_known_roll(
-    sensor: SensorLine, output_v: FloatArray, roll_rad: FloatArray, roll_sd_rad: float = 0.0
+    sensor: Sensor, output_v: FloatArray, roll_rad: FloatArray, roll_sd_rad: float = 0.0
 ) -> Angles:
     """Pitch from one sensor near x, roll known (zero for a package without roll). Source: TP (76) to (82).
 
@@ -114,7 +127,7 @@ def pitch_with_known_roll(
 
 
 def pitch_roll_from_two(
-    sensors: Sequence[SensorLine], outputs_v: FloatArray, *, upright: bool = True, right_wing_down: bool = True
+    sensors: Sequence[Sensor], outputs_v: FloatArray, *, upright: bool = True, right_wing_down: bool = True
 ) -> Angles:
     """Pitch and roll from two sensors, ``outputs_v`` (N, 2). Source: TP (83) to (98), solved in closed form.
 
@@ -139,7 +152,7 @@ def pitch_roll_from_two(
     return _judged(sensors, force, beyond, clearance_rad=length)
 
 
-def pitch_roll_from_three(sensors: Sequence[SensorLine], outputs_v: FloatArray) -> Angles:
+def pitch_roll_from_three(sensors: Sequence[Sensor], outputs_v: FloatArray) -> Angles:
     """Pitch and roll from three sensors, ``outputs_v`` (N, 3), by weighted least squares. Source: TP (99) to (108)."""
     K, offsets = _stack(sensors, 3)
     volts = np.atleast_2d(outputs_v) - offsets
@@ -148,19 +161,19 @@ def pitch_roll_from_three(sensors: Sequence[SensorLine], outputs_v: FloatArray) 
     force = np.linalg.solve(K, volts.T).T
     length = np.linalg.norm(force, axis=1, keepdims=True)
     weights = 1.0 / np.maximum(_variances(sensors, force / length), np.finfo(float).tiny)
-    unit, settled = _onto_unit_sphere(K, volts, weights, force / length)
+    unit, settled = onto_unit_sphere(K, volts, weights, force / length)
     everywhere = np.full(unit.shape[0], np.pi)
     return _judged(sensors, unit, np.zeros_like(settled), clearance_rad=everywhere, unsettled=~settled)
 
 
-def _onto_unit_sphere(
+def onto_unit_sphere(
     K: FloatArray, volts: FloatArray, weights: FloatArray, force: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """Gauss-Newton for the unit f that fits best, in tangent coordinates: regular even at α = ±90°."""
     relative = weights / weights.max(axis=1, keepdims=True)
     change = np.full(force.shape[0], np.inf)
     for _ in range(_ITERATIONS):
-        tangent = _tangents(force)
+        tangent = tangents(force)
         J = np.einsum("ij,njt->nit", K, tangent)
         residual = volts - force @ K.T
         normal = np.einsum("nis,ni,nit->nst", J, relative, J)
@@ -174,7 +187,7 @@ def _onto_unit_sphere(
     return force, np.asarray(change < 1e-9)
 
 
-def _tangents(force: FloatArray) -> FloatArray:
+def tangents(force: FloatArray) -> FloatArray:
     """Two orthonormal directions across each unit vector, (N, 3, 2)."""
     aside = np.zeros_like(force)
     aside[np.arange(force.shape[0]), np.argmin(np.abs(force), axis=1)] = 1.0
@@ -184,7 +197,7 @@ def _tangents(force: FloatArray) -> FloatArray:
 
 
 def _judged(
-    sensors: Sequence[SensorLine],
+    sensors: Sequence[Sensor],
     force: FloatArray,
     beyond: BoolArray,
     *,
@@ -217,7 +230,7 @@ def _judged(
 
 
 def _spread(
-    sensors: Sequence[SensorLine], pitch: FloatArray, roll: FloatArray, beyond: BoolArray
+    sensors: Sequence[Sensor], pitch: FloatArray, roll: FloatArray, beyond: BoolArray
 ) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
     """Standard deviations and where pitch or roll is singular.
 
@@ -246,11 +259,11 @@ def _spread(
     return pitch_sd, roll_sd, pitch_lost, roll_lost
 
 
-def _variances(sensors: Sequence[SensorLine], force: FloatArray) -> FloatArray:
+def _variances(sensors: Sequence[Sensor], force: FloatArray) -> FloatArray:
     return np.stack([sensor.output_variance_v2(force) for sensor in sensors], axis=-1)
 
 
-def _stack(sensors: Sequence[SensorLine], count: int) -> tuple[FloatArray, FloatArray]:
+def _stack(sensors: Sequence[Sensor], count: int) -> tuple[FloatArray, FloatArray]:
     if len(sensors) != count:
         raise DesignError(f"attitude: got {len(sensors)} sensors, needed {count}")
     return np.stack([sensor.k_v_per_g for sensor in sensors]), np.array([sensor.offset_v for sensor in sensors])

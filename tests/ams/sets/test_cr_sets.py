@@ -1,55 +1,20 @@
 """Sets of CR's packages and gyros: applied against explicit rotations, sealed as version 2, refused where misused."""
 
 import json
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 import pytest
-from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, TABLE_4, accelerometer_v, gyro_v
+from cr_outputs import TABLE_4, accelerometer_v, gyro_v
 from sealed import write_changed
+from solved_sets import TRUTH, gyro_set, package_set
 
-from ams.calibrate import calibrate
 from ams.errors import OutsideValidity, SetError
-from ams.observations import Observations
-from ams.request import CalibrationRequest
 from ams.sets.apply import apply, sensed_force
-from ams.sets.coefficients import CoefficientSet, build_set
+from ams.sets.coefficients import build_set
 from ams.sets.export.formats import export_set, load_set
-from ams.sets.provenance import Provenance
 from ams.sets.schema import check_document
 from ams.sets.verify import verify
-
-EULER_DEG = [(p, y, r) for p in (-40.0, 5.0, 30.0) for y in (-20.0, 0.0, 25.0) for r in (-60.0, 0.0, 45.0)]
-TRUTH = {"sting": TABLE_3_STING, "model": TABLE_3_MODEL}
-PLACE = {"gravity_mps2": 9.79826, "gravity_source": "survey", "simulated": False, "rig": "", "procedure": "fit",
-         "created_utc": datetime(2026, 3, 1, tzinfo=UTC), "software_version": "0.1.0"}  # fmt: skip
-
-
-def observations(outputs: dict[str, list[float]], rates_dps: np.ndarray | None = None) -> Observations:
-    pitch, yaw, roll = np.deg2rad(np.array(EULER_DEG)).T
-    count = len(EULER_DEG)
-    return Observations(
-        np.ones(count, dtype=int), np.arange(count), pitch, roll, {a: np.array(v) for a, v in outputs.items()},
-        yaw_rad=yaw, euler_rate_rad_s=None if rates_dps is None else np.deg2rad(rates_dps),
-    )  # fmt: skip
-
-
-def package_set(package: str) -> CoefficientSet:
-    outputs = {a: [accelerometer_v(a, t, e, package) for e in EULER_DEG] for a, t in TRUTH[package].items()}
-    solved = calibrate(observations(outputs), CalibrationRequest(model=f"pitch-yaw-roll-{package}"))
-    ranges = {"pitch_range_deg": (-40.0, 30.0), "roll_range_deg": (-60.0, 45.0), "yaw_range_deg": (-20.0, 25.0)}
-    return build_set(solved, Provenance(sensor="CR1", **PLACE, **ranges))
-
-
-def gyro_set() -> CoefficientSet:
-    rates = np.random.default_rng(1).uniform(-60, 60, (len(EULER_DEG), 3))
-    outputs = {
-        a: [gyro_v(a, t, e, r) for e, r in zip(EULER_DEG, rates, strict=True)] for a, t in TABLE_4.items()
-    }  # fmt: skip
-    solved = calibrate(observations(outputs, rates), CalibrationRequest(model="gyro"))
-    ranges = {"pitch_range_deg": (0.0, 0.0), "roll_range_deg": (-60.0, 45.0), "yaw_range_deg": (-20.0, 25.0)}
-    return build_set(solved, Provenance(sensor="G1", **PLACE, **ranges, rate_range_dps=(-80.0, 80.0)))
 
 
 @pytest.mark.parametrize("package", ["sting", "model"])

@@ -1,0 +1,181 @@
+"""Pitch, yaw and roll from CR's sting package, alone or with its model package, reading by reading with their spread.
+
+The unknowns are the direction of gravity in sting axes and the roll of the model: as a unit vector and an angle they
+are regular wherever the packages resolve them, so one weighted Gauss-Newton serves everywhere. The angles and their
+standard deviations are read off afterwards, and only there do their own singular attitudes matter: at Θ = 0 yaw is
+lost, at Ψ = ±90° the sign of Θ, with the sting's x axis vertical the roll. Source: CR (IV-B.1) to (IV-B.28).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Sensor, onto_unit_sphere, tangents
+from ams.attitude.two_package import angles_from_gravity
+from ams.errors import DesignError
+from ams.models.cr import model_gravity_g
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_ITERATIONS: Final = 20
+SIDEWAYS: Final = "sign of pitch and yaw undetermined: yaw near ±90°"
+LEVEL: Final = "yaw singular: pitch near zero"
+ON_END: Final = "roll singular: sting axis near vertical"
+
+
+@dataclass(frozen=True)
+class SpreadAngles:
+    """Angles with their standard deviations, (N,) each, NaN where the flag says why."""
+
+    pitch_rad: FloatArray
+    pitch_sd_rad: FloatArray
+    yaw_rad: FloatArray
+    yaw_sd_rad: FloatArray
+    roll_rad: FloatArray
+    roll_sd_rad: FloatArray
+    flags: tuple[str, ...]
+
+
+def angles_from_sting(sensors: Sequence[Sensor], outputs_v: FloatArray) -> SpreadAngles:
+    """Pitch and yaw from three sting outputs, (N, 3); roll does not reach the sting and is NaN, not flagged.
+
+    The sensors are lines in the specific force, minus gravity. Raises: DesignError where they lie in one plane.
+    """
+    k, volts = _stacked(sensors, outputs_v)
+    force = _resolved(k, volts)
+    weights = 1.0 / _variances(sensors, force)
+    unit, _ = onto_unit_sphere(k, volts, weights, force)
+    columns = -np.einsum("ij,njs->nis", k, _slopes(-unit))
+    covariance = _covariance(columns, weights)
+    none = np.full(unit.shape[0], np.nan)
+    return _read_off(-unit, none, covariance)
+
+
+def angles_from_packages(
+    sting: Sequence[Sensor], model: Sequence[Sensor], sting_v: FloatArray, model_v: FloatArray
+) -> SpreadAngles:
+    """All three angles from three sting and three model outputs, (N, 3) each, all six weighted together.
+
+    Raises: DesignError where the sensors of a package lie in one plane.
+    """
+    k_s, volts_s = _stacked(sting, sting_v)
+    k_m, volts_m = _stacked(model, model_v)
+    gravity, in_model = -_resolved(k_s, volts_s), -_resolved(k_m, volts_m)
+    roll = np.arctan2(
+        in_model[:, 1] * gravity[:, 2] - in_model[:, 2] * gravity[:, 1],
+        in_model[:, 1] * gravity[:, 1] + in_model[:, 2] * gravity[:, 2],
+    )
+    weights = 1.0 / np.concatenate([_variances(sting, -gravity), _variances(model, -in_model)], axis=1)
+    volts = np.concatenate([volts_s, volts_m], axis=1)
+    for _ in range(_ITERATIONS):
+        predicted = -np.concatenate([gravity @ k_s.T, model_gravity_g(gravity, roll) @ k_m.T], axis=1)
+        along = tangents(gravity)
+        columns = _columns(k_s, k_m, gravity, roll, along)
+        step = _step(columns, weights, volts - predicted)
+        gravity = gravity + np.einsum("njt,nt->nj", along, step[:, :2])
+        gravity = gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
+        roll = roll + step[:, 2]
+        if np.all(np.abs(step) < 1e-13):
+            break
+    covariance = _covariance(_columns(k_s, k_m, gravity, roll, _slopes(gravity)), weights)
+    return _read_off(gravity, roll, covariance)
+
+
+def _stacked(sensors: Sequence[Sensor], outputs_v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    k = np.stack([sensor.k_v_per_g for sensor in sensors])
+    if len(sensors) != 3 or abs(np.linalg.det(k)) < SMALLEST_SLOPE * float(np.prod(np.linalg.norm(k, axis=1))):
+        raise DesignError(
+            f"package: {len(sensors)} sensitive axes do not resolve three directions: needed are three, "
+            "not in one plane"
+        )
+    return k, np.atleast_2d(outputs_v) - np.array([sensor.offset_v for sensor in sensors])
+
+
+def _resolved(k: FloatArray, volts: FloatArray) -> FloatArray:
+    force = np.linalg.solve(k, volts.T).T
+    return np.asarray(force / np.linalg.norm(force, axis=1, keepdims=True))
+
+
+def _variances(sensors: Sequence[Sensor], force: FloatArray) -> FloatArray:
+    tiny = float(np.finfo(float).tiny)
+    variances = np.stack([sensor.output_variance_v2(force) for sensor in sensors], axis=-1)
+    return np.asarray(np.maximum(variances, tiny**0.5))
+
+
+def _slopes(gravity: FloatArray) -> FloatArray:
+    """(N, 3, 2) ∂G/∂Θ and ∂G/∂(sin Θ Ψ), sting axes: unit vectors across G, regular everywhere."""
+    sine = np.hypot(gravity[:, 0], gravity[:, 1])
+    sign = np.where(gravity[:, 0] > 0.0, -1.0, 1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        c_yaw = np.where(sine > 0.0, -sign * gravity[:, 0] / sine, 1.0)
+        s_yaw = np.where(sine > 0.0, sign * gravity[:, 1] / sine, 0.0)
+    c_pitch, s_pitch = gravity[:, 2], sign * sine
+    by_pitch = np.stack([-c_pitch * c_yaw, c_pitch * s_yaw, -s_pitch], axis=-1)
+    return np.stack([by_pitch, np.stack([s_yaw, c_yaw, np.zeros_like(s_yaw)], axis=-1)], axis=-1)
+
+
+def _columns(k_s: FloatArray, k_m: FloatArray, gravity: FloatArray, roll: FloatArray, along: FloatArray) -> FloatArray:
+    """(N, 6, 3) derivatives of the outputs by two turns of gravity and by roll."""
+    turned = np.stack([model_gravity_g(along[..., place], roll) for place in range(2)], axis=-1)
+    in_model = model_gravity_g(gravity, roll)
+    by_roll = np.stack([np.zeros_like(roll), in_model[:, 2], -in_model[:, 1]], axis=-1)
+    sting = np.concatenate([np.einsum("ij,njs->nis", k_s, along), np.zeros((roll.size, 3, 1))], axis=-1)
+    model = np.concatenate([np.einsum("ij,njs->nis", k_m, turned), (by_roll @ k_m.T)[..., None]], axis=-1)
+    return -np.concatenate([sting, model], axis=1)
+
+
+def _step(columns: FloatArray, weights: FloatArray, residual: FloatArray) -> FloatArray:
+    relative = weights / weights.max(axis=1, keepdims=True)
+    normal = np.einsum("nis,ni,nit->nst", columns, relative, columns)
+    gradient = np.einsum("nis,ni,ni->ns", columns, relative, residual)
+    return np.asarray((np.linalg.pinv(normal, rcond=1e-12) @ gradient[..., None])[..., 0])
+
+
+def _covariance(columns: FloatArray, weights: FloatArray) -> FloatArray:
+    """(N, s, s); infinite where the outputs do not tell a direction."""
+    normal = np.einsum("nis,ni,nit->nst", columns, weights, columns)
+    values = np.linalg.eigvalsh(normal)
+    lost = values[:, 0] < SMALLEST_SLOPE**2 * values[:, -1]
+    covariance = np.linalg.inv(np.where(lost[:, None, None], np.eye(normal.shape[-1]), normal))
+    lost_only = np.zeros_like(covariance)
+    lost_only[:, -1, -1] = np.inf
+    return np.where(lost[:, None, None], lost_only, covariance)
+
+
+def _read_off(gravity: FloatArray, roll: FloatArray, covariance: FloatArray) -> SpreadAngles:
+    found = angles_from_gravity(gravity, gravity)
+    sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    sine = np.hypot(gravity[:, 0], gravity[:, 1])
+    with np.errstate(divide="ignore"):
+        yaw_sd = sd[:, 1] / sine
+    level = ~(yaw_sd <= LARGEST_SD_RAD)
+    sideways = ~level & ~(np.abs(gravity[:, 0]) > np.maximum(CLEARANCE_SD * sd[:, :2].max(axis=1), SMALLEST_SLOPE))
+    has_roll = covariance.shape[-1] == 3
+    roll_sd = sd[:, 2] if has_roll else np.full(roll.size, np.nan)
+    on_end = ~(roll_sd <= LARGEST_SD_RAD) if has_roll else np.zeros(roll.size, dtype=bool)
+    rows = zip(level.tolist(), sideways.tolist(), on_end.tolist(), strict=True)
+    wrapped = np.pi - np.mod(np.pi - roll, 2.0 * np.pi)
+    return SpreadAngles(
+        np.where(sideways, np.nan, _pitch(gravity, found.pitch_rad)),
+        np.where(sideways, np.nan, sd[:, 0]),
+        np.where(level | sideways, np.nan, found.yaw_rad),
+        np.where(level | sideways, np.nan, yaw_sd),
+        np.where(on_end, np.nan, wrapped),
+        np.where(on_end, np.nan, roll_sd),
+        tuple("; ".join(_reasons(*row)) for row in rows),
+    )
+
+
+def _pitch(gravity: FloatArray, pitch_rad: FloatArray) -> FloatArray:
+    """Where gravity lies across the sting its own sign is flagged elsewhere; the size is always known."""
+    size = np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), gravity[:, 2])
+    return np.where(np.isnan(pitch_rad), size, pitch_rad)
+
+
+def _reasons(level: bool, sideways: bool, on_end: bool) -> list[str]:
+    named = ((level, LEVEL), (sideways, SIDEWAYS), (on_end, ON_END))
+    return [words for is_so, words in named if is_so]

@@ -1,0 +1,59 @@
+"""Rows that arrive on standard input, each answered at once.
+
+A file with a wrong cell is refused whole. A stream cannot be: the row is answered with empty cells and a flag, and the
+next one is read. What ends a stream is its end.
+"""
+
+import csv
+import sys
+from collections.abc import Iterable
+from typing import TextIO
+
+import numpy as np
+
+from ams.attitude.inference import Inference
+from ams.csv_table import is_number
+from procedures.cli.attitude import row_lines
+from procedures.errors import RequestError
+
+
+def answer_stream(found: Inference, target: TextIO, source: Iterable[str] | None = None) -> None:
+    """Read a header and rows, write a header and answers, flushed line by line.
+
+    Raises: RequestError where the header lacks a column.
+    """
+    lines = iter(sys.stdin if source is None else source)
+    header = [name.strip() for name in next(csv.reader(lines), [])]
+    missing = [name for name in found.needed if name not in header]
+    if missing:
+        raise RequestError(
+            f"standard input: line 1: column {', '.join(missing)} missing; found: {', '.join(header) or 'nothing'}; "
+            "send a header first"
+        )
+    _write(target, ",".join(found.answers) + "\n")
+    for number, line in enumerate(lines, start=2):
+        if line.strip():
+            _write(target, _answer(found, header, line, number))
+
+
+def _write(target: TextIO, line: str) -> None:
+    target.write(line)
+    target.flush()
+
+
+def _answer(found: Inference, header: list[str], line: str, number: int) -> str:
+    cells = [cell.strip() for cell in line.split(",")]
+    wrong = _wrong(found, header, cells)
+    if wrong:
+        return "," * (len(found.answers) - 1) + f"line {number}: {wrong}\n"
+    row = dict(zip(header, cells, strict=True))
+    known = [name for name in (*found.needed, "temperature_degc") if is_number(row.get(name, ""))]
+    return next(row_lines(found.answers, found.infer({name: np.array([float(row[name])]) for name in known})))
+
+
+def _wrong(found: Inference, header: list[str], cells: list[str]) -> str:
+    if len(cells) != len(header):
+        return f"{len(cells)} cells instead of {len(header)}"
+    row = dict(zip(header, cells, strict=True))
+    named = [name for name in found.needed if not is_number(row[name])]
+    return f"{' and '.join(named)} no number" if named else ""

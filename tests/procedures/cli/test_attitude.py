@@ -1,0 +1,156 @@
+"""Laws of ``calrig attitude``: what was turned comes back, a wrong file is a sentence, a stream is answered at once."""
+
+import csv
+import io
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import call
+from package_outputs import TRUTH, output_v, write_observations
+from solved_sets import package_set, tp_set
+
+from ams.sets.export.formats import export_set
+from procedures.cli import attitude as module
+
+ATTITUDES = [(-35.0, -20.0), (5.0, 60.0), (90.0, 10.0)]
+
+
+@pytest.fixture
+def stored(tmp_path: Path) -> Path:
+    path = tmp_path / "tp.json"
+    export_set(tp_set(), "json", path)
+    return path
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    rows = [[output_v(axis, TRUTH[axis], p, r) for axis in "xyz"] for p, r in ATTITUDES]
+    path = tmp_path / "data.csv"
+    path.write_text("x_v,y_v,z_v\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows))
+    return path
+
+
+def rows_of(text: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def test_angles_come_back_and_a_singular_one_is_an_empty_cell(
+    stored: Path, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out.csv"
+    assert call(capsys, "attitude", stored, data, "--out", out, "--reading-sd-v", "1e-6").status == 0
+    assert out.read_text().splitlines()[0] == "pitch_deg,pitch_sd_deg,roll_deg,roll_sd_deg,flag"
+    rows = rows_of(out.read_text())
+    for row, (pitch, roll) in zip(rows[:2], ATTITUDES[:2], strict=True):
+        assert (float(row["pitch_deg"]), float(row["roll_deg"])) == pytest.approx((pitch, roll), abs=1e-7)
+        assert row["flag"] == ""
+    assert (rows[2]["roll_deg"], rows[2]["roll_sd_deg"], rows[2]["flag"]) == ("", "", "roll singular")
+
+
+def test_a_set_of_fit_serves_at_once(tmp_path: Path, data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write_observations(tmp_path / "obs.csv", range(-90, 91, 30), range(-180, 181, 60), 3, noise_v=2e-5)
+    where = ("--set", tmp_path / "s.json", "--sensor", "SN1", "--gravity-mps2", "9.8")
+    axes = ("--axis", "x=sx_v", "--axis", "y=sy_v", "--axis", "z=sz_v")
+    assert call(capsys, "fit", file, *axes, *where).status == 0
+    assert call(capsys, "verify", tmp_path / "s.json").status == 0
+    row = rows_of(call(capsys, "attitude", tmp_path / "s.json", data).out)[0]
+    assert abs(float(row["pitch_deg"]) + 35.0) < 5 * float(row["pitch_sd_deg"]) < 0.01
+
+
+def test_parquet_in_and_out_is_the_same_as_csv(
+    stored: Path, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    pandas.read_csv(data).to_parquet(tmp_path / "data.parquet")
+    assert call(capsys, "attitude", stored, tmp_path / "data.parquet", "--out", tmp_path / "out.parquet").status == 0
+    found = pandas.read_parquet(tmp_path / "out.parquet")
+    as_csv = rows_of(call(capsys, "attitude", stored, data).out)
+    assert list(found["flag"]) == [row["flag"] for row in as_csv]
+    np.testing.assert_allclose(found["pitch_deg"], [float(row["pitch_deg"]) for row in as_csv], rtol=1e-8)
+
+
+def test_without_pyarrow_parquet_is_a_sentence(
+    stored: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    outcome = call(capsys, "attitude", stored, tmp_path / "data.parquet")
+    assert outcome.status == 2
+    assert "pyarrow is not installed" in outcome.err
+    assert "use CSV" in outcome.err
+
+
+MISTAKES = [
+    ("a cell", lambda text: text.replace("\n", "\nx", 1), "line 2: column x_v: got"),
+    ("a column", lambda text: text.replace("y_v", "w_v"), "column 'y_v' missing"),
+    ("NaN", lambda text: text + "nan,1,1\n", "line 5: column x_v: got 'nan'"),
+    ("no rows", lambda text: text.splitlines()[0] + "\n", "a header and no rows"),
+]
+
+
+@pytest.mark.parametrize(("change", "sentence"), [m[1:] for m in MISTAKES], ids=[m[0] for m in MISTAKES])
+def test_a_wrong_file_is_a_sentence_and_nothing_is_written(
+    stored: Path, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], change: object, sentence: str
+) -> None:
+    data.write_text(change(data.read_text()))  # type: ignore[operator]
+    outcome = call(capsys, "attitude", stored, data, "--out", tmp_path / "out.csv")
+    assert (outcome.status, outcome.out) == (2, "")
+    assert sentence in outcome.err
+    assert str(data) in outcome.err
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_a_damaged_set_is_refused(stored: Path, data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    stored.write_bytes(stored.read_bytes().replace(b"2.5", b"2.6", 1))
+    outcome = call(capsys, "attitude", stored, data)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert str(stored) in outcome.err
+
+
+def test_a_stream_is_answered_row_by_row_and_a_wrong_row_is_flagged(stored: Path, data: Path) -> None:
+    header, first, second, _ = data.read_text().splitlines()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "procedures.cli.main", "attitude", str(stored), "-"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,
+    )  # fmt: skip
+    assert process.stdin is not None
+    assert process.stdout is not None
+    with process:
+        process.stdin.write(header + "\n")
+        assert process.stdout.readline() == "pitch_deg,pitch_sd_deg,roll_deg,roll_sd_deg,flag\n"
+        for line, expected in ((first, -35.0), (second, 5.0)):
+            process.stdin.write(line + "\n")
+            answer = process.stdout.readline()  # before the next row is sent
+            assert float(answer.split(",")[0]) == pytest.approx(expected, abs=1e-6)
+        process.stdin.write("1.0,overload,0.2\n")
+        assert process.stdout.readline() == ",,,,line 4: y_v no number\n"
+        process.stdin.write("1.0,0.2\n")
+        assert process.stdout.readline() == ",,,,line 5: 2 cells instead of 3\n"
+        process.stdin.close()
+        assert process.wait(timeout=30) == 0
+
+
+def test_columns_of_cr_have_yaw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, accelerometer_v
+
+    for package in ("sting", "model"):
+        export_set(package_set(package), "json", tmp_path / f"{package}.json")
+    euler = (20.0, -15.0, -30.0)
+    row = [accelerometer_v(a, TABLE_3_STING[a], euler, "sting") for a in "xyz"]
+    row += [accelerometer_v(a, TABLE_3_MODEL[a], euler, "model") for a in "xyz"]
+    names = [f"{package}_{axis}_v" for package in ("sting", "model") for axis in "xyz"]
+    (tmp_path / "d.csv").write_text(",".join(names) + "\n" + ",".join(map(repr, row)) + "\n")
+    sting = [part for axis in "xyz" for part in ("--axis", f"{axis}=sting_{axis}_v")]
+    both = ("attitude", tmp_path / "sting.json", tmp_path / "d.csv", *sting, "--model-set", tmp_path / "model.json")
+    found = rows_of(call(capsys, *both, "--reading-sd-v", "1e-6").out)[0]
+    assert list(found) == [
+        "pitch_deg", "pitch_sd_deg", "roll_deg", "roll_sd_deg", "yaw_deg", "yaw_sd_deg", "flag"
+    ]  # fmt: skip
+    assert [float(found[f"{name}_deg"]) for name in ("pitch", "yaw", "roll")] == pytest.approx(euler, abs=1e-6)
+
+
+def test_a_cell_holds_nine_digits() -> None:
+    assert next(module.row_lines(["a", "b"], {"a": [12.3456789012], "b": [float("nan")]})) == "12.3456789,\n"
