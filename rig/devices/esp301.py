@@ -4,7 +4,7 @@ Commands are silent, so every one is followed by reading the error queue. The co
 axis counts as homed once this driver saw its home search end without an error, until its motor is off, the time
 stamps of the queue step back (power was lost) or the search is started again; ``homed_before`` takes over a home that
 was found earlier. Replies do not repeat the question: after any doubt the line must fall silent and then
-tell the controller's version, which no number can be taken for.
+tell the controller's version, which no number can be taken for; and a position at rest is believed when two agree.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,6 +24,7 @@ from rig.wire import esp301 as wire
 from rig.wire.esp301 import Command, ErrorRecord
 
 _SPEED_TOLERANCE = 1e-3
+_LOOKS = 3
 Reply = TypeVar("Reply")
 
 
@@ -185,8 +186,9 @@ class Esp301Axis:
     def state(self) -> AxisState:
         self._verified()
         number = self._settings.axis
-        is_moving = not self._controller.ask_flag("MD", number)
-        position_deg = self._controller.ask_number("TP", number)
+        is_done = self._controller.ask_flag("MD", number)
+        position_deg, is_still = self._position_deg() if is_done else (self._controller.ask_number("TP", number), False)
+        is_moving = not is_still
         is_on = self._controller.ask_flag("MO", number)
         self._judge(self._controller.take_errors(number), is_moving=is_moving, is_on=is_on)
         return AxisState(
@@ -207,6 +209,15 @@ class Esp301Axis:
         """Switch the motor; off, the axis turns freely and its home is no longer trusted."""
         self._command(Command("MO" if on else "MF", self._settings.axis))
         self._home = self._home if on else "none"
+
+    def _position_deg(self) -> tuple[float, bool]:
+        """Table angle of an axis that says it rests, asked until two answers agree; whether they did."""
+        position_deg = self._controller.ask_number("TP", self._settings.axis)
+        for _ in range(_LOOKS):
+            before_deg, position_deg = position_deg, self._controller.ask_number("TP", self._settings.axis)
+            if abs(position_deg - before_deg) <= self.arrival_tolerance_deg:
+                return position_deg, True
+        return position_deg, False
 
     def _judge(self, errors: list[ErrorRecord], *, is_moving: bool, is_on: bool) -> None:
         """What errors, motor and time stamps say about the home."""

@@ -5,14 +5,17 @@ error bit sends every servo to its home, so the bits are read around each move a
 positions are lost until the axis is homed again. Arrival is the pulse that reads back as its target. Get Moving State
 is never asked: on the Micro it may say 0 while a servo moves.
 
-A target is sent once. Where the line damages it and there is no CRC, its own limits keep the servo inside, and the
-read-back never becomes the target. The form with device number and CRC is the safer one.
+Replies do not repeat their question, so every question here has an answer of a length of its own: error bits two
+bytes, the script's state one, and a position two and as many times the script's state as its axis has a place on the
+line. After a doubt the script's state must come alone before anything is believed. A target is sent once. Where the
+line damages it and there is no CRC, its own limits keep the servo inside, and the read-back never becomes the target.
+The form with device number and CRC is the safer one.
 
 Source: Pololu Maestro user's guide, pages 27, 32, 39, 42, 43, 52 to 58.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from threading import RLock
 from typing import Annotated, Literal, TypeVar
 
@@ -121,33 +124,48 @@ class MaestroController:
 
     def poll_errors(self) -> None:
         """Read, and thereby clear, the error register."""
-        word = self._ask(Request(wire.GET_ERRORS), 2, wire.decode_word, wire.ALL_ERRORS)
+        word = self._ask([Request(wire.GET_ERRORS)], 2, wire.decode_word, wire.ALL_ERRORS)
         if word:
             self.errors |= Errors(word)
             self.failures += 1
 
-    def position(self, channel: int) -> int:
-        """Quarter-microseconds; 0 is no pulse."""
-        return self._ask(wire.get_position(channel), 2, wire.decode_word, wire.HIGHEST_NUMBER)
+    def position(self, channel: int, marks: int) -> int:
+        """Quarter-microseconds; 0 is no pulse. ``marks``: times the script's state is asked behind it, at least 1."""
+        requests = [wire.get_position(channel), *[Request(wire.GET_SCRIPT_STATUS)] * marks]
+        return self._ask(requests, 2 + marks, _decode_marked, wire.HIGHEST_NUMBER)
 
     def is_script_running(self) -> bool:
-        return self._ask(Request(wire.GET_SCRIPT_STATUS), 1, wire.decode_word, _STOPPED) != _STOPPED
+        return self._ask([Request(wire.GET_SCRIPT_STATUS)], 1, wire.decode_word, _STOPPED) != _STOPPED
 
-    def _ask(self, request: Request, length: int, decode: Callable[[bytes], int], highest: int) -> int:
+    def resynchronise(self) -> None:
+        """After a doubt: silence, then an answer of one byte, which no late answer of two can be, then silence."""
+        self._exchange.wait_for_quiet()
+        self._exchange.stream.write(self._codec.encode(Request(wire.GET_SCRIPT_STATUS)))
+        told = self._exchange.read_bytes(1, self._exchange.patience.timeout_s, b"Get Script Status")
+        if told[0] > _STOPPED:
+            raise DeviceNonsense(
+                f"{self._exchange.stream.name}: the state of the script is {told[0]}, allowed 0 and 1: no Maestro"
+                " answers here; nothing was taken from it; check the line settings and that this is the right device"
+            )
+        self._exchange.wait_for_quiet()
+
+    def _ask(self, requests: Sequence[Request], length: int, decode: Callable[[bytes], int], highest: int) -> int:
         def parse(reply: bytes) -> int:
             value = decode(reply)
             if value > highest:
                 raise DeviceNonsense(f"{value} is more than {highest}")
             return value
 
+        question = b"".join(self._codec.encode(request) for request in requests)
         with self._turn:
-            return self._exchange.ask(self._codec.encode(request), parse, idempotent=True, length=length)
+            return self._exchange.ask(question, parse, idempotent=True, length=length)
 
 
 class MaestroAxis:
     """One servo: a :class:`rig.devices.abilities.Axis`."""
 
-    def __init__(self, name: str, settings: MaestroSettings, controller: MaestroController) -> None:
+    def __init__(self, name: str, settings: MaestroSettings, controller: MaestroController, place: int) -> None:
+        """``place`` among the axes of the controller, from 1."""
         self.name = name
         self.limits_deg = settings.limits_deg
         self.increment_deg = settings.increment_deg
@@ -155,6 +173,7 @@ class MaestroAxis:
         self.approach_deg = settings.approach_deg
         self._settings = settings
         self._controller = controller
+        self._place = place
         self._calibration = PulseCalibration(settings.points)
         step_deg = 1.0 / (self._calibration.smallest_us_per_deg * wire.QUARTERS_PER_US)
         self.arrival_tolerance_deg = max(settings.arrival_tolerance_deg, step_deg)
@@ -195,7 +214,7 @@ class MaestroAxis:
 
     def state(self) -> AxisState:
         self._controller.poll_errors()
-        position = self._controller.position(self._settings.axis)
+        position = self._controller.position(self._settings.axis, self._place)
         failed = self._trusted_failures is not None and self._trusted_failures != self._controller.failures
         return AxisState(
             position_deg=self._attitude_deg(position),
@@ -209,7 +228,7 @@ class MaestroAxis:
 
     def stop(self) -> None:
         """Make the pulse that is sent now the target."""
-        position = self._controller.position(self._settings.axis)
+        position = self._controller.position(self._settings.axis, self._place)
         if position not in (0, self._target):
             self._target = position
             self._controller.tell(wire.set_target(self._settings.axis, position))
@@ -242,6 +261,21 @@ def connect(axes: Mapping[str, MaestroSettings], stream: ByteStream) -> dict[str
     first = next(iter(axes.values()))
     if first.detect_baud:
         stream.write(bytes([wire.START]))
-    exchange = Exchange(stream, patience=Patience(timeout_s=first.reply_timeout_s))
+    exchange = Exchange(
+        stream,
+        patience=Patience(timeout_s=first.reply_timeout_s),
+        resynchronise=lambda: controller.resynchronise(),
+    )
     controller = MaestroController(exchange, MaestroCodec(first.device_number, first.crc))
-    return {name: MaestroAxis(name, settings, controller) for name, settings in axes.items()}
+    return {
+        name: MaestroAxis(name, settings, controller, place)
+        for place, (name, settings) in enumerate(axes.items(), start=1)
+    }
+
+
+def _decode_marked(reply: bytes) -> int:
+    """A position with the script's state behind it, once or more."""
+    marks = set(reply[2:])
+    if len(marks) != 1 or max(marks) > _STOPPED:
+        raise DeviceNonsense(f"the marks behind the position are {sorted(marks)}, allowed is one of 0 and 1")
+    return wire.decode_word(reply[:2])

@@ -2,7 +2,8 @@
 
 One frame carries a whole operation and starts it; it is sent once, and where its acknowledgement is lost the driver is
 asked whether it moves. The operating current, which only we write, is the sentinel after every doubt on the line.
-Homed is the driver's own output, as it keeps its absolute position without power.
+Outputs and alarm are read in one block, the position with the feedback behind it, so that no answer is as long as
+another's. Homed is the driver's own output, as it keeps its absolute position without power.
 
 Source: the maker's public samples and manual HM-60262E; the numbers of the output bits are remembered, so settings.
 """
@@ -104,8 +105,7 @@ class OrientalAzAxis:
         return rates.look(lambda: self._attitude_deg(self._position()), clock)
 
     def state(self) -> AxisState:
-        alarm = self._alarm()
-        outputs = self._read(wire.OUTPUTS)
+        outputs, alarm = self._status()
         return AxisState(
             position_deg=self._attitude_deg(self._position()),
             is_moving=self._is_set(outputs, self._settings.move_bit),
@@ -153,28 +153,31 @@ class OrientalAzAxis:
             raise RequestRefused(f"{self.name}: {task}: the axis is not homed; nothing moved; home it first")
 
     def _require_no_alarm(self, task: str) -> None:
-        alarm = self._alarm()
+        _, alarm = self._status()
         if alarm:
             raise DeviceFault(f"{self.name}: {task}: alarm {alarm:#04x}; nothing moved; find its cause and reset it")
 
-    def _alarm(self) -> int:
-        return self._read(wire.ALARM)
+    def _status(self) -> tuple[int, int]:
+        """Outputs and alarm."""
+        outputs, alarm = self._read(wire.OUTPUTS, 2)
+        return outputs, alarm
 
     def _position(self) -> int:
-        return self._read(wire.POSITION)
+        return self._read(wire.POSITION, 3)[0]
 
     def _current(self) -> int:
         """The operating current; the first look makes it the line's sentinel."""
-        current = self._read(wire.CURRENT)
+        (current,) = self._read(wire.CURRENT, 1)
         if not self._has_sentinel:
             self._modbus.set_sentinel(wire.CURRENT + 1, current & 0xFFFF)
             self._has_sentinel = True
         return current
 
-    def _read(self, address: int) -> int:
+    def _read(self, address: int, values: int) -> list[int]:
+        """So many values of 32 bits. Every question here has a number of its own: a late answer fits no other."""
         with self._turn:
-            upper, lower = self._modbus.read_holding(address, 2)
-        return wire.value_of(upper, lower)
+            words = self._modbus.read_holding(address, 2 * values)
+        return [wire.value_of(words[place], words[place + 1]) for place in range(0, 2 * values, 2)]
 
     def _steps(self, angle_deg: float) -> int:
         return round(angle_deg / self._settings.step_deg)

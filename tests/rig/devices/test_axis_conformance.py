@@ -10,7 +10,8 @@ from table_bench import virtual_clock
 
 from rig.clock import Clock, ScaledClock, SystemClock
 from rig.devices.abilities import Axis
-from rig.errors import RequestRefused, WaitEnded
+from rig.errors import RequestRefused, RigError, WaitEnded
+from rig.link import faults
 from rig.link.memory import MemoryStream
 from rig.link.ports import open_stream
 from rig.motion import home_and_arrive, move_and_arrive, stop_all
@@ -115,3 +116,48 @@ def test_no_request_ever_brings_the_body_outside_the_limits(
     lowest_deg, highest_deg = bench.world.axes["pitch"].reached_deg
     assert min(ends_deg[0], 0.0) - 1e-6 <= lowest_deg
     assert highest_deg <= max(ends_deg[1], 0.0) + 1e-6
+
+
+FAULTS = st.one_of(
+    st.just(faults.drop),
+    st.builds(faults.delay, st.floats(0.0, 4.0)),
+    st.builds(faults.duplicate, st.floats(0.0, 4.0)),
+    st.builds(faults.truncate, st.integers(0, 12)),
+    st.builds(faults.split, st.integers(0, 12), st.floats(0.0, 3.0)),
+    st.builds(faults.prepend, st.binary(max_size=40)),
+)
+
+
+@pytest.mark.parametrize("driver", sorted(set(DRIVERS) - {"manual"}))
+@settings(max_examples=40)
+@given(script=st.dictionaries(st.integers(0, 40), FAULTS, max_size=4))
+def test_whatever_the_line_does_a_position_is_right_or_there_is_none(
+    driver: str, script: dict[int, faults.Fault]
+) -> None:
+    bench = motion_bench(driver)
+    bench.home_all()
+    bench.pitch.start_move(30.0)
+    bench.clock.sleep(60.0)
+    assert bench.pitch.state().position_deg == pytest.approx(30.0, abs=CLOSE_DEG)
+    bench.faults.reads = {bench.faults.taken + place: fault for place, fault in script.items()}
+    for name, angle_deg in (("pitch", 30.0), ("roll", 0.0)) * 3:
+        started_s = bench.clock.monotonic_s()
+        try:
+            assert bench.axes[name].state().position_deg == pytest.approx(angle_deg, abs=CLOSE_DEG)
+        except RigError:
+            bench.clock.sleep(1.0)
+        assert bench.clock.monotonic_s() - started_s < 60.0
+
+
+@pytest.mark.parametrize("driver", sorted(DRIVERS))
+@settings(max_examples=25)
+@given(replies=st.lists(st.binary(max_size=40), min_size=1, max_size=20))
+def test_arbitrary_replies_end_in_a_state_or_an_error_of_the_rig(driver: str, replies: list[bytes]) -> None:
+    bench = motion_bench(driver)
+    bench.faults.reads = {place: faults.replace(replies[place % len(replies)]) for place in range(200)}
+    try:
+        bench.pitch.home()
+        bench.pitch.state()
+    except RigError:
+        pass
+    assert bench.clock.monotonic_s() < 300.0

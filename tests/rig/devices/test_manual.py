@@ -1,9 +1,12 @@
 """Laws of the axis that an operator sets: one question at a time, no stale answer, no guess."""
 
 import pytest
-from motion_bench import motion_bench
+from motion_bench import motion_bench, settings_of
+from table_bench import virtual_clock
 
+from rig.devices.manual import connect
 from rig.errors import DeviceFault, DeviceNonsense, RequestRefused, WaitEnded
+from rig.link.memory import MemoryStream
 from rig.motion import home_and_arrive, move_and_arrive
 
 
@@ -51,11 +54,30 @@ def test_an_operator_who_cannot_is_believed() -> None:
     assert not bench.pitch.state().is_homed
 
 
+class _TypedAhead:
+    """Someone who has pressed Enter long before anything is asked."""
+
+    def __init__(self) -> None:
+        self.typed = b"\n"
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        return None
+
+    def transmit(self, now_s: float) -> bytes:
+        typed, self.typed = self.typed, b""
+        return typed
+
+    def next_event_s(self) -> float | None:
+        return None
+
+
 def test_what_was_typed_before_the_question_is_no_answer() -> None:
-    bench = motion_bench("manual")
-    bench.twin._answers_s = 0.0  # an Enter that nobody asked for
-    bench.pitch.home()
-    assert bench.pitch.state().awaits_operator
+    person = _TypedAhead()
+    axes = connect(settings_of("manual"), MemoryStream(person, virtual_clock(), "terminal"))
+    axes["pitch"].home()
+    assert axes["pitch"].state().awaits_operator
+    person.typed = b"\n"
+    assert axes["pitch"].state().is_homed
 
 
 def test_one_question_at_a_time() -> None:

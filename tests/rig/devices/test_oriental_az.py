@@ -39,10 +39,9 @@ def test_a_lost_acknowledgement_is_settled_by_asking_not_by_sending_again() -> N
     bench.home_all()
     bench.pitch.start_move(0.0)
     sent = _sent(bench)
-    start = len(sent) + 6  # alarm; alarm, outputs, position; current; then the operation
-    bench.faults.reads = {bench.faults.taken + 5: faults.drop}
+    bench.faults.reads = {bench.faults.taken + 4: faults.drop}  # status; status, position; current; the operation
     bench.pitch.start_move(40.0)
-    assert sent[start - 1][1:4] == bytes.fromhex("10 00 58")
+    assert sent[4][1:4] == bytes.fromhex("10 00 58")
     assert len([frame for frame in sent if frame[1:4] == bytes.fromhex("10 00 58")]) == 1
     bench.clock.sleep(60.0)
     assert bench.pitch.state().position_deg == 40.0
@@ -51,7 +50,7 @@ def test_a_lost_acknowledgement_is_settled_by_asking_not_by_sending_again() -> N
 def test_a_damaged_acknowledgement_is_settled_by_asking_too() -> None:
     bench = motion_bench("oriental-az")
     bench.home_all()
-    bench.faults.reads = {bench.faults.taken + 5: faults.flip_bit(3, 1)}
+    bench.faults.reads = {bench.faults.taken + 4: faults.flip_bit(3, 1)}
     bench.pitch.start_move(40.0)
     bench.clock.sleep(60.0)
     assert bench.pitch.state().position_deg == 40.0
@@ -60,7 +59,7 @@ def test_a_damaged_acknowledgement_is_settled_by_asking_too() -> None:
 def test_a_lost_start_is_an_error_and_nothing_moves() -> None:
     bench = motion_bench("oriental-az")
     bench.home_all()
-    bench.faults.writes = {bench.faults.written + 5: faults.drop}
+    bench.faults.writes = {bench.faults.written + 4: faults.drop}
     with pytest.raises(DeviceSilent, match="function 16, register 88"):
         bench.pitch.start_move(40.0)
     bench.clock.sleep(100.0)

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from motion_bench import motion_bench
 
@@ -140,6 +140,7 @@ def test_the_time_between_question_and_answer_is_the_uncertainty_of_a_rate() -> 
         measured_rate(TurnLook(0.0, 10.0, 0.0), TurnLook(1.0, 10.0, 0.0))
 
 
+@settings(max_examples=20)
 @given(st.one_of(st.just(0.0), st.sampled_from([math.nan, math.inf, -math.inf]), st.floats(450.001, 1e6)))
 def test_a_rate_outside_is_refused(rate_dps: float) -> None:
     bench = motion_bench("zaber")
