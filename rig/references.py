@@ -10,11 +10,15 @@ from rig.toml_file import TomlFile
 if TYPE_CHECKING:
     from rig.description import RigDescription
 
+OVER_RANGE = 1.2
+"""Meters read this much of their range before they overload."""
+
 
 def complaints_about_references(file: TomlFile, rig: "RigDescription") -> Iterable[str]:
     """What no single table can know: references between tables and to other files."""
     channels = {f"{name}.{channel}" for name, readout in rig.readouts.items() for channel in readout.channel_names()}
     yield from _unknown_channels(file, rig, channels)
+    yield from _ranges_too_small(file, rig)
     yield from _unknown_interlocks(file, rig, channels)
     yield from _unknown_standards(file, rig)
     yield from _axis_twice(file, rig)
@@ -50,6 +54,21 @@ def _unknown_channels(file: TomlFile, rig: "RigDescription", known: set[str]) ->
             yield file.complaint(
                 ("chain", channel, "supply_channel"), f"no channel {chain.supply_channel!r} (allowed: {allowed})"
             )
+
+
+def _ranges_too_small(file: TomlFile, rig: "RigDescription") -> Iterable[str]:
+    """One g must fit into the range, which never changes inside a run."""
+    for serial, sensor in rig.sensors.items():
+        for axis, channel in sensor.channels.items():
+            readout, _, name = channel.partition(".")
+            entry = getattr(rig.readouts.get(readout), "channels", {}).get(name)
+            range_v = getattr(entry, "range_v", None)
+            if range_v is not None and OVER_RANGE * range_v < abs(sensor.nominal_sensitivity_v_per_g):
+                yield file.complaint(
+                    ("readouts", readout, "channels", name, "range_v"),
+                    f"got {range_v:g} V, but {serial}.{axis} is declared to make "
+                    f"{abs(sensor.nominal_sensitivity_v_per_g):g} V at one g; choose a larger range",
+                )
 
 
 def _unknown_interlocks(file: TomlFile, rig: "RigDescription", channels: set[str]) -> Iterable[str]:

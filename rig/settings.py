@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from rig.errors import RequestRefused
 from rig.toml_file import StrictTable, as_tuple
 
 TWIN_PORT = "twin"
@@ -70,6 +71,22 @@ class EnvironmentSettings(StrictTable):
     driver: str
     port: str
     standard: str | None = None
+    limits_degc: tuple[float, float] = (-60.0, 150.0)
+    """Where a setpoint may be; checked in the plan and in the driver just before it is sent."""
+
+    @field_validator("limits_degc", mode="before")
+    @classmethod
+    def _degc_pair(cls, value: object) -> object:
+        return as_tuple(value)
+
+    def refuse_beyond_limits(self, name: str, setpoint_degc: float) -> None:
+        """Raises: RequestRefused."""
+        low, high = self.limits_degc
+        if not low <= setpoint_degc <= high:
+            raise RequestRefused(
+                f"{name}: setpoint {setpoint_degc:g} degC, allowed {low:g} to {high:g} degC"
+                f" (environment.{name}: limits_degc); nothing was changed; ask for one inside"
+            )
 
 
 class StreamSettings(StrictTable):

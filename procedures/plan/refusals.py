@@ -15,6 +15,7 @@ from procedures.errors import PlanError
 from procedures.plan.designs import Design, DesignPoint
 from procedures.solving import temperature_source
 from rig.description import RigDescription
+from rig.errors import RequestRefused
 from rig.settings import AxisSettings
 
 FloatArray = NDArray[np.float64]
@@ -41,9 +42,22 @@ def refuse_impossible(
         *_undetermined(procedure, design),
         *_senseless_channels(rig, procedure),
         *_temperature_terms(rig, procedure, environment),
+        *_plateaus_beyond_limits(rig, procedure, environment),
     ]
     if reasons:
         raise PlanError("\n".join(str(reason) for reason in reasons))
+
+
+def _plateaus_beyond_limits(
+    rig: RigDescription, procedure: ProcedureDescription, environment: EnvironmentPlan | None
+) -> Iterator[PlanError]:
+    if environment is None or environment.name is None:
+        return
+    for plateau_degc in environment.plateaus_degc:
+        try:
+            rig.environment[environment.name].refuse_beyond_limits(environment.name, plateau_degc)
+        except RequestRefused as error:
+            yield procedure.error(("environment", "plateaus_degc"), str(error))
 
 
 def _missing_axes(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:

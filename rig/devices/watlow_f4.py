@@ -32,15 +32,15 @@ class WatlowF4Settings(EnvironmentSettings):
 class WatlowF4:
     """A chamber: a :class:`rig.devices.abilities.Environment`."""
 
-    def __init__(self, name: str, modbus: ModbusRtu, unit: int) -> None:
+    def __init__(self, name: str, settings: WatlowF4Settings, modbus: ModbusRtu) -> None:
         self.name = name
         self._modbus = modbus
-        self._unit = unit
+        self._settings = settings
         self._scale: float | None = None
 
     def identify(self) -> str:
         scale = self._learned_scale()
-        return f"Watlow F4 at unit {self._unit}, steps of {1.0 / scale:g} degC"
+        return f"Watlow F4 at unit {self._settings.unit}, steps of {1.0 / scale:g} degC"
 
     def temperature_degc(self) -> float:
         degc = self._read_degc(PROCESS_VALUE)
@@ -56,6 +56,7 @@ class WatlowF4:
         return self._read_degc(SETPOINT)
 
     def hold(self, setpoint_degc: float) -> None:
+        self._settings.refuse_beyond_limits(self.name, setpoint_degc)
         scale = self._learned_scale()
         raw = round(setpoint_degc * scale)
         if abs(raw / scale - setpoint_degc) > 1e-9 or not -32768 <= raw <= 32767:
@@ -91,4 +92,4 @@ class WatlowF4:
 
 def connect(name: str, settings: WatlowF4Settings, stream: ByteStream) -> WatlowF4:
     """The chamber behind a stream."""
-    return WatlowF4(name, ModbusRtu(stream, settings.unit, baud_rate=settings.baud_rate), settings.unit)
+    return WatlowF4(name, settings, ModbusRtu(stream, settings.unit, baud_rate=settings.baud_rate))

@@ -99,6 +99,7 @@ class WatlowF4T:
 
     def hold(self, setpoint_degc: float) -> None:
         """Write the set point, switch the loop on where it is off, read both back."""
+        self._settings.refuse_beyond_limits(self.name, setpoint_degc)
         low_degc, high_degc = self._verified_limits_degc()
         if not low_degc <= setpoint_degc <= high_degc:
             raise RequestRefused(

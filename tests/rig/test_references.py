@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from example_files import EXAMPLE_RIG, changed
 from table_bench import rig_file
 
 from rig.assembly import open_rig
@@ -44,3 +45,13 @@ def test_a_shipped_dialect_may_be_named(tmp_path: Path) -> None:
     assert name in shipped_dialects()
     path = rig_file(tmp_path, ("axis = 1", f'axis = 1\ndialect = "{name}"'))
     assert getattr(read_rig(path).axes["pitch"], "dialect", None) == name
+
+
+def test_a_range_that_one_g_overloads_is_refused(tmp_path: Path) -> None:
+    path = changed(
+        EXAMPLE_RIG, "x = { scanner = 1, range_v = 10.0 }", "x = { scanner = 1, range_v = 1.0 }", tmp_path / "r.toml"
+    )
+    with pytest.raises(
+        DescriptionError, match=r"channels\.x\.range_v: got 1 V, but SN1047\.x is declared to make 2\.5 V"
+    ):
+        read_rig(path)

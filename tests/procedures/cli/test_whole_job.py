@@ -291,3 +291,10 @@ def test_a_sensitivity_far_from_the_declared_one_stops_before_the_long_run(
     outcome = run(capsys, tmp_path, rig_changes=declared)
     assert (outcome.status, outcome.document["state"]) == (3, "tripped")
     assert "declared 5.5 V/g" in outcome.err
+
+
+def test_a_plateau_beyond_the_chambers_limits_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    hot = {"[export]": "[environment]\nplateaus_degc = [200.0]\n[export]"}
+    outcome = run(capsys, tmp_path, changes=hot)
+    assert outcome.status == 2
+    assert "environment.plateaus_degc: air: setpoint 200 degC, allowed -60 to 150 degC" in outcome.err

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from ams.errors import DesignError, SetError
+from ams.errors import DesignError, WriteFailed
 from procedures.errors import PlanError, RequestError
 from procedures.plan.design_map import plot_design
 from procedures.plan.designs import read_points
@@ -125,7 +125,7 @@ def test_a_map_that_cannot_be_written_is_told(tmp_path: Path):
         RequestError, match=r"--plot: got 'map\.txt', allowed are names that end in \.svg, \.png, \.pdf"
     ):
         plot_design(judged, tmp_path / "map.txt")
-    with pytest.raises(SetError, match="cannot be written"):
+    with pytest.raises(WriteFailed, match="cannot be written"):
         plot_design(judged, tmp_path / "nowhere" / "map.svg")
 
 

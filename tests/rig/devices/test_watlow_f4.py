@@ -12,10 +12,12 @@ from rig.twins.watlow_f4 import WatlowF4Twin
 from rig.twins.world import World
 
 
-def _chamber(decimals: int = 1, faults: FaultScript | None = None) -> tuple[WatlowF4, World, VirtualClock]:
+def _chamber(
+    decimals: int = 1, faults: FaultScript | None = None, limits_degc: tuple[float, float] = (-100.0, 150.0)
+) -> tuple[WatlowF4, World, VirtualClock]:
     world, clock = World(example_rig()), virtual_clock()
     twin = WatlowF4Twin("air", world, decimals=decimals)
-    settings = WatlowF4Settings(driver="watlow-f4", port="twin")
+    settings = WatlowF4Settings(driver="watlow-f4", port="twin", limits_degc=limits_degc)
     return connect("air", settings, MemoryStream(twin, clock, "chamber", faults)), world, clock
 
 
@@ -43,7 +45,7 @@ def test_a_setpoint_between_two_steps_is_refused_not_rounded() -> None:
 
 
 def test_a_setpoint_that_the_chamber_does_not_take_is_told() -> None:
-    chamber, _, _ = _chamber()
+    chamber, _, _ = _chamber(limits_degc=(-100.0, 600.0))
     with pytest.raises(DeviceRefused, match="illegal value"):
         chamber.hold(500.0)
 
@@ -85,3 +87,11 @@ def test_a_late_reply_is_not_taken_for_the_setpoint() -> None:
     script.reads = {script.taken: delay(1.5)}
     assert chamber.temperature_degc() < 25.0
     assert chamber.setpoint_degc() == 60.0
+
+
+def test_a_setpoint_beyond_the_limits_of_the_rig_file_is_never_sent() -> None:
+    chamber, world, _ = _chamber(limits_degc=(10.0, 40.0))
+    for degc in (41.0, 9.0, float("nan")):
+        with pytest.raises(RequestRefused, match=f"air: setpoint {degc:g} degC, allowed 10 to 40 degC"):
+            chamber.hold(degc)
+    assert world.setpoint_degc("air") == 20.0
