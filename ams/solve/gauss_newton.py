@@ -28,6 +28,8 @@ TOO_LITTLE_TO_MEASURE = 1e-12
 SMALLEST_GAIN = 1e-2
 FIRST_DAMPING = 1e-3
 LARGEST_DAMPING = 1e16
+DIFFERENCE_STEP = 1e-5
+"""Of a parameter, for second derivatives by central differences."""
 EFFECT_LOST = 1e-12
 """A parameter whose slope has fallen to this part of its largest has no effect any more: the iteration ran away."""
 
@@ -59,6 +61,8 @@ class GaussNewtonResult:
     residuals: FloatArray
     """(N,) observed minus predicted."""
     convergence: Convergence
+    residual_curvature: FloatArray | None = None
+    """(L, L) H_E, where it was asked for."""
 
 
 @dataclass(frozen=True)
@@ -111,15 +115,19 @@ def gauss_newton(
     covariance: FloatArray | None = None,
     absolute_covariance: bool = False,
     iterations: int = 50,
+    residual_curvature: bool = False,
 ) -> GaussNewtonResult:
     """Least squares from a start.
 
     ``covariance`` is U_Y: None, (N,) variances, or (N, N); relative (rescaled by S_E²) unless absolute.
+    ``residual_curvature`` puts H_E of TP (45) into the covariance of the estimate: R = F_cᵀ U_Y⁻¹ F_c − H_E. It counts
+    where residuals are large *and* the model curves within its uncertainty; for a model that is linear in its primary
+    parameters H_E vanishes at the answer, because the residuals are orthogonal to every second derivative.
 
     Raises:
         DesignError: fewer rows than parameters, or a Jacobian of deficient rank at the answer.
-        SolveError: the model returned no finite numbers at the start, the iteration stalled away from a minimum, or
-            U_Y is not positive definite.
+        SolveError: the model returned no finite numbers at the start, the iteration stalled away from a minimum,
+            U_Y is not positive definite, or with H_E the answer is no minimum.
     """
     if observed.size <= len(start):
         raise DesignError(
@@ -133,7 +141,40 @@ def gauss_newton(
     standard_error = float(np.sqrt(np.sum(problem.whiten(residuals) ** 2) / dof))
     unscaled = problem.unscaled_covariance(estimate, largest)
     scale = 1.0 if absolute_covariance else standard_error**2
-    return GaussNewtonResult(estimate, scale * unscaled, standard_error, residuals, convergence)
+    curvature = None
+    if residual_curvature:
+        curvature = _residual_curvature(problem, estimate, np.sqrt(np.diag(unscaled)) * standard_error)
+        unscaled = _with_curvature(unscaled, curvature, names)
+    return GaussNewtonResult(estimate, scale * unscaled, standard_error, residuals, convergence, curvature)
+
+
+def _residual_curvature(problem: "_Problem", estimate: FloatArray, uncertainty: FloatArray) -> FloatArray:
+    """H_E of TP (45): the residuals against the second derivatives, these by central differences of the Jacobian."""
+    residuals = problem.residuals(estimate)
+    columns = []
+    for place, size in enumerate(np.maximum(np.abs(estimate), uncertainty)):
+        step = np.zeros(estimate.size)
+        step[place] = DIFFERENCE_STEP * (size or 1.0)
+        ahead, behind = (problem.gradient(estimate + sign * step).T @ residuals for sign in (1.0, -1.0))
+        columns.append((ahead - behind) / (2.0 * step[place]))
+    curvature = np.stack(columns, axis=1)
+    return np.asarray(0.5 * (curvature + curvature.T))
+
+
+def _with_curvature(unscaled: FloatArray, curvature: FloatArray, names: Sequence[str]) -> FloatArray:
+    """R⁻¹ with R = F_cᵀ U_Y⁻¹ F_c − H_E, the second derivative of half the sum of squares.
+
+    Print has R = F_cᵀ U_Y⁻¹ F_c + H_E in TP (44), with the H_E of (45): the sign of the residuals is lost there.
+    """
+    root = np.linalg.cholesky(unscaled)
+    whole = np.eye(len(names)) - root.T @ curvature @ root
+    smallest = float(np.linalg.eigvalsh(whole)[0])
+    if smallest <= 0.0:
+        raise SolveError(
+            f"Gauss-Newton: {', '.join(names)}: with the curvature of the residuals (H_E) the answer is no minimum: "
+            f"got a smallest eigenvalue of {smallest:.2g}, allowed above 0; nothing is reported; look for wrong rows"
+        )
+    return np.asarray(root @ np.linalg.solve(whole, root.T))
 
 
 @dataclass(frozen=True)
