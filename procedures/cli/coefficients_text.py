@@ -33,7 +33,8 @@ def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
     """Every axis: parameters with standard uncertainties, standard error, replication tests, warnings."""
     for name, axis in axes.items():
         yield ""
-        yield f"axis {name}   ({_standard_error(axis)}, {axis['degrees_of_freedom']} degrees of freedom)"
+        dof = axis["degrees_of_freedom"]
+        yield f"axis {name}   ({_standard_error(axis)}{'' if dof is None else f', {dof} degrees of freedom'})"
         for parameter, estimate in axis["parameters"].items():
             yield f"  {parameter_line(parameter, estimate)}"
         if axis["replication"] is not None:

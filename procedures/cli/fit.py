@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 from cyclopts import Parameter
 
 from procedures.cli.coefficients_text import axes_lines
+from procedures.cli.fit_joint import check_joint, joint_lines, parse_priors
+from procedures.cli.fit_joint import joint as fit_jointly
 from procedures.cli.fit_set import WishedSet, wished_set, write_set
 from procedures.cli.output import note, print_json, say
 from procedures.errors import RequestError
@@ -45,6 +47,9 @@ def fit(
     reference_temperature_degc: float | None = None,
     extended: Literal["no", "test", "yes"] = "no",
     rig: Path | None = None,
+    joint: Annotated[bool, Parameter(negative=())] = False,
+    prior: Named = None,
+    mount: str | None = None,
     set_: Annotated[Path | None, Parameter(name="--set")] = None,
     sensor: str | None = None,
     gravity_mps2: float | None = None,
@@ -77,6 +82,13 @@ def fit(
         Whether the extended model is tried (test) or taken (yes).
     rig
         A rig file whose table uncertainty is carried into the result, and whose gravity a set states.
+    joint
+        Fit package and table together, the table's errors under the rig's priors; says what stays confounded.
+    prior
+        For --joint, standard uncertainty of a whole-table error: NAME=ARCSEC with pitch-zero, roll-zero, base-tilt,
+        squareness, droop or seat.
+    mount
+        For --joint, the column that says upright or reversed.
     set_
         Write a coefficient set to this JSON file.
     sensor
@@ -106,16 +118,24 @@ def fit(
         extended=extended,
         table=None if description is None else table_uncertainty(description),
     )
+    if (prior or mount) and not joint:
+        raise RequestError("--prior and --mount: belong to --joint, which is missing")
     wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description, name)
     try:
-        document = _linear(file, columns, request) if name == "linear" else _solved(file, columns, request, wish)
+        if joint:
+            stated = check_joint(request, description, wish is not None)
+            document = fit_jointly(file, columns, stated, parse_priors(prior), mount)
+        elif name == "linear":
+            document = _linear(file, columns, request)
+        else:
+            document = _solved(file, columns, request, wish)
     except DesignError as error:
         told = str(error)
         raise DesignError(told if told.startswith(str(file)) else f"{file}: {told}") from None
     if json:
         print_json(document)
     else:
-        for line in axes_lines(document["axes"]):
+        for line in (*axes_lines(document["axes"]), *(joint_lines(document) if joint else ())):
             say(line)
     if description is None and name in TP_MODELS:
         note("the table's own index errors are not in these uncertainties; --rig RIG brings them in")

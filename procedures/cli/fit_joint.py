@@ -1,0 +1,88 @@
+"""``calrig fit --joint``: package and table in one fit, under what the rig and the operator state of the table."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from procedures.errors import RequestError
+
+if TYPE_CHECKING:
+    from ams.request import CalibrationRequest
+    from ams.solve.table_errors import TablePriors
+    from rig.description import RigDescription
+
+PRIORS = {
+    "pitch-zero": "pitch_zero_rad",
+    "roll-zero": "roll_zero_rad",
+    "base-tilt": "base_tilt_rad",
+    "squareness": "squareness_rad",
+    "droop": "droop_rad",
+    "seat": "seat_rad",
+}
+"""Name on the command line to its prior."""
+
+
+def joint(
+    file: Path, columns: Mapping[str, str], rig: "RigDescription", priors: Mapping[str, float], mount: str | None
+) -> dict[str, Any]:
+    """Solve the file with the table's errors as unknowns. Raises: ams.errors.AmsError."""
+    from ams.joint_document import joint_document, read_mountings
+    from ams.solve.joint import joint_fit
+
+    found = joint_fit(read_mountings(file, columns, mount), tuple(columns), _priors(rig, priors))
+    return {**joint_document(found), "model": "pitch-roll", "convention": "TP"}
+
+
+def check_joint(request: "CalibrationRequest", rig: "RigDescription | None", has_set: bool) -> "RigDescription":
+    """Raises: RequestError where the joint fit does not go with what else is asked for."""
+    if rig is None:
+        raise RequestError("--joint: needs --rig RIG: the table's uncertainties are the priors of its errors")
+    if request.model != "pitch-roll" or request.temperature != "none" or request.extended != "no":
+        raise RequestError("--joint: goes with --model pitch-roll, --temperature none and --extended no")
+    if has_set:
+        raise RequestError("--set: a joint fit makes no coefficient set; fit without --joint for one")
+    return rig
+
+
+def parse_priors(pairs: list[str] | None) -> dict[str, float]:
+    """``["roll-zero=10"]`` as ``{"roll-zero": 10.0}``, arc seconds."""
+    found: dict[str, float] = {}
+    for pair in pairs or ():
+        name, _, text = pair.partition("=")
+        try:
+            value = float(text)
+        except ValueError:
+            value = -1.0
+        if name not in PRIORS or name in found or not 0.0 < value < 36_000.0:
+            raise RequestError(
+                f"--prior {pair}: allowed is NAME=ARCSEC, above 0 and below 36000 arc seconds, each of "
+                f"{', '.join(PRIORS)} at most once"
+            )
+        found[name] = value
+    return found
+
+
+def joint_lines(document: Mapping[str, Any]) -> Iterator[str]:
+    """The table's own errors for a person: those of the whole table and the seat, then what stays confounded."""
+    whole = {name: entry for name, entry in document["nuisances"].items() if " tooth " not in name}
+    yield ""
+    yield f"table: {len(document['nuisances']) - len(whole)} teeth and {len(whole)} errors of the whole"
+    for name, entry in whole.items():
+        told = "" if entry["is_observed"] else "   (not told by these rows)"
+        yield (
+            f"  {name:<28} {entry['estimate_arcsec']:+.2f}″   u {entry['standard_deviation_arcsec']:.2g}″"
+            f"   (prior {entry['prior_arcsec']:.3g}″){told}"
+        )
+    yield from (f"  confounded: {sentence}" for sentence in document["confounded"])
+
+
+def _priors(rig: "RigDescription", priors: Mapping[str, float]) -> "TablePriors":
+    from ams.frames import RAD_PER_ARCSEC
+    from ams.solve.table_errors import TablePriors
+    from procedures.solving import standard_uncertainty_arcsec
+
+    return TablePriors(
+        pitch_tooth_rad=standard_uncertainty_arcsec(rig, "pitch") * RAD_PER_ARCSEC,
+        roll_tooth_rad=standard_uncertainty_arcsec(rig, "roll") * RAD_PER_ARCSEC,
+        **{PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()},
+    )

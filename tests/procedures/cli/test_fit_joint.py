@@ -1,0 +1,79 @@
+"""Laws of ``calrig fit --joint``: a table's error is found by two mounts, and named as confounded with one."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import call
+from cr_outputs import write_rows
+from package_outputs import TRUTH, pitch_matrix, roll_matrix
+
+ARCSEC = np.pi / 180 / 3600
+AXES = ("--axis", "x=x_v", "--axis", "y=y_v", "--axis", "z=z_v")
+RIG = Path(__file__).parents[3] / "examples" / "rig.toml"
+HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+
+
+def direction(axis: str) -> np.ndarray:
+    """k = S·u, from the definition of the angles."""
+    _, s, coning, azimuth = TRUTH[axis]
+    c, w, a = np.cos(np.radians(coning)), np.sin(np.radians(coning)), np.radians(azimuth)
+    along = {"x": (c, w * np.cos(a), w * np.sin(a)), "y": (w * np.sin(a), c, w * np.cos(a))}
+    return s * np.array(along.get(axis, (w * np.cos(a), w * np.sin(a), c)))
+
+
+def write_mounts(path: Path, mounts: tuple[str, ...], roll_zero_arcsec: float, noise_v: float = 5e-6) -> Path:
+    """Two replications a mount on a table whose roll zero is wrong, by explicit rotations."""
+    chance = np.random.default_rng(6)
+    rows: list[list[object]] = []
+    for number, mount in enumerate(mounts):
+        turn = HALF_TURN if mount == "reversed" else np.eye(3)
+        for replication in (2 * number + 1, 2 * number + 2):
+            for point, (p, r) in enumerate([(p, r) for p in range(-60, 61, 20) for r in range(-180, 180, 30)], 1):
+                true_roll = np.radians(r) + roll_zero_arcsec * ARCSEC
+                force = turn @ roll_matrix(true_roll) @ pitch_matrix(np.radians(p)) @ np.array([0.0, 0.0, -1.0])
+                volts = [TRUTH[a][0] + direction(a) @ force + noise_v * chance.normal() for a in "xyz"]
+                rows.append([replication, point, p, r, mount, *map(float, volts)])
+    return write_rows(path, ["pitch_deg", "roll_deg", "mount", "x_v", "y_v", "z_v"], rows)
+
+
+def test_a_reversed_mount_finds_the_roll_zero(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write_mounts(tmp_path / "two.csv", ("upright", "reversed"), 10.0)
+    priors = ("--prior", "roll-zero=30", "--prior", "seat=0.5")
+    document = call(capsys, "fit", file, *AXES, "--joint", "--rig", RIG, *priors, "--mount", "mount", "--json").document
+    found = document["nuisances"]["roll zero"]
+    assert found["is_observed"]
+    assert abs(found["estimate_arcsec"] - 10.0) < 4 * found["standard_deviation_arcsec"] < 4.0
+    y = document["axes"]["y"]["parameters"]["sensitivity_v_per_g"]
+    assert abs(y["value"] - 2.48) < 5 * y["standard_uncertainty"]
+
+
+def test_one_mount_says_that_the_roll_zero_stays_confounded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write_mounts(tmp_path / "one.csv", ("upright",), 10.0)
+    asked = ("fit", file, *AXES, "--joint", "--rig", RIG, "--prior", "roll-zero=30")
+    document = call(capsys, *asked, "--json").document
+    assert not document["nuisances"]["roll zero"]["is_observed"]
+    assert any("roll zero: not observable" in sentence for sentence in document["confounded"])
+    assert document["axes"]["y"]["parameters"]["azimuth_deg"]["standard_uncertainty"] > 0.5  # 30″ of 0.3° of coning
+    text = call(capsys, *asked).out
+    assert "confounded: roll zero: not observable" in text
+    assert "not told by these rows" in text
+
+
+REQUESTS = [
+    (("--joint",), "needs --rig RIG"),
+    (("--prior", "droop=1"), "belong to --joint"),
+    (("--joint", "--rig", str(RIG), "--prior", "wobble=1"), "pitch-zero, roll-zero"),
+    (("--joint", "--rig", str(RIG), "--extended", "yes"), "goes with --model pitch-roll"),
+    (("--joint", "--rig", str(RIG), "--mount", "side"), "column 'side' missing"),
+    (("--joint", "--rig", str(RIG), "--mount", "pitch_deg"), "line 2: column pitch_deg: got '-60', allowed upright"),
+]
+
+
+@pytest.mark.parametrize(("options", "sentence"), REQUESTS, ids=[sentence for _, sentence in REQUESTS])
+def test_a_wrong_request_is_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], sentence: str
+) -> None:
+    outcome = call(capsys, "fit", write_mounts(tmp_path / "one.csv", ("upright",), 0.0), *AXES, *options)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert sentence in outcome.err
