@@ -1,5 +1,6 @@
 """``calrig export`` and ``calrig verify``: a coefficient set for another system, and back."""
 
+import os
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -8,6 +9,8 @@ from cyclopts import Parameter
 
 from procedures.cli.output import print_json, say
 from procedures.errors import RequestError
+
+DCC_SCHEMAS = "CALRIG_DCC_SCHEMAS"
 
 
 def export(
@@ -63,6 +66,7 @@ def verify(file: Path, /, *, json: Annotated[bool, Parameter(negative=())] = Fal
     from ams.sets.verify import verify as verify_file
 
     found = verify_file(file)
+    note = _check_schemas(file) if found.format == "dcc" else None
     if json:
         print_json({**asdict(found), "verified": True})
         return
@@ -72,3 +76,16 @@ def verify(file: Path, /, *, json: Annotated[bool, Parameter(negative=())] = Fal
         f"{found.forward_vectors} test vectors forward and {found.inverse_vectors} inverse reproduced, "
         f"largest relative difference {found.largest_relative_error:.1e} (allowed {found.tolerance_relative:.0e})"
     )
+    if note is not None:
+        say(note)
+
+
+def _check_schemas(file: Path) -> str:
+    """What to say of the official schemas. Raises: ams.errors.SetError where the file is none by them."""
+    from ams.sets.export.dcc_schema import SCHEMA, check_against_schemas
+
+    folder = os.environ.get(DCC_SCHEMAS)
+    if not folder:
+        return f"not validated against the official schemas: {DCC_SCHEMAS} is not set to the folder they are in"
+    check_against_schemas(file, Path(folder))
+    return f"valid by the official schema {SCHEMA}"

@@ -24,11 +24,6 @@ VERSION = "3.2.1"
 DECLARATION = b'<?xml version="1.0" encoding="UTF-8"?>\n'
 SEAL = Seal("DCC", DECLARATION, b"<!-- sha256 of all bytes above this line: ", b" -->\n")
 ATTACHMENT = "id-set"
-SCHEMA_FILES = {
-    "https://ptb.de/si/v2.1.0/SI_Format.xsd": "dsi_2_1_0.xsd",
-    "https://www.ptb.de/dcc/d-sig/xmldsig-core-schema.xsd": "ds_0_1.xsd",
-}
-SCHEMA = "dcc_3_2_1.xsd"
 
 
 def to_dcc(coefficients: CoefficientSet) -> bytes:
@@ -57,21 +52,6 @@ def from_dcc(content: bytes, where: str) -> CoefficientSet:
     coefficients = from_json(document, f"{where}: attached set")
     check_same(_quantities(root), _quantities(tree(_certificate(coefficients), etree)), "quantities", where)
     return coefficients
-
-
-def faults_of_dcc(content: bytes, schemas: dict[str, bytes]) -> list[str]:
-    """What the official schemas (their file names to their content) do not allow, with lines; nothing is fetched."""
-    from lxml import etree
-
-    class Offline(etree.Resolver):  # type: ignore[misc]  # lxml has no types
-        def resolve(self, url: str, _public_id: str, context: Any) -> Any:
-            return self.resolve_string(schemas[SCHEMA_FILES[url]], context)
-
-    parser = etree.XMLParser(no_network=True)
-    parser.resolvers.add(Offline())
-    schema = etree.XMLSchema(etree.fromstring(schemas[SCHEMA], parser))
-    schema.validate(etree.fromstring(content))
-    return [f"line {error.line}: {error.message}" for error in schema.error_log]
 
 
 def _parsed(body: bytes, etree: Any, where: str) -> Any:

@@ -20,9 +20,10 @@ from ams.sets.export.extra import library
 from ams.sets.export.json_text import from_json, to_json
 from ams.sets.export.native import axes_used, check_same, columns, numeric
 from ams.sets.export.seal import INTACT
-from ams.sets.export.seal_inside import UNSEALED, check_inside, sealed_inside
+from ams.sets.export.seal_inside import UNSEALED, check_inside, check_layout, sealed_inside
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
+LAYOUT = "calrig coefficient set as HDF5, version 1"
 DOCUMENT = "document_json"
 HOW_TO_READ = (
     "axes/x/primary/values and axes/x/equation/primary give the output of axis x; check yours against "
@@ -35,7 +36,7 @@ def to_hdf5(coefficients: CoefficientSet) -> bytes:
     h5py = library("h5py", f"{coefficients.sensor}: HDF5")
     memory = io.BytesIO()
     with h5py.File(memory, "w", libver=("earliest", "v110")) as file:
-        file.attrs["file_format"] = "calrig coefficient set as HDF5, version 1"
+        file.attrs["file_format"] = LAYOUT
         file.attrs["file_sha256"] = np.bytes_(UNSEALED)
         file.attrs["how_to_read"] = HOW_TO_READ
         file.create_dataset(DOCUMENT, data=to_json(coefficients).decode("utf-8"))
@@ -56,12 +57,13 @@ def from_hdf5(content: bytes, where: str) -> CoefficientSet:
     h5py = library("h5py", where)
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
-            text = file[DOCUMENT].asstr()[()]
+            layout, text = file.attrs.get("file_format"), file[DOCUMENT].asstr()[()]
             read = {name: _read(file[name], h5py) for name in ("axes", "test_vectors")}
     except (OSError, KeyError, ValueError, TypeError, AttributeError) as error:
         raise SetError(
             f"{where}: has no {DOCUMENT}, axes and test_vectors that HDF5 can read: {error}; {INTACT}"
         ) from error
+    check_layout(layout, LAYOUT, where)
     coefficients = from_json(str(text).encode("utf-8"), f"{where}: {DOCUMENT}")
     check_same(read["axes"], _plain(axes_used(coefficients)), "axes", where)
     check_same(read["test_vectors"], _named(_vectors(coefficients)), "test_vectors", where)

@@ -15,9 +15,10 @@ from ams.sets.export.extra import library
 from ams.sets.export.json_text import from_json, to_json
 from ams.sets.export.native import check_same
 from ams.sets.export.seal import INTACT
-from ams.sets.export.seal_inside import UNSEALED, check_inside, sealed_inside
+from ams.sets.export.seal_inside import UNSEALED, check_inside, check_layout, sealed_inside
 
 MAGIC = b"PAR1"
+LAYOUT = "calrig coefficient set as Parquet, version 1"
 DOCUMENT = "document_json"
 COLUMNS = ("path", "kind", "number", "value", "unit")
 
@@ -32,7 +33,7 @@ def to_parquet(coefficients: CoefficientSet) -> bytes:
         writer.write_table(arrow.table(_columns(coefficients), schema=schema))
         writer.add_key_value_metadata(
             {
-                "file_format": "calrig coefficient set as Parquet, version 1",
+                "file_format": LAYOUT,
                 "file_sha256": UNSEALED.decode(),
                 DOCUMENT: to_json(coefficients).decode("utf-8"),
             }
@@ -50,11 +51,13 @@ def from_parquet(content: bytes, where: str) -> CoefficientSet:
     arrow, parquet = library("pyarrow", where), library("pyarrow.parquet", where)
     try:
         with parquet.ParquetFile(io.BytesIO(content)) as file:
-            document = (file.metadata.metadata or {})[DOCUMENT.encode()]
+            metadata: dict[bytes, bytes] = file.metadata.metadata or {}
+            document = metadata[DOCUMENT.encode()]
             rows = file.read(columns=list(COLUMNS))
         read = {name: rows.column(name).to_pylist() for name in COLUMNS}
     except (arrow.ArrowException, KeyError) as error:
         raise SetError(f"{where}: has no {DOCUMENT} and rows to read: {error}; {INTACT}") from error
+    check_layout(metadata.get(b"file_format", b"").decode(), LAYOUT, where)
     coefficients = from_json(document, f"{where}: {DOCUMENT}")
     check_same(_comparable(read), _comparable(_columns(coefficients)), "rows", where)
     return coefficients

@@ -36,5 +36,14 @@ def check_inside(content: bytes, magic: bytes, kind: str, where: str) -> None:
         )
 
 
+def check_layout(stated: object, needed: str, where: str) -> None:
+    """Raises: SetError for a file whose numbers stand in other places than this version knows."""
+    if stated != needed:
+        raise SetError(
+            f"{where}: file_format: is of another version: got {stated!r}, this calrig reads {needed!r}; "
+            "the set is not used; install the calrig that wrote it"
+        )
+
+
 def _sha256(content: bytes) -> bytes:
     return hashlib.sha256(content).hexdigest().encode()

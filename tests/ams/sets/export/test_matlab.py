@@ -133,7 +133,7 @@ def resealed(struct: Any) -> bytes:
 def test_a_struct_with_other_numbers_than_its_document_disagrees(coefficients: CoefficientSet) -> None:
     loaded = loadmat(io.BytesIO(to_matlab(coefficients)), simplify_cells=True)["calrig"]
     loaded["axes"]["y"]["primary"]["values"]["offset_v"] += 1e-9
-    with pytest.raises(VectorsDisagree, match="axes: the file.s own are others than those of the document"):
+    with pytest.raises(VectorsDisagree, match=r"axes: the file.s own are others than those of the document"):
         from_matlab(resealed(loaded), "file")
 
 
@@ -154,7 +154,7 @@ def test_a_sealed_file_without_the_struct_is_refused(struct: Any) -> None:
 def test_a_struct_that_lacks_what_its_document_has_disagrees(missing: str, coefficients: CoefficientSet) -> None:
     loaded = loadmat(io.BytesIO(to_matlab(coefficients)), simplify_cells=True)["calrig"]
     loaded[missing] = {"other": 1.0}
-    with pytest.raises(VectorsDisagree, match="the file.s own are others"):
+    with pytest.raises(VectorsDisagree, match=r"the file.s own are others"):
         from_matlab(resealed(loaded), "file")
 
 
