@@ -108,11 +108,23 @@ def _solve_sensor(
         temperature_source(rig, sensor),
         f"{source}, {name}",
     )
+    mountings = sorted({row.mounting for row in rows if row.accepted and row.purpose == "design"})
+    if len(mountings) > 1:
+        return SolvedSensor(name, observations, None, _several_mountings(mountings))
     try:
         request = request_for(name, sensor.channels, solve, table_uncertainty(rig))
         return SolvedSensor(name, observations, calibrate(observations, request), None)
     except AmsError as error:
         return SolvedSensor(name, observations, None, str(error))
+
+
+def _several_mountings(mountings: list[int]) -> str:
+    """One coning angle and azimuth for a package that was moved in between would be wrong and look right."""
+    told = ", ".join(map(str, mountings))
+    return (
+        f"dwells of several mountings ({told}) have no common coning angle and azimuth; nothing was solved; take back "
+        "what was measured before the package was moved (calrig redo), then resume"
+    )
 
 
 def temperature_source(rig: RigDescription, sensor: Sensor) -> TemperatureChannel | str | None:

@@ -12,11 +12,12 @@ from procedures.run.journal import Journal
 from procedures.run.measure import OpenRig
 from procedures.run.owner import owning
 from procedures.run.progress import RunObserver
+from procedures.run.readiness import readiness
 from procedures.run.space import require_room
 from procedures.run.spool import Spool
 from procedures.run.storage import JOURNAL_FILE
 from rig.clock import Clock
-from rig.description import RigDescription
+from rig.description import RigDescription, rig_from_json
 
 
 def begin(
@@ -30,15 +31,19 @@ def begin(
 ) -> Outcome:
     """Run ``plan`` on an open rig in a new folder.
 
-    Raises: RequestError (also where the disk has no room), JournalError, StorageFailed before the first move; a
-    defect of ours after the safe stop.
+    Raises: RequestError (also where the disk has no room or a standard is out of date), JournalError and
+    StorageFailed before the first move; a defect of ours after the safe stop.
     """
     from ams.sets.whole_file import write_whole
 
     care = with_precautions(care, header)
+    ready = readiness(rig_from_json(header.rig_json), header.created_utc.date())
+    if not header.is_simulated:
+        ready.require(header.rig_path)
     require_room(run_dir, plan, care.free_bytes(run_dir), care.precautions.min_free_mb)
     with owning(run_dir, idle_clock):
         journal = Journal.create(run_dir / JOURNAL_FILE, header, rig.clock)
+        journal.append_event("readiness", {"engineering": [*ready.missing, *ready.contradictions]}, rig.clock)
         write_whole(run_dir / "plan.json", (header.plan_json + "\n").encode("utf-8"))
         return run(plan, rig, journal, Spool(run_dir), Start(header.operator), None, observer, idle_clock, care)
 

@@ -130,12 +130,12 @@ def test_a_dwell_reads_what_gravity_gives(clean: Path) -> None:
 def test_the_trail_tells_the_states_and_every_intent_before_its_dwell(small: Bench, clean: Path) -> None:
     assert _states(clean) == ["planned", "checking", "running", "finished"]
     events = _events(clean)
-    assert [event.kind for event in events[:4]] == ["state", "opened", "state", "identities"]
+    assert [event.kind for event in events[:5]] == ["state", "readiness", "opened", "state", "identities"]
     assert events[-1].kind == "state"
     pairs = [(event.kind, event.detail["step"]) for event in events if event.kind in ("intent", "dwell")]
     assert pairs == [(kind, dwell.step) for dwell in small.plan.dwells for kind in ("intent", "dwell")]
-    assert events[1].detail["operator"] == "tester"
-    assert set(events[3].detail) == {"axes.pitch", "axes.roll", "readouts.dmm", "environment.air"}
+    assert events[2].detail["operator"] == "tester"
+    assert set(events[4].detail) == {"axes.pitch", "axes.roll", "readouts.dmm", "environment.air"}
 
 
 def test_every_phase_of_a_step_is_announced_by_counters_of_its_own(small: Bench, tmp_path: Path) -> None:

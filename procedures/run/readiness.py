@@ -1,0 +1,64 @@
+"""What a laboratory must have in order before a result may be called a calibration: standards in date, a level read.
+
+What is missing makes the result an engineering one, and the journal says why; what contradicts itself stops the run
+before anything moves. A simulated run needs none of it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import date, timedelta
+
+from procedures.errors import RequestError
+from rig.description import LevelReading, RigDescription
+
+FRESH = timedelta(days=7)
+"""A level reading that is older says little about the base of today."""
+
+
+@dataclass(frozen=True, slots=True)
+class Readiness:
+    """Two lists of sentences."""
+
+    missing: tuple[str, ...]
+    contradictions: tuple[str, ...]
+
+    def require(self, source: str) -> None:
+        """Raises: RequestError where the rig file contradicts itself or the day."""
+        if self.contradictions:
+            told = "; ".join(self.contradictions)
+            raise RequestError(f"{source}: {told}; nothing moved; renew it, or correct the rig file")
+
+
+def readiness(rig: RigDescription, today: date) -> Readiness:
+    return Readiness(tuple(_missing(rig, today)), tuple(_contradictions(rig, today)))
+
+
+def _missing(rig: RigDescription, today: date) -> Iterator[str]:
+    for table, devices in (("axes", rig.axes), ("readouts", rig.readouts), ("environment", rig.environment)):
+        for name, device in devices.items():
+            if device.standard is None:
+                yield f"{table}.{name}: no standard stands behind it"
+    if rig.level.before is None:
+        yield "level.before: the base was not levelled before the run"
+    elif (taken := _day(rig.level.before)) is None:
+        yield "level.before.taken: no day is given (write it as 2026-03-01)"
+    elif taken < today - FRESH:
+        yield f"level.before.taken: {taken} is more than {FRESH.days} days ago"
+    if rig.approved_by is None:
+        yield "approved_by: nobody has approved it"
+
+
+def _contradictions(rig: RigDescription, today: date) -> Iterator[str]:
+    for name, standard in rig.standards.items():
+        if standard.due < today:
+            yield f"standards.{name}.due: {standard.due} is past (today is {today}), certificate {standard.certificate}"
+    taken = None if rig.level.before is None else _day(rig.level.before)
+    if taken is not None and taken > today:
+        yield f"level.before.taken: {taken} is still to come (today is {today})"
+
+
+def _day(reading: LevelReading) -> date | None:
+    try:
+        return date.fromisoformat(reading.taken[:10])
+    except ValueError:
+        return None

@@ -1,0 +1,178 @@
+"""Before the long run: the mount as declared, the channels warm."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from journals import a_dwell
+from night import Night, events, spend, states
+from small_run import Bench, bench, dwells_of
+
+from procedures.errors import ExitStatus
+from procedures.run.mount_check import contradictions
+from procedures.run.records import ChannelReading, DwellRecord
+from procedures.run.resume import resume_on
+from procedures.run.states import State
+from rig.assembly import open_rig
+from rig.description import Mount, Sensor
+from rig.devices.abilities import Burst, Readout, Wait
+
+LEVEL, ON_ITS_BACK, RIGHT_DOWN, NOSE_UP = (0.0, 0.0), (0.0, 180.0), (0.0, 90.0), (90.0, 0.0)
+SENSOR = Sensor(
+    model="three-axis package",
+    channels={"x": "dmm.x", "y": "dmm.y", "z": "dmm.z"},
+    nominal_sensitivity_v_per_g=2.5,
+)
+FELT_G = {
+    LEVEL: (0.0, 0.0, -1.0),
+    ON_ITS_BACK: (0.0, 0.0, 1.0),
+    RIGHT_DOWN: (0.0, -1.0, 0.0),
+    NOSE_UP: (1.0, 0.0, 0.0),
+}
+"""f of the conventions, by hand: level gives −g on z, roll +90° −g on y, nose up +g on x."""
+
+
+def _tumble(axes: str = "xyz", gains: tuple[float, float, float] = (2.5, 2.5, 2.5)) -> list[DwellRecord]:
+    """Four attitudes; channel x of the meter is wired to the body axis axes[0], and so on."""
+    chance = np.random.default_rng(1)
+    dwells = []
+    for attitude, felt_g in FELT_G.items():
+        readings = {}
+        for channel, axis, gain in zip(("dmm.x", "dmm.y", "dmm.z"), axes, gains, strict=True):
+            volts = 0.01 + gain * felt_g["xyz".index(axis)] + chance.normal(0.0, 0.02, 5)
+            readings[channel] = ChannelReading(channel, volts, 0.0, 0.1)
+        pitch_deg, roll_deg = attitude
+        dwells.append(replace(a_dwell(), readings=readings, measured_deg={"pitch": pitch_deg, "roll": roll_deg}))
+    return dwells
+
+
+def test_a_package_as_declared_is_not_contradicted() -> None:
+    assert contradictions("SN1", SENSOR, _tumble()) == ()
+    assert contradictions("SN1", SENSOR, _tumble(gains=(2.0, 3.0, 2.6))) == ()
+
+
+def test_fault_62_a_reversed_polarity_is_named_by_axis_and_sign() -> None:
+    assert contradictions("SN1", SENSOR, _tumble(gains=(2.5, -2.5, 2.5))) == (
+        "SN1.y (dmm.y): declared along +y of the table, but it reads as -y: polarity reversed",
+    )
+
+
+def test_fault_60_swapped_channels_are_both_named() -> None:
+    told = contradictions("SN1", SENSOR, _tumble(axes="yxz"))
+    assert told == (
+        "SN1.x (dmm.x): declared along +x of the table, but it reads as +y: another axis",
+        "SN1.y (dmm.y): declared along +y of the table, but it reads as +x: another axis",
+    )
+
+
+def test_fault_62_a_declared_rotation_is_obeyed_and_an_undeclared_one_refused() -> None:
+    """Turned by 90° about z: body x points along the table's y, body y along −x."""
+    turned = SENSOR.model_copy(update={"mount": Mount(x="+y", y="-x", z="+z")})
+    as_turned = _tumble(axes="yxz", gains=(2.5, -2.5, 2.5))
+    assert contradictions("SN1", turned, as_turned) == ()
+    assert len(contradictions("SN1", SENSOR, as_turned)) == 2
+    assert len(contradictions("SN1", turned, _tumble())) == 2
+
+
+def test_fault_61_a_channel_that_does_not_respond_is_named() -> None:
+    (told,) = contradictions("SN1", SENSOR, _tumble(gains=(2.5, 2.5, 0.0)))
+    assert told.startswith("SN1.z (dmm.z): does not respond: it changed by 0.0")
+
+
+def test_fault_69_a_sensitivity_of_another_unit_is_named() -> None:
+    (told,) = contradictions("SN1", SENSOR, _tumble(gains=(2.5, 2.5, 25.0)))
+    assert "SN1.z (dmm.z): sensitivity about 25 V/g, declared 2.5 V/g, allowed 0.5 to 2 times that" in told
+
+
+def test_attitudes_that_cannot_tell_contradict_nothing() -> None:
+    assert contradictions("SN1", SENSOR, _tumble()[:3]) == ()
+    assert contradictions("SN1", SENSOR, [_tumble(gains=(-2.5, 2.5, 2.5))[0]] * 6) == ()
+
+
+def test_fault_62_a_package_mounted_otherwise_than_declared_stops_before_the_first_design_dwell(
+    tmp_path: Path,
+) -> None:
+    """The twin mounts as the file says, so the file that the run believes is turned against it."""
+    small = bench(tmp_path)
+    declared = small.plan.sensors["SN1"].model_copy(update={"mount": Mount(x="+y", y="-x", z="+z")})
+    wrong = Bench(small.folder, small.rig, replace(small.plan, sensors={"SN1": declared}))
+    outcome = wrong.run(tmp_path / "run")
+    assert (outcome.state, outcome.exit_status, outcome.dwells_done) == (State.TRIPPED, ExitStatus.HELD, 0)
+    assert "mount check: SN1.x (dmm.x): declared along +y of the table, but it reads as +x" in outcome.reason
+    assert not [dwell for dwell in dwells_of(tmp_path / "run") if dwell.accepted], "the check set counts no more"
+
+
+def test_after_the_package_was_put_right_the_check_set_is_the_new_baseline(tmp_path: Path) -> None:
+    small = bench(tmp_path)
+    mounted_wrongly = small.rig.model_copy(
+        update={
+            "sensors": {"SN1": small.rig.sensors["SN1"].model_copy(update={"mount": Mount(x="+y", y="-x", z="+z")})}
+        }
+    )
+    run_dir = tmp_path / "run"
+    run_dir.mkdir()
+    night = Night(tmp_path / "night")
+    assert spend(Bench(small.folder, mounted_wrongly, small.plan), night).state is State.TRIPPED
+    with open_rig(small.rig) as rig:
+        assert resume_on(night.run_dir, rig, "carla", "turned it back").state is State.FINISHED
+    assert not events(night.run_dir, "seam"), "there is no earlier check set that counts"
+    assert states(night.run_dir)[2:] == ["tripped", "checking", "running", "finished"]
+
+
+class Drifting:
+    """A meter whose channel z comes to rest over an hour."""
+
+    def __init__(self, readout: Readout, clock: object, tau_s: float) -> None:
+        self._readout, self._clock, self._tau_s = readout, clock, tau_s
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._readout, name)
+
+    def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
+        burst = self._readout.read(channel, samples, wait, nplc)
+        if channel != "dmm.z":
+            return burst
+        drift_v = 0.01 * np.exp(-self._clock.monotonic_s() / self._tau_s)  # type: ignore[attr-defined]
+        return replace(burst, values_v=burst.values_v + drift_v)
+
+
+class WarmingUp:
+    """The rig with that meter."""
+
+    def __init__(self, rig: object, tau_s: float) -> None:
+        self._rig = rig
+        self._meter = Drifting(rig.readouts["dmm"], rig.clock, tau_s)  # type: ignore[attr-defined]
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._rig, name)
+
+    @property
+    def readouts(self) -> dict[str, object]:
+        return {"dmm": self._meter}
+
+
+GATE = '[chain."dmm.z"]\nwarm_up_s = 600.0\nwarm_up_slope_v_per_h = 2e-4\n[twin]'
+
+
+@pytest.mark.parametrize(("tau_s", "least_s", "most_s"), [(1.0, 600.0, 900.0), (1200.0, 4000.0, 12_000.0)])
+def test_nothing_is_measured_before_a_channel_is_warm_and_at_rest(
+    tmp_path: Path, tau_s: float, least_s: float, most_s: float
+) -> None:
+    """dv/dt = −10 mV/τ·exp(−t/τ): with τ = 1200 s it falls below 0.2 mV/h after τ·ln(150) = 6013 s."""
+    small = bench(tmp_path, rig=(("[twin]", GATE),))
+    night = Night(tmp_path / "run")
+    assert spend(small, night, rig_of=lambda rig: WarmingUp(rig, tau_s)).state is State.FINISHED
+    (warm,) = events(night.run_dir, "warm_up")
+    assert least_s <= float(str(warm.detail["took_s"])) < most_s
+    assert abs(float(str(warm.detail["slope_v_per_h"]))) <= 2e-4
+    first = dwells_of(night.run_dir)[0]
+    assert first.started_s >= least_s
+
+
+def test_a_channel_that_never_comes_to_rest_trips(tmp_path: Path) -> None:
+    small = bench(tmp_path, rig=(("[twin]", GATE.replace("2e-4", "1e-9")),))
+    outcome = spend(small, Night(tmp_path / "run"))
+    assert outcome.state is State.TRIPPED
+    assert "dmm.z: still drifts by" in outcome.reason
+    assert "allowed 1e-09 V/h (rig file: chain.dmm.z.warm_up_slope_v_per_h); nothing was measured" in outcome.reason

@@ -1,0 +1,167 @@
+"""Notes, dwells taken back and replications redone: superseded, never edited; a moved package has its own mounting."""
+
+from datetime import date
+from pathlib import Path
+
+import pytest
+from night import events, states
+from small_run import Bench, bench, dwells_of, measured, resumed
+
+from procedures.delivery import solve_run
+from procedures.errors import RequestError
+from procedures.run.handover import handover
+from procedures.run.journal_reader import JournalReader
+from procedures.run.owner import owning
+from procedures.run.readiness import readiness
+from procedures.run.resume import resume_on
+from procedures.run.spool import Request, Spool
+from procedures.run.states import State
+from procedures.run.status import status
+from procedures.run.storage import JOURNAL_FILE
+from procedures.run.take_back import Word, add_note, redo, void_from
+from rig.assembly import open_rig
+from rig.description import LevelReading, RigDescription, Standard
+
+BUMPED = Word("anna", "the table was bumped")
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Bench:
+    return bench(tmp_path)
+
+
+@pytest.fixture
+def whole(small: Bench) -> Path:
+    assert small.run(small.folder / "run").state is State.FINISHED
+    return small.folder / "run"
+
+
+def test_a_void_takes_back_from_a_dwell_on_and_a_resume_measures_just_that_again(small: Bench, whole: Path) -> None:
+    before = {dwell.step: dwell.sha256 for dwell in dwells_of(whole)}
+    first = small.plan.design_dwells[20].step
+    count = void_from(whole, first, BUMPED)
+    assert status(whole).state is State.STOPPED
+    assert status(whole).dwells_done == 20
+    assert resumed(whole).state is State.FINISHED
+    accepted = {dwell.step: dwell for dwell in dwells_of(whole) if dwell.accepted and dwell.purpose != "check"}
+    again = {step for step, dwell in accepted.items() if dwell.attempt == 2}
+    assert len(again) == count
+    assert again == {step for step in accepted if step >= first}
+    assert all(dwell.sha256 == before[step] for step, dwell in accepted.items() if step < first)
+    voided = [dwell for dwell in dwells_of(whole) if not dwell.accepted]
+    assert {dwell.reasons for dwell in voided} == {("voided by anna: the table was bumped",)}
+    assert [dwell.sha256 for dwell in voided] == [before[dwell.step] for dwell in voided], "nothing was edited"
+
+
+def test_a_redone_replication_is_measured_whole_again(small: Bench, whole: Path) -> None:
+    assert redo(whole, 2, BUMPED) == sum(step.replication == 2 for step in small.plan.dwells)
+    assert resumed(whole).state is State.FINISHED
+    attempts = {dwell.attempt for dwell in dwells_of(whole) if dwell.accepted and dwell.replication == 2}
+    assert attempts == {2}
+    solved = solve_run(whole).sensors["SN1"]
+    assert solved.failure is None
+    assert len(solved.observations.point) == len(small.plan.design_dwells)
+
+
+def test_a_moved_package_begins_a_mounting_whose_check_set_is_compared_with_no_other(small: Bench, whole: Path) -> None:
+    redo(whole, 2, Word("anna", "remounted on face B", is_remounted=True))
+    moved = small.rig.model_copy(update={"twin": _with_azimuth(small.rig, 36.0)})
+    with open_rig(RigDescription.model_validate(moved)) as rig:
+        assert resume_on(whole, rig, "carla").state is State.FINISHED
+    mountings = {
+        dwell.replication: dwell.mounting for dwell in dwells_of(whole) if dwell.accepted and dwell.replication
+    }
+    assert mountings == {1: 1, 2: 2}
+    assert [event.detail["tested"] for event in events(whole, "seam")] == [False]
+    assert "several mountings (1, 2)" in str(solve_run(whole).sensors["SN1"].failure)
+    redo(whole, 1, Word("anna", "of the mounting before"))
+    with open_rig(RigDescription.model_validate(moved)) as rig:
+        assert resume_on(whole, rig, "carla").state is State.FINISHED
+    solved = solve_run(whole).sensors["SN1"]
+    assert solved.calibration is not None
+    (azimuth,) = (one for one in solved.calibration.axes["x"].parameters if one.name == "azimuth_deg")
+    assert azimuth.value == pytest.approx(36.0, abs=0.3)
+
+
+def _with_azimuth(rig: RigDescription, azimuth_deg: float) -> object:
+    assert rig.twin is not None
+    truth = rig.twin.truth["SN1"]
+    return rig.twin.model_copy(
+        update={"truth": {"SN1": {**truth, "x": truth["x"].model_copy(update={"azimuth_deg": azimuth_deg})}}}
+    )
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (lambda run: void_from(run, 999, BUMPED), r"no accepted dwell of step 999 \(accepted steps: 6 to 32\)"),
+        (lambda run: redo(run, 9, BUMPED), "replication 9 has no accepted dwell"),
+        (lambda run: redo(run, 1, Word("anna", " ")), "redo needs a reason"),
+    ],
+)
+def test_what_cannot_be_taken_back_is_refused_and_nothing_is_written(whole: Path, wrong: object, told: str) -> None:
+    before = (whole / JOURNAL_FILE).read_bytes()
+    with pytest.raises(RequestError, match=told):
+        wrong(whole)  # type: ignore[operator]
+    assert (whole / JOURNAL_FILE).read_bytes() == before
+
+
+def test_nobody_takes_back_under_a_running_run(whole: Path) -> None:
+    with owning(whole), pytest.raises(RequestError, match=r"belongs to process \d+"):
+        void_from(whole, 10, BUMPED)
+
+
+def test_a_note_on_a_run_at_rest_is_in_the_chain(whole: Path) -> None:
+    add_note(whole, "anna", "door was open from 3 to 4")
+    with JournalReader.open(whole) as reader:
+        reader.verify()
+        (note,) = reader.events("note")
+    assert (note.detail["by"], note.detail["text"]) == ("anna", "door was open from 3 to 4")
+
+
+def test_the_handover_is_one_page_that_names_state_doubts_and_what_to_do(small: Bench, whole: Path) -> None:
+    add_note(whole, "anna", "door was open from 3 to 4")
+    redo(whole, 2, BUMPED)
+    page = handover(whole)
+    assert len(page.splitlines()) < 40
+    for said in (
+        "state      stopped since",
+        "12 of 24 dwells of the design",
+        "air        20.",
+        "anna: door was open from 3 to 4",
+        "anna: the table was bumped",
+        f"next       calrig resume {whole}",
+    ):
+        assert said in page
+
+
+def test_what_a_result_lacks_is_listed_and_what_contradicts_the_day_is_refused(small: Bench) -> None:
+    today = date(2026, 3, 1)
+    missing = readiness(small.rig, today).missing
+    assert "axes.pitch: no standard stands behind it" in missing
+    assert "level.before: the base was not levelled before the run" in missing
+    old = Standard(serial="1", certificate="K-17", due=date(2026, 2, 28))
+    level = small.rig.level.model_copy(
+        update={"before": LevelReading(about_pitch_arcsec=1.0, about_roll_arcsec=0.0, taken="2026-03-02")}
+    )
+    wrong = readiness(small.rig.model_copy(update={"standards": {"table": old}, "level": level}), today)
+    assert wrong.contradictions == (
+        "standards.table.due: 2026-02-28 is past (today is 2026-03-01), certificate K-17",
+        "level.before.taken: 2026-03-02 is still to come (today is 2026-03-01)",
+    )
+    with pytest.raises(RequestError, match=r"rig.toml: standards.table.due: .* nothing moved"):
+        wrong.require("rig.toml")
+
+
+def test_the_journal_says_what_makes_a_result_an_engineering_one(whole: Path) -> None:
+    (ready,) = events(whole, "readiness")
+    assert "approved_by: nobody has approved it" in ready.detail["engineering"]  # type: ignore[operator]
+    assert states(whole)[-1] == "finished"
+    assert measured(dwells_of(whole))
+
+
+def test_a_request_for_a_note_reaches_a_running_run_by_its_spool(whole: Path) -> None:
+    Spool(whole).submit(Request("note", "anna", "2026-03-01T12:00:00+00:00", "later"))
+    redo(whole, 2, BUMPED)
+    resumed(whole)
+    assert [event.detail["text"] for event in events(whole, "note")] == ["later"]
