@@ -59,9 +59,11 @@ def test_a_set_predicts_what_the_solution_fitted(name: str, tmp_path: Path) -> N
     predicted_v = apply(coefficients, observations.pitch_rad, observations.roll_rad, observations.temperature_degc)
     for label, axis in calibration.axes.items():
         assert predicted_v[label] == pytest.approx(axis.fitted_v, rel=0, abs=1e-13)
-    for format_name in FORMATS:
-        export_set(coefficients, format_name, tmp_path / f"set.{format_name}")
-        assert verify(tmp_path / f"set.{format_name}").sha256 == coefficients.sha256
+    is_plain = all(numbers.is_linear and not numbers.needs_temperature for numbers in coefficients.axes.values())
+    for one in FORMATS.values():
+        if is_plain or one.name != "c-fixed":
+            export_set(coefficients, one.name, tmp_path / one.file_name("set"))
+            assert verify(tmp_path / one.file_name("set")).sha256 == coefficients.sha256
 
 
 def test_the_parts_of_the_covariance_add_up() -> None:
