@@ -30,8 +30,9 @@ from procedures.run.history import History, read_history
 from procedures.run.journal import Journal
 from procedures.run.journal_reader import JournalReader
 from procedures.run.measure import OpenRig
+from procedures.run.owner import owned_since
 from procedures.run.progress import RunObserver, SilentObserver
-from procedures.run.safe_state import make_safe
+from procedures.run.safe_state import make_safe, resting_deg
 from procedures.run.spool import Spool
 from procedures.run.states import ACTIVE, RESUMABLE, State
 from procedures.run.steering import Steering, signals_steer
@@ -99,7 +100,7 @@ def run(
     is_attended = idle_clock is not None or not isinstance(rig.clock, VirtualClock)
 
     def tell_why() -> None:
-        explain(trail.folder, positions_deg=watch.resting_deg)
+        explain(trail.folder, positions_deg=resting_deg(rig))
 
     conduct = Conduct(plan, rig, trail, steering, watch, care, tell_why, is_attended)
     with signals_steer(steering):
@@ -205,7 +206,7 @@ class _Engine:
         process = {"pid": os.getpid(), "host": platform.node(), "calrig": calrig_version()}
         self._trail.event("opened", opened | process)
         if not regained:
-            self._wait.discard_pending()
+            self._wait.discard_pending(owned_since(self._trail.folder))
             if start.state in ACTIVE and self._history.epoch > 1:
                 self._trail.enter(State.INTERRUPTED, "the process ended without a last line")
         self._trail.enter(State.CHECKING, "" if regained else start.reason, "" if regained else start.operator)

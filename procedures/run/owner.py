@@ -5,6 +5,7 @@ import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
 
 from procedures.errors import RequestError
@@ -42,6 +43,14 @@ def is_owned(run_dir: Path) -> bool:
             return False
     except FileNotFoundError:
         return False
+
+
+def owned_since(run_dir: Path) -> datetime | None:
+    """When the present or last owner took the run; None where nobody ever did."""
+    try:
+        return datetime.fromisoformat(json.loads((run_dir / OWNER_FILE).read_text(encoding="utf-8"))["since_utc"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
 
 
 def _locked(handle: int, clock: Clock) -> bool:

@@ -1,7 +1,8 @@
 """Steering: every wait of a run looks here for requests and signals, at least every tenth of a second.
 
 ``abort`` ends the wait at once; ``pause`` and ``stop`` are remembered until the dwell is done. The first SIGINT is a
-stop, the second an abort, SIGTERM and SIGHUP are aborts. Signals only leave a mark, so none can interrupt a commit or
+stop, the second an abort, SIGTERM is an abort, SIGHUP (the terminal closed) is a stop; a signal that was ignored when
+the run began (``nohup``) stays ignored. Signals only leave a mark, so none can interrupt a commit or
 the stop of the axes.
 """
 
@@ -10,6 +11,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from types import FrameType
 
 from procedures.run.spool import Kind, Request, Spool, Taken
@@ -72,12 +74,15 @@ class Steering:
         if self.abort is not None:
             raise WaitEnded(f"abort, asked for by {self.abort.by}")
 
-    def discard_pending(self) -> None:
-        """Requests that a dead process left behind are journalled and, but for notes, not obeyed."""
+    def discard_pending(self, since: datetime | None) -> None:
+        """Requests that a dead process left behind are journalled and, but for notes, not obeyed; what was asked
+        ``since`` this process owns the run was asked of it."""
         for taken in self._spool.take():
-            if taken.request is not None and taken.request.kind != "note":
-                taken = Taken(taken.file, taken.request, "asked of the process before this one")
-            self._record(taken)
+            request = taken.request
+            if request is None or request.kind == "note" or _is_asked_since(request, since):
+                self._take(taken)
+            else:
+                self._record(Taken(taken.file, request, "asked of the process before this one"))
             self._spool.remove(taken)
 
     def on_signal(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002  the signature of a handler
@@ -99,8 +104,16 @@ class Steering:
 
     def _of_signal(self, number: int) -> Request:
         self._interrupts += number == signal.SIGINT
-        kind: Kind = "stop" if number == signal.SIGINT and self._interrupts == 1 else "abort"
+        is_gentle = number == signal.SIGHUP or (number == signal.SIGINT and self._interrupts == 1)
+        kind: Kind = "stop" if is_gentle else "abort"
         return Request(kind, f"signal {signal.Signals(number).name}", self._idle_clock.now_utc().isoformat())
+
+
+def _is_asked_since(request: Request, since: datetime | None) -> bool:
+    try:
+        return since is not None and datetime.fromisoformat(request.at_utc) >= since
+    except (ValueError, TypeError):
+        return False
 
 
 @contextmanager
@@ -109,7 +122,8 @@ def signals_steer(steering: Steering) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, steering.on_signal) for number in _SIGNALS}
+    heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+    before = {number: signal.signal(number, steering.on_signal) for number in heeded}
     try:
         yield
     finally:

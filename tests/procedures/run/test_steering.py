@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -125,15 +126,52 @@ def test_the_first_interrupt_is_a_stop_the_second_an_abort(tmp_path: Path) -> No
     assert [taken.request.kind for taken in told] == ["stop", "abort"]
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_a_termination_is_an_abort(tmp_path: Path, number: signal.Signals) -> None:
+def test_a_termination_is_an_abort(tmp_path: Path) -> None:
     clock = a_clock()
     steering = Steering(Spool(tmp_path), clock, clock, lambda _: None)
     with signals_steer(steering):
-        os.kill(os.getpid(), number)
-        with pytest.raises(WaitEnded, match=number.name):
+        os.kill(os.getpid(), signal.SIGTERM)
+        with pytest.raises(WaitEnded, match="SIGTERM"):
             steering(0.0)
-    assert signal.getsignal(number) == signal.SIG_DFL
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+def test_a_closed_terminal_is_a_stop_that_can_be_resumed(tmp_path: Path) -> None:
+    clock = a_clock()
+    steering = Steering(Spool(tmp_path), clock, clock, lambda _: None)
+    with signals_steer(steering):
+        os.kill(os.getpid(), signal.SIGHUP)
+        steering(1.0)
+    assert steering.stop is not None
+    assert steering.abort is None
+
+
+def test_a_signal_that_was_ignored_stays_ignored(tmp_path: Path) -> None:
+    """As under ``nohup``."""
+    clock = a_clock()
+    steering = Steering(Spool(tmp_path), clock, clock, lambda _: None)
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with signals_steer(steering):
+            os.kill(os.getpid(), signal.SIGHUP)
+            steering(1.0)
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert steering.stop is None
+
+
+def test_what_was_asked_since_this_process_owns_the_run_is_obeyed(tmp_path: Path) -> None:
+    """A stop that `calrig stop` acknowledged while the run was being taken up must stop it."""
+    clock, told = a_clock(), []
+    spool = Spool(tmp_path)
+    steering = Steering(spool, clock, clock, told.append)
+    owned = datetime.fromisoformat(NOON)
+    spool.submit(Request("pause", "anna", (owned - timedelta(seconds=1)).isoformat()))
+    spool.submit(Request("stop", "anna", (owned + timedelta(seconds=1)).isoformat()))
+    steering.discard_pending(owned)
+    assert steering.pause is None
+    assert steering.stop is not None
+    assert [taken.complaint for taken in told] == ["asked of the process before this one", ""]
 
 
 class Signalling:
