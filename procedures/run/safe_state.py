@@ -41,7 +41,7 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True) -> Safe:
         if thread.is_alive():
             failures.append(f"stop: a device did not answer within {LIMIT_S:g} s; use the stop button at the machine")
     is_hung = any(thread.is_alive() for thread in threads)
-    return Safe(tuple(failures), {} if is_hung else _positions(rig))
+    return Safe(tuple(failures), {} if is_hung else resting_deg(rig))
 
 
 def _chamber(rig: OpenRig, plan: Plan) -> list[Callable[[], None]]:
@@ -60,11 +60,14 @@ def _told(work: Callable[[], None], failures: list[str]) -> None:
         failures.append(str(error))
 
 
-def _positions(rig: OpenRig) -> dict[str, float]:
+def resting_deg(rig: OpenRig) -> dict[str, float]:
+    """Read back now; an axis that does not answer, or moves, is missing."""
     found = {}
     for name, axis in rig.axes.items():
         try:
-            found[name] = axis.state().position_deg
+            state = axis.state()
         except RigError:
             continue  # its stop has failed as well, and that is told
+        if not state.is_moving:
+            found[name] = state.position_deg
     return found

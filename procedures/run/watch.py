@@ -51,11 +51,6 @@ class Watch:
         """Where axes were left; from now on they have no reason to be elsewhere."""
         self._rest_deg.update(positions_deg)
 
-    @property
-    def resting_deg(self) -> Mapping[str, float]:
-        """Where the axes were last seen to rest."""
-        return dict(self._rest_deg)
-
     def forget_positions(self) -> None:
         """Before homing."""
         self._rest_deg.clear()

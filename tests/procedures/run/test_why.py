@@ -34,6 +34,7 @@ def test_a_hold_leaves_a_page_that_says_why_where_the_axes_are_and_what_to_do(sm
     for said in ("rejected 3 times: dmm.", "calrig continue RUN: it is measured again", "dwells of the design"):
         assert said in text
         assert said in page
+    assert "axes     at rest, read back: pitch at" in text
     assert page.count("<polyline") == 3 + 1 + 2 + 1, "scatter of three channels, air, two axes, settling"
     assert "<script" not in page
     ElementTree.fromstring(page.replace("<!doctype html>", "").replace('<meta charset="utf-8">', "").replace(
@@ -114,6 +115,7 @@ def test_a_sparkline_spans_its_box_and_skips_what_is_no_number() -> None:
     drawn = sparkline("air", "°C", [-2.0, -1.0, -0.5, 0.0], [20.0, 21.0, float("nan"), 22.0])
     assert drawn.points == "0.0,44.0 130.0,22.0 260.0,0.0"
     assert (drawn.low, drawn.high, drawn.last) == ("20", "22", "22")
+    assert sparkline("rest", "s", [-1.0, 0.0], [3.0, 3.0 + 1e-12]).points == "0.0,22.0 260.0,22.0"
 
 
 def _helper(folder: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
