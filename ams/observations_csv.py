@@ -78,12 +78,19 @@ def unit_warnings(observations: Observations) -> tuple[str, ...]:
     """Columns whose numbers can hardly be in the unit of their name, each in a sentence."""
     warnings = []
     angles = {"pitch_deg": observations.pitch_rad, "roll_deg": observations.roll_rad}
+    angles |= {} if observations.yaw_rad is None else {"yaw_deg": observations.yaw_rad}
     widest_deg = max(float(np.rad2deg(np.abs(angle).max())) for angle in angles.values())
     irregular = any(_looks_like_radians(np.rad2deg(angle)) for angle in angles.values())
     if 0.0 < widest_deg <= 2.0 * np.pi and irregular:
         warnings.append(
-            f"{observations.source}: columns pitch_deg and roll_deg: no angle is above {widest_deg:.4g}° and the steps "
+            f"{observations.source}: columns {' and '.join(angles)}: no angle is above {widest_deg:.4g}° and the steps "
             "are fractions of π: radians? nothing was converted"
+        )
+    rates = observations.euler_rate_rad_s
+    if rates is not None and _looks_like_radians(np.rad2deg(rates[rates != 0.0])):
+        warnings.append(
+            f"{observations.source}: columns {', '.join(RATES)}: whole degrees come out when the rates are taken as "
+            "radians per second: radians? nothing was converted"
         )
     for label, output in observations.outputs_v.items():
         largest = float(np.abs(output).max())

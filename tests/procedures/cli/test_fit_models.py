@@ -223,3 +223,12 @@ def test_a_point_whose_rate_changed_names_line_and_columns(tmp_path: Path, capsy
     assert outcome.status == 2
     assert "line 9: columns pitch_rate_dps" in outcome.err
     assert "line 3" in outcome.err
+
+
+def test_rates_in_radians_draw_a_warning_that_names_the_columns(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rates = np.deg2rad([np.eye(3)[a] * r for a in range(3) for r in (-60.0, 45.0)])
+    file = write_gyros(tmp_path / "g.csv", np.zeros((6, 3)), rates)
+    x = call(capsys, "fit", file, "--model", "gyro", *AXES, "--json").document["axes"]["x"]
+    assert any("columns pitch_rate_dps, yaw_rate_dps, roll_rate_dps" in warning for warning in x["warnings"])
