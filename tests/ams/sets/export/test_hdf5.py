@@ -1,6 +1,7 @@
 """The HDF5 export with nothing but h5py and numpy, as somebody who has only the file."""
 
 import io
+import sys
 from typing import Any
 
 import h5py
@@ -113,3 +114,14 @@ def test_a_sealed_file_without_a_set_is_refused() -> None:
         other.attrs["file_sha256"] = np.bytes_(UNSEALED)
     with pytest.raises(SetError, match="file: has no document_json, axes and test_vectors that HDF5 can read"):
         from_hdf5(sealed_inside(file.getvalue()), "file")
+
+
+def test_a_missing_library_is_a_sentence(package: CoefficientSet, monkeypatch: pytest.MonkeyPatch) -> None:
+    content = to_hdf5(package)
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(
+        SetError, match=r"SN1047: HDF5: needs h5py, which is not installed; .* pip install 'calrig\[exp"
+    ):
+        to_hdf5(package)
+    with pytest.raises(SetError, match="file: needs h5py, which is not installed; nothing was read or written"):
+        from_hdf5(content, "file")

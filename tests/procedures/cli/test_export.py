@@ -1,0 +1,105 @@
+"""`calrig export` and `calrig verify`: every format there and back, what it loses, and what is refused how."""
+
+import os
+from pathlib import Path
+from typing import get_args
+
+import pytest
+from command import call
+from foreign_sets import hostile, warm
+from sealed import write_changed
+from solved import provenance, solved_package
+
+from ams.sets.canonical import render
+from ams.sets.coefficients import CoefficientSet, build_set
+from ams.sets.export.formats import FORMATS, load_set
+from procedures.description import ExportFormat
+
+SCHEMAS = os.environ.get("CALRIG_DCC_SCHEMAS")
+LOSSY = {"c-fixed", "epics", "linear"}
+
+
+def written(folder: Path, coefficients: CoefficientSet | None = None) -> Path:
+    path = folder / "SN1047.json"
+    path.write_bytes(render((coefficients or build_set(solved_package(), provenance())).document))
+    return path
+
+
+def test_procedures_and_the_command_know_the_same_formats() -> None:
+    assert set(get_args(ExportFormat)) == set(FORMATS)
+
+
+@pytest.mark.parametrize("name", sorted(set(FORMATS) - {"json"}))
+def test_every_format_goes_there_and_back_to_the_same_bytes(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    original = written(tmp_path)
+    outcome = call(capsys, "export", original, "--to", name, "--json")
+    assert outcome.status == 0
+    exported = Path(outcome.document["file"])
+    assert exported.name == FORMATS[name].file_name("SN1047")
+    assert (outcome.document["loses"] is not None) == (name in LOSSY)
+    assert call(capsys, "verify", exported).status == 0
+    assert call(capsys, "export", exported, "--to", "json", "--out", tmp_path / "back.json").status == 0
+    assert (tmp_path / "back.json").read_bytes() == original.read_bytes()
+
+
+@pytest.mark.parametrize("name", sorted(LOSSY))
+def test_a_lossy_format_says_what_it_loses(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = call(capsys, "export", written(tmp_path), "--to", name).out
+    assert f"The format loses: {FORMATS[name].loses}." in " ".join(told.split())
+
+
+def test_an_unknown_format_is_refused_with_those_there_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    outcome = call(capsys, "export", written(tmp_path), "--to", "fortran")
+    assert outcome.status == 2
+    assert "unknown format: got 'fortran', allowed are json, csv, mat, hdf5, parquet, c, c-fixed" in outcome.err
+    assert [path.name for path in tmp_path.iterdir()] == ["SN1047.json"]
+
+
+def test_a_name_of_another_format_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    outcome = call(capsys, "export", written(tmp_path), "--to", "c", "--out", tmp_path / "a.fixed.h")
+    assert outcome.status == 2
+    assert "needed .h" in outcome.err
+    assert not (tmp_path / "a.fixed.h").exists()
+
+
+def test_a_set_that_a_format_has_no_form_of_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    outcome = call(capsys, "export", written(tmp_path, warm()), "--to", "c-fixed")
+    assert outcome.status == 2
+    assert "got temperature terms" in outcome.err
+    assert [path.name for path in tmp_path.iterdir()] == ["SN1047.json"]
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_damaged_file_ends_with_2_and_contradicting_vectors_with_1(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    coefficients = build_set(solved_package(), provenance())
+    content = FORMATS[name].to_bytes(coefficients)
+    path = tmp_path / FORMATS[name].file_name("SN1047")
+    path.write_bytes(content[:-100] + bytes([content[-100] ^ 1]) + content[-99:])
+    assert call(capsys, "verify", path).status == 2
+    contradicting = write_changed(
+        tmp_path / "c.json", coefficients, lambda d: d["axes"]["x"]["primary"]["values"].update(offset_v=0.006)
+    )
+    path.write_bytes(FORMATS[name].to_bytes(load_set(contradicting)))
+    outcome = call(capsys, "verify", path)
+    assert outcome.status == 1
+    assert "axis x" in outcome.err
+
+
+def test_a_certificate_says_whether_the_official_schemas_were_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "SN1047.xml"
+    path.write_bytes(FORMATS["dcc"].to_bytes(hostile()))
+    monkeypatch.delenv("CALRIG_DCC_SCHEMAS", raising=False)
+    assert "not validated against the official schemas" in " ".join(call(capsys, "verify", path).out.split())
+    monkeypatch.setenv("CALRIG_DCC_SCHEMAS", str(tmp_path))
+    refused = call(capsys, "verify", path)
+    assert refused.status == 2
+    assert "the DCC schemas cannot be read" in refused.err
+    if SCHEMAS:
+        monkeypatch.setenv("CALRIG_DCC_SCHEMAS", SCHEMAS)
+        assert "valid by the official schema dcc_3_2_1.xsd" in call(capsys, "verify", path).out
