@@ -1,0 +1,169 @@
+"""What the replication tests advise, as plain values and as sentences that a report can print.
+
+Lack of fit: which Fourier terms in pitch and roll repeat in the residuals, how large they are in volts and degrees, and
+what usually causes them. Drift: which parameter, how much a replication and how much an hour. Source: TP 8 and 9.2.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.models.extended import CONFOUNDED
+from ams.observations import Observations
+from ams.solve.layout import Layout, layout_of
+from ams.solve.result import AxisCalibration, Replication
+from ams.uncertainty.causes import usual_cause
+from ams.uncertainty.fourier_terms import FourierTerm, fourier_basis, largest_terms
+from ams.uncertainty.intervals import t_quantile
+from ams.uncertainty.predictions import model_of_solution
+from ams.uncertainty.replication import quantity
+
+FloatArray = NDArray[np.float64]
+
+MOST_TERMS = 4
+_OF_TP = ("pitch-roll", "pitch-roll-extended", "pitch-only")
+_SHARED_WITH_THE_TABLE = ("sin 2α", "cos 2α")
+
+
+@dataclass(frozen=True)
+class ResidualTerm:
+    """A Fourier term of the residuals that repeats from replication to replication."""
+
+    name: str
+    """Such as ``sin 2α·cos R``."""
+    amplitude_v: float
+    interval_95_v: tuple[float, float]
+    amplitude_deg: float
+    """Of pitch or roll where the sensor is most sensitive: amplitude over sensitivity."""
+    interval_95_deg: tuple[float, float]
+    cause: str
+
+
+@dataclass(frozen=True)
+class DriftRate:
+    """How a parameter moved through the run: the straight line through its estimates from each replication alone."""
+
+    parameter: str
+    """Name with its unit, such as ``offset_v``."""
+    per_replication: float
+    """In the parameter's unit."""
+    interval_95: tuple[float, float] | None
+    """None with two replications: a line through two points has no error to judge it by."""
+    per_hour: float | None
+    """None where no times were recorded."""
+    per_hour_interval_95: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Of one sensor axis."""
+
+    lack_of_fit: tuple[ResidualTerm, ...]
+    """Largest first; empty where there is no significant lack of fit, or none of its terms stands out."""
+    drift: tuple[DriftRate, ...]
+    """Of the parameters whose drift is significant."""
+    sentences: tuple[str, ...]
+
+
+def advise(axis: AxisCalibration, observations: Observations) -> Advice:
+    """Advice on one axis from the observations that it was solved from."""
+    replication = axis.replication
+    terms = _terms(axis, observations) if replication is None or replication.lack_of_fit.is_significant else ()
+    rates = () if replication is None else _rates(replication, observations)
+    sentences = [_term_sentence(term) for term in terms]
+    if any(term.name in _SHARED_WITH_THE_TABLE for term in terms):
+        sentences.append(f"{CONFOUNDED[0].upper()}{CONFOUNDED[1:]}.")
+    if replication is not None and replication.lack_of_fit.is_significant and not terms:
+        sentences.append(
+            "The lack of fit has no regular pattern in pitch and roll: single indices of the table do that."
+        )
+    return Advice(terms, rates, (*sentences, *map(_rate_sentence, rates)))
+
+
+def _terms(axis: AxisCalibration, observations: Observations) -> tuple[ResidualTerm, ...]:
+    sensitivity = float(np.sqrt(np.nansum(np.square(axis.sensitive_axis_v_per_g))))
+    if axis.model not in _OF_TP or sensitivity == 0.0:
+        return ()
+    layout = layout_of(observations)
+    jacobian = model_of_solution(axis).jacobian(axis.primary, observations)
+    first = np.unique(layout.point, return_index=True)[1]
+    candidates = fourier_basis(observations.pitch_rad[first], observations.roll_rad[first])
+    residuals = layout.mean_by_point(axis.residuals_v)
+    found = largest_terms(residuals, layout.mean_by_point(jacobian), candidates, MOST_TERMS)
+    return tuple(_in_degrees(term, sensitivity, axis.nominal_axis) for term in found)
+
+
+def _in_degrees(term: FourierTerm, sensitivity: float, nominal_axis: str) -> ResidualTerm:
+    amplitude, low, high = np.rad2deg(np.array([term.amplitude_v, *term.interval_95_v]) / sensitivity).tolist()
+    cause = usual_cause(term.name, nominal_axis)
+    return ResidualTerm(term.name, term.amplitude_v, term.interval_95_v, amplitude, (low, high), cause)
+
+
+def _rates(replication: Replication, observations: Observations) -> tuple[DriftRate, ...]:
+    names = [name for name in next(iter(replication.per_replication.values())) if _drifts(name, replication)]
+    layout = layout_of(observations)
+    hours = _mean_hours(layout, observations, replication)
+    return tuple(_rate(name, replication, hours) for name in names)
+
+
+def _drifts(name: str, replication: Replication) -> bool:
+    test = replication.drift.get(quantity(name))
+    return test is not None and test.is_significant
+
+
+def _mean_hours(layout: Layout, observations: Observations, replication: Replication) -> FloatArray | None:
+    """(n,) middle of every replication that was solved."""
+    if observations.time_s is None:
+        return None
+    means = layout.sum_by_replication(observations.time_s) / np.bincount(layout.replication)
+    known = dict(zip(layout.replication_labels, means / 3600.0, strict=True))
+    return np.array([known[label] for label in replication.per_replication])
+
+
+def _rate(name: str, replication: Replication, hours: FloatArray | None) -> DriftRate:
+    values = np.array([row[name] for row in replication.per_replication.values()])
+    if name == "azimuth_deg":
+        values = np.rad2deg(np.unwrap(np.deg2rad(values)))
+    slope, interval = _line(np.arange(values.size, dtype=float), values)
+    if hours is None or not np.ptp(hours) > 0.0:
+        return DriftRate(name, slope, interval, None, None)
+    return DriftRate(name, slope, interval, *_line(hours, values))
+
+
+def _line(at: FloatArray, values: FloatArray) -> tuple[float, tuple[float, float] | None]:
+    """Slope of the straight line with its 95 % interval."""
+    centred = at - at.mean()
+    square = float(centred @ centred)
+    slope = float(centred @ values) / square
+    if values.size < 3:
+        return slope, None
+    left = values - values.mean() - slope * centred
+    dof = values.size - 2
+    half = float(t_quantile(0.95, dof)) * float(np.sqrt(left @ left / dof / square))
+    return slope, (slope - half, slope + half)
+
+
+def _term_sentence(term: ResidualTerm) -> str:
+    low, high = term.interval_95_deg
+    return (
+        f"The residuals repeat as {term.name} with {term.amplitude_deg:.2g}° ({term.amplitude_v:.2g} V; 95 %: "
+        f"{low:.2g}° to {high:.2g}°): usually {term.cause}."
+    )
+
+
+def _rate_sentence(rate: DriftRate) -> str:
+    words, unit = quantity(rate.parameter).replace("_", " "), _unit(rate.parameter)
+    a_replication = f"{rate.per_replication:+.2g} {unit} a replication"
+    if rate.interval_95 is not None:
+        low, high = rate.interval_95
+        a_replication += f" (95 %: {low:+.2g} to {high:+.2g})"
+        if low < 0.0 < high:
+            return f"{words.capitalize()} changes between the replications without a trend: {a_replication}."
+    an_hour = "" if rate.per_hour is None else f", {rate.per_hour:+.2g} {unit} an hour"
+    return f"{words.capitalize()} drifts by {a_replication}{an_hour}."
+
+
+def _unit(parameter: str) -> str:
+    unit = parameter.removeprefix(quantity(parameter) + "_")
+    return {"v": "V", "v_per_g": "V/g", "deg": "°", "v_per_dps": "V/(°/s)"}.get(unit, unit)
