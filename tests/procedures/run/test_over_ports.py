@@ -3,12 +3,15 @@
 from pathlib import Path
 
 import pytest
+from cut_line import CutLine, cut_line
 from small_run import bench, dwells_of, measured
 
 from procedures.description import read_procedure
 from procedures.plan.planner import make_plan
 from procedures.run.begin import begin
 from procedures.run.header import make_header
+from procedures.run.journal_reader import JournalReader
+from procedures.run.progress import Progress
 from procedures.run.states import State
 from rig.assembly import open_rig
 from rig.clock import ScaledClock, SystemClock
@@ -31,4 +34,37 @@ def test_a_run_over_real_ports_reads_what_it_reads_in_memory(tmp_path: Path, pty
         with open_rig(described) as rig:
             assert begin(run_dir, header, plan, rig).state is State.FINISHED
     assert header.is_simulated
+    assert measured(dwells_of(run_dir)) == measured(dwells_of(tmp_path / "memory"))
+
+
+class CutsAfter:
+    """Cuts the table's line when so many dwells of the design are done, for so many callers."""
+
+    def __init__(self, line: CutLine, dwells: int, refusals: int) -> None:
+        self._line, self._dwells, self._refusals = line, dwells, refusals
+
+    def on_event(self, progress: Progress) -> None:
+        if progress.event == "dwell" and progress.dwells_done == self._dwells and self._dwells:
+            self._dwells = 0
+            self._line.cut(self._refusals)
+
+
+def test_fault_21_a_real_line_that_is_cut_is_opened_again_and_the_numbers_are_the_same(tmp_path: Path) -> None:
+    small = bench(tmp_path, procedure=SHORT)
+    small.run(tmp_path / "memory")
+    run_dir, files = tmp_path / "ports", (tmp_path / "served.toml", tmp_path / "procedure.toml")
+    run_dir.mkdir()
+    with serve_rig(small.rig, ScaledClock(FACTOR)) as served, cut_line(served.addresses["axes.pitch"]) as line:
+        addresses = {**served.addresses, "axes.pitch": line.address, "axes.roll": line.address}
+        described = write_rig(tmp_path / "rig.toml", addresses, FACTOR, files[0])
+        plan = make_plan(described, read_procedure(files[1]))
+        header = make_header("ports", plan, described, *files, "tester", SystemClock().now_utc())
+        with open_rig(described) as rig:
+            assert begin(run_dir, header, plan, rig, CutsAfter(line, 3, 1)).state is State.FINISHED
+    assert line.callers == 3, "opened, refused once, opened again"
+    with JournalReader.open(run_dir) as reader:
+        states = [str(event.detail["to"]) for event in reader.events("state")]
+        held = next(event for event in reader.events("state") if event.detail["to"] == "held")
+    assert states == ["planned", "checking", "running", "held", "checking", "running", "finished"]
+    assert str(held.detail["reason"]).startswith(f"link lost: axes.pitch at {line.address}")
     assert measured(dwells_of(run_dir)) == measured(dwells_of(tmp_path / "memory"))

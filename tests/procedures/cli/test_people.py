@@ -1,0 +1,61 @@
+"""The commands for people, as they call them: note, void, redo, handover, salvage, and what they refuse."""
+
+from pathlib import Path
+
+import pytest
+from command import call
+from job_files import job
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("job")
+    from procedures.cli.main import run_command
+
+    procedure, rig = job(folder)
+    assert run_command(["run", procedure, "--rig", rig, "--out", str(folder / "runs")]) == 0
+    return next((folder / "runs").glob("*/journal.sqlite")).parent
+
+
+def test_a_bumped_run_is_noted_taken_back_handed_over_and_finished_again(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call(capsys, "note", finished, "somebody leaned on the granite", "--operator", "anna").status == 0
+    redone = call(capsys, "redo", finished, "--replication", 2, "--reason", "leaned on", "--operator", "anna")
+    assert (redone.status, "dwells of replication 2 taken back" in redone.out) == (0, True)
+    page = call(capsys, "handover", finished).out
+    assert "anna: somebody leaned on the granite" in page
+    assert f"next       calrig resume {finished}" in page
+    assert call(capsys, "resume", finished, "--json").document["state"] == "finished"
+    voided = call(capsys, "void", finished, "--from", 20, "--reason", "door", "--operator", "anna")
+    assert voided.status == 0
+    assert call(capsys, "status", finished, "--json").document["state"] == "stopped"
+
+
+def test_what_has_no_name_or_no_reason_is_refused(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(capsys, "redo", finished, "--replication", 2, "--operator", "anna").status == 2
+    assert call(capsys, "redo", finished, "--replication", 2, "--reason", "x").status == 2
+    assert call(capsys, "void", finished, "--from", 9999, "--reason", "x", "--operator", "anna").status == 2
+
+
+def test_salvage_says_what_is_intact_and_leaves_the_original(
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = (finished / "journal.sqlite").read_bytes()
+    told = call(capsys, "salvage", finished, "--to", tmp_path / "saved")
+    assert (told.status, "are intact" in told.out) == (0, True)
+    assert (finished / "journal.sqlite").read_bytes() == before
+    assert call(capsys, "salvage", finished, "--to", tmp_path / "saved").status == 2
+
+
+def test_fault_09_a_synchronised_folder_is_refused_unless_insisted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    procedure, rig = job(tmp_path)
+    refused = call(capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "Dropbox" / "runs")
+    assert (refused.status, "kept by a synchroniser" in refused.err) == (2, True)
+    assert not (tmp_path / "Dropbox").exists()
+    insisted = call(
+        capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "Dropbox" / "runs", "--allow-network-folder"
+    )
+    assert insisted.status == 0

@@ -1,0 +1,77 @@
+"""A TCP line that can be cut: a relay before a twin, which hangs up when told and is there again later."""
+
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+
+class CutLine:
+    """Relays ``address``; :meth:`cut` hangs up on everybody and turns away the next callers."""
+
+    def __init__(self, target: tuple[str, int]) -> None:
+        self._target = target
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.address = f"socket://127.0.0.1:{self._listener.getsockname()[1]}"
+        self._pairs: list[socket.socket] = []
+        self._lock = threading.Lock()
+        self._refusals = 0
+        self.callers = 0
+
+    def cut(self, refusals: int) -> None:
+        with self._lock:
+            self._refusals = refusals
+            for end in self._pairs:
+                _hang_up(end)
+            self._pairs.clear()
+
+    def serve(self) -> None:
+        while True:
+            try:
+                caller, _ = self._listener.accept()
+            except OSError:
+                return
+            self.callers += 1
+            with self._lock:
+                if self._refusals:
+                    self._refusals -= 1
+                    _hang_up(caller)
+                    continue
+                twin = socket.create_connection(self._target)
+                self._pairs += [caller, twin]
+            for source, sink in ((caller, twin), (twin, caller)):
+                threading.Thread(target=_relay, args=(source, sink), daemon=True).start()
+
+    def close(self) -> None:
+        _hang_up(self._listener)
+        self.cut(0)
+
+
+def _hang_up(end: socket.socket) -> None:
+    with suppress(OSError):  # it may be gone already
+        end.shutdown(socket.SHUT_RDWR)
+    end.close()
+
+
+def _relay(source: socket.socket, sink: socket.socket) -> None:
+    try:
+        while data := source.recv(4096):
+            sink.sendall(data)
+    except OSError:
+        return
+    finally:
+        _hang_up(sink)
+
+
+@contextmanager
+def cut_line(address: str) -> Iterator[CutLine]:
+    """A line in front of ``socket://host:port``."""
+    host, _, port = address.removeprefix("socket://").rpartition(":")
+    line = CutLine((host, int(port)))
+    thread = threading.Thread(target=line.serve)
+    thread.start()
+    try:
+        yield line
+    finally:
+        line.close()
+        thread.join()
