@@ -20,7 +20,8 @@ from ams.sets.equations import AxisNumbers
 from ams.sets.export.c_text import (
     array,
     c_seal,
-    check_evaluable,
+    check_accelerometers,
+    check_names,
     closing,
     defined,
     filled,
@@ -129,7 +130,8 @@ def _prefix(coefficients: CoefficientSet) -> str:
 
 def fixed_axes(coefficients: CoefficientSet) -> list[FixedAxis]:
     """Every axis in words. Raises: SetError."""
-    check_evaluable(coefficients, "C header in fixed point")
+    check_accelerometers(coefficients, "C header in fixed point")
+    check_names(coefficients)
     return [_fixed(coefficients.sensor, numbers) for numbers in coefficients.axes.values()]
 
 

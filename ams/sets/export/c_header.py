@@ -4,13 +4,17 @@ Whoever has only the header can evaluate the set and see that he does it right: 
 vector and returns the largest relative error, which is to be at most 1e-12.
 """
 
+from collections.abc import Mapping
+
+from ams.errors import SetError
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import EXTENDED_NAMES, AxisNumbers
+from ams.sets.export.c_fields import BODIES, field_function
 from ams.sets.export.c_text import (
     array,
     c_seal,
-    check_evaluable,
+    check_names,
     closing,
     defined,
     filled,
@@ -21,27 +25,18 @@ from ams.sets.export.c_text import (
 )
 from ams.sets.export.embedded import document_from
 from ams.sets.export.native import check_same
+from ams.sets.fields import FIELDS
 from ams.sets.use import polarity
 from ams.sets.vectors import is_package
 
 HEAD = "calrig coefficient set as C header, floating point, version 1"
 SEAL = c_seal("C header", HEAD)
 FUNCTION_TEXT = [
-    "Functions: PREFIX_force(pitch_deg, roll_deg, f) gives the specific force; PREFIX_AXIS_v(f, temperature_degc) the "
+    "Functions: PREFIX_force(INPUTS, f) gives what the sensors sense; PREFIX_AXIS_v(f, temperature_degc) the "
     "output in volts (temperature_degc is ignored where the set has no temperature coefficients); of a package also "
     "PREFIX_angles(outputs_v, temperature_degc, pitch_deg, roll_deg). PREFIX_self_test() must return at most 1e-12. "
     "No function checks the validity: compare with the PREFIX_..._MIN and _MAX macros.",
 ]
-FORCE = """
-static inline void @p@_force(double pitch_deg, double roll_deg, double f[3])
-{
-    const double degree = 0.017453292519943295;
-    const double alpha = pitch_deg * degree, roll = roll_deg * degree;
-    f[0] = sin(alpha);
-    f[1] = -cos(alpha) * sin(roll);
-    f[2] = -cos(alpha) * cos(roll);
-}
-"""
 OUTPUT = """
 static inline double @p@_@a@_offset_v(double temperature_degc)
 {
@@ -57,7 +52,7 @@ static inline double @p@_@a@_gain(double temperature_degc)
 
 static inline double @p@_@a@_v(const double f[3], double temperature_degc)
 {
-    const double sensed_v = @P@_@A@_K_X_V_PER_G * f[0] + @P@_@A@_K_Y_V_PER_G * f[1] + @P@_@A@_K_Z_V_PER_G * f[2]@q@;
+    const double sensed_v = @P@_@A@_@KX@ * f[0] + @P@_@A@_@KY@ * f[1] + @P@_@A@_@KZ@ * f[2]@q@;
     return @p@_@a@_offset_v(temperature_degc) + @p@_@a@_gain(temperature_degc) * sensed_v;
 }
 """
@@ -108,29 +103,30 @@ static inline double @p@_self_test(void)
     for (row = 0; row < rows; row++) {
         const double *vector = @p@_vectors[row];
         double f[3], error;
-        @p@_force(vector[0], vector[1], f);
+        @p@_force(@inputs@, f);
 @checks@
     }
     return largest;
 }
 """
 CHECK = """
-        error = fabs(@p@_@a@_v(f, vector[2]) - vector[@column@]) / @P@_@A@_SCALE_V;
+        error = fabs(@p@_@a@_v(f, vector[@temperature@]) - vector[@column@]) / @P@_@A@_SCALE_V;
         largest = error > largest || error != error ? error : largest; /* once not a number, always */
 """
 
 
 def to_c_header(coefficients: CoefficientSet) -> bytes:
     """The bytes of the file. Raises: SetError where C has no form of the equations here."""
-    check_evaluable(coefficients, "C header")
+    model = _model(coefficients)
     prefix = prefix_of(coefficients)
+    words = {"PREFIX": prefix, "INPUTS": ", ".join(FIELDS[model].inputs)}
     guard = f"{prefix}_h".upper()
     lines = [
-        *opening(coefficients, HEAD, [text.replace("PREFIX", prefix) for text in FUNCTION_TEXT]),
+        *opening(coefficients, HEAD, [_worded(text, words) for text in FUNCTION_TEXT]),
         *(f"#ifndef {guard}", f"#define {guard} 1", "#include <math.h>", ""),
         *_macros(coefficients, prefix),
         *_tables(coefficients, prefix),
-        *_functions(coefficients, prefix),
+        *_functions(coefficients, prefix, model),
         f"#endif /* {guard} */",
         *closing(coefficients),
     ]
@@ -151,22 +147,34 @@ def from_c_header(content: bytes, where: str) -> CoefficientSet:
     return coefficients
 
 
+def _model(coefficients: CoefficientSet) -> str:
+    """The one model of all axes. Raises: SetError where they have several, or one that C has no form of here."""
+    models = sorted({numbers.model for numbers in coefficients.axes.values()})
+    check_names(coefficients)
+    if len(models) != 1 or models[0] not in BODIES:
+        raise SetError(
+            f"{coefficients.sensor}: C header: has no form of this set: got the models {', '.join(models)}, allowed is "
+            f"one of {', '.join(BODIES)} for all axes; nothing was written; export another format"
+        )
+    return models[0]
+
+
+def _worded(text: str, words: Mapping[str, str]) -> str:
+    for name, word in words.items():
+        text = text.replace(name, word)
+    return text
+
+
 def _macros(coefficients: CoefficientSet, prefix: str) -> list[str]:
     unit = table(coefficients.document["acceleration_unit"])
-    validity = coefficients.validity
-    ranges = {"pitch_{}_deg": validity.pitch_deg, "roll_{}_deg": validity.roll_deg}
-    if validity.temperature_degc is not None:
-        ranges["temperature_{}_degc"] = validity.temperature_degc
-    limits = [
-        defined(f"{prefix}_{name.format(end)}", value)
-        for name, both in ranges.items()
-        for end, value in zip(("min", "max"), both, strict=True)
-    ]
     lines = [
         defined(f"{prefix}_set_sha256", f'"{coefficients.sha256}"'),
         defined(f"{prefix}_gravity_mps2", number(unit["value_mps2"])),
-        *limits,
     ]
+    for name, limits in table(coefficients.document["validity"]).items():
+        quantity, unit_text = name.rsplit("_", 1)
+        for end, value in zip(("min", "max"), listed(limits), strict=False):
+            lines.append(defined(f"{prefix}_{quantity}_{end}_{unit_text}", number(value)))
     for numbers in coefficients.axes.values():
         lines.append(defined(f"{prefix}_{numbers.axis}_polarity", polarity(numbers)))
         lines.append(defined(f"{prefix}_{numbers.axis}_scale_v", numbers.scale_v))
@@ -175,22 +183,26 @@ def _macros(coefficients: CoefficientSet, prefix: str) -> list[str]:
 
 
 def _tables(coefficients: CoefficientSet, prefix: str) -> list[str]:
-    axes = ", ".join(f"{name}_v" for name in coefficients.axes)
+    inputs = _columns(coefficients)
+    axes = ", ".join([*inputs, *(f"{name}_v" for name in coefficients.axes)])
     vectors = [
         [
-            number(vector["pitch_deg"]),
-            number(vector["roll_deg"]),
-            number(vector.get("temperature_degc", 0.0)),
+            *(number(vector.get(name, 0.0)) for name in inputs),
             *(number(table(vector["outputs_v"])[name]) for name in coefficients.axes),
         ]
         for vector in (table(entry) for entry in listed(coefficients.test_vectors["forward"]))
     ]
     return [
-        f"/* pitch_deg, roll_deg, temperature_degc, {axes} */",
+        f"/* {axes} */",
         *array("double", f"{prefix}_vectors", vectors),
         "",
         *(line for name in coefficients.axes for line in _covariance(coefficients, prefix, name)),
     ]
+
+
+def _columns(coefficients: CoefficientSet) -> list[str]:
+    """Inputs in the table of vectors: those of the model, then the temperature (0 where the set needs none)."""
+    return [*FIELDS[next(iter(coefficients.axes.values())).model].inputs, "temperature_degc"]
 
 
 def _covariance(coefficients: CoefficientSet, prefix: str, axis: str) -> list[str]:
@@ -204,27 +216,31 @@ def _or_nan(entry: object) -> float:
     return float(entry) if isinstance(entry, int | float) else float("nan")
 
 
-def _functions(coefficients: CoefficientSet, prefix: str) -> list[str]:
+def _functions(coefficients: CoefficientSet, prefix: str, model: str) -> list[str]:
     names = {"p": prefix, "P": prefix.upper()}
-    lines = filled(FORCE, names)
+    lines = field_function(prefix, model)
     for numbers in coefficients.axes.values():
         here = {**names, "a": numbers.axis, "A": numbers.axis.upper()}
         lines += ["", *filled("\n".join(filled(OUTPUT, _terms(numbers))), here)]
     if is_package(coefficients.axes):
         lines += ["", *filled("\n".join(filled(ANGLES, _package(coefficients))), names)]
+    count = len(FIELDS[model].inputs)
     checks = [
         line
-        for column, axis in enumerate(coefficients.axes, 3)
-        for line in filled(CHECK, {**names, "a": axis, "A": axis.upper(), "column": column})
+        for column, axis in enumerate(coefficients.axes, count + 1)
+        for line in filled(CHECK, {**names, "a": axis, "A": axis.upper(), "temperature": count, "column": column})
     ]
-    return [*lines, "", *filled(SELF_TEST, {"checks": "\n".join(checks), **names}), ""]
+    inputs = ", ".join(f"vector[{place}]" for place in range(count))
+    return [*lines, "", *filled(SELF_TEST, {"checks": "\n".join(checks), "inputs": inputs, **names}), ""]
 
 
 def _terms(numbers: AxisNumbers) -> dict[str, str]:
     quadratic = [
         f"\n        + @P@_@A@_{name.upper()} * {term}" for name, term in zip(EXTENDED_NAMES, QUADRATIC, strict=True)
     ]
+    k = zip(("KX", "KY", "KZ"), FIELDS[numbers.model].directions, strict=True)
     return {
+        **{place: name.upper() for place, name in k},
         "offset": OFFSET if numbers.needs_temperature else "",
         "gain": GAIN if numbers.needs_temperature else "",
         "q": "" if numbers.is_linear else "".join(quadratic),

@@ -10,18 +10,12 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from ams.errors import SetError
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.equations import (
-    DIRECTION_NAMES,
-    EXTENDED_NAMES,
-    PRIMARY_NAMES,
-    TEMPERATURE_NAMES,
-    AxisNumbers,
-)
+from ams.sets.equations import EXTENDED_NAMES, TEMPERATURE_NAMES, AxisNumbers
 from ams.sets.export.embedded import comment_lines, document_lines
 from ams.sets.export.seal import Seal
 from ams.sets.export.statement import statement
+from ams.sets.fields import FIELDS
 
-EVALUABLE = {*PRIMARY_NAMES, *EXTENDED_NAMES, *TEMPERATURE_NAMES, "reference_temperature_degc"}
 COMMENT = " * "
 Rows = Sequence[Sequence[float]]
 
@@ -36,18 +30,23 @@ def prefix_of(coefficients: CoefficientSet) -> str:
     return "calrig_" + re.sub(r"[^a-z0-9]", "_", coefficients.sensor.lower())
 
 
-def check_evaluable(coefficients: CoefficientSet, what: str) -> None:
+def check_names(coefficients: CoefficientSet) -> None:
+    """Raises: SetError where an axis' name cannot be part of a C name."""
+    foreign = [name for name in coefficients.axes if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name)]
+    if foreign:
+        raise SetError(
+            f"{coefficients.sensor}: C header: axis {foreign[0]!r}: its name is no part of a C name: allowed are "
+            "letters, digits and underscores; nothing was written; export another format"
+        )
+
+
+def check_accelerometers(coefficients: CoefficientSet, what: str) -> None:
     """Raises: SetError where the equation is not the accelerometer's of pitch and roll."""
-    foreign = [
-        f"axis {name}: {', '.join(sorted(set(numbers.primary) - EVALUABLE))}"
-        for name, numbers in coefficients.axes.items()
-        if not set(numbers.primary) <= EVALUABLE or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name)
-    ]
-    if coefficients.convention != "TP" or foreign:
+    if coefficients.convention != "TP":
         raise SetError(
             f"{coefficients.sensor}: {what}: has no form of this set's equations: got convention "
-            f"{coefficients.convention}{'; ' if foreign else ''}{'; '.join(foreign)}, needed is v = b + k.f of pitch "
-            "and roll (TP); nothing was written; export it as json, csv, mat, hdf5 or parquet"
+            f"{coefficients.convention}, model {coefficients.model}, needed are accelerometers of pitch and roll (TP); "
+            "nothing was written; export another format"
         )
 
 
@@ -104,7 +103,7 @@ def primary_lines(prefix: str, numbers: AxisNumbers) -> list[str]:
 def _names(numbers: AxisNumbers) -> Iterable[str]:
     extended = () if numbers.is_linear else EXTENDED_NAMES
     temperature = (*TEMPERATURE_NAMES, "reference_temperature_degc") if numbers.needs_temperature else ()
-    return ("offset_v", *DIRECTION_NAMES, *extended, *temperature)
+    return ("offset_v", *FIELDS[numbers.model].directions, *extended, *temperature)
 
 
 def filled(template: str, values: Mapping[str, object]) -> list[str]:

@@ -17,7 +17,7 @@ from ams.errors import SetError
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet, from_document
 from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers, FloatArray
-from ams.sets.export.c_text import check_evaluable
+from ams.sets.export.c_text import check_accelerometers
 from ams.sets.export.embedded import comment_lines
 from ams.sets.export.json_text import parsed
 from ams.sets.export.native import check_same
@@ -47,7 +47,7 @@ class LinearAxis:
 
 def to_linear_form(coefficients: CoefficientSet) -> bytes:
     """The bytes of the file. Raises: SetError for an equation or an axis that has no linear form."""
-    check_evaluable(coefficients, "linear form")
+    check_accelerometers(coefficients, "linear form")
     comment = comment_lines([f"Loses: {LOSES}.", *statement(coefficients)])
     lines = [HEAD, *(f"# {line}" for line in comment), *_toml(coefficients)]
     return SEAL.sealed(("\n".join(lines) + "\n").encode("ascii"))
@@ -66,7 +66,7 @@ def from_linear_form(content: bytes, where: str) -> CoefficientSet:
     except (ValueError, KeyError) as error:
         raise SetError(f"{where}: is no TOML file with the key document_json: {error}; {INTACT}") from error
     coefficients = from_document(parsed(document.encode(), f"{where}: document_json"), where)
-    check_evaluable(coefficients, f"{where}: linear form")
+    check_accelerometers(coefficients, f"{where}: linear form")
     check_same(_comparable(read), _comparable(tomllib.loads("\n".join(_toml(coefficients)))), "numbers", where)
     return coefficients
 

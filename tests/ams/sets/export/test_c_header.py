@@ -7,13 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from c_program import needs_compiler, printed
+from cr_outputs import TABLE_4, accelerometer_v, gyro_v
 from foreign_sets import hostile, quadratic, warm
 from solved import provenance, solved_package
+from solved_sets import TRUTH, gyro_set, package_set
 
 from ams.errors import SetError, VectorsDisagree
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.export.c_fixed import to_c_fixed
 from ams.sets.export.c_header import SEAL, from_c_header, to_c_header
+from ams.sets.export.linear_form import to_linear_form
 
 pytestmark = needs_compiler
 OWN_FORMULA = """
@@ -74,6 +77,43 @@ def test_the_angles_come_back_from_the_outputs(make: Callable[[], CoefficientSet
     rows = rows[np.abs(rows[:, 0]) < 80.0]
     assert rows[:, 1] == pytest.approx(rows[:, 0], abs=1.8e-10)
     assert (rows[:, 3] - rows[:, 2] + 180.0) % 360.0 - 180.0 == pytest.approx(0.0 * rows[:, 0], abs=1.8e-10)
+
+
+@pytest.mark.parametrize("package", ["sting", "model"])
+def test_a_package_of_cr_gives_the_outputs_of_explicit_rotations(package: str, tmp_path: Path) -> None:
+    main = """
+    double f[3];
+    calrig_cr1_force(-35.5, 44.0, -12.0, f);
+    printf("%.17g %.17g %.17g\\n", calrig_cr1_x_v(f, 0.0), calrig_cr1_y_v(f, 0.0), calrig_cr1_z_v(f, 0.0));
+    printf("%.17g\\n", calrig_cr1_self_test());
+    """
+    outputs_v, self_test = printed(tmp_path, {"CR1.h": to_c_header(package_set(package))}, main)
+    euler_deg = (-35.5, -12.0, 44.0)
+    expected = [accelerometer_v(axis, truth, euler_deg, package) for axis, truth in TRUTH[package].items()]
+    assert outputs_v == pytest.approx(expected, rel=0, abs=1e-12)
+    assert self_test[0] <= 1e-12
+
+
+def test_gyros_of_cr_give_the_outputs_of_differentiated_rotations(tmp_path: Path) -> None:
+    main = """
+    double f[3];
+    calrig_g1_force(10.0, -20.0, 15.0, 20.0, -30.0, 10.0, f);
+    printf("%.17g %.17g %.17g\\n", calrig_g1_x_v(f, 0.0), calrig_g1_y_v(f, 0.0), calrig_g1_z_v(f, 0.0));
+    printf("%.17g\\n", calrig_g1_self_test());
+    """
+    outputs_v, self_test = printed(tmp_path, {"G1.h": to_c_header(gyro_set())}, main)
+    expected = [gyro_v(a, truth, (10.0, 15.0, -20.0), (20.0, -30.0, 10.0)) for a, truth in TABLE_4.items()]
+    assert outputs_v == pytest.approx(expected, rel=0, abs=1e-10)
+    assert self_test[0] <= 1e-12
+
+
+@pytest.mark.parametrize("refuse", [to_c_fixed, to_linear_form])
+@pytest.mark.parametrize("make", [gyro_set, lambda: package_set("model")])
+def test_forms_of_pitch_and_roll_alone_refuse_crs_models(
+    refuse: Callable[[CoefficientSet], bytes], make: Callable[[], CoefficientSet]
+) -> None:
+    with pytest.raises(SetError, match=r"got convention CR, model .*, needed are accelerometers of pitch and roll"):
+        refuse(make())
 
 
 def test_outputs_that_are_no_numbers_give_no_angles(package: CoefficientSet, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from foreign_sets import HOSTILE, hostile, quadratic, warm
 from solved import provenance, solved_axis, solved_package
+from solved_sets import gyro_set
 
 from ams.errors import SetError, VectorsDisagree
 from ams.sets.coefficients import CoefficientSet, build_set
@@ -50,7 +51,7 @@ def quantity(root: Any, identifier: str) -> Any:
 
 
 @needs_schemas
-@pytest.mark.parametrize("make", [package, warm, quadratic, hostile, undetermined, bare])
+@pytest.mark.parametrize("make", [package, warm, quadratic, hostile, undetermined, bare, gyro_set])
 def test_the_official_schemas_allow_it(make: Any, tmp_path: Path) -> None:
     path = tmp_path / "SN.xml"
     path.write_bytes(to_dcc(make()))
