@@ -58,8 +58,8 @@ def attitude(
     """
     from ams.attitude.inference import MODEL, inference
 
-    package = _package(coefficient_set, axis, "--axis", "")
-    second = None if model_set is None else _package(model_set, model_axis, "--model-axis", "model_")
+    package = package_of(coefficient_set, axis, "--axis", "")
+    second = None if model_set is None else package_of(model_set, model_axis, "--model-axis", "model_")
     if model_set is None and model_axis:
         raise RequestError("--model-axis: belongs to --model-set, which is missing")
     found = inference(package, second, reading_sd_v, upright=upright, right_wing_down=right_wing_down)
@@ -71,7 +71,8 @@ def attitude(
         _answer_file(found, Path(data), out)
 
 
-def _package(path: Path, pairs: list[str] | None, option: str, prefix: str) -> "Package":
+def package_of(path: Path, pairs: list[str] | None, option: str, prefix: str) -> "Package":
+    """A set from a file and the columns of its axes. Raises: RequestError for a pair that is none; SetError."""
     from ams.attitude.inference import Package
     from ams.sets.export.formats import load_set
 

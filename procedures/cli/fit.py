@@ -16,8 +16,8 @@ from procedures.cli.output import note, print_json, say
 from procedures.errors import RequestError
 
 if TYPE_CHECKING:
+    from ams.attitude.inference import Package
     from ams.models.thermal import TemperatureCoefficients
-    from ams.observations import Observations
     from ams.request import CalibrationRequest
 
 Named = Annotated[list[str] | None, Parameter(negative=())]
@@ -42,6 +42,8 @@ def fit(
     model: Literal["pitch-roll", "pitch-only", "pitch-yaw-roll", "gyro", "linear"] = "pitch-roll",
     package: Literal["sting", "model"] | None = None,
     axis: Named = None,
+    sting: Path | None = None,
+    sting_axis: Named = None,
     temperature: Literal["none", "apply", "estimate"] = "none",
     known_temperature: Named = None,
     reference_temperature_degc: float | None = None,
@@ -71,6 +73,10 @@ def fit(
         For pitch-yaw-roll: sting (roll does not reach it) or model.
     axis
         AXIS=COLUMN for each sensor axis, such as --axis x=sx_v --axis y=sy_v.
+    sting
+        For the model package: the sting package's set, whose outputs then stand for pitch and yaw (CR's second step).
+    sting_axis
+        AXIS=COLUMN of the sting package; by default sting_x_v and so on.
     temperature
         none; apply known temperature coefficients; or estimate them from the column temperature_degc.
     known_temperature
@@ -118,6 +124,7 @@ def fit(
         extended=extended,
         table=None if description is None else table_uncertainty(description),
     )
+    reference = sting_package(sting, sting_axis, name, is_joint=joint)
     if (prior or mount) and not joint:
         raise RequestError("--prior and --mount: belong to --joint, which is missing")
     wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description, name)
@@ -128,7 +135,7 @@ def fit(
         elif name == "linear":
             document = _linear(file, columns, request)
         else:
-            document = _solved(file, columns, request, wish)
+            document = _solved(file, columns, request, wish, reference)
     except DesignError as error:
         told = str(error)
         raise DesignError(told if told.startswith(str(file)) else f"{file}: {told}") from None
@@ -144,15 +151,23 @@ def fit(
 
 
 def _solved(
-    file: Path, columns: Mapping[str, str], request: "CalibrationRequest", wish: "WishedSet | None"
+    file: Path,
+    columns: Mapping[str, str],
+    request: "CalibrationRequest",
+    wish: "WishedSet | None",
+    sting: "Package | None",
 ) -> dict[str, Any]:
     from ams.document import to_document
     from ams.observations_csv import read_csv, unit_warnings
+    from ams.sting_reference import WARNING, read_with_sting
     from procedures.solving import solve_observations
 
-    observations = read_csv(file, columns, ANGLES[request.model], rates=request.model == "gyro")
+    if sting is None:
+        observations = read_csv(file, columns, ANGLES[request.model], rates=request.model == "gyro")
+    else:
+        observations = read_with_sting(file, columns, sting)
     solved = solve_observations(observations, request)
-    doubts = (*unit_warnings(observations), *_unused_yaw(observations, request.model))
+    doubts = (*unit_warnings(observations), *((WARNING,) if sting else ()))
     calibration = replace(solved, warnings=(*doubts, *solved.warnings))
     if wish is not None:
         write_set(wish, observations, calibration)
@@ -161,12 +176,17 @@ def _solved(
     return {**to_document(calibration), "model": request.model, "convention": calibration.convention}
 
 
-def _unused_yaw(observations: "Observations", model: str) -> tuple[str, ...]:
-    """TP's models know no yaw: that the package was yawed is said, not passed over."""
-    yaw_rad = observations.yaw_rad
-    if model not in TP_MODELS or yaw_rad is None or not yaw_rad.any():
-        return ()
-    return (f"column yaw_deg is not zero, and model {model} knows no yaw: it was left out; use --model pitch-yaw-roll",)
+def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_joint: bool) -> "Package | None":
+    """The sting's set and its columns. Raises: RequestError unless a model package is to be solved."""
+    from procedures.cli.attitude import package_of
+
+    if path is None:
+        if pairs:
+            raise RequestError("--sting-axis: belongs to --sting, which is missing")
+        return None
+    if model != "pitch-yaw-roll-model" or is_joint:
+        raise RequestError(f"--sting {path}: belongs to --model pitch-yaw-roll --package model")
+    return package_of(path, pairs, "--sting-axis", "sting_")
 
 
 def _linear(file: Path, columns: Mapping[str, str], request: "CalibrationRequest") -> dict[str, Any]:

@@ -9,6 +9,7 @@ from cr_outputs import (
     TABLE_3_MODEL,
     TABLE_3_STING,
     TABLE_4,
+    accelerometer_v,
     table_3_profile,
     table_4_profile,
     write_gyros,
@@ -232,3 +233,33 @@ def test_rates_in_radians_draw_a_warning_that_names_the_columns(
     file = write_gyros(tmp_path / "g.csv", np.zeros((6, 3)), rates)
     x = call(capsys, "fit", file, "--model", "gyro", *AXES, "--json").document["axes"]["x"]
     assert any("columns pitch_rate_dps, yaw_rate_dps, roll_rate_dps" in warning for warning in x["warnings"])
+
+
+def test_the_second_step_of_cr_needs_roll_and_the_stings_outputs_only(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = write_package(tmp_path / "sting.csv", "sting", TABLE_3_STING, table_3_profile())
+    where = ("--set", tmp_path / "sting.json", "--sensor", "ST", "--gravity-mps2", "9.8")
+    call(capsys, "fit", file, "--model", "pitch-yaw-roll", "--package", "sting", *AXES, *where)
+    rows = [
+        [1, point, euler[2]]
+        + [accelerometer_v(axis, TABLE_3_STING[axis], euler, "sting") for axis in "xyz"]
+        + [accelerometer_v(axis, TABLE_3_MODEL[axis], euler, "model") for axis in "xyz"]
+        for point, euler in enumerate(table_3_profile())
+    ]
+    names = ["roll_deg", *(f"sting_{axis}_v" for axis in "xyz"), *(f"{axis}_v" for axis in "xyz")]
+    file = write_rows(tmp_path / "model.csv", names, rows)
+    model = ("--model", "pitch-yaw-roll", "--package", "model", "--sting", tmp_path / "sting.json")
+    document = call(capsys, "fit", file, *model, *AXES, "--json").document
+    for axis, specified in TABLE_3_MODEL.items():
+        found = document["axes"][axis]["parameters"]
+        printed = four_digits(found, "offset_v", "sensitivity_v_per_g", "azimuth_deg", "coning_deg")
+        assert printed == [f"{value:.4f}" for value in specified]
+        assert "gravity is that of the sting package" in document["axes"][axis]["warnings"][0]
+
+
+def test_a_sting_belongs_to_a_model_package(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write_observations(tmp_path / "obs.csv", range(-90, 91, 30), range(-180, 181, 60), 2)
+    outcome = call(capsys, "fit", file, "--axis", "x=sx_v", "--sting", tmp_path / "s.json")
+    assert outcome.status == 2
+    assert "belongs to --model pitch-yaw-roll --package model" in outcome.err
