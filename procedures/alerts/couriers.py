@@ -58,4 +58,4 @@ def beat(target: str, deadline_s: float) -> None:
         with urllib.request.urlopen(target, timeout=deadline_s) as answer:  # noqa: S310  http and https only
             answer.read(1024)
     except (OSError, ValueError) as error:
-        raise NotDelivered(f"heartbeat: {error}") from None
+        raise NotDelivered(f"heartbeat not sent: {error}") from None

@@ -26,7 +26,9 @@ class Readiness:
         """Raises: RequestError where the rig file contradicts itself or the day."""
         if self.contradictions:
             told = "; ".join(self.contradictions)
-            raise RequestError(f"{source}: {told}; nothing moved; renew it, or correct the rig file")
+            raise RequestError(
+                f"{source}: not ready for a calibration: {told}; nothing moved; renew it, or correct the rig file"
+            )
 
 
 def readiness(rig: RigDescription, today: date) -> Readiness:

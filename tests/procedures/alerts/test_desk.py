@@ -133,7 +133,7 @@ def test_a_heartbeat_address_is_fetched_and_its_refusal_told(server: tuple[str, 
     address, heard = server
     beat(f"http://{address}/ping/1234", 5.0)
     assert heard == ["GET /ping/1234 "]
-    with pytest.raises(NotDelivered, match="heartbeat: HTTP Error 500"):
+    with pytest.raises(NotDelivered, match="heartbeat not sent: HTTP Error 500"):
         beat(f"http://{address}/broken", 5.0)
 
 

@@ -1,0 +1,42 @@
+"""``docs/messages.md`` and the code say the same: no message without its cause, none that nobody raises any more."""
+
+import re
+from pathlib import Path
+
+from raised_messages import messages_in
+
+from procedures.run.advice import ADVICE
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "messages.md").read_text(encoding="utf-8")
+PARTS = ("procedures/run", "procedures/alerts")
+
+
+def _first_clause(message: str) -> str:
+    """What it says before what happened and what to do; the name in front is left out."""
+    clauses = [clause for clause in message.split("; ") if clause.strip("…: ")]
+    return clauses[0].removeprefix("…: ").removeprefix("…: ").strip()
+
+
+def _documented() -> list[str]:
+    return re.findall(r"^\| `([^`]+)` \|", PAGE, flags=re.MULTILINE)
+
+
+def test_every_message_of_a_run_is_on_the_page() -> None:
+    documented = _documented()
+    missing = [
+        f"{file}: {message}"
+        for part in PARTS
+        for file, message in messages_in(ROOT / part)
+        if not any(_first_clause(row) == _first_clause(message) for row in documented)
+    ]
+    assert not missing, "\n".join(missing)
+
+
+def test_every_message_on_the_page_can_still_be_met() -> None:
+    raised = {_first_clause(message) for part in PARTS for _, message in messages_in(ROOT / part)}
+    assert not [row for row in _documented() if _first_clause(row) not in raised]
+
+
+def test_every_advice_is_on_the_page() -> None:
+    assert not [cause for cause, told in ADVICE.items() if f"| {cause} | {told} |" not in PAGE]
