@@ -65,12 +65,18 @@ def test_no_attitude_and_no_temperature_exceeds_the_bound(make: object) -> None:
 
 
 def test_the_covariance_is_that_of_drawn_coefficients(package: CoefficientSet) -> None:
-    primary = package.document["axes"]["y"]["primary"]  # type: ignore[index,call-overload]
-    values = [package.axes["y"].primary[name] for name in ("offset_v", "k_y_v_per_g")]
-    covariance = np.array(primary["covariance"])[np.ix_([0, 2], [0, 2])]
-    b, k = RNG.multivariate_normal(values, covariance, 400_000).T
+    """With an offset of 1.5 V, so that B hangs on the sensitivity too."""
+
+    def shift(document: dict) -> None:
+        document["axes"]["y"]["primary"]["values"]["offset_v"] = 1.5
+
+    shifted = from_document(changed(package, shift), "shifted")
+    covariance = np.array(shifted.document["axes"]["y"]["primary"]["covariance"])[np.ix_([0, 2], [0, 2])]  # type: ignore[index,call-overload]
+    k_y = shifted.axes["y"].primary["k_y_v_per_g"]
+    b, k = RNG.multivariate_normal([1.5, k_y], covariance, 400_000).T
     drawn = np.cov(1.0 / k, -b / k)
-    assert linear_axis(package, "y").covariance == pytest.approx(drawn, rel=0.02, abs=0.01 * np.abs(drawn).max())
+    assert abs(drawn[0, 1]) > 0.3 * np.sqrt(drawn[0, 0] * drawn[1, 1])
+    assert linear_axis(shifted, "y").covariance == pytest.approx(drawn, rel=0.02)
 
 
 def test_the_file_says_what_it_loses(package: CoefficientSet) -> None:
