@@ -34,7 +34,6 @@ COMMANDS = (
     ("solve", "solve:solve", "Solve a run again from its journal."),
     ("fit", "fit:fit", "Solve observations from a CSV file; no rig needed."),
     ("attitude", "attitude:attitude", "Outputs of a calibrated package to angles with standard deviations."),
-    ("attitude", "attitude:attitude", "Outputs of a calibrated package to angles with standard deviations."),
     ("archive", "archive:app", "Coefficient sets in the archive: list, show."),
     ("export", "export:export", "Write a coefficient set for another system."),
     ("verify", "export:verify", "Read an exported file back and recompute its test vectors."),

@@ -71,7 +71,9 @@ def test_an_undetermined_angle_leaves_the_primary_form_only() -> None:
 
 
 def test_an_equation_that_no_set_knows_is_refused() -> None:
-    with pytest.raises(SetError, match="model 'magnetometer', nominal axis 'x': no set of this version has its equation"):
+    with pytest.raises(
+        SetError, match="model 'magnetometer', nominal axis 'x': no set of this version has its equation"
+    ):
         equation_of("magnetometer", "x", False)
     with pytest.raises(SetError, match="nominal axis 'y'"):
         equation_of("pitch-only", "y", False)
