@@ -17,7 +17,7 @@ from procedures.plan.steps import Dwell, Soak, Step
 from procedures.run.alarm import Alarm, TrustLost
 from procedures.run.conduct import LOOK_S, Conduct
 from procedures.run.ending import Ending, RunEnds
-from procedures.run.history import History, agenda, plateau_of, replications_before
+from procedures.run.history import History, agenda, plateaus_of, replications_before
 from procedures.run.judge import Band, Limits, Measurement, judge
 from procedures.run.measure import Announcement, measure, move
 from procedures.run.mount_check import contradictions
@@ -50,6 +50,7 @@ class Epoch:
         self._noise = history.noise()
         self._replications = replications_before(self._plan)
         self._plateau: Soak | None = None
+        self._plateaus = plateaus_of(self._plan.steps)
         self._checks: dict[int, DwellRecord] = {}
         self._judged: defaultdict[int, int] = defaultdict(int)
         self._accepted: list[DwellRecord] = []
@@ -143,7 +144,7 @@ class Epoch:
 
     def _stand_on_its_plateau(self, dwell: Dwell) -> None:
         """A step that is gone back to, or a band that was left, needs its soak anew."""
-        plateau = plateau_of(self._plan.steps, dwell.step)
+        plateau = self._plateaus.get(dwell.step)
         if plateau is not None and plateau != self._plateau:
             self._soak(plateau)
 
@@ -276,7 +277,7 @@ class Epoch:
             raise RunEnds(Ending(State.TRIPPED, told, cause="mount"))
 
     def _require_no_step(self, before: dict[int, DwellRecord]) -> None:
-        plateau = plateau_of(self._plan.steps, min(before))
+        plateau = self._plateaus.get(min(before))
         if plateau != self._plateau:
             self._trail.event("seam", {"tested": False, "reason": "the check set was measured at another plateau"})
             return
@@ -310,7 +311,7 @@ class Epoch:
 
     def _look(self, dwell: Dwell | None) -> Alarm | None:
         care, folder = self._conduct.care, self._trail.folder
-        needed = needed_bytes(self._plan, sum(isinstance(step, Dwell) for step in self._left) + 1)
+        needed = needed_bytes(self._plan, len(self._left) + 1)
         announced = dwell or next((step for step in self._left if isinstance(step, Dwell)), self._plan.dwells[0])
         return self._watch.look(care.free_bytes(folder), needed, lambda: self._announce(announced, INTERLOCK))
 
@@ -345,7 +346,7 @@ class Epoch:
         return found is not None and found.cause == alarm.cause
 
     def _has_lost_plateau(self, dwell: Dwell) -> bool:
-        return dwell.purpose != "check" and plateau_of(self._plan.steps, dwell.step) != self._plateau
+        return dwell.purpose != "check" and self._plateaus.get(dwell.step) != self._plateau
 
 
 def _other_devices(known: dict[str, str], found: dict[str, str]) -> str:

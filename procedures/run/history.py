@@ -134,9 +134,15 @@ def agenda(steps: Sequence[Step], accepted: frozenset[int]) -> tuple[Step, ...]:
     return tuple(left)
 
 
-def plateau_of(steps: Sequence[Step], step: int) -> Soak | None:
-    """The soak that a step stands under; None where the plan has none before it."""
-    return next((soak for soak in reversed(steps) if isinstance(soak, Soak) and soak.step < step), None)
+def plateaus_of(steps: Sequence[Step]) -> dict[int, Soak]:
+    """Step to the soak that it stands under; a step before the first soak is missing."""
+    found, soak = {}, None
+    for step in steps:
+        if isinstance(step, Soak):
+            soak = step
+        elif soak is not None:
+            found[step.step] = soak
+    return found
 
 
 def replications_before(plan: Plan) -> dict[int, float]:
