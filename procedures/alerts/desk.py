@@ -109,4 +109,5 @@ class AlertDesk:
 
 
 def _text(progress: Progress) -> str:
-    return f"{line_of(progress)}\nThe run's folder holds why.txt and why.html where it stands still unasked."
+    is_unasked = progress.state in (State.HELD, State.TRIPPED, State.FAILED)
+    return line_of(progress) + ("\nThe run's folder holds why.txt and why.html." if is_unasked else "")
