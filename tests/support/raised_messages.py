@@ -4,10 +4,17 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-ERRORS = {
-    "RequestError", "JournalError", "StorageFailed", "DeviceFault", "DescriptionError", "NotDelivered", "TrustLost", "Ending",
+ERRORS = (
+    "RequestError",
+    "JournalError",
+    "StorageFailed",
+    "DeviceFault",
+    "DescriptionError",
+    "NotDelivered",
+    "TrustLost",
+    "Ending",
     "Alarm",
-}  # fmt: skip
+)
 
 
 def messages_in(folder: Path) -> Iterator[tuple[str, str]]:

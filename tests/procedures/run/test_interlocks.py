@@ -283,13 +283,21 @@ def test_fault_52_an_axis_that_moves_though_nothing_told_it_to_trips(small: Benc
     assert not [event for event in events(night.run_dir, "intent") if event.sequence > last]
 
 
-@pytest.mark.parametrize("fault", ["limit switch", "stop button"])
-def test_fault_40_and_41_a_limit_switch_or_stop_button_latches(small: Bench, tmp_path: Path, fault: str) -> None:
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night, rig_of=lambda rig: Touched(rig, fault=fault))
+def _latched(small: Bench, run_dir: Path, fault: str) -> None:
+    outcome = spend(small, Night(run_dir), rig_of=lambda rig: Touched(rig, fault=fault))
     assert (outcome.state, outcome.exit_status) == (State.TRIPPED, ExitStatus.HELD)
     assert f"pitch: {fault} while it should rest" in outcome.reason
-    assert status(night.run_dir).held_by == outcome.reason
+    assert status(run_dir).held_by == outcome.reason
+
+
+def test_fault_40_a_limit_switch_latches(small: Bench, tmp_path: Path) -> None:
+    _latched(small, tmp_path / "run", "limit switch")
+
+
+def test_fault_41_a_stop_button_latches_and_its_release_alone_starts_nothing(small: Bench, tmp_path: Path) -> None:
+    _latched(small, tmp_path / "run", "stop button")
+    with open_rig(small.rig) as rig, pytest.raises(RequestError, match="a person has to look first"):
+        resume_on(tmp_path / "run", rig, "carla")
 
 
 def test_fault_42_a_stalled_axis_is_stopped_and_trips(small: Bench, tmp_path: Path) -> None:

@@ -149,7 +149,9 @@ def test_what_a_result_lacks_is_listed_and_what_contradicts_the_day_is_refused(s
         "standards.table.due: 2026-02-28 is past (today is 2026-03-01), certificate K-17",
         "level.before.taken: 2026-03-02 is still to come (today is 2026-03-01)",
     )
-    with pytest.raises(RequestError, match=r"rig.toml: not ready for a calibration: standards.table.due: .* nothing moved"):
+    with pytest.raises(
+        RequestError, match=r"rig.toml: not ready for a calibration: standards.table.due: .* nothing moved"
+    ):
         wrong.require("rig.toml")
 
 
