@@ -5,13 +5,27 @@ Source: TP (72) to (74) for the intervals, GUM G.4.1 (Welch-Satterthwaite) for e
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.solve.result import FTest, VarianceComponent
+from ams.solve.result import FTest
 
 FloatArray = NDArray[np.float64]
+
+
+class Component(Protocol):
+    """An independent part of one covariance, or of those of several estimates."""
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(P, P), or (k, P, P)."""
+
+    @property
+    def dof(self) -> float | FloatArray:
+        """One number, or (k,)."""
+
 
 INFINITE_DOF = 1e7
 """Beyond this Student's t is the normal distribution to nine digits."""
@@ -108,11 +122,11 @@ def after_holm(tests: Mapping[str, FTestColumns]) -> dict[str, FTestColumns]:
     }
 
 
-def effective_dof(directions: FloatArray, components: Sequence[VarianceComponent]) -> FloatArray:
+def effective_dof(directions: FloatArray, components: Sequence[Component]) -> FloatArray:
     """(m,) effective degrees of freedom of gᵀ·estimate for every row g of (m, P); NaN where the variance is zero."""
     return combined_dof(
         np.stack([_quadratic(directions, component.covariance) for component in components]),
-        np.array([component.dof for component in components]),
+        np.stack([np.asarray(component.dof, dtype=float) for component in components]),
     )
 
 
@@ -137,17 +151,17 @@ def combined_dof(variances: FloatArray, dof: FloatArray) -> FloatArray:
     return np.asarray(np.where(total > 0.0, effective, np.nan))
 
 
-def confidence_halfwidth(
-    directions: FloatArray, components: Sequence[VarianceComponent], level: float = 0.95
-) -> FloatArray:
-    """TP (72): half-width for gᵀ·estimate, every row g of (m, P), from all variance components."""
-    variance = np.asarray(sum(_quadratic(directions, component.covariance) for component in components))
-    return np.asarray(t_quantile(level, effective_dof(directions, components)) * np.sqrt(variance))
+def confidence_halfwidth(directions: FloatArray, components: Sequence[Component], level: float = 0.95) -> FloatArray:
+    """TP (72): half-width for gᵀ·estimate, every row g of (m, P), from all variance components.
+
+    Components of k estimates at once, (k, P, P), give (k, m) half-widths.
+    """
+    return prediction_halfwidth(directions, components, 0.0, np.inf, level)
 
 
 def prediction_halfwidth(
     directions: FloatArray,
-    components: Sequence[VarianceComponent],
+    components: Sequence[Component],
     reading_standard_deviation: float,
     reading_dof: float,
     level: float = 0.95,
@@ -159,15 +173,17 @@ def prediction_halfwidth(
     The reading's own variance is that of the place where the calibration is used, not of the calibration.
     """
     variances = [_quadratic(directions, component.covariance) for component in components]
-    dof = [component.dof for component in components]
-    variances.append(np.full(directions.shape[0], reading_standard_deviation**2))
-    dof.append(reading_dof)
+    dof = [np.asarray(component.dof, dtype=float) for component in components]
+    variances.append(np.full(variances[0].shape, reading_standard_deviation**2))
+    dof.append(np.full(dof[0].shape, reading_dof))
     if roll_slope_v_per_rad is not None:
-        variances.append((roll_slope_v_per_rad * roll_standard_uncertainty_rad) ** 2)
-        dof.append(float("inf"))
+        variances.append(
+            np.broadcast_to((roll_slope_v_per_rad * roll_standard_uncertainty_rad) ** 2, variances[0].shape)
+        )
+        dof.append(np.full(dof[0].shape, np.inf))
     stacked = np.stack(variances)
-    return np.asarray(t_quantile(level, combined_dof(stacked, np.array(dof))) * np.sqrt(stacked.sum(axis=0)))
+    return np.asarray(t_quantile(level, combined_dof(stacked, np.stack(dof))) * np.sqrt(stacked.sum(axis=0)))
 
 
 def _quadratic(directions: FloatArray, covariance: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("mi,ij,mj->m", directions, covariance, directions))
+    return np.asarray(np.einsum("mi,...ij,mj->...m", directions, covariance, directions, optimize=True))

@@ -111,4 +111,5 @@ def test_intervals_hold_the_truth_when_every_visit_has_an_error_of_its_own() -> 
 @pytest.mark.parametrize("plot_v", [0.0, 2e-5])
 def test_intervals_hold_the_truth_whatever_the_visits_do(per_visit: int, plot_v: float) -> None:
     share = held([15.0, 25.0, 35.0, 25.0, 15.0, 35.0], per_visit, ESTIMATE, 3000, plot_v=plot_v, plot_share=plot_v / 2)
-    assert share == pytest.approx(0.95, abs=0.02)
+    assert share.min() > 0.935
+    assert share.max() < 0.985  # across the axis a contrast is given up for a slope that is not there

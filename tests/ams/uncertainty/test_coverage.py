@@ -1,104 +1,222 @@
-"""Do the intervals cover, do the tests ring as often as they say? By simulated campaigns with everything redrawn.
+"""Do the intervals hold the truth, do the tests ring as often as they say? Thousands of campaigns, all redrawn.
 
-Of 200 campaigns 179 to 198 of the 95 % intervals of every component of b and k must hold the truth.
+4 000 campaigns a scene here, held to 95 ± 1.5 % (4.4 standard errors of the count), 10 000 and ± 1 % in the soak. Six
+replications; four do as well. Two or three replications have one or two degrees of freedom: where lack of fit and
+drift are both estimated from so little the intervals are on the safe side, and they are held to that.
 """
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from simulated_campaign import ARCSEC, OFFSET_V, VECTOR_V_PER_G, Campaign
+from simulated_columns import NOISE_V, TRUTH, Scene, Simulated, force_of, simulate
 
-from ams.calibrate import calibrate
-from ams.request import CalibrationRequest, select_rows
-from ams.uncertainty.intervals import t_quantile
-from ams.uncertainty.table import TableUncertainty
+from ams.attitude.calibrated import CalibratedSensor
+from ams.attitude.static import pitch_with_known_roll
+from ams.models.accelerometer import PitchRoll
+from ams.uncertainty.intervals import confidence_halfwidth, prediction_halfwidth, t_quantile
 
-TABLE = TableUncertainty(ARCSEC, ARCSEC, "limit")
-TEETH = {"index_limit_arcsec": 1.0}
-LACK_OF_FIT = {"lack_of_fit_arcsec": 1.5}
-DRIFT = {"offset_drift_arcsec": 1.0, "sensitivity_drift": 5e-6}
+READING_V = 0.5 * NOISE_V
+BATCHES = 8
+U_ACROSS_V_PER_G = 8.2e-7
+"""Standard uncertainty of k_y and k_z from noise alone, six replications."""
+
+
+def at_coning(standard_uncertainties: float) -> np.ndarray:
+    return np.array([0.005, 2.5, standard_uncertainties * U_ACROSS_V_PER_G, 0.0])
+
+
 SCENES = {
-    "noise": {},
-    "teeth": TEETH,
-    "teeth and lack of fit": TEETH | LACK_OF_FIT,
-    "teeth and drift": TEETH | DRIFT,
-    "teeth, lack of fit and drift": TEETH | LACK_OF_FIT | DRIFT,
+    "noise": Scene(),
+    "lack of fit": Scene(lack_of_fit=3.0),
+    "drift": Scene(drift=4.0),
+    "lack of fit and drift": Scene(lack_of_fit=3.0, drift=4.0),
+    "table": Scene(index_limit_arcsec=1.0),
+    "table, lack of fit and drift": Scene(index_limit_arcsec=1.0, lack_of_fit=1.5, drift=2.0),
+    "temperature": Scene(temperature=True),
+    "unbalanced": Scene(lack_of_fit=3.0, drift=4.0, dropped=0.1),
+    "small coning": Scene(truth=at_coning(5.0)),
 }
 
 
-def solved_axes(settings: dict, replications: int, seed: int, drop_points: bool = False):
-    observations = Campaign(replications=replications, **settings).observe(np.random.default_rng(seed))
-    if drop_points:
-        kept = np.random.default_rng(seed + 1).uniform(size=observations.rows) > 0.1
-        observations = select_rows(observations, kept)
-    return calibrate(observations, CalibrationRequest(table=TABLE if "index_limit_arcsec" in settings else None)).axes
+def attitudes(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    return rng.uniform(-1.2, 1.2, 3), rng.uniform(-3.1, 3.1, 3)
 
 
-def covered(axes) -> np.ndarray:
-    """(3, 4) whether the interval of each component of b and k of each axis holds the truth."""
-    hits = []
-    for axis, one in axes.items():
-        truth = np.array([OFFSET_V[axis], *VECTOR_V_PER_G[axis]])
-        half = t_quantile(0.95, one.primary_dof) * np.sqrt(np.diag(one.primary_covariance))
-        hits.append(np.abs(one.primary - truth) < half)
-    return np.array(hits)
+def directions(simulated: Simulated, pitch: np.ndarray, roll: np.ndarray) -> np.ndarray:
+    """Derivatives of the output by all primary parameters, at the reference temperature."""
+    phi = force_of(pitch, roll)
+    further = simulated.solved.primary.shape[1] - 4
+    return np.column_stack([phi, np.zeros((phi.shape[0], further))])
 
 
-def count(settings: dict, replications: int, campaigns: int, drop_points: bool = False) -> np.ndarray:
-    return sum(covered(solved_axes(settings, replications, seed, drop_points)).astype(int) for seed in range(campaigns))
+def of_parameters(simulated: Simulated) -> dict[str, np.ndarray]:
+    """Whether each 95 % interval holds the truth, one entry a campaign; NaN where the parameter is null."""
+    solved, truth = simulated.solved, simulated.truth
+    half = t_quantile(0.95, solved.primary_dof) * np.sqrt(np.diagonal(solved.primary_covariance, axis1=1, axis2=2))
+    names = solved.problem.model.primary_names[:4]
+    hits = {name: abs(solved.primary[:, i] - truth[i]) < half[:, i] for i, name in enumerate(names)}
+    derived, edges = PitchRoll("x").parameters(truth), solved.parameters
+    for i, name in ((1, "sensitivity"), (2, "coning"), (3, "azimuth")):
+        inside = (abs(edges.values[:, i] - derived[i]) < edges.halfwidths_95[:, i]).astype(float)
+        hits[name] = np.where(np.isnan(edges.values[:, i]), np.nan, inside)
+    return hits
 
 
-def test_intervals_hold_the_truth_with_index_errors_redrawn() -> None:
-    hits = count(TEETH, 4, 200)
-    assert hits.min() >= 179
-    assert hits.max() <= 199
-    assert hits.mean() / 200 == pytest.approx(0.955, abs=0.02)
+def of_outputs(simulated: Simulated, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    pitch, roll = attitudes(rng)
+    phi, components = directions(simulated, pitch, roll), simulated.solved.components
+    error = simulated.solved.primary[:, :4] @ phi[:, :4].T - simulated.truth @ phi[:, :4].T
+    reading = error + READING_V * rng.standard_normal(error.shape)
+    return {
+        "calibrated output": (abs(error) < confidence_halfwidth(phi, components)).mean(axis=1),
+        "new reading": (abs(reading) < prediction_halfwidth(phi, components, READING_V, np.inf)).mean(axis=1),
+    }
 
 
-@pytest.mark.soak
-@pytest.mark.parametrize("replications", [1, 2, 3, 4, 6])
+def of_angles(simulated: Simulated, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """Pitch from one new reading with the roll known, TP (76) to (82), by the public inference."""
+    pitch, roll = attitudes(rng)
+    solved, phi = simulated.solved, directions(simulated, pitch, roll)
+    half_v = prediction_halfwidth(phi, solved.components, READING_V, np.inf)
+    variance = np.einsum("ai,mij,aj->ma", phi, solved.primary_covariance, phi) + READING_V**2
+    names, hits = solved.problem.model.primary_names, []
+    for row in range(solved.primary.shape[0]):
+        reading = phi[:, :4] @ simulated.truth + READING_V * rng.standard_normal(pitch.size)
+        sensor = CalibratedSensor(
+            names, solved.primary[row], solved.primary_covariance[row], READING_V, np.zeros(pitch.size)
+        )
+        found = pitch_with_known_roll(sensor, sensor.line_output_v(reading), roll)
+        half = half_v[row] / np.sqrt(variance[row]) * found.pitch_sd_rad
+        hits.append(np.mean(abs(found.pitch_rad - pitch) < half))
+    return {"inferred pitch": np.array(hits)}
+
+
+def shares(scene: Scene, campaigns: int, seed: int = 0, angles: int = 8) -> dict[str, float]:
+    """Share of intervals that hold the truth, by what they are of; a fresh pattern of missing rows in every batch."""
+    rng = np.random.default_rng(seed)
+    batches: list[dict[str, np.ndarray]] = []
+    for batch in range(BATCHES):
+        simulated = simulate(scene, campaigns // BATCHES, rng)
+        found = of_parameters(simulated) | of_outputs(simulated, rng)
+        batches.append(found | (of_angles(simulated, rng) if batch < angles else {}))
+    return {
+        name: float(np.nanmean(np.concatenate([batch[name] for batch in batches if name in batch])))
+        for name in batches[0]
+    }
+
+
 @pytest.mark.parametrize("scene", SCENES)
-def test_intervals_hold_the_truth_in_every_scene(scene: str, replications: int) -> None:
-    if replications == 1 and "drift" in scene:
-        pytest.skip("one replication cannot know of drift between replications")
-    share = count(SCENES[scene], replications, 600) / 600
-    assert share.min() > 179 / 200
-    assert share.mean() == pytest.approx(0.957, abs=0.02)
+def test_intervals_hold_the_truth_in_95_percent_of_4000_campaigns(scene) -> None:
+    found = shares(SCENES[scene], 4000, angles=4)
+    assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
 
 
 @pytest.mark.soak
-def test_intervals_hold_the_truth_with_a_tenth_of_the_points_missing() -> None:
-    share = count(SCENES["teeth, lack of fit and drift"], 6, 600, drop_points=True) / 600
-    assert share.min() > 179 / 200
-    assert share.mean() == pytest.approx(0.95, abs=0.02)
-
-
-def alarms(settings: dict, campaigns: int) -> tuple[np.ndarray, np.ndarray]:
-    """Share of tests above their limit: default ones (lack of fit, then drifts), and TP's drifts."""
-    default, tp = np.zeros(5), np.zeros(4)
-    for seed in range(campaigns):
-        for one in solved_axes(settings, 6, seed).values():
-            tests = [one.replication.lack_of_fit, *one.replication.drift.values()]
-            default += [test.t > test.f_95 for test in tests]
-            tp += [test.t > test.f_95 for test in one.replication.tp.drift.values()]
-    return default / (3 * campaigns), tp / (3 * campaigns)
-
-
-def test_drift_tests_ring_falsely_in_one_of_twenty_also_under_lack_of_fit() -> None:
-    default, tp = alarms(LACK_OF_FIT, 150)
-    assert default[0] == 1.0
-    assert default[1:] == pytest.approx(0.05, abs=0.03)
-    assert tp.max() < 0.01
+@pytest.mark.parametrize("scene", SCENES)
+def test_intervals_hold_the_truth_in_95_percent_of_10000_campaigns(scene) -> None:
+    found = shares(SCENES[scene], 10_000, seed=1)
+    assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.01), found
 
 
 @pytest.mark.soak
-def test_false_alarms_of_all_default_tests_are_four_to_six_percent() -> None:
-    default, _ = alarms({}, 1500)
-    assert default == pytest.approx(0.05, abs=0.012)
-    under_lack_of_fit, _ = alarms(LACK_OF_FIT, 1500)
-    assert under_lack_of_fit[1:] == pytest.approx(0.05, abs=0.012)
+@pytest.mark.parametrize("scene", SCENES)
+def test_four_replications_do_as_well(scene) -> None:
+    four = replace(SCENES[scene], replications=4)
+    if scene == "small coning":
+        four = replace(four, truth=at_coning(5.0 * np.sqrt(6.0 / 4.0)))
+    found = shares(four, 10_000, seed=2)
+    assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
 
 
-def test_a_drift_that_tp_misses_under_lack_of_fit_is_found() -> None:
-    default, tp = alarms(LACK_OF_FIT | {"offset_drift_arcsec": 0.3}, 40)
-    assert default[1] > 0.9
-    assert tp[0] < 0.6
+@pytest.mark.parametrize("replications", [2, 3])
+def test_with_two_or_three_replications_intervals_err_on_the_safe_side(replications) -> None:
+    for name in ("noise", "lack of fit", "drift", "lack of fit and drift", "unbalanced"):
+        found = shares(replace(SCENES[name], replications=replications), 2000, angles=0)
+        assert min(found.values()) > 0.93, (name, found)
+        assert max(found.values()) < 0.99, (name, found)
+
+
+def test_the_pooled_form_of_tp_holds_the_truth_in_half_of_the_campaigns_with_lack_of_fit_and_drift() -> None:
+    """MATH 5: 42 to 60 %; why the mixed model is what is reported."""
+    solved = simulate(SCENES["lack of fit and drift"], 2000, np.random.default_rng(0)).solved
+    half = t_quantile(0.95, float(solved.degrees_of_freedom)) * np.sqrt(
+        np.diagonal(solved.tp_primary_covariance, axis1=1, axis2=2)
+    )
+    held = np.mean(abs(solved.primary - TRUTH) < half, axis=0)
+    assert np.all(held < 0.70)
+
+
+@pytest.mark.parametrize("standard_uncertainties", [0.0, 1.0])
+def test_a_coning_angle_near_zero_is_null_and_the_vector_still_holds(standard_uncertainties) -> None:
+    simulated = simulate(Scene(truth=at_coning(standard_uncertainties)), 4000, np.random.default_rng(0))
+    hits = of_parameters(simulated)
+    assert np.mean(np.isnan(hits["coning"])) > 0.98
+    for name in ("k_y_v_per_g", "k_z_v_per_g"):
+        assert hits[name].mean() == pytest.approx(0.95, abs=0.015)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("standard_uncertainties", [5.0, 6.0, 7.0, 10.0])
+def test_coning_and_azimuth_hold_from_five_standard_uncertainties_on(standard_uncertainties) -> None:
+    hits = of_parameters(simulate(Scene(truth=at_coning(standard_uncertainties)), 20_000, np.random.default_rng(0)))
+    for name in ("coning", "azimuth"):
+        assert np.nanmean(hits[name]) == pytest.approx(0.95, abs=0.015)
+
+
+# False alarms and power
+
+
+def alarms(scene: Scene, campaigns: int, seed: int = 0) -> tuple[dict[str, float], dict[str, float], float]:
+    """Share of tests above their limit, default and TP's by name, and of campaigns with any significant after Holm."""
+    replication = simulate(scene, campaigns, np.random.default_rng(seed)).solved.replication
+    assert replication is not None
+    tests = {"lack of fit": replication.lack_of_fit, **replication.drift}
+    tp = {"lack of fit": replication.tp.bias, **replication.tp.drift}
+    default, of_tp = ({name: float(np.mean(one.t > one.f_95)) for name, one in kind.items()} for kind in (tests, tp))
+    return default, of_tp, float(np.mean(np.any([one.is_significant for one in tests.values()], axis=0)))
+
+
+def test_default_tests_ring_falsely_in_one_of_twenty() -> None:
+    default, _, any_after_holm = alarms(Scene(), 4000)
+    assert default == pytest.approx(dict.fromkeys(default, 0.05), abs=0.015)
+    assert any_after_holm == pytest.approx(0.05, abs=0.015)
+
+
+@pytest.mark.parametrize("dropped", [0.0, 0.1])
+def test_drift_tests_keep_their_false_alarms_under_lack_of_fit_where_tps_never_ring(dropped) -> None:
+    default, tp, _ = alarms(Scene(lack_of_fit=3.0, dropped=dropped), 4000)
+    assert default.pop("lack of fit") == 1.0
+    assert default == pytest.approx(dict.fromkeys(default, 0.05), abs=0.015)
+    tp.pop("lack of fit")
+    assert max(tp.values()) < 0.005
+
+
+def test_the_lack_of_fit_test_keeps_its_false_alarms_under_drift() -> None:
+    default, _, _ = alarms(Scene(drift=4.0), 4000)
+    assert default["lack of fit"] == pytest.approx(0.05, abs=0.015)
+
+
+@pytest.mark.parametrize("lack_of_fit", [0.0, 3.0])
+@pytest.mark.parametrize("drift", [1.0, 2.0])
+def test_power_against_a_drift_is_what_theory_says_whatever_the_lack_of_fit(lack_of_fit, drift) -> None:
+    """T / (1 + δ²) is F(n − 1, (n − 1)(K − 4)) where replications wander by δ standard errors (a random effect)."""
+    from scipy.stats import f
+
+    default, tp, _ = alarms(Scene(lack_of_fit=lack_of_fit, drift=drift), 4000)
+    n, points = 6, 42
+    dof = n - 1, (n - 1) * (points - 4)
+    power = f.sf(f.ppf(0.95, *dof) / (1.0 + drift**2), *dof)
+    assert default["offset"] == pytest.approx(power, abs=0.025)
+    assert default["sensitivity"] == pytest.approx(power, abs=0.025)
+    if lack_of_fit:
+        assert tp["offset"] < 0.5 * power
+
+
+@pytest.mark.soak
+def test_false_alarms_of_all_default_tests_in_40000_campaigns() -> None:
+    for scene in (Scene(), Scene(lack_of_fit=3.0), Scene(dropped=0.1, lack_of_fit=3.0), Scene(replications=3)):
+        default, _, _ = alarms(scene, 40_000)
+        if scene.lack_of_fit:
+            default.pop("lack of fit")
+        assert default == pytest.approx(dict.fromkeys(default, 0.05), abs=0.006)
