@@ -1,5 +1,6 @@
 """A rig that costs nothing: devices that answer at once, in virtual time. What a run takes is the engine's own."""
 
+import math
 from collections.abc import Mapping
 from datetime import UTC, datetime
 
@@ -8,8 +9,10 @@ from numpy.typing import NDArray
 
 from rig.clock import VirtualClock
 from rig.devices.abilities import Axis, AxisState, Burst, Environment, NoChance, Readout, Wait
+from rig.link.counts import ExchangeCounts
 
 NOISE_V = 1e-5
+SENSITIVITY_V_PER_G = 2.5
 
 
 class DeskAxis:
@@ -45,10 +48,11 @@ class DeskAxis:
 
 
 class DeskReadout:
-    """White noise from one block of numbers drawn beforehand."""
+    """One g on each package axis, and white noise from one block of numbers drawn beforehand."""
 
-    def __init__(self, name: str, channels: tuple[str, ...], clock: VirtualClock) -> None:
+    def __init__(self, name: str, channels: tuple[str, ...], clock: VirtualClock, axes: Mapping[str, Axis]) -> None:
         self.name, self.channels = name, channels
+        self._axes = axes
         self._clock = clock
         self._noise: NDArray[np.float64] = np.random.default_rng(1).normal(0.0, NOISE_V, 100_003)
         self._place = 0
@@ -63,8 +67,14 @@ class DeskReadout:
         started_s = self._clock.monotonic_s()
         wait(samples * self.reading_s(nplc))
         self._place = (self._place + samples) % (self._noise.size - samples)
-        values = self._noise[self._place : self._place + samples]
+        values = self._output_v(channel) + self._noise[self._place : self._place + samples]
         return Burst(channel, values, np.zeros(samples, dtype=np.bool_), started_s, self.reading_s(nplc))
+
+    def _output_v(self, channel: str) -> float:
+        """The example's nominal sensor at the attitude of the axes: the run checks its mount."""
+        pitch, roll = (math.radians(self._axes[name].state().position_deg) for name in ("pitch", "roll"))
+        force = (math.sin(pitch), -math.cos(pitch) * math.sin(roll), -math.cos(pitch) * math.cos(roll))
+        return SENSITIVITY_V_PER_G * force["xyz".index(channel[-1])]
 
     def reading_s(self, nplc: float | None = None) -> float:
         return 0.04 * (10.0 if nplc is None else nplc)
@@ -98,10 +108,16 @@ class Desk:
     def __init__(self) -> None:
         self.clock = VirtualClock(datetime(2026, 1, 1, tzinfo=UTC))
         self.axes: Mapping[str, Axis] = {name: DeskAxis(name) for name in ("pitch", "roll")}
-        self.readouts: Mapping[str, Readout] = {"dmm": DeskReadout("dmm", ("x", "y", "z"), self.clock)}
+        self.readouts: Mapping[str, Readout] = {"dmm": DeskReadout("dmm", ("x", "y", "z"), self.clock, self.axes)}
         self.environments: Mapping[str, Environment] = {"air": DeskEnvironment("air")}
         self.chance = NoChance()
 
     def identities(self) -> Mapping[str, str]:
         tables: tuple[Mapping[str, Axis | Readout | Environment], ...] = (self.axes, self.readouts, self.environments)
         return {device.name: device.identify() for table in tables for device in table.values()}
+
+    def link_counts(self) -> Mapping[str, ExchangeCounts]:
+        return {}
+
+    def reconnect(self) -> None:
+        return None
