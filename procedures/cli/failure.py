@@ -10,9 +10,9 @@ from ams.errors import AmsError, ArchiveError, ArchiveUnknown, SolveError, Vecto
 from procedures.errors import ExitStatus, ProcedureError
 from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
 
-WRONG_REQUEST = (DescriptionError, RequestRefused)
+WRONG_REQUEST = (DescriptionError, RequestRefused, ArchiveUnknown)
 FAILED = (SolveError, VectorsDisagree, ArchiveError, WriteFailed)
-WRONG_ARCHIVE = (ArchiveUnknown,)
+"""Of the mathematics; every other error of it is a wrong request."""
 
 
 def status_of(error: BaseException) -> ExitStatus:
@@ -21,10 +21,9 @@ def status_of(error: BaseException) -> ExitStatus:
         return error.exit_status
     if isinstance(error, KeyboardInterrupt | WaitEnded):
         return ExitStatus.ABORTED
-    if isinstance(error, AmsError):
-        is_failure = isinstance(error, FAILED) and not isinstance(error, WRONG_ARCHIVE)
-        return ExitStatus.FAILED if is_failure else ExitStatus.WRONG_REQUEST
     if isinstance(error, WRONG_REQUEST):
+        return ExitStatus.WRONG_REQUEST
+    if isinstance(error, AmsError) and not isinstance(error, FAILED):
         return ExitStatus.WRONG_REQUEST
     return ExitStatus.FAILED
 
