@@ -1,4 +1,4 @@
-"""Programs of the operating system that a few tests need: skipped with the reason where they are missing, never in CI."""
+"""Programs of the operating system that a few tests need: skipped with the reason where missing, never in CI."""
 
 import os
 import shutil
