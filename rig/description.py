@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Field, ValidationError, create_model, field_validator, model_validator
 
 from rig.drivers import Ability, settings_classes
+from rig.earlier_files import as_stored_now
 from rig.errors import DescriptionError
 from rig.interlock_settings import Interlocks
 from rig.references import complaints_about_references
@@ -383,7 +384,7 @@ def _nominal(sensitivity_v_per_g: float) -> AxisTruth:
 def rig_from_json(text: str) -> RigDescription:
     """A description that ``model_dump_json`` wrote, as a journal keeps it. Raises: DescriptionError."""
     try:
-        return _file_model().model_validate_json(text)
+        return _file_model().model_validate_json(as_stored_now(text))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"])

@@ -62,7 +62,6 @@ class Hp3458aSettings(ReadoutSettings):
     scanner_resource: str | None = None
     """Default: the same adapter, address 9."""
     nplc: Annotated[float, Field(gt=0.0, le=1000.0)] = 10.0
-    settle_nplc: Annotated[float, Field(gt=0.0, le=1000.0)] = 1.0
     line_frequency_hz: Literal[50, 60] = 50
     relay_settle_s: NotNegative = 0.02
     channels: dict[str, ScannedChannel] = Field(min_length=1)

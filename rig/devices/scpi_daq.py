@@ -84,7 +84,6 @@ class ScpiDaqSettings(ReadoutSettings):
     resource: str
     """``twin``, ``socket://host:5025``, ``prologix+…#address`` or ``visa:GPIB0::9::INSTR``."""
     nplc: float = 10.0
-    settle_nplc: float = 1.0
     line_frequency_hz: Literal[50, 60] = 50
     relay_settle_s: Annotated[float, Field(ge=0.0, le=60.0)] = 0.02
     """The unit waits this long after its relay closed, before every reading."""
@@ -94,7 +93,7 @@ class ScpiDaqSettings(ReadoutSettings):
     """A second conversion for every reading: what the unit does from 1 power-line cycle on."""
     channels: dict[str, DaqChannel] = Field(min_length=1)
 
-    @field_validator("nplc", "settle_nplc")
+    @field_validator("nplc")
     @classmethod
     def _is_offered(cls, nplc: float) -> float:
         return _offered(nplc)

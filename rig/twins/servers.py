@@ -3,6 +3,7 @@
 import selectors
 import socket
 from collections.abc import Sequence
+from contextlib import suppress
 from threading import Thread
 from types import TracebackType
 
@@ -45,8 +46,9 @@ class TwinServer:
     def close(self) -> None:
         """Stop serving and free the ports; closing twice is harmless. Raises what a twin raised while serving."""
         if self._thread.is_alive():
-            self._ringer.send(b"!")
-            self._thread.join()
+            with suppress(OSError):  # a twin that failed just now has closed the bell itself
+                self._ringer.send(b"!")
+        self._thread.join()
         self._ringer.close()
         if self.failure is not None:
             failure, self.failure = self.failure, None

@@ -104,3 +104,16 @@ def test_a_twin_that_fails_is_told_when_its_server_closes() -> None:
     with pytest.raises(AssertionError, match="told to fail"):
         server.close()
     assert not server.is_serving
+
+
+def test_closing_while_a_twin_fails_tells_the_failure_or_nothing() -> None:
+    for _ in range(60):
+        server = serve_tcp(Echo(), SystemClock())
+        stream = _stream(server)
+        stream.write(b"!")
+        try:
+            server.close()  # before, while or after the thread ends by itself
+        except AssertionError as failure:
+            assert "told to fail" in str(failure)
+        assert not server.is_serving
+        stream.close()

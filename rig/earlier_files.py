@@ -1,0 +1,28 @@
+"""Rig descriptions that earlier versions stored in journals: keys that were dropped since are dropped from them.
+
+Only what had no effect is ever dropped so; anything else is refused by the reader, with the version to use.
+"""
+
+import json
+from collections.abc import Mapping
+
+DROPPED: Mapping[str, tuple[str, ...]] = {"readouts": ("settle_nplc",)}
+"""Table of tables to keys. ``settle_nplc`` was read and never used: the procedure's ``[dwell]`` says it."""
+
+
+def as_stored_now(text: str) -> str:
+    """The same description in the keys of this version; text that is no JSON object is left to its reader."""
+    try:
+        document = json.loads(text)
+    except ValueError:
+        return text
+    for table, keys in DROPPED.items():
+        for settings in _tables(document, table):
+            for key in keys:
+                settings.pop(key, None)
+    return json.dumps(document)
+
+
+def _tables(document: object, name: str) -> list[dict[str, object]]:
+    tables = document.get(name) if isinstance(document, dict) else None
+    return [table for table in tables.values() if isinstance(table, dict)] if isinstance(tables, dict) else []
