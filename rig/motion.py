@@ -10,6 +10,7 @@ from contextlib import suppress
 from threading import Thread
 
 from rig.clock import Clock
+from rig.crash_points import CrashPoint, crash_point
 from rig.devices.abilities import Axis, AxisState, Wait
 from rig.errors import DeviceFault, RequestRefused, RigError, WaitEnded
 
@@ -107,6 +108,7 @@ def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
 def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:
     task = f"move to {target_deg:g} deg"
     axis.start_move(target_deg)
+    crash_point(CrashPoint.MOVE_SENT)
     limit_s = abs(target_deg - from_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
     state = _watch(axis, task, target_deg, limit_s, clock, wait)
     _require_seat(axis, state, task)

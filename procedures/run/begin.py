@@ -17,6 +17,7 @@ from procedures.run.space import require_room
 from procedures.run.spool import Spool
 from procedures.run.storage import JOURNAL_FILE
 from rig.clock import Clock
+from rig.crash_points import CrashPoint, crash_point
 from rig.description import RigDescription, rig_from_json
 
 
@@ -43,6 +44,7 @@ def begin(
     require_room(run_dir, plan, care.free_bytes(run_dir), care.precautions.min_free_mb)
     with owning(run_dir, idle_clock):
         journal = Journal.create(run_dir / JOURNAL_FILE, header, rig.clock)
+        crash_point(CrashPoint.RUN_CREATED)
         journal.append_event("readiness", {"engineering": [*ready.missing, *ready.contradictions]}, rig.clock)
         write_whole(run_dir / "plan.json", (header.plan_json + "\n").encode("utf-8"))
         return run(plan, rig, journal, Spool(run_dir), Start(header.operator), None, observer, idle_clock, care)

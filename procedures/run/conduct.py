@@ -15,6 +15,7 @@ from procedures.run.steering import Steering
 from procedures.run.trail import Trail
 from procedures.run.watch import Watch
 from rig.clock import VirtualClock
+from rig.crash_points import CrashPoint, crash_point
 
 LOOK_S = 1.0
 """Rig seconds between two looks whether a hold is over."""
@@ -69,6 +70,7 @@ class Conduct:
     def enter_held(self, cause: str, reason: str) -> None:
         """Raises: RunEnds where nobody could ever clear it."""
         self.trail.enter(State.HELD, reason, cause=cause)
+        crash_point(CrashPoint.HELD)
         self.explain()
         if not self.is_attended:
             raise RunEnds(Ending(State.FAILED, reason, cause=cause))
@@ -90,5 +92,6 @@ class Conduct:
 
     def _pause(self, request: Request) -> None:
         self.trail.enter(State.PAUSED, request.text, request.by)
+        crash_point(CrashPoint.PAUSED)
         by = self.stand_still(lambda: self.wait.pause is None)
         self.trail.enter(State.RUNNING, by=by)

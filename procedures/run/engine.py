@@ -40,6 +40,7 @@ from procedures.run.trail import Trail
 from procedures.run.watch import Watch, lost_link
 from procedures.run.why import UNASKED, explain
 from rig.clock import Clock, SystemClock, VirtualClock
+from rig.crash_points import CrashPoint, crash_point
 from rig.errors import (
     DeviceFault,
     DeviceNonsense,
@@ -149,7 +150,9 @@ class _Engine:
 
         A resume that failed before it began leaves the run as resumable as it was.
         """
+        crash_point(CrashPoint.ENDING)
         safe = make_safe(self._rig, self._conduct.plan)
+        crash_point(CrashPoint.MADE_SAFE)
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
         if safe.failures:
             state, reasons = _without_safety(state), [*reasons, *safe.failures]
@@ -210,6 +213,7 @@ class _Engine:
             if start.state in ACTIVE and self._history.epoch > 1:
                 self._trail.enter(State.INTERRUPTED, "the process ended without a last line")
         self._trail.enter(State.CHECKING, "" if regained else start.reason, "" if regained else start.operator)
+        crash_point(CrashPoint.EPOCH_OPENED)
 
     def _regain(self, lost: TrustLost, restarts: int) -> None:
         """Held, the axes told to stop, until every line answers again. Raises: RunEnds, WaitEnded."""

@@ -31,6 +31,7 @@ from procedures.run.voids import KIND as VOIDED
 from procedures.run.voids import void_detail
 from procedures.run.warm_up import warm_up
 from procedures.run.watch import suspended
+from rig.crash_points import CrashPoint, crash_point
 from rig.errors import DeviceNonsense, DeviceSilent
 from rig.motion import home_and_arrive
 
@@ -168,7 +169,9 @@ class Epoch:
         """Move, measure, judge, commit."""
         intent = {"step": dwell.step, "purpose": dwell.purpose, "attempt": attempt, "epoch": self._history.epoch}
         self._trail.event("intent", intent | {"targets_deg": dict(dwell.targets_deg)})
+        crash_point(CrashPoint.INTENT_COMMITTED)
         self._watch.rests_at(move(self._rig, dwell, self._wait))
+        crash_point(CrashPoint.IN_POSITION)
         clock = self._rig.clock
         started_utc, started_s = clock.now_utc(), clock.monotonic_s()
         measured = self._measured(dwell, self._announcement(dwell, attempt))

@@ -25,6 +25,7 @@ from procedures.run.storage import (
     told_as,
 )
 from rig.clock import Clock
+from rig.crash_points import CrashPoint, crash_point
 
 if TYPE_CHECKING:
     import apsw
@@ -107,6 +108,7 @@ class Journal:
         import apsw
 
         self._connection.set_busy_timeout(0)
+        crash_point(CrashPoint.BEFORE_CHECKPOINT)
         try:
             self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
         except (apsw.IOError, apsw.FullError) as error:
@@ -147,7 +149,9 @@ class Journal:
             self._connection.execute("BEGIN IMMEDIATE")
             try:
                 yield
+                crash_point(CrashPoint.BEFORE_COMMIT)
                 self._connection.execute("COMMIT")
+                crash_point(CrashPoint.AFTER_COMMIT)
             finally:
                 if self._connection.in_transaction:
                     self._connection.execute("ROLLBACK")

@@ -10,6 +10,7 @@ from procedures.run.judge import Look, Measurement
 from procedures.run.records import ChannelReading
 from procedures.run.settle import Settled, settle
 from rig.clock import Clock
+from rig.crash_points import CrashPoint, crash_point
 from rig.devices.abilities import Axis, Environment, Readout, TwinChance, Wait
 from rig.link.counts import ExchangeCounts
 from rig.motion import move_and_arrive
@@ -88,6 +89,7 @@ def _settle(rig: OpenRig, plan: Plan, wait: Wait) -> Settled:
 
 def _read(rig: OpenRig, channel: str, samples: int, wait: Wait) -> ChannelReading:
     burst = _readout(rig, channel).read(channel, samples, wait)
+    crash_point(CrashPoint.ACQUIRING)
     values_v = burst.values_v.copy()
     values_v[burst.overload] = float("nan")
     return ChannelReading(channel, values_v, burst.started_s, burst.interval_s)
