@@ -19,6 +19,7 @@ from procedures.solving import SolvedSensor
 
 if TYPE_CHECKING:
     from ams.sets.coefficients import CoefficientSet
+    from procedures.report.paper.pdf import Attachment
     from procedures.report.view import RunView
 
 
@@ -76,7 +77,7 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
     paths = {name: _write(one, run.folder / "coefficients", "json") for name, one in sets.items()}
     if sets and archive_url is not None:
         _publish(archive_url, run.record, list(sets.values()))
-    report = write_report(view, run.folder)
+    report = write_report(view, run.folder, [attached for one in sets.values() for attached in _attachments(one)])
     # Last: a format that has no form of a set refuses it, and everything else is delivered by then.
     exports = [
         _write(one, run.folder / "exports", kind) for one in sets.values() for kind in run.record.plan.export_formats
@@ -110,11 +111,12 @@ def run_document(delivery: Delivery) -> dict[str, Any]:
 
 def _sets(run: SolvedRun) -> "dict[str, CoefficientSet]":
     from ams.sets.coefficients import build_set
+    from ams.sets.fields import FIELDS
 
     return {
         name: build_set(solved.calibration, provenance_of(solved, run.record))
         for name, solved in run.sensors.items()
-        if solved.calibration is not None
+        if solved.calibration is not None and solved.calibration.model in FIELDS
     }
 
 
@@ -125,6 +127,24 @@ def _write(coefficients: "CoefficientSet", folder: Path, kind: str) -> Path:
     path = folder / FORMATS[kind].file_name(coefficients.sensor)
     export_set(coefficients, kind, path)
     return path
+
+
+def _attachments(coefficients: "CoefficientSet") -> "list[Attachment]":
+    """A set as the files inside the PDF: for machines as the laboratory's own set and as a DCC."""
+    from ams.sets.export.formats import FORMATS
+    from procedures.report.paper.pdf import Attachment
+
+    wanted = (
+        ("json", "application/json", "coefficient set"),
+        ("dcc", "application/xml", "digital calibration certificate"),
+    )
+    return [
+        Attachment(
+            FORMATS[kind].file_name(coefficients.sensor), media_type, f"{coefficients.sensor}: {what}",
+            FORMATS[kind].to_bytes(coefficients),
+        )
+        for kind, media_type, what in wanted
+    ]  # fmt: skip
 
 
 def _publish(archive_url: str, record: RunRecord, sets: "Sequence[CoefficientSet]") -> None:

@@ -179,6 +179,7 @@ def tell(delivery: "Delivery") -> None:
     print_summary(delivery.view, Console())
     say()
     say(f"report       {delivery.report}")
+    say(f"on paper     {delivery.report.with_suffix('.pdf')}")
     for name, path in delivery.sets.items():
         say(f"coefficients {path}   ({name})")
     for path in delivery.exports:

@@ -39,12 +39,14 @@ def render_page(view: RunView, figures: Figures) -> str:
     )
 
 
-def write_page(view: RunView, figures: Figures, path: Path) -> None:
-    """Render and write whole: a reader sees the old page or the new one, never half of one.
+def write_page(view: RunView, figures: Figures, path: Path) -> str:
+    """Render and write whole: a reader sees the old page or the new one, never half of one. Returns the page's text.
 
     Raises: WriteFailed where the file cannot be written.
     """
-    write_whole(path, render_page(view, figures).encode("utf-8"))
+    page = render_page(view, figures)
+    write_whole(path, page.encode("utf-8"))
+    return page
 
 
 def _environment() -> "Environment":

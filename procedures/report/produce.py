@@ -1,17 +1,20 @@
 """From a run's journal to its report: the one call that the command makes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import hypot
 from pathlib import Path
 
+from ams.sets.whole_file import write_whole
 from procedures.report.assemble import RunRecord, assemble_view
 from procedures.report.figures import draw_figures, write_figures
 from procedures.report.page import write_page
+from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 from procedures.report.view import RunView
 from procedures.solving import SolvedSensor, solve_sensors, standard_uncertainty_arcsec
 from rig.description import RigDescription
 
 REPORT_FILE = "report.html"
+PAPER_FILE = "report.pdf"
 FIGURES_FOLDER = "figures"
 
 
@@ -25,12 +28,21 @@ def view_of(record: RunRecord, solved: Mapping[str, SolvedSensor]) -> RunView:
     return assemble_view(record, solved, _table_arcsec(record.rig))
 
 
-def write_report(view: RunView, folder: Path) -> Path:
-    """``report.html`` and ``figures/`` into the run's folder; returns the page's path."""
+def write_report(view: RunView, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:
+    """``report.html``, the same on paper with the attachments inside, and ``figures/``; returns the page's path.
+
+    Raises: WriteFailed where the folder cannot be written.
+    """
     figures = draw_figures(view)
     write_figures(figures, folder / FIGURES_FOLDER)
-    write_page(view, figures, folder / REPORT_FILE)
+    page = write_page(view, figures, folder / REPORT_FILE)
+    write_whole(folder / PAPER_FILE, paper_of(page, _imprint(view), attachments))
     return folder / REPORT_FILE
+
+
+def _imprint(view: RunView) -> Imprint:
+    moment = view.ended_utc or view.started_utc
+    return Imprint(f"{view.title}: calibration report", view.stamps, f"Run {view.run_id}", moment)
 
 
 def _table_arcsec(rig: RigDescription) -> float | None:

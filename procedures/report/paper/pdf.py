@@ -1,0 +1,80 @@
+"""PDF/A-3b of a page, by typst: fonts inside, the same bytes for the same page, the results attached as files.
+
+Source: ISO 19005-3 (PDF/A-3, level b); attachments as associated files of the document (relationship *data*).
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from procedures.report.paper.leaves import Leaves, leaves_of
+
+TEMPLATE = Path(__file__).with_name("paper.typ")
+STANDARD = "a-3b"
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """A file inside the PDF."""
+
+    name: str
+    media_type: str
+    description: str
+    content: bytes
+
+
+@dataclass(frozen=True)
+class Imprint:
+    """What stands at the foot of every page and in the file's own data."""
+
+    title: str
+    stamps: Sequence[str]
+    """``SIMULATED``, ``ENGINEERING``: repeated on every page."""
+    foot: str
+    """The identity of the document."""
+    moment: datetime
+    """When the results came to be; not when they were printed, so that a reprint is the same file."""
+
+
+def paper_of(page: str, imprint: Imprint, attachments: Sequence[Attachment] = ()) -> bytes:
+    """The PDF's bytes.
+
+    Raises: ValueError for a page that uses an element the paper has no form of.
+    """
+    typst: Any = import_module("typst")  # its type stubs do not know sources given by name
+    leaves = leaves_of(page)
+    pdf = typst.compile(
+        _sources(leaves, imprint, attachments),
+        format="pdf",
+        pdf_standards=[STANDARD],
+        ignore_system_fonts=True,
+        timestamp=int(imprint.moment.timestamp()),
+    )
+    assert isinstance(pdf, bytes)
+    return pdf
+
+
+def _sources(leaves: Leaves, imprint: Imprint, attachments: Sequence[Attachment]) -> dict[str, bytes]:
+    """Everything that typst may read, by name: it sees no other file."""
+    moment = imprint.moment.astimezone(UTC)
+    document = {
+        "title": imprint.title,
+        "stamps": list(imprint.stamps),
+        "foot": imprint.foot,
+        "date": [moment.year, moment.month, moment.day, moment.hour, moment.minute, moment.second],
+        "attachments": [
+            {"file": f"attachments/{one.name}", "name": one.name, "type": one.media_type, "about": one.description}
+            for one in attachments
+        ],
+        "page": leaves.body.as_json(),
+    }
+    return {
+        "main.typ": TEMPLATE.read_bytes(),
+        "document.json": json.dumps(document, ensure_ascii=False).encode("utf-8"),
+        **leaves.pictures,
+        **{f"attachments/{one.name}": one.content for one in attachments},
+    }

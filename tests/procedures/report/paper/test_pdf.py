@@ -1,0 +1,104 @@
+"""The paper against outside readers: pikepdf for the structure, poppler for the text; the page itself is the oracle."""
+
+import re
+import subprocess
+from datetime import UTC, datetime
+from io import BytesIO
+from pathlib import Path
+
+import pikepdf
+import pytest
+from programs import require_program
+
+from procedures.report.paper.leaves import Leaf, leaves_of
+from procedures.report.paper.pdf import Attachment, Imprint, paper_of
+
+PICTURE = "data:image/svg+xml,%3Csvg xmlns=%22http://www.w3.org/2000/svg%22 width=%2240%22 height=%2220%22/%3E"
+PAGE = f"""<!doctype html><html lang="en"><head><title>gone</title><style>b {{}}</style></head>
+<body class="simulated"><nav><a href="#x">only on screen</a></nav>
+<header><div class="kind">Calibration report</div><h1>Balance &lt;#7&gt; "$x$" \\ *star* @ref</h1>
+<div class="stamp">SIMULATED <span>no real sensor</span></div>
+<section class="verdict reserved"><p>Sound but for one thing.</p><ul><li>a ground</li></ul></section>
+<dl class="facts"><div><dt>Rig</dt><dd>table of 1″</dd></div></dl></header>
+<h2 id="s">Sensor</h2><p>An <i>italic</i> and a <b>bold</b> word,
+  broken    over lines; −0.5 °, 3 µV, F₀.₉₅, Ω, û.</p>
+<table><thead><tr><th>Axis</th><th class="n">Value<br>of b</th><th>Remark</th></tr></thead>
+<tbody><tr class="first"><td>x</td><td class="n">0.005<span class="g">123</span></td><td class="w">fits</td></tr>
+<tr><td>y</td><td class="none" colspan="2">not determined</td></tr></tbody></table>
+<figure id="f"><img src="{PICTURE}" alt="nothing"><figcaption><b>One.</b> Caption.</figcaption></figure>
+<section class="sign"><div>By: A. Person<br>Date</div><div>Approved</div></section>
+<footer class="small">Relates only to the items named.</footer></body></html>"""
+IMPRINT = Imprint("A title", ("SIMULATED",), "Run 7", datetime(2026, 3, 1, 12, 30, tzinfo=UTC))
+ATTACHED = Attachment("SN1.xml", "application/xml", "SN1: certificate", b"<dcc/>\n")
+
+
+@pytest.fixture(scope="module")
+def pdf() -> bytes:
+    return paper_of(PAGE, IMPRINT, [ATTACHED])
+
+
+def _words(pdf: bytes, tmp_path: Path) -> str:
+    program = require_program("pdftotext")
+    (tmp_path / "paper.pdf").write_bytes(pdf)
+    text = subprocess.run([program, "-layout", tmp_path / "paper.pdf", "-"], capture_output=True, check=True).stdout
+    return " ".join(text.decode("utf-8").split())
+
+
+def test_the_file_declares_itself_pdf_a_3b(pdf: bytes) -> None:
+    with pikepdf.open(BytesIO(pdf)) as document, document.open_metadata() as metadata:
+        assert metadata.pdfa_status == "3B"
+        assert metadata["dc:title"] == "A title"
+        assert not document.is_encrypted
+        assert "/OutputIntents" in document.Root  # ISO 19005-3, 6.2.3: the colour space is said
+
+
+def test_every_font_is_inside(pdf: bytes) -> None:
+    with pikepdf.open(BytesIO(pdf)) as document:
+        fonts = [item for item in document.objects if isinstance(item, pikepdf.Dictionary) and "/FontName" in item]
+        assert fonts
+        assert all(any(f"/FontFile{kind}" in font for kind in ("", "2", "3")) for font in fonts)
+
+
+def test_attachments_come_back_byte_for_byte_and_are_associated_with_the_document(pdf: bytes) -> None:
+    with pikepdf.open(BytesIO(pdf)) as document:
+        (name,) = document.attachments
+        assert name.endswith("SN1.xml")
+        assert document.attachments[name].get_file().read_bytes() == ATTACHED.content
+        (associated,) = document.Root.AF  # ISO 19005-3, 6.8
+        assert associated.AFRelationship == "/Data"
+
+
+def test_the_paper_says_what_the_page_says(pdf: bytes, tmp_path: Path) -> None:
+    words = _words(pdf, tmp_path)
+    for text in (
+        'Balance <#7> "$x$" \\ *star* @ref', "SIMULATED no real sensor", "Sound but for one thing.", "a ground",
+        "table of 1″", "An italic and a bold word, broken over lines; −0.5 °, 3 µV, F₀.₉₅, Ω, û.", "fits",
+        "not determined", "One. Caption.", "By: A. Person", "Relates only to the items named.", "page 1 of 1", "Run 7",
+    ):  # fmt: skip
+        assert text in words, text
+    assert re.search(r"0\.005 ?123", words)
+    assert "only on screen" not in words
+    assert "gone" not in words
+
+
+def test_a_reprint_is_the_same_file(pdf: bytes) -> None:
+    assert paper_of(PAGE, IMPRINT, [ATTACHED]) == pdf
+
+
+def test_an_element_without_a_form_on_paper_is_refused_by_name() -> None:
+    with pytest.raises(ValueError, match="no form of <video>"):
+        leaves_of("<body><video></video></body>")
+
+
+def test_a_picture_from_elsewhere_is_refused() -> None:
+    with pytest.raises(ValueError, match=re.escape("https://elsewhere/x.svg")):
+        leaves_of('<body><img src="https://elsewhere/x.svg" alt=""></body>')
+
+
+def test_white_space_collapses_as_in_a_browser() -> None:
+    (body,) = (kid for kid in leaves_of("<body><p>  a\n b <b> c</b> <br> d </p></body>").body.kids)
+    assert isinstance(body, Leaf)
+    (paragraph,) = body.kids
+    assert isinstance(paragraph, Leaf)
+    assert paragraph.kids[0] == "a b "
+    assert paragraph.kids[-1] == "d"
