@@ -149,7 +149,7 @@ def _vn100(name: str, stream: StreamSettings, source: MotionSource) -> Twin:  # 
     return Vn100Twin(name, source)
 
 
-def _csv_imu(name: str, stream: StreamSettings, source: MotionSource) -> Twin:
+def _csv_imu(name: str, stream: StreamSettings, source: StrappedDown) -> Twin:
     board = settings_as(CsvImuSettings, stream)
     return CsvImuTwin(
         name,
@@ -160,6 +160,7 @@ def _csv_imu(name: str, stream: StreamSettings, source: MotionSource) -> Twin:
         board.counts,
         count={board.count.column: board.count.wraps_at} if board.count else {},
         time={board.time.column: (board.time.wraps_at, 1.0 / board.time.unit_s)} if board.time else {},
+        reading=lambda column, at_s: source.reading(f"{name}.{column}", at_s),
     )
 
 
@@ -171,7 +172,7 @@ ENVIRONMENT_TWINS: Mapping[str, Callable[[str, EnvironmentSettings, World, float
     "watlow-f4": _watlow_f4,
     "watlow-f4t": _watlow_f4t,
 }
-STREAM_TWINS: Mapping[str, Callable[[str, StreamSettings, MotionSource], Twin]] = {
+STREAM_TWINS: Mapping[str, Callable[[str, StreamSettings, StrappedDown], Twin]] = {
     "csv-imu": _csv_imu,
     "vn100": _vn100,
 }

@@ -27,6 +27,12 @@ from rig.settings import (
     StreamSettings,
 )
 from rig.toml_file import StrictTable, as_tuple, read_toml
+from rig.twin_settings import AxisTruth as AxisTruth
+from rig.twin_settings import AxisTwin as AxisTwin
+from rig.twin_settings import TwinBase as TwinBase
+from rig.twin_settings import TwinEnvironment as TwinEnvironment
+from rig.twin_settings import TwinSection as TwinSection
+from rig.twin_settings import TwinStream as TwinStream
 from rig.wire.table_dialect import dialect_name
 
 SENSOR_AXES = ("x", "y", "z")
@@ -97,8 +103,11 @@ class Sensor(StrictTable):
     """``[sensors.SERIAL]``: one package under calibration."""
 
     model: Literal["single-axis package", "two-axis package", "three-axis package"]
+    measures: Literal["acceleration", "rate", "field"] = "acceleration"
     channels: dict[Literal["x", "y", "z"], str] = Field(min_length=1)
-    nominal_sensitivity_v_per_g: float
+    """Axis to ``readout.channel`` or ``stream.channel``."""
+    nominal_sensitivity_v_per_g: float = 0.0
+    """Of accelerometers behind a readout; its sign declares the polarity."""
     mount: Mount = Mount()
     temperature: SensorTemperature | None = None
     check_sensor: bool = False
@@ -108,8 +117,13 @@ class Sensor(StrictTable):
     def _as_many_channels_as_the_model_has(self) -> "Sensor":
         if len(self.channels) != PACKAGES[self.model]:
             raise ValueError(f"a {self.model} has {PACKAGES[self.model]} channels, got {', '.join(self.channels)}")
-        if self.nominal_sensitivity_v_per_g == 0.0:
-            raise ValueError("nominal_sensitivity_v_per_g must not be 0; its sign declares the polarity")
+        stated = "nominal_sensitivity_v_per_g" in self.model_fields_set
+        if stated and (self.measures == "acceleration") == (self.nominal_sensitivity_v_per_g == 0.0):
+            raise ValueError(
+                "nominal_sensitivity_v_per_g must not be 0; its sign declares the polarity"
+                if self.measures == "acceleration"
+                else f"nominal_sensitivity_v_per_g has no meaning for a sensor that measures {self.measures}; remove it"
+            )
         return self
 
 
@@ -178,91 +192,6 @@ class Acceptance(StrictTable):
     pitch_limit_deg: Positive | None = None
     roll_limit_deg: Positive | None = None
     decision_rule: Literal["simple", "guard-band"] = "guard-band"
-
-
-class AxisTruth(StrictTable):
-    """``[twin.truth.SENSOR.AXIS]``: what the twin's sensor really is."""
-
-    offset_v: float
-    sensitivity_v_per_g: float
-    coning_deg: Annotated[float, Field(ge=0.0, le=90.0)] = 0.0
-    azimuth_deg: Annotated[float, Field(ge=-180.0, le=180.0)] = 0.0
-    noise_v: NotNegative = 0.0
-    offset_tc_v_per_degc: float = 0.0
-    sensitivity_tc_per_degc: float = 0.0
-    reference_temperature_degc: float = 20.0
-    offset_drift_v_per_replication: float = 0.0
-    sensitivity_drift_per_replication: float = 0.0
-    q_v_per_g2: tuple[float, float, float, float, float] | None = None
-    """[xx, xy, xz, yy, yz] of the traceless Q of a soft mount; zz = −xx − yy."""
-
-    @field_validator("q_v_per_g2", mode="before")
-    @classmethod
-    def _five(cls, value: object) -> object:
-        return as_tuple(value)
-
-
-class AxisTwin(StrictTable):
-    """``[twin.axes.NAME]``: what the twin's axis really is."""
-
-    index_error_arcsec: NotNegative | None = None
-    """Each tooth is off by a fixed amount drawn within ± this; default: the axis' uncertainty_arcsec."""
-    zero_error_arcsec: float = 0.0
-    creep_arcsec: float = 0.0
-    """How far the package still is from its rest when the axis has just arrived."""
-    creep_s: Positive = 1.0
-
-
-class TwinBase(StrictTable):
-    """``[twin.base]``: the granite under the twin's table."""
-
-    tilt_about_pitch_arcsec: float = 0.0
-    tilt_about_roll_arcsec: float = 0.0
-    orthogonality_arcsec: float = 0.0
-    droop_arcsec: float = 0.0
-    """Sag of the pitch reading at level, as cos α."""
-    remount_arcsec: NotNegative = 0.0
-    """Standard deviation of the small rotation that each new mounting adds, about each axis."""
-
-
-class TwinEnvironment(StrictTable):
-    """``[twin.environment.NAME]``: the twin's air."""
-
-    temperature_degc: float = 20.0
-    noise_degc: NotNegative = 0.02
-    drift_degc_per_replication: float = 0.0
-
-
-class TwinStream(StrictTable):
-    """``[twin.streams.NAME]``: what a streaming package really feels and adds."""
-
-    field_ut: tuple[float, float, float] = (20.0, 0.0, 40.0)
-    """The magnetic field in level axes: north, east, down."""
-    rate_bias_dps: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    noise_g: NotNegative = 0.0005
-    noise_dps: NotNegative = 0.02
-    noise_ut: NotNegative = 0.1
-
-    @field_validator("field_ut", "rate_bias_dps", mode="before")
-    @classmethod
-    def _three(cls, value: object) -> object:
-        return as_tuple(value)
-
-
-class TwinSection(StrictTable):
-    """``[twin]``: only where a port says ``twin``, or for the control address that ``simulate`` publishes."""
-
-    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
-    time: Literal["virtual", "real"] | Positive = "virtual"
-    control: str | None = None
-    """``socket://host:port`` of twins that run in another process."""
-    mounting: int = 0
-    """Which mounting of the package this is: a new number draws a new remount."""
-    truth: dict[str, dict[Literal["x", "y", "z"], AxisTruth]] = {}
-    axes: dict[str, AxisTwin] = {}
-    base: TwinBase = TwinBase()
-    environment: dict[str, TwinEnvironment] = {}
-    streams: dict[str, TwinStream] = {}
 
 
 class RigDescription(StrictTable):

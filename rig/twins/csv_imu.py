@@ -32,8 +32,10 @@ class CsvImuTwin:
         count: Mapping[str, float | None] | None = None,
         time: Mapping[str, tuple[float | None, float]] | None = None,
         banner: bytes = b"",
+        reading: Callable[[str, float], float | None] = lambda _column, _at_s: None,
     ) -> None:
-        """``banner``: what it says when it starts, such as a header line."""
+        """``banner``: what it says when it starts, such as a header line. ``reading``: what a declared sensor puts into a
+        column, in the channel's unit; None where the column carries what the package feels."""
         self._stream = stream
         self._source = source
         self._shape = shape
@@ -43,6 +45,7 @@ class CsvImuTwin:
         self._count = dict(count or {})
         self._time = dict(time or {})
         self._due = banner
+        self._reading = reading
         self._beat = Metronome()
 
     def receive(self, data: bytes, now_s: float) -> None:
@@ -59,7 +62,10 @@ class CsvImuTwin:
         return self._beat.next_s()
 
     def _line(self, number: int, at_s: float) -> bytes:
-        felt = _by_column(self._source.motion(self._stream, at_s))
+        read = {column: self._reading(column, at_s) for column in self._columns}
+        felt = {column: value for column, value in read.items() if value is not None}
+        if any(column in QUANTITIES and column not in felt for column in self._columns):
+            felt = _by_column(self._source.motion(self._stream, at_s)) | felt
         return format_row([self._field(column, number, felt) for column in self._columns], self._shape)
 
     def _field(self, column: str, number: int, felt: Mapping[str, float]) -> bytes:
