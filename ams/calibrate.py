@@ -27,6 +27,7 @@ from ams.solve.linearised import linearise
 from ams.solve.result import AxisCalibration, Calibration, Replication
 from ams.solve.standing import standing_rows
 from ams.solve.whole_plots import visit_warnings, visits_of
+from ams.uncertainty.shared_errors import SharedError
 
 FloatArray = NDArray[np.float64]
 
@@ -54,24 +55,28 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     weights = None if request.weights is None else request.weights[kept] / request.weights[kept].mean()
     choices = {label: choose_model(label, rows, request) for label in labels}
     axes: dict[str, AxisCalibration] = {}
-    for group in _alike(choices):
+    shared = {label: request.shared_errors.get(label, ()) for label in labels}
+    for group in _alike(choices, shared):
         models = [choices[label].model for label in group]
         outputs_v = np.stack([rows.outputs_v[label] for label in group], axis=1)
         problem = linearise(models, rows, layout, outputs_v, weights)
-        solved = solve_linearised(problem, layout, plots_of(models[0], rows, layout), request.table)
+        plots = plots_of(models[0], rows, layout)
+        solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]])
         for row, label in enumerate(group):
             axes[label] = _axis(label, solved, row, observations, choices[label])
     warnings = (*left_out, *_layout_warnings(layout, rows))
     return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings)
 
 
-def _alike(choices: Mapping[str, ModelChoice]) -> Iterator[Sequence[str]]:
-    """Labels of axes with the same basis and nothing fixed, which are solved together; every other axis alone."""
+def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[SharedError]]) -> Iterator[Sequence[str]]:
+    """Labels of axes with the same basis, the same shared errors and nothing fixed, which are solved together; every
+    other axis alone."""
     groups: dict[Hashable, list[str]] = {}
     for label, choice in choices.items():
         model = choice.model
         together = model.basis_key is not None and not model.fixed
-        groups.setdefault((model.basis_key, model.parameter_names) if together else (label,), []).append(label)
+        key = (model.basis_key, model.parameter_names, tuple(shared[label])) if together else (label,)
+        groups.setdefault(key, []).append(label)
     yield from groups.values()
 
 

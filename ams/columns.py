@@ -21,6 +21,7 @@ from ams.solve.mixed_model import CommonErrors, MixedEstimates, estimate
 from ams.solve.whole_plots import WholePlots, visits_of, whole_plots
 from ams.uncertainty.intervals import combined_dof
 from ams.uncertainty.replication import ReplicationColumns, analyse, quantity
+from ams.uncertainty.shared_errors import SharedError, shared_columns
 from ams.uncertainty.table import TableUncertainty, columns_of_members, index_members
 
 FloatArray = NDArray[np.float64]
@@ -94,10 +95,14 @@ def plots_of(model: Model, rows: Observations, layout: Layout) -> WholePlots:
 
 
 def solve_linearised(
-    problem: Linearised, layout: Layout, plots: WholePlots, table: TableUncertainty | None
+    problem: Linearised,
+    layout: Layout,
+    plots: WholePlots,
+    table: TableUncertainty | None,
+    shared: Sequence[SharedError] = (),
 ) -> SolvedColumns:
-    """Estimate, covariance, derived parameters and tests."""
-    common = _common_errors(problem, table)
+    """Estimate, covariance, derived parameters and tests; ``shared`` are errors that all rows of every axis share."""
+    common = _common_errors(problem, table, shared)
     mixed = estimate(problem.form, problem.alone, layout, problem.outputs_v, common, plots)
     primary = problem.complete(mixed.estimate)
     components = _all_primary(problem, mixed, common)
@@ -122,10 +127,12 @@ def solve_linearised(
     )
 
 
-def _common_errors(problem: Linearised, table: TableUncertainty | None) -> list[CommonErrors]:
+def _common_errors(
+    problem: Linearised, table: TableUncertainty | None, shared: Sequence[SharedError]
+) -> list[CommonErrors]:
     """For every axis: columns of errors that many rows share, one standard uncertainty each, volts."""
     uncertain = _uncertain(problem.model)
-    if table is None and not uncertain:
+    if table is None and not uncertain and not shared:
         return []
     ordinary = problem.complete(problem.form.solve(problem.outputs_v).T)
     rows = problem.block
@@ -138,6 +145,7 @@ def _common_errors(problem: Linearised, table: TableUncertainty | None) -> list[
         if uncertain:
             slopes = model.jacobian(primary, rows)
             blocks["temperature"] = np.stack([u * slopes[:, place] for place, u in uncertain], axis=1)
+        blocks |= shared_columns(shared, model, primary, rows)
         common.append({name: block for name, block in blocks.items() if block.shape[1] > 0})
     return common
 

@@ -11,6 +11,7 @@ from ams.errors import DesignError, ObservationsError
 from ams.models.model import Model
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
+from ams.uncertainty.shared_errors import SharedError
 from ams.uncertainty.table import TableUncertainty
 
 FloatArray = NDArray[np.float64]
@@ -39,6 +40,11 @@ class CalibrationRequest:
     """A drift of the offset, linear in time within the run, as a parameter ``offset_drift_v_per_h``."""
     table: TableUncertainty | None = None
     """Index errors of the table, carried in U_Y."""
+    shared_errors: Mapping[str, tuple[SharedError, ...]] = field(default_factory=dict)
+    """Sensor axis label to the errors that all its rows share (meter, level, thermometer), carried in U_Y."""
+    residual_curvature: bool = False
+    """H_E of TP appendix B at the solution, among the notes of every axis: what the residuals' own curvature would do
+    to the uncertainties. Zero for a model that is linear in its primary parameters."""
     weights: FloatArray | None = None
     """(N,) relative weights of the rows, inversely proportional to their variances. None: equal."""
     models: Mapping[str, Model] = field(default_factory=dict)

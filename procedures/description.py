@@ -77,6 +77,8 @@ class Design(StrictTable):
     kind: Literal["D", "D0", "D1", "T", "fractional", "optimal", "file"]
     pitch_deg: AngleSet | None = None
     roll_deg: AngleSet | None = None
+    yaw_deg: AngleSet | None = None
+    """Of a gimbal; every attitude of the design at every yaw."""
     fractional: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = None
     """Column and row decimation (K_α, K_R) of TP 7; the borders are kept."""
     file: str | None = None
@@ -175,13 +177,23 @@ class KnownTemperature(StrictTable):
 class Solve(StrictTable):
     """``[solve]``: which model, and what is done about temperature."""
 
-    model: Literal["pitch-roll", "pitch-only"] = "pitch-roll"
+    model: Literal["pitch-roll", "pitch-only", "pitch-yaw-roll", "linear"] = "pitch-roll"
+    packages: dict[str, Literal["sting", "model"]] = {}
+    """For pitch-yaw-roll: sensor to CR's package; one that is not named is a model package."""
     temperature: Literal["none", "apply", "estimate"] = "none"
     known_temperature: dict[str, KnownTemperature] = {}
     """``"SENSOR.AXIS"`` to its coefficients, for ``temperature = "apply"``."""
     extended: Literal["no", "test", "yes"] = "no"
     expected_noise_arcsec: Positive = 0.5
     """Standard deviation of a dwell, for the uncertainty expected beforehand."""
+    time_term: Literal["none", "linear"] = "none"
+    """``linear``: a drift of the offset with time through the run is estimated beside the parameters."""
+
+    @model_validator(mode="after")
+    def _packages_are_of_cr(self) -> Self:
+        if self.packages and self.model != "pitch-yaw-roll":
+            raise ValueError(f'packages belongs to model = "pitch-yaw-roll", not to model = "{self.model}"')
+        return self
 
     @model_validator(mode="after")
     def _apply_needs_coefficients(self) -> Self:

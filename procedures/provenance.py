@@ -30,6 +30,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> "Provenance":
         gravity_source=rig.rig.gravity_source,
         pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
         roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
+        yaw_range_deg=_yaw_range(solved),
         created_utc=_last_end(record.dwells, record.created_utc),
         software_version=record.versions["calrig"],
         rig=rig.rig.name,
@@ -63,6 +64,14 @@ def _chained(sensor: Sensor, rig: RigDescription) -> list[str]:
 def _range(values: "np.ndarray[Any, np.dtype[np.float64]]") -> tuple[float, float]:
     """Ends rounded to what a file states: degrees went through radians."""
     return round(float(values.min()), 9), round(float(values.max()), 9)
+
+
+def _yaw_range(solved: SolvedSensor) -> tuple[float, float] | None:
+    """None where the model has no yaw."""
+    yaw_rad = solved.observations.yaw_rad
+    if yaw_rad is None or solved.calibration is None or solved.calibration.convention == "TP":
+        return None
+    return _range(np.rad2deg(yaw_rad))
 
 
 def _last_end(dwells: Sequence[DwellRecord], default: datetime) -> datetime:

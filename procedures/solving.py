@@ -4,8 +4,8 @@ The command, the running estimate and the report all solve through here, so that
 same model, the same table and the same treatment of temperature.
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from math import radians, sqrt
 from typing import TYPE_CHECKING, Literal
 
@@ -83,7 +83,7 @@ def request_for(
     }
     references = {item.reference_temperature_degc for item in known.values()}
     return CalibrationRequest(
-        model=solve.model,
+        model=model_name(solve, sensor_name),
         nominal_axes={axis: axis for axis in axes},
         temperature=solve.temperature,
         known_temperature={
@@ -92,8 +92,16 @@ def request_for(
         },
         reference_temperature_degc=references.pop() if len(references) == 1 else None,
         extended=solve.extended,
+        time_term=solve.time_term == "linear",
         table=table,
     )
+
+
+def model_name(solve: Solve, sensor: str) -> str:
+    """What the mathematics calls the model of one sensor: CR's two packages are two models."""
+    if solve.model == "pitch-yaw-roll":
+        return f"pitch-yaw-roll-{solve.packages.get(sensor, 'model')}"
+    return "linear-accelerometer" if solve.model == "linear" else solve.model
 
 
 def _solve_sensor(
@@ -113,9 +121,16 @@ def _solve_sensor(
         return SolvedSensor(name, observations, None, _several_mountings(mountings))
     try:
         request = request_for(name, sensor.channels, solve, table_uncertainty(rig))
-        return SolvedSensor(name, observations, calibrate(observations, request), None)
+        solved = calibrate(observations, request)
+        return SolvedSensor(name, observations, replace(solved, warnings=(*solved.warnings, *_told(solve))), None)
     except AmsError as error:
         return SolvedSensor(name, observations, None, str(error))
+
+
+def _told(solve: Solve) -> Iterator[str]:
+    """What a reader of the result must know about what was asked for."""
+    if solve.model == "linear":
+        yield "straight lines make no coefficient set: take them from this document or the report"
 
 
 def _several_mountings(mountings: list[int]) -> str:

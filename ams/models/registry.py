@@ -8,6 +8,7 @@ from ams.errors import DesignError
 from ams.models.accelerometer import PitchOnly, PitchRoll
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.gyro import Gyro
+from ams.models.level_line import LevelLine
 from ams.models.model import Model
 from ams.models.pitch_yaw_roll import PitchYawRoll
 
@@ -19,6 +20,7 @@ MODELS: Mapping[str, Callable[[str], Model]] = MappingProxyType(
         "pitch-yaw-roll-sting": partial(PitchYawRoll, package="sting"),
         "pitch-yaw-roll-model": partial(PitchYawRoll, package="model"),
         "gyro": Gyro,
+        "linear-accelerometer": LevelLine,
     }
 )
 """Name to the constructor from a nominal axis: every model names itself as it stands here."""

@@ -7,7 +7,7 @@ design thins the interior rows and columns of a grid and keeps its borders. Sour
 
 import csv
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Literal
@@ -32,6 +32,8 @@ class DesignPoint:
     """1-based; the same in every replication."""
     pitch_deg: float
     roll_deg: float
+    yaw_deg: float = 0.0
+    """Of a gimbal, between pitch and roll."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +47,8 @@ class Design:
     """The N pitch values of the grid, ascending; a value may repeat (TP table 1 has 16 points at each of ±30°)."""
     roll_values_deg: tuple[float, ...]
     """The M roll values of the grid, ascending; one value where there is no roll."""
+    yaw_values_deg: tuple[float, ...] = (0.0,)
+    """Ascending; one value where there is no yaw."""
 
     @property
     def has_roll(self) -> bool:
@@ -90,15 +94,25 @@ def tumble(with_roll: bool) -> Design:
     return scattered("T", TUMBLE_WITH_ROLL_DEG if with_roll else TUMBLE_WITHOUT_ROLL_DEG)
 
 
-def scattered(kind: Kind, attitudes_deg: Sequence[tuple[float, float]]) -> Design:
-    """Any list of (pitch, roll), labelled in the order given."""
+def with_yaw(design: Design, yaw_deg: Sequence[float]) -> Design:
+    """Every attitude of a design at every yaw, yaw by yaw."""
+    yaws = tuple(sorted(set(yaw_deg)))
+    turned = [replace(point, yaw_deg=yaw) for yaw in yaws for point in design.points]
+    points = tuple(replace(point, label=place) for place, point in enumerate(turned, start=1))
+    return replace(design, points=points, yaw_values_deg=yaws)
+
+
+def scattered(kind: Kind, attitudes_deg: Sequence[tuple[float, ...]]) -> Design:
+    """Any list of (pitch, roll) or (pitch, roll, yaw), labelled in the order given."""
     points = tuple(DesignPoint(place, *attitude) for place, attitude in enumerate(attitudes_deg, start=1))
     pitch, roll = ({point.pitch_deg for point in points}, {point.roll_deg for point in points})
-    return Design(kind, points, tuple(sorted(pitch)), tuple(sorted(roll)))
+    yaw = {point.yaw_deg for point in points}
+    return Design(kind, points, tuple(sorted(pitch)), tuple(sorted(roll)), tuple(sorted(yaw)))
 
 
 def read_points(path: Path) -> Design:
-    """A design from a CSV file with the columns ``pitch_deg`` and, where the package is rolled, ``roll_deg``.
+    """A design from a CSV file with the columns ``pitch_deg`` and, where the package is rolled, ``roll_deg``; on a
+    gimbal also ``yaw_deg``.
 
     Raises: PlanError naming file and line.
     """
@@ -107,9 +121,11 @@ def read_points(path: Path) -> Design:
     except (OSError, UnicodeDecodeError) as error:
         raise PlanError(f"{path}: the points cannot be read: {error}; no design was made") from None
     reader = csv.DictReader(text.splitlines())
-    if not {"pitch_deg"} <= set(reader.fieldnames or ()) <= {"pitch_deg", "roll_deg"}:
+    if not {"pitch_deg"} <= set(reader.fieldnames or ()) <= {"pitch_deg", "roll_deg", "yaw_deg"}:
         found = ", ".join(reader.fieldnames or ()) or "nothing"
-        raise PlanError(f"{path}:1: columns: got {found}, needed pitch_deg and, with roll, roll_deg")
+        raise PlanError(
+            f"{path}:1: columns: got {found}, needed pitch_deg and, with roll, roll_deg (a gimbal: yaw_deg)"
+        )
     return scattered("file", [_attitude(path, reader.line_num, row) for row in reader] or _no_points(path))
 
 
@@ -167,10 +183,11 @@ def _span(values: Sequence[float]) -> str:
     return f"{len(values)} values from {values[0]:g}° to {values[-1]:g}°"
 
 
-def _attitude(path: Path, line: int, row: dict[str, str | None]) -> tuple[float, float]:
+def _attitude(path: Path, line: int, row: dict[str, str | None]) -> tuple[float, ...]:
     if None in row:
         raise PlanError(f"{path}:{line}: more values than columns; no design was made")
-    return _angle(path, line, row, "pitch_deg"), _angle(path, line, row, "roll_deg") if "roll_deg" in row else 0.0
+    columns = ("pitch_deg", "roll_deg", "yaw_deg")
+    return tuple(_angle(path, line, row, name) if name in row else 0.0 for name in columns)
 
 
 def _angle(path: Path, line: int, row: dict[str, str | None], column: str) -> float:

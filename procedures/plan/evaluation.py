@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from procedures.plan.designs import Design
+from procedures.plan.felt import equivalent_rad
 from procedures.plan.request import DesignRequest, requested_design, requested_usage_deg
 
 if TYPE_CHECKING:
@@ -96,6 +97,8 @@ def write_design(judged: JudgedDesign, path: Path) -> None:
 
 
 def attitudes_rad(design: Design) -> tuple[FloatArray, FloatArray]:
-    """(K,) pitch and roll of the points."""
+    """(K,) pitch and roll of the points; on a gimbal those without yaw at which a model package feels the same."""
+    if len(design.yaw_values_deg) > 1:
+        return equivalent_rad(design.points)
     pitch, roll = ([getattr(point, key) for point in design.points] for key in ("pitch_deg", "roll_deg"))
     return np.deg2rad(np.array(pitch)), np.deg2rad(np.array(roll))

@@ -12,7 +12,9 @@ import numpy as np
 
 from procedures.description import ProcedureDescription
 from procedures.plan.evaluation import attitudes_rad
+from procedures.plan.felt import equivalent_rad
 from procedures.plan.plan import Plan
+from procedures.plan.refusals import basis
 from procedures.solving import table_uncertainty
 from rig.description import AxisTruth, RigDescription
 
@@ -69,12 +71,27 @@ def _expected_axis(
     pitch_rad, roll_rad = attitudes_rad(plan.design)
     if plan.solve.model == "pitch-only":
         values = expected_without_roll(pitch_rad, plan.replications, noise_v, sensitivity, axis, table=table)
+    elif plan.solve.model == "linear":
+        values = _expected_line(plan, axis, noise_v, sensitivity)
     else:
+        if plan.solve.model == "pitch-yaw-roll":
+            pitch_rad, roll_rad = equivalent_rad(plan.design.points, plan.solve.packages.get(serial, "model"))
+            table, source = None, f"{source}, table errors not in it"
         coning_rad, azimuth_rad = np.deg2rad(coning_deg), np.deg2rad(azimuth_deg)
         values = expected_standard_uncertainty(
             pitch_rad, roll_rad, plan.replications, noise_v, sensitivity, axis, coning_rad, azimuth_rad, table
         )
     return ExpectedAxis(serial, axis, noise_v, source, coning_deg, values)
+
+
+def _expected_line(plan: Plan, axis: str, noise_v: float, sensitivity_v_per_g: float) -> dict[str, float | None]:
+    """Of real = A·measured + B with A = 1/S, for an offset of nothing."""
+    columns = basis("linear", plan.design.points, axis=axis)
+    offset, slope = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)) / plan.replications) * noise_v
+    return {
+        "gain_g_per_v": float(slope) / sensitivity_v_per_g**2,
+        "offset_g": float(offset) / abs(sensitivity_v_per_g),
+    }
 
 
 def _truth(rig: RigDescription, serial: str, axis: str) -> AxisTruth | None:

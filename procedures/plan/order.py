@@ -61,8 +61,8 @@ def travel_deg(attitudes_deg: Iterable[Sequence[float]]) -> tuple[float, ...]:
 
 
 def _rows(points: Iterable[DesignPoint]) -> Rows:
-    """Points of equal pitch together, pitch and roll ascending."""
-    ordered = sorted(points, key=lambda point: (point.pitch_deg, point.roll_deg, point.label))
+    """Points of equal pitch together, pitch, yaw and roll ascending."""
+    ordered = sorted(points, key=lambda point: (point.pitch_deg, point.yaw_deg, point.roll_deg, point.label))
     return [list(row) for _, row in groupby(ordered, key=lambda point: point.pitch_deg)]
 
 

@@ -9,12 +9,12 @@ from itertools import count
 
 import numpy as np
 
-from ams.frames import specific_force
 from procedures.description import AngleSet, EnvironmentPlan, ProcedureDescription, Range
 from procedures.errors import PlanError
 from procedures.plan import designs
 from procedures.plan.designs import Design, DesignPoint
 from procedures.plan.estimate import expected_duration
+from procedures.plan.felt import felt_force
 from procedures.plan.order import DRAWN_ANEW, SHUFFLED, sequence, visits
 from procedures.plan.plan import PLAN_VERSION, Plan
 from procedures.plan.refusals import refuse_impossible
@@ -72,7 +72,8 @@ def make_design(procedure: ProcedureDescription) -> Design:
         if wanted.kind == "T":
             _refuse_sets_of_a_tumble(procedure)
             return designs.tumble(with_roll=procedure.solve.model != "pitch-only")
-        return _grid(procedure)
+        grid = _grid(procedure)
+        return grid if wanted.yaw_deg is None else designs.with_yaw(grid, _values(wanted.yaw_deg))
     except PlanError as error:
         if str(error).startswith(str(procedure.path)):
             raise
@@ -100,7 +101,7 @@ def _grid(procedure: ProcedureDescription) -> Design:
 
 
 def _refuse_sets_of_a_tumble(procedure: ProcedureDescription) -> None:
-    for key in ("pitch_deg", "roll_deg"):
+    for key in ("pitch_deg", "roll_deg", "yaw_deg"):
         if getattr(procedure.design, key) is not None:
             raise procedure.error(("design", key), 'kind = "T" has its own six (without roll: four) points; remove it')
 
@@ -161,7 +162,7 @@ def _steps(
             )
         if plateau == 0:
             for point in check_points(design):
-                yield _dwell(next(numbers), "check", 0, 0, axes, (point.pitch_deg, point.roll_deg))
+                yield _dwell(next(numbers), "check", 0, 0, axes, point)
         for replication in range(plateau * replications + 1, (plateau + 1) * replications + 1):
             yield from _replication(procedure, design, axes, replication, seed, numbers)
 
@@ -178,18 +179,17 @@ def _replication(
     chance = None if seed is None else np.random.default_rng([seed, replication])
     points = sequence(design, order, chance)
     for place, point in enumerate(points, start=(replication - 1) * len(points) + 1):
-        yield _dwell(next(numbers), "design", replication, point.label, axes, (point.pitch_deg, point.roll_deg))
+        yield _dwell(next(numbers), "design", replication, point.label, axes, point)
         if check is not None and place % check.reference_every == 0:
-            yield _dwell(next(numbers), "reference", replication, 0, axes, (check.pitch_deg, check.roll_deg))
+            at = DesignPoint(0, check.pitch_deg, check.roll_deg)
+            yield _dwell(next(numbers), "reference", replication, 0, axes, at)
 
 
 def check_points(design: Design) -> tuple[DesignPoint, ...]:
     """Up to six attitudes of the design as different as they can be: first the one nearest to level, then always the
     one whose specific force lies farthest from those chosen. On a full circle of roll this is the six-point tumble."""
-    points = sorted(design.points, key=lambda point: (abs(point.pitch_deg) + abs(point.roll_deg), point.label))
-    force = specific_force(
-        np.deg2rad([point.pitch_deg for point in points]), np.deg2rad([point.roll_deg for point in points])
-    )
+    points = sorted(design.points, key=lambda point: (_turned_deg(point), point.label))
+    force = felt_force(points)
     chosen = [0]
     while len(chosen) < CHECK_ATTITUDES:
         apart = np.linalg.norm(force[:, None, :] - force[chosen], axis=2).min(axis=1).round(9)
@@ -199,13 +199,17 @@ def check_points(design: Design) -> tuple[DesignPoint, ...]:
     return tuple(points[place] for place in chosen)
 
 
+def _turned_deg(point: DesignPoint) -> float:
+    return abs(point.pitch_deg) + abs(point.yaw_deg) + abs(point.roll_deg)
+
+
 def _dwell(
     step: int,
     purpose: Purpose,
     replication: int,
     point: int,
     axes: Sequence[str],
-    attitude_deg: tuple[float, float],
+    attitude: DesignPoint,
 ) -> Dwell:
-    angles = {"pitch": attitude_deg[0], "yaw": 0.0, "roll": attitude_deg[1]}
+    angles = {"pitch": attitude.pitch_deg, "yaw": attitude.yaw_deg, "roll": attitude.roll_deg}
     return Dwell(step, purpose, replication, point, {name: angles[name] for name in axes})

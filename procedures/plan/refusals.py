@@ -9,10 +9,10 @@ from decimal import Decimal
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.frames import specific_force
 from procedures.description import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
 from procedures.plan.designs import Design, DesignPoint
+from procedures.plan.felt import felt_force
 from procedures.solving import temperature_source
 from rig.description import RigDescription
 from rig.errors import RequestRefused
@@ -22,9 +22,19 @@ FloatArray = NDArray[np.float64]
 PARAMETERS = {
     "pitch-roll": ("offset", "sensitivity", "coning", "azimuth"),
     "pitch-only": ("offset", "sensitivity", "pitch misalignment"),
+    "pitch-yaw-roll": ("offset", "sensitivity", "coning", "azimuth"),
+    "linear": ("gain", "offset"),
 }
-LINEAR_PARAMETERS = {"pitch-roll": ("offset", "k_x", "k_y", "k_z"), "pitch-only": ("offset", "k_x", "k_z")}
+LINEAR_PARAMETERS = {
+    "pitch-roll": ("offset", "k_x", "k_y", "k_z"),
+    "pitch-only": ("offset", "k_x", "k_z"),
+    "pitch-yaw-roll": ("offset", "k_x", "k_y", "k_z"),
+    "linear": ("offset", "k"),
+}
 TEMPERATURE_PARAMETERS = ("offset temperature coefficient", "sensitivity temperature coefficient")
+TIME_PARAMETERS = ("offset drift",)
+YAWED_MODELS = ("pitch-yaw-roll", "linear")
+"""Models that know what a yaw does to a package."""
 RANK_TOLERANCE = 1e-9
 LEAST_TEMPERATURE_SPAN_DEGC = 5.0
 """Below it temperature terms are not estimated (mathematics, section 2)."""
@@ -39,7 +49,9 @@ def refuse_impossible(
     reasons = [
         *_missing_axes(rig, procedure, design),
         *_unreachable(rig, procedure, design),
-        *_undetermined(procedure, design),
+        *_undetermined(rig, procedure, design),
+        *_yaw_without_a_model(procedure, design),
+        *_unknown_packages(rig, procedure),
         *_senseless_channels(rig, procedure),
         *_temperature_terms(rig, procedure, environment),
         *_plateaus_beyond_limits(rig, procedure, environment),
@@ -61,7 +73,9 @@ def _plateaus_beyond_limits(
 
 
 def _missing_axes(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
-    needed = {"pitch": "pitch_deg", "roll": "roll_deg"} if _rolls(design) else {"pitch": "pitch_deg"}
+    needed = {"pitch": "pitch_deg"}
+    needed |= {"roll": "roll_deg"} if _rolls(design) else {}
+    needed |= {"yaw": "yaw_deg"} if _yaws(design) or procedure.solve.model == "pitch-yaw-roll" else {}
     for axis, key in needed.items():
         if axis not in rig.axes:
             has = ", ".join(rig.axes)
@@ -74,9 +88,34 @@ def _rolls(design: Design) -> bool:
     return any(point.roll_deg != 0.0 for point in design.points)
 
 
+def _yaws(design: Design) -> bool:
+    return any(point.yaw_deg != 0.0 for point in design.points)
+
+
+def _yaw_without_a_model(procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
+    if _yaws(design) and procedure.solve.model not in YAWED_MODELS:
+        yield procedure.error(
+            ("solve", "model"),
+            f'the model "{procedure.solve.model}" has no yaw, the design goes to yaw {_farthest_yaw_deg(design):g}°; '
+            'use "pitch-yaw-roll" or remove yaw_deg',
+        )
+
+
+def _farthest_yaw_deg(design: Design) -> float:
+    return max((point.yaw_deg for point in design.points), key=abs)
+
+
+def _unknown_packages(rig: RigDescription, procedure: ProcedureDescription) -> Iterator[PlanError]:
+    for name in procedure.solve.packages:
+        if name not in rig.sensors:
+            yield procedure.error(
+                ("solve", "packages", name), f"the rig has no sensor {name} (it has: {', '.join(rig.sensors)})"
+            )
+
+
 def _unreachable(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
     """One complaint an axis and reason, naming the worst point."""
-    keyed = [(axis, ("design", f"{axis}_deg"), _targets(design, axis)) for axis in ("pitch", "roll")]
+    keyed = [(axis, ("design", f"{axis}_deg"), _targets(design, axis)) for axis in ("pitch", "yaw", "roll")]
     if procedure.check is not None:
         check = procedure.check
         keyed.append(("pitch", ("check", "pitch_deg"), {"the reference attitude": check.pitch_deg}))
@@ -93,7 +132,7 @@ def _targets(design: Design, axis: str) -> dict[str, float]:
 
 
 def _angle(point: DesignPoint, axis: str) -> float:
-    return point.pitch_deg if axis == "pitch" else point.roll_deg
+    return float(getattr(point, f"{axis}_deg"))
 
 
 def _beyond_limits(
@@ -171,9 +210,9 @@ def _neighbours(settings: AxisSettings, attitude_deg: float) -> tuple[float, flo
     return float(low), float(high)
 
 
-def _undetermined(procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
+def _undetermined(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
     names = model_parameters(procedure)
-    attitudes = {(point.pitch_deg, point.roll_deg) for point in design.points}
+    attitudes = {(point.pitch_deg, point.yaw_deg, point.roll_deg) for point in design.points}
     linear = PARAMETERS[procedure.solve.model]
     if len(attitudes) < len(linear):
         yield procedure.error(
@@ -188,30 +227,54 @@ def _undetermined(procedure: ProcedureDescription, design: Design) -> Iterator[P
             "degree of freedom, so no uncertainty; give more replications or points",
         )
     else:
-        yield from _rank_deficient(procedure, design)
+        yield from _rank_deficient(rig, procedure, design)
 
 
 def model_parameters(procedure: ProcedureDescription) -> tuple[str, ...]:
     """Names of what is estimated for each sensor axis."""
     further = TEMPERATURE_PARAMETERS if procedure.solve.temperature == "estimate" else ()
-    return (*PARAMETERS[procedure.solve.model], *further)
+    with_time = TIME_PARAMETERS if procedure.solve.time_term == "linear" else ()
+    return (*PARAMETERS[procedure.solve.model], *further, *with_time)
 
 
-def basis(model: str, points: Sequence[DesignPoint]) -> FloatArray:
-    """(K, P) linear form of the model at the points: TP (128), and without roll its pitch columns."""
-    pitch, roll = (np.deg2rad([_angle(point, axis) for point in points]) for axis in ("pitch", "roll"))
-    columns = specific_force(pitch, roll)[:, [0, 2] if model == "pitch-only" else [0, 1, 2]]
+def basis(model: str, points: Sequence[DesignPoint], package: str = "model", axis: str = "x") -> FloatArray:
+    """(K, P) linear form of the model at the points: TP (128), and without roll its pitch columns.
+
+    ``package`` is CR's, ``axis`` the nominal axis of a straight line.
+    """
+    columns = felt_force(points, package)[:, _components(model, axis)]
     return np.concatenate([np.ones((len(points), 1)), columns], axis=1)
 
 
-def _rank_deficient(procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
+def _components(model: str, axis: str) -> list[int]:
+    """Of the specific force that the model feels."""
+    if model == "linear":
+        return ["xyz".index(axis)]
+    return [0, 2] if model == "pitch-only" else [0, 1, 2]
+
+
+def _level_lines(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
+    for axis in sorted({axis for sensor in rig.sensors.values() for axis in sensor.channels}):
+        if _lost(basis("linear", design.points, axis=axis), LINEAR_PARAMETERS["linear"]):
+            yield procedure.error(
+                ("design",),
+                f"all attitudes give the {axis} axis the same share of gravity: a straight line needs two levels or "
+                "more; give attitudes with the axis up and down",
+            )
+
+
+def _rank_deficient(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
     model = procedure.solve.model
     if model == "pitch-only" and _rolls(design):
         yield procedure.error(
             ("solve", "model"), 'the model "pitch-only" needs roll 0° everywhere; use "pitch-roll" or remove roll_deg'
         )
         return
-    lost = _lost(basis(model, design.points), LINEAR_PARAMETERS[model])
+    if model == "linear":
+        yield from _level_lines(rig, procedure, design)
+        return
+    package = "sting" if "sting" in procedure.solve.packages.values() else "model"
+    lost = _lost(basis(model, design.points, package), LINEAR_PARAMETERS[model])
     if not lost:
         return
     for axis, values in (("roll", design.roll_values_deg), ("pitch", design.pitch_values_deg)):
@@ -236,7 +299,7 @@ def _lost(columns: FloatArray, names: Sequence[str]) -> list[str]:
 
 
 def _cannot(axis: str, model: str, lost: Iterable[str]) -> str:
-    return "coning and azimuth" if axis == "roll" and model == "pitch-roll" else " and ".join(lost)
+    return "coning and azimuth" if axis == "roll" and model != "pitch-only" else " and ".join(lost)
 
 
 def _or_without_roll(axis: str) -> str:

@@ -1,0 +1,30 @@
+"""What a package feels at the points of a design: the columns of every model of an accelerometer.
+
+On a gimbal (pitch, yaw, roll from outside in) the specific force is minus CR's gravity; without yaw both are TP's.
+Source: TP (2), (4), (5); CR (III-B.5), (III-B.6).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.models.cr import model_gravity_g, sting_gravity_g
+from procedures.plan.designs import DesignPoint
+
+FloatArray = NDArray[np.float64]
+
+
+def felt_force(points: Sequence[DesignPoint], package: str = "model") -> FloatArray:
+    """(K, 3) specific force in package axes, local g; roll does not reach a sting package."""
+    pitch, yaw, roll = (
+        np.deg2rad([getattr(point, f"{name}_deg") for point in points]) for name in ("pitch", "yaw", "roll")
+    )
+    return np.asarray(-model_gravity_g(sting_gravity_g(pitch, yaw), roll if package == "model" else 0.0 * roll))
+
+
+def equivalent_rad(points: Sequence[DesignPoint], package: str = "model") -> tuple[FloatArray, FloatArray]:
+    """(K,) pitch and roll without yaw at which the package feels the same: a yaw is a turn of the package."""
+    force = felt_force(points, package)
+    pitch = np.arctan2(force[:, 0], np.hypot(force[:, 1], force[:, 2]))
+    return pitch, np.arctan2(-force[:, 1], -force[:, 2])
