@@ -60,6 +60,7 @@ def _maestro(axes: Mapping[str, MaestroSettings], world: World, _factor: float) 
         period_ms=first.period_ms,
         settings=ChannelSettings(low=low, high=high),
         detects_baud=first.detect_baud,
+        timeout_s=first.watchdog_s,
     )
 
 

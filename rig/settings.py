@@ -13,6 +13,9 @@ from rig.toml_file import StrictTable, as_tuple
 TWIN_PORT = "twin"
 
 Positive = Annotated[float, Field(gt=0.0)]
+WatchdogSeconds = Annotated[float, Field(ge=2.0, le=600.0)]
+"""Shorter ones would end a healthy run whose host is busy for a moment; the Maestro's and AZ's own go to 655 s and 10 s
+at least."""
 NotNegative = Annotated[float, Field(ge=0.0)]
 
 

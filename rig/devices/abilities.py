@@ -6,7 +6,7 @@ only through the :class:`Wait` that it is given: that is how a stop reaches it w
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,6 +101,28 @@ class RateAxis(Protocol):
 
     def stop(self) -> None:
         """Stop the axis now; harmless when it is at rest."""
+
+
+@runtime_checkable
+class Watchdog(Protocol):
+    """An axis whose machine stops by itself when its host falls silent: nobody may be left to stop it."""
+
+    name: str
+    watchdog_s: float | None
+    """So long a silence is allowed, rig seconds; None where the rig file declares none, then nothing here is called."""
+
+    def arm_watchdog(self, wait: Wait) -> str:
+        """Set the time-out where it can be set, then be silent at rest until the machine must have noticed, and see
+        that it has; what was seen, for the record. Positions may be lost by it: home afterwards.
+
+        Raises: DeviceFault where the machine did not notice, or noticed too early.
+        """
+
+    def feed_watchdog(self) -> None:
+        """Speak to the machine. Raises: DeviceSilent, DeviceNonsense, LinkLost."""
+
+    def disarm_watchdog(self) -> None:
+        """The machine is left at rest: where it can be told so, it need not notice."""
 
 
 @dataclass(frozen=True, slots=True)

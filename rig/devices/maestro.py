@@ -21,12 +21,13 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, field_validator, model_validator
 
-from rig.devices.abilities import AxisState
+from rig.devices.abilities import AxisState, Wait
 from rig.devices.targets import check_target, nearest_step
+from rig.devices.watchdog import prove
 from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
 from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
-from rig.settings import AxisSettings, Positive
+from rig.settings import AxisSettings, Positive, WatchdogSeconds
 from rig.toml_file import as_tuple
 from rig.wire import maestro as wire
 from rig.wire.maestro import Errors, MaestroCodec, Request
@@ -59,6 +60,8 @@ class MaestroSettings(AxisSettings):
     detect_baud: bool = False
     """Send the byte from which a controller in the mode "UART, detect baud rate" learns the rate."""
     baud_rate: Literal[9600, 19200, 38400, 57600, 115200] = 9600
+    watchdog_s: WatchdogSeconds | None = None
+    """The serial time-out as set in the controller; without one the servos stay where they were sent last."""
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
 
     @field_validator("points", mode="before")
@@ -104,6 +107,8 @@ class MaestroController:
         """Every bit seen since the line was opened."""
         self.failures = 0
         """Times that bits were seen."""
+        self.proof = ""
+        """What was seen when its serial time-out was tried; empty before."""
         self._exchange = exchange
         self._codec = codec
         self._turn = RLock()
@@ -122,12 +127,21 @@ class MaestroController:
                 " its home and positions are lost; look for the cause, then home every axis"
             )
 
-    def poll_errors(self) -> None:
+    def poll_errors(self) -> Errors:
         """Read, and thereby clear, the error register."""
-        word = self._ask([Request(wire.GET_ERRORS)], 2, wire.decode_word, wire.ALL_ERRORS)
-        if word:
-            self.errors |= Errors(word)
+        bits = Errors(self._ask([Request(wire.GET_ERRORS)], 2, wire.decode_word, wire.ALL_ERRORS))
+        if bits:
+            self.errors |= bits
             self.failures += 1
+        return bits
+
+    def prove_timeout(self, name: str, timeout_s: float, wait: Wait) -> str:
+        """Be silent until its serial time-out sends every servo home, once a connection. Raises: DeviceFault."""
+        if not self.proof:
+            self.poll_errors()
+            remedy = "set the serial time-out in the controller's settings (Maestro Control Center)"
+            self.proof = prove(name, timeout_s, lambda: Errors.TIMEOUT in self.poll_errors(), wait, remedy)
+        return self.proof
 
     def position(self, channel: int, marks: int) -> int:
         """Quarter-microseconds; 0 is no pulse. ``marks``: times the script's state is asked behind it, at least 1."""
@@ -162,7 +176,7 @@ class MaestroController:
 
 
 class MaestroAxis:
-    """One servo: a :class:`rig.devices.abilities.Axis`."""
+    """One servo: a :class:`rig.devices.abilities.Axis` and a :class:`rig.devices.abilities.Watchdog`."""
 
     def __init__(self, name: str, settings: MaestroSettings, controller: MaestroController, place: int) -> None:
         """``place`` among the axes of the controller, from 1."""
@@ -171,6 +185,7 @@ class MaestroAxis:
         self.increment_deg = settings.increment_deg
         self.speed_dps = settings.speed_dps
         self.approach_deg = settings.approach_deg
+        self.watchdog_s = settings.watchdog_s
         self._settings = settings
         self._controller = controller
         self._place = place
@@ -232,6 +247,17 @@ class MaestroAxis:
         if position not in (0, self._target):
             self._target = position
             self._controller.tell(wire.set_target(self._settings.axis, position))
+
+    def arm_watchdog(self, wait: Wait) -> str:
+        """The controller's settings cannot be written by its serial line: that its time-out acts is seen, once."""
+        assert self.watchdog_s is not None
+        return self._controller.prove_timeout(self.name, self.watchdog_s, wait)
+
+    def feed_watchdog(self) -> None:
+        self._controller.poll_errors()
+
+    def disarm_watchdog(self) -> None:
+        """It cannot be told; the servos go to their homes."""
 
     def _aim(self, target_deg: float) -> None:
         """Speed and acceleration go along every time: a controller that lost power forgot them."""

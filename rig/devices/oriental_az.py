@@ -17,8 +17,9 @@ from pydantic import Field
 
 from rig.clock import Clock
 from rig.devices import rates
-from rig.devices.abilities import AxisState, TurnLook
+from rig.devices.abilities import AxisState, TurnLook, Wait
 from rig.devices.targets import check_target, nearest_step
+from rig.devices.watchdog import prove
 from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused
 from rig.exchange import Patience
 from rig.link.byte_stream import ByteStream
@@ -49,11 +50,14 @@ class OrientalAzSettings(AxisSettings):
     alarm_bit: Bit = 7
     move_bit: Bit = 13
     """Bits of the output status, register 0x7F."""
+    watchdog_s: Annotated[float, Field(ge=2.0, le=wire.LONGEST_SILENCE_MS / 1000.0)] | None = None
+    """Written to the driver's parameter "communication timeout" when a run begins; 0 is written when it ends."""
+    watchdog_register: Annotated[int, Field(ge=0, le=0xFFFE)] = wire.SILENCE_MS
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
 
 
 class OrientalAzAxis:
-    """One driver: a :class:`rig.devices.abilities.Axis` and a :class:`rig.devices.abilities.RateAxis`.
+    """One driver: an Axis, a RateAxis and a Watchdog of :mod:`rig.devices.abilities`.
 
     Drivers on one line share ``turn``, which lets one of them speak at a time.
     """
@@ -68,6 +72,7 @@ class OrientalAzAxis:
         self.approach_deg = settings.approach_deg
         self.arrival_tolerance_deg = max(settings.arrival_tolerance_deg, settings.step_deg)
         self.top_rate_dps = settings.top_rate_dps or 0.0
+        self.watchdog_s = settings.watchdog_s
         self._settings = settings
         self._modbus = modbus
         self._turn = turn
@@ -97,7 +102,8 @@ class OrientalAzAxis:
         self._start(lambda: self._operate(operation), lambda: False)
 
     def home(self) -> None:
-        """Return to home at speed (ZHOME)."""
+        """Return to home at speed (ZHOME). The alarm of a host that fell silent is reset: its cause is known."""
+        self._has_noticed()
         self._require_no_alarm("home")
         self._start(lambda: self._input(wire.ZHOME, idempotent=False), lambda: False)
 
@@ -111,7 +117,7 @@ class OrientalAzAxis:
             is_moving=self._is_set(outputs, self._settings.move_bit),
             is_homed=self._is_set(outputs, self._settings.home_end_bit),
             is_seated=True,
-            fault=f"alarm {alarm:#04x}" if alarm or self._is_set(outputs, self._settings.alarm_bit) else "",
+            fault=_told(alarm) if alarm or self._is_set(outputs, self._settings.alarm_bit) else "",
         )
 
     def stop(self) -> None:
@@ -120,6 +126,38 @@ class OrientalAzAxis:
     def reset_alarm(self) -> None:
         """Clear an alarm whose cause is gone. Nothing moves."""
         self._input(wire.ALARM_RESET, idempotent=True)
+
+    def arm_watchdog(self, wait: Wait) -> str:
+        """A silence of an earlier host that died has left its alarm: that one is reset, any other is a fault."""
+        assert self.watchdog_s is not None
+        self._has_noticed()
+        self._require_no_alarm("arm the watchdog")
+        self._write_silence(self.watchdog_s)
+        remedy = 'set "communication timeout" in the driver (MEXE02) and its register as watchdog_register'
+        return prove(self.name, self.watchdog_s, self._has_noticed, wait, remedy)
+
+    def feed_watchdog(self) -> None:
+        self._status()
+
+    def disarm_watchdog(self) -> None:
+        self._write_silence(0.0)
+
+    def _has_noticed(self) -> bool:
+        """Whether the alarm of a silent master stands; it is reset."""
+        if self._status()[1] != wire.SILENCE_ALARM:
+            return False
+        self.reset_alarm()
+        return True
+
+    def _write_silence(self, silence_s: float) -> None:
+        register, silence_ms = self._settings.watchdog_register, round(1000.0 * silence_s)
+        with self._turn:
+            self._modbus.write_registers(register, wire.words(silence_ms))
+        if (told := self._read(register, 1)[0]) != silence_ms:
+            raise DeviceFault(
+                f"{self.name}: a communication timeout of {silence_ms} ms was acknowledged, but reads back {told} ms"
+                f" (axes.{self.name}: watchdog_register); nothing moved; compare the register with the driver's manual"
+            )
 
     def _start(self, send: Callable[[], None], is_there: Callable[[], bool]) -> None:
         """Send a start once only. Where its acknowledgement is lost, the driver itself is asked whether it started."""
@@ -155,7 +193,7 @@ class OrientalAzAxis:
     def _require_no_alarm(self, task: str) -> None:
         _, alarm = self._status()
         if alarm:
-            raise DeviceFault(f"{self.name}: {task}: alarm {alarm:#04x}; nothing moved; find its cause and reset it")
+            raise DeviceFault(f"{self.name}: {task}: {_told(alarm)}; nothing moved; find its cause and reset it")
 
     def _status(self) -> tuple[int, int]:
         """Outputs and alarm."""
@@ -199,6 +237,10 @@ def connect(axes: Mapping[str, OrientalAzSettings], stream: ByteStream) -> dict[
     """The drivers of one line."""
     turn = RLock()
     return {name: OrientalAzAxis(name, settings, _master(settings, stream), turn) for name, settings in axes.items()}
+
+
+def _told(alarm: int) -> str:
+    return f"alarm {alarm:#04x}" + (" (its host fell silent; home resets it)" if alarm == wire.SILENCE_ALARM else "")
 
 
 def _master(settings: OrientalAzSettings, stream: ByteStream) -> ModbusRtu:

@@ -114,7 +114,9 @@ class MaestroTwin:
         period_ms: int = 20,
         settings: ChannelSettings | None = None,
         detects_baud: bool = False,
+        timeout_s: float | None = None,
     ) -> None:
+        """``timeout_s``: its serial time-out; a new controller has none."""
         count = max([_CHANNELS[model], *(channel + 1 for channel in servos)])
         unit_s = wire.unit_s(period_ms)
         self.channels = [
@@ -125,9 +127,13 @@ class MaestroTwin:
         self._errors = Errors(0)
         self._reader = MaestroReader(device=device, has_crc=has_crc, is_mini=model == "mini")
         self._waits_for_start = detects_baud
+        self._timeout_s = timeout_s
+        self._heard_s = math.inf
+        """When the last valid command came; infinite where none is waited for."""
         self._due = b""
 
     def receive(self, data: bytes, now_s: float) -> None:
+        self._look(now_s)
         if self._waits_for_start:
             _, start, data = data.partition(bytes([wire.START]))
             self._waits_for_start = not start
@@ -139,12 +145,31 @@ class MaestroTwin:
             else:
                 self._obey(heard, now_s)
 
-    def transmit(self, now_s: float) -> bytes:  # noqa: ARG002 it answers at once
+    def transmit(self, now_s: float) -> bytes:
+        self._look(now_s)
         due, self._due = self._due, b""
         return due
 
     def next_event_s(self) -> float | None:
-        return None
+        gives_up_s = self._gives_up_s
+        return None if math.isinf(gives_up_s) else gives_up_s
+
+    @property
+    def _gives_up_s(self) -> float:
+        """When the silence of its host is an error."""
+        return math.inf if self._timeout_s is None else self._heard_s + self._timeout_s
+
+    def _look(self, now_s: float) -> None:
+        if now_s >= (silent_s := self._gives_up_s):
+            self._heard_s = math.inf
+            self.fail(Errors.TIMEOUT, silent_s)
+
+    def power_cycle(self, now_s: float) -> None:
+        """Power fails and returns: no pulses, no limits of speed, no errors."""
+        self._errors = Errors(0)
+        for channel in self.channels:
+            channel.speed = channel.acceleration = 0
+            channel.aim(0, now_s)
 
     def fail(self, errors: Errors, now_s: float) -> None:
         """Raise error bits: every servo goes to its home."""
@@ -152,6 +177,7 @@ class MaestroTwin:
         self._go_home(now_s)
 
     def _obey(self, request: Request, now_s: float) -> None:
+        self._heard_s = now_s
         data = request.data
         match request.command:
             case wire.SET_TARGET:

@@ -3,6 +3,7 @@
 It keeps its absolute position without power, as the AZ does; what it does not know it refuses by exception.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -36,14 +37,31 @@ class OrientalAzRegisters:
         self._block = [word for value in (0, 1, 0, 1000, 1000, 1000, 1000, 0) for word in wire.words(value)]
         self._inputs = 0
         self._commanded = 0
+        self._silence_ms = 0
+        self._heard_s = math.inf
+        """When its master was last heard; infinite where it is not waited for."""
+
+    @property
+    def gives_up_s(self) -> float:
+        """When the silence of its master is noticed."""
+        return self._heard_s + self._silence_ms / 1000.0 if self._silence_ms else math.inf
+
+    def look(self, now_s: float) -> None:
+        """A master that is silent for too long stops the motor, by an alarm."""
+        if now_s >= (silent_s := self.gives_up_s):
+            self._heard_s = math.inf
+            self.servo.stop(silent_s)
+            self.alarm = self.alarm or wire.SILENCE_ALARM
 
     def read(self, address: int, count: int, now_s: float) -> Sequence[int] | None:
+        self._hear(now_s)
         known = self._registers(now_s)
         addresses = range(address, address + count)
         return [known[place] for place in addresses] if all(place in known for place in addresses) else None
 
     def write(self, address: int, values: Sequence[int], now_s: float) -> int:
         """The exception to answer with, 0 when written."""
+        self._hear(now_s)
         places = range(address, address + len(values))
         if all(place in _BLOCK for place in places):
             return self._operate(places, values, now_s)
@@ -51,7 +69,19 @@ class OrientalAzRegisters:
             return self._switch(values[1], is_kept=places[0] == wire.INPUTS, now_s=now_s)
         if places == range(wire.INPUTS + 1, wire.INPUTS + 2):
             return self._switch(values[0], is_kept=True, now_s=now_s)
+        if places == range(wire.SILENCE_MS, wire.SILENCE_MS + 2):
+            return self._allow_silence(wire.value_of(*values))
         return ILLEGAL_ADDRESS
+
+    def _hear(self, now_s: float) -> None:
+        self.look(now_s)
+        self._heard_s = now_s
+
+    def _allow_silence(self, silence_ms: int) -> int:
+        if not 0 <= silence_ms <= wire.LONGEST_SILENCE_MS:
+            return ILLEGAL_VALUE
+        self._silence_ms = silence_ms
+        return 0
 
     def _registers(self, now_s: float) -> dict[int, int]:
         position = round(self.servo.position_deg(now_s) / self._step_deg)
@@ -65,6 +95,7 @@ class OrientalAzRegisters:
             (wire.POSITION, position),
             (wire.FEEDBACK_RPM, rpm),
             (wire.FEEDBACK_HZ, rate_hz),
+            (wire.SILENCE_MS, self._silence_ms),
         ):
             words[address], words[address + 1] = wire.words(value)
         return words
@@ -134,7 +165,10 @@ class OrientalAzTwin:
             slave.receive(data, now_s)
 
     def transmit(self, now_s: float) -> bytes:
+        for unit in self.units.values():
+            unit.look(now_s)
         return b"".join(slave.transmit(now_s) for slave in self._slaves)
 
     def next_event_s(self) -> float | None:
-        return None
+        first_s = min(unit.gives_up_s for unit in self.units.values())
+        return None if math.isinf(first_s) else first_s

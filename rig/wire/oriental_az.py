@@ -15,6 +15,11 @@ CURRENT = 0x64
 TRIGGER = 0x66
 INPUTS, AUTO_INPUTS, OUTPUTS, ALARM = 0x7C, 0x78, 0x7E, 0x80
 POSITION, FEEDBACK_RPM, FEEDBACK_HZ = 0xCC, 0xCE, 0xD0
+SILENCE_ALARM = 0x85
+"""RS-485 communication timeout: nothing came from the master for as long as the parameter of that name allows."""
+SILENCE_MS = 0x138A
+"""That parameter: milliseconds, 0 is never. Remembered: a setting of the driver."""
+LONGEST_SILENCE_MS = 10_000
 
 ABSOLUTE, INCREMENTAL, CONTINUOUS_SPEED = 1, 2, 16
 FULL_CURRENT = 1000
