@@ -3,9 +3,12 @@
 Absolute targets only, checked before anything is sent; arrival is judged by the machine's own read-back and its
 coupling, never by the command; the time is bounded, a stall is noticed, and a stop that was asked for during the
 move stops the axis before it is passed on.
+
+A move that stalls is tried once more from where it came from, and a coupling that does not seat is seated anew from
+the next tooth, at most twice: whoever asked is told of each, and only then it is a fault.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from threading import Thread
 
@@ -20,24 +23,95 @@ STANDSTILL_S = 1.0
 _FIRST_LOOK_S, _LAST_LOOK_S = 0.1, 0.5
 _ALLOWANCE_S = 5.0
 _STOP_LIMIT_S = 20.0
+_RESEATS = 2
+
+Tell = Callable[[str], None]
 
 
-def move_and_arrive(axis: Axis, target_deg: float, clock: Clock, wait: Wait) -> float:
+class _Stalled(DeviceFault):
+    """No progress, or not in time; the axis was told to stop."""
+
+
+class _Unseated(DeviceFault):
+    """At rest, but lifted."""
+
+
+def move_and_arrive(axis: Axis, target_deg: float, clock: Clock, wait: Wait, tell: Tell = lambda _told: None) -> float:
     """Bring an axis to rest at ``target_deg`` and return its read-back, degrees.
 
     An axis that is there already, by read-back and seated, is not moved, unless it must be approached from one side.
-    Raises: RequestRefused (outside limits, off the increment, not homed, before anything moved), DeviceFault (stalled,
-    late, not where it was sent, not seated; the axis was stopped), WaitEnded (the axis was stopped).
+    ``tell`` hears why a move is made again.
+    Raises: RequestRefused (outside limits, off the increment, not homed, before anything moved), DeviceFault (stalled
+    twice, not where it was sent, not seated in three attempts; the axis was stopped), WaitEnded (the axis was stopped).
     """
     axis.check_target(target_deg)
     state = trusted_state(axis)
     if axis.approach_deg == 0.0 and _has_arrived(axis, state, target_deg):
         return state.position_deg
+    from_deg = state.position_deg
+    try:
+        return _approach_seated(axis, target_deg, state, clock, wait, tell)
+    except _Stalled as stall:
+        state = _retreat(axis, from_deg, stall, clock, wait)
+        tell(f"{stall}; it went back to {state.position_deg:g} deg and is tried once more")
+    try:
+        return _approach_seated(axis, target_deg, state, clock, wait, tell)
+    except _Stalled as again:
+        raise DeviceFault(f"{again}; it stalled twice") from again
+
+
+def _approach_seated(axis: Axis, target_deg: float, state: AxisState, clock: Clock, wait: Wait, tell: Tell) -> float:
+    """The move, and the coupling seated anew from the next tooth where it does not engage."""
+    for left in reversed(range(_RESEATS + 1)):
+        try:
+            return _approach(axis, target_deg, state, clock, wait)
+        except _Unseated as unseated:
+            beside_deg = _beside(axis, target_deg)
+            if left == 0 or beside_deg is None:
+                raise
+            tell(f"{unseated}; it is seated anew from {beside_deg:g} deg")
+            state = _lift_to(axis, beside_deg, target_deg, clock, wait)
+    raise AssertionError("unreachable: the last attempt returns or raises")
+
+
+def _approach(axis: Axis, target_deg: float, state: AxisState, clock: Clock, wait: Wait) -> float:
     if axis.approach_deg != 0.0:
         before_deg = target_deg + axis.approach_deg
         axis.check_target(before_deg)
         state = _go(axis, before_deg, state.position_deg, clock, wait)
     return _go(axis, target_deg, state.position_deg, clock, wait).position_deg
+
+
+def _retreat(axis: Axis, from_deg: float, stall: DeviceFault, clock: Clock, wait: Wait) -> AxisState:
+    """Back to where the stalled move came from. Raises: DeviceFault where that is not possible."""
+    try:
+        _see_standstill(axis, clock, _STOP_LIMIT_S)
+    except DeviceFault as moving:
+        raise DeviceFault(f"{stall}; {moving}") from stall
+    state = axis.state()
+    if state.fault or not state.is_homed:
+        raise DeviceFault(f"{stall}; it cannot be tried again: {state.fault or 'the home is lost'}") from stall
+    if abs(state.position_deg - from_deg) <= axis.arrival_tolerance_deg:
+        return state
+    try:
+        return _lift_to(axis, from_deg, state.position_deg, clock, wait)
+    except _Stalled as again:
+        raise DeviceFault(f"{stall}; nor could it go back: {again}") from again
+
+
+def _beside(axis: Axis, target_deg: float) -> float | None:
+    """The next tooth inside the limits; None where the machine has no teeth or no room."""
+    low_deg, high_deg = axis.limits_deg
+    places = (target_deg - axis.increment_deg, target_deg + axis.increment_deg)
+    return next((place for place in places if place != target_deg and low_deg <= place <= high_deg), None)
+
+
+def _lift_to(axis: Axis, place_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:
+    """As a move, but whether it seats there does not matter: nothing is measured."""
+    axis.check_target(place_deg)
+    axis.start_move(place_deg)
+    limit_s = abs(place_deg - from_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
+    return _watch(axis, f"move to {place_deg:g} deg", place_deg, limit_s, clock, wait)
 
 
 def trusted_state(axis: Axis) -> AxisState:
@@ -139,9 +213,9 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
         if state.position_deg != last_deg:
             last_deg, progressed_s = state.position_deg, clock.monotonic_s()
         elif asked_s - progressed_s >= STALL_S:
-            raise _stopped(axis, f"{task}: no progress in {STALL_S:g} s at {last_deg:g} deg, though it says it moves")
+            raise _stalled(axis, f"{task}: no progress in {STALL_S:g} s at {last_deg:g} deg, though it says it moves")
         if asked_s - started_s > limit_s:
-            raise _stopped(axis, f"{task}: still moving at {last_deg:g} deg after {limit_s:.3g} s, the time allowed")
+            raise _stalled(axis, f"{task}: still moving at {last_deg:g} deg after {limit_s:.3g} s, the time allowed")
         left_s = 0.0 if target_deg is None else abs(target_deg - state.position_deg) / axis.speed_dps
         _wait_or_stop(axis, min(max(left_s, look_s), STALL_S), wait)
         look_s = look_s if left_s > 0.0 else min(2.0 * look_s, _LAST_LOOK_S)
@@ -170,6 +244,10 @@ def _stopped(axis: Axis, what: str) -> DeviceFault:
     return DeviceFault(f"{axis.name}: {what}; the axis was told to stop; check the machine, then home it")
 
 
+def _stalled(axis: Axis, what: str) -> DeviceFault:
+    return _Stalled(str(_stopped(axis, what)))
+
+
 def _has_arrived(axis: Axis, state: AxisState, target_deg: float) -> bool:
     at_rest = state.is_seated and state.is_homed and not state.is_moving and not state.fault
     return at_rest and abs(state.position_deg - target_deg) <= axis.arrival_tolerance_deg
@@ -177,7 +255,7 @@ def _has_arrived(axis: Axis, state: AxisState, target_deg: float) -> bool:
 
 def _require_seat(axis: Axis, state: AxisState, task: str) -> None:
     if not state.is_seated:
-        raise DeviceFault(
+        raise _Unseated(
             f"{axis.name}: {task}: at rest at {state.position_deg:g} deg, but the coupling is not seated and locked;"
             " nothing can be measured here; check the coupling, then home it"
         )
