@@ -11,9 +11,12 @@ from types import TracebackType
 
 from rig.bench import axis_lines, twin_lines
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
+from rig.crash_points import refuse_crash_points
 from rig.description import RigDescription
 from rig.devices.abilities import Axis, Environment, NoChance, Readout, Stream, TwinChance
 from rig.errors import DescriptionError, LinkLost
+from rig.fault_file import FaultPlan
+from rig.faulty_lines import with_faults
 from rig.kept_lines import LineSource
 from rig.lines import Lines
 from rig.link.counts import ExchangeCounts
@@ -130,18 +133,25 @@ def open_rig(
     rig_file: Path | None = None,
     purpose: str = "calrig",
     line_source: LineSource | None = None,
+    faults: FaultPlan | None = None,
+    tell_fault: Callable[[str], None] = lambda _sentence: None,
 ) -> Rig:
     """Lock and open everything that the description names; nothing moves.
 
     ``line_source`` (:mod:`rig.kept_lines`) records or replays the lines.
+    ``faults`` go wrong on the twins' lines, and ``tell_fault`` hears of each.
     ``rig_file`` is locked as well where given, so that two commands do not drive twins of one file. Raises: RigBusy,
     LinkLost, DescriptionError, and what a device says at its first question.
     """
+    refuse_crash_points(real_ports(description))
     clock = clock or choose_clock(description)
     with ExitStack() as held:
         lock_rig(description, rig_file, purpose, held)
         world = World(description) if description.uses_twins else None
-        twins = {key: line.twin for line in twin_lines(description, world) for key in line.keys} if world else {}
+        served = twin_lines(description, world) if world else []
+        if faults is not None and world is not None:
+            served = with_faults(served, faults, world, clock.monotonic_s(), tell_fault)
+        twins = {key: line.twin for line in served for key in line.keys}
 
         def connect() -> Connected:
             return _connected(description, clock, world, twins, line_source)

@@ -1,7 +1,7 @@
 """A rig's twins on real ports: what ``calrig simulate`` serves and how a rig file names it."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 
@@ -9,6 +9,8 @@ from rig.bench import twin_lines
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.description import RigDescription, read_rig
 from rig.errors import DescriptionError
+from rig.fault_file import FaultPlan
+from rig.faulty_lines import with_faults
 from rig.twins.control import ControlTwin
 from rig.twins.ports import Port, PtyPort, TcpPort
 from rig.twins.servers import TwinServer
@@ -44,16 +46,28 @@ class SimulatedRig:
         self.close()
 
 
-def serve_rig(description: RigDescription, clock: Clock, *, pty: bool = False) -> SimulatedRig:
+def serve_rig(
+    description: RigDescription,
+    clock: Clock,
+    *,
+    pty: bool = False,
+    links: Path | None = None,
+    faults: FaultPlan | None = None,
+    tell: Callable[[str], None] = lambda _sentence: None,
+) -> SimulatedRig:
     """Serve the twin of every device of the description, wherever the file says it is.
 
-    ``clock`` is the twins' own; ``pty`` takes pseudo-terminals for the devices (the control address is always TCP).
+    ``clock`` is the twins' own; ``pty`` takes pseudo-terminals for the devices (the control address is always TCP),
+    and ``links`` a folder of stable names for them, as ``/dev/serial/by-id`` is. ``faults`` go wrong; ``tell`` hears
+    of each.
     """
     world = World(description.all_on_twins())
     addresses: dict[str, str] = {}
     ports: list[Port] = []
-    for line in twin_lines(description.all_on_twins(), world, clock.slice_s / WAIT_SLICE_S):
-        port: Port = PtyPort(line.twin) if pty else TcpPort(line.twin)
+    lines = twin_lines(description.all_on_twins(), world, clock.slice_s / WAIT_SLICE_S)
+    for line in lines if faults is None else with_faults(lines, faults, world, clock.monotonic_s(), tell):
+        link = None if links is None else links / line.keys[0]
+        port: Port = PtyPort(line.twin, link) if pty else TcpPort(line.twin)
         ports.append(port)
         addresses |= dict.fromkeys(line.keys, line.address.format(port=port.address))
     ports.append(TcpPort(ControlTwin(world)))

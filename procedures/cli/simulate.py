@@ -1,11 +1,14 @@
 """``calrig simulate``: a rig's twins on real ports, for other programs and for rehearsals across processes."""
 
 import json
+from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 from cyclopts import Parameter
 
+from procedures.cli.output import note
 from procedures.cli.stopping import stoppable_wait
 from procedures.errors import RequestError
 
@@ -17,6 +20,7 @@ def simulate(
     time_factor: float | None = None,
     write: Path | None = None,
     pty: Annotated[bool, Parameter(negative=())] = False,
+    faults: Path | None = None,
 ) -> None:
     """Serve the twins of a rig on real ports until stopped (Ctrl-C or SIGTERM).
 
@@ -32,10 +36,15 @@ def simulate(
         Write the rig file with these addresses filled in, ready for `calrig run --rig`.
     pty
         Pseudo-terminals for the devices instead of TCP ports.
+    faults
+        A file of what goes wrong on the lines, with power and with motion; each fault is told on standard error as it
+        happens. With --pty the addresses are then stable names, which stay when a port comes back as another node.
     """
     from rig.clock import ScaledClock, SystemClock
     from rig.description import read_rig
     from rig.errors import WaitEnded
+    from rig.fault_file import read_faults
+    from rig.faulty_lines import drivers_of
     from rig.simulate import serve_rig, write_rig
 
     if time_factor is not None and not 0.0 < time_factor <= 1e6:
@@ -45,8 +54,11 @@ def simulate(
     if write is not None and write.resolve() == rig.resolve():
         raise RequestError(f"simulate: --write {write}: is the rig file itself; give another name; nothing was served")
     description = read_rig(rig)
+    plan = None if faults is None else read_faults(faults, drivers_of(description))
     clock = SystemClock() if time_factor is None else ScaledClock(time_factor)
-    with serve_rig(description, clock, pty=pty) as served:
+    with ExitStack() as kept:
+        links = Path(kept.enter_context(TemporaryDirectory(prefix="calrig-ports-"))) if plan and pty else None
+        served = kept.enter_context(serve_rig(description, clock, pty=pty, links=links, faults=plan, tell=note))
         if write is not None:
             write_rig(rig, served.addresses, "real" if time_factor is None else float(time_factor), write)
         print(json.dumps(served.addresses), flush=True)  # noqa: T201

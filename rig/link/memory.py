@@ -26,7 +26,7 @@ class Peer(Protocol):
 
 
 @dataclass(slots=True)
-class _Way:
+class Way:
     """One direction of a faulty line: parts under way with their times of arrival."""
 
     parts: list[tuple[float, bytes]] = field(default_factory=list)
@@ -53,8 +53,8 @@ class MemoryStream:
         self.clock = clock
         self._peer = peer
         self._faults = faults
-        self._outbound = _Way()
-        self._inbound = _Way()
+        self._outbound = Way()
+        self._inbound = Way()
         self._is_closed = False
 
     def write(self, data: bytes) -> None:

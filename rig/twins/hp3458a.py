@@ -95,7 +95,7 @@ class Hp3458aTwin:
             "TRIG": self._set_trigger,
         }
 
-    def power_cycle(self) -> None:
+    def power_cycle(self, _now_s: float = 0.0) -> None:
         """As if the mains had failed: nothing of the configuration is left."""
         self._reset()
         self._abort()

@@ -157,6 +157,10 @@ class IndexingTableTwin:
     def next_event_s(self) -> float | None:
         return None
 
+    def power_cycle(self, now_s: float) -> None:
+        for axis in self.axes.values():
+            axis.power_cycle(now_s)
+
     def _answer(self, line: bytes, now_s: float) -> bytes:
         command = self._codec.decode_command(line)
         if command is None:

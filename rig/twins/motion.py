@@ -10,6 +10,8 @@ from rig.twins.chance import Chance
 from rig.twins.geometry import ARCSEC_RAD
 from rig.twins.ramp import Path
 
+_STALL_LEAD_S = 0.2
+"""How long before its arrival a move stalls."""
 _CREEP_TAIL = 20.0
 """Time constants after which a creep is over: exp(−20) of it is 2e-9."""
 
@@ -47,6 +49,48 @@ class _Travel:
         return (self.to_deg - self.from_deg) / (self.arrival_s - self.start_s) if turning else 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class _Paused:
+    """A path that stands still for a while shortly before its end."""
+
+    path: Path
+    pause_s: float
+
+    @property
+    def arrival_s(self) -> float:
+        return self.path.arrival_s + self.pause_s
+
+    def at(self, now_s: float) -> float:
+        return self.path.at(self._moment_s(now_s))
+
+    def speed_at(self, now_s: float) -> float:
+        moment_s = self._moment_s(now_s)
+        return self.path.speed_at(moment_s) if moment_s in (now_s, now_s - self.pause_s) else 0.0
+
+    def _moment_s(self, now_s: float) -> float:
+        paused_s = self.path.arrival_s - _STALL_LEAD_S
+        return min(now_s, max(paused_s, now_s - self.pause_s))
+
+
+@dataclass(frozen=True, slots=True)
+class _Displaced:
+    """A path that runs beside another."""
+
+    path: Path
+    by_deg: float
+    from_s: float
+
+    @property
+    def arrival_s(self) -> float:
+        return self.path.arrival_s
+
+    def at(self, now_s: float) -> float:
+        return self.path.at(now_s) + (self.by_deg if now_s >= self.from_s else 0.0)
+
+    def speed_at(self, now_s: float) -> float:
+        return self.path.speed_at(now_s)
+
+
 class AxisBody:
     """One axis: where its table really points at any time."""
 
@@ -71,26 +115,45 @@ class AxisBody:
         self._chance = chance
         self._path: Path = _Travel(0.0, 0.0, -math.inf, -math.inf)
         self._teeth: dict[int, float] = {}
+        self._stall_s = self._lag_s = self._slip_deg = 0.0
 
     @property
     def still_from_s(self) -> float:
         """From this instant on the body is at rest, creep included."""
         creeping = self._errors.creep_arcsec != 0.0
-        return self._path.arrival_s + (_CREEP_TAIL * self._errors.creep_s if creeping else 0.0)
+        return self._path.arrival_s + self._lag_s + (_CREEP_TAIL * self._errors.creep_s if creeping else 0.0)
 
     def rotate(self, target_deg: float, start_s: float) -> float:
         """Turn to a table angle from where the body is at ``start_s``; returns the arrival in rig seconds."""
         here_deg = self.table_deg(start_s)
         arrival_s = start_s + abs(target_deg - here_deg) / self.speed_dps
-        self.follow(_Travel(here_deg, target_deg, start_s, arrival_s))
-        return arrival_s
+        return self.follow(_Travel(here_deg, target_deg, start_s, arrival_s))
 
-    def follow(self, path: Path) -> None:
-        """Turn along a path of table angles, degrees, from now on."""
-        self._path = path
-        if not math.isinf(path.arrival_s):
-            end_deg = path.at(path.arrival_s)
-            self.reached_deg = (min(self.reached_deg[0], end_deg), max(self.reached_deg[1], end_deg))
+    def follow(self, path: Path) -> float:
+        """Turn along a path of table angles, degrees, from now on; returns the arrival in rig seconds."""
+        if math.isinf(path.arrival_s):
+            self._path = path
+            return math.inf
+        self._path = _Paused(path, self._stall_s) if self._stall_s else path
+        self._stall_s = 0.0
+        end_deg = path.at(path.arrival_s)
+        self.reached_deg = (min(self.reached_deg[0], end_deg), max(self.reached_deg[1], end_deg))
+        return self._path.arrival_s
+
+    def stall(self, for_s: float) -> None:
+        """The next move to a place stands still for so long shortly before it arrives."""
+        self._stall_s = for_s
+
+    def slip(self, slip_deg: float, now_s: float, *, seen: bool) -> None:
+        """Slip; unseen, the read-back goes on as if nothing had happened, else the next move takes it back."""
+        if seen:
+            self._path = _Displaced(self._path, slip_deg, now_s)
+        else:
+            self._slip_deg += slip_deg
+
+    def lag(self, lag_s: float) -> None:
+        """From now on what is turned follows its read-back so much later."""
+        self._lag_s = lag_s
 
     def table_deg(self, now_s: float) -> float:
         """Nominal table angle."""
@@ -100,11 +163,16 @@ class AxisBody:
         """Rate of the table angle."""
         return self._path.speed_at(now_s)
 
+    def attitude_rate_dps(self, now_s: float) -> float:
+        """True rate of the attitude angle."""
+        return self._sign * self._path.speed_at(now_s - self._lag_s)
+
     def attitude_rad(self, now_s: float) -> float:
         """True angle of this axis, its own errors included."""
-        nominal_deg = self._sign * (self.table_deg(now_s) - self._zero_deg)
-        off_arcsec = self._errors.zero_error_arcsec + self._sign * self._index_error_arcsec(now_s)
-        return math.radians(nominal_deg) + (off_arcsec + self._creep_arcsec(now_s)) * ARCSEC_RAD
+        turned_s = now_s - self._lag_s
+        nominal_deg = self._sign * (self.table_deg(turned_s) - self._zero_deg) + self._slip_deg
+        off_arcsec = self._errors.zero_error_arcsec + self._sign * self._index_error_arcsec(turned_s)
+        return math.radians(nominal_deg) + (off_arcsec + self._creep_arcsec(turned_s)) * ARCSEC_RAD
 
     def _index_error_arcsec(self, now_s: float) -> float:
         """The error of the tooth that the body rests on; none between teeth and on a continuous axis."""

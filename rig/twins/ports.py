@@ -2,14 +2,19 @@
 
 A port has one client at a time, as a serial line has; a client may go and another come, the twin behind stays as it
 was. Bytes that a client left unread are lost with it on TCP; on a pseudo-terminal the next client finds them.
+
+A twin whose line is gone (LinkLost) hangs up: the TCP client is sent away, and so is every other until the line is
+back; a pseudo-terminal vanishes and comes back under another node name, which its link then points to.
 """
 
 import os
 import selectors
 import socket
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Protocol
 
+from rig.errors import LinkLost
 from rig.twins.twin import Twin
 
 _CHUNK = 65536
@@ -58,6 +63,7 @@ class TcpPort:
 
     def register(self, selector: selectors.BaseSelector) -> None:
         selector.register(self._listener, selectors.EVENT_READ, self)
+        self._selector = selector
 
     def ready(self, selector: selectors.BaseSelector, file: object, now_s: float) -> None:
         if file is self._listener:
@@ -71,13 +77,20 @@ class TcpPort:
             return
         except OSError:
             data = b""
-        if data:
-            self.twin.receive(data, now_s)
-        else:
-            self._part(selector)
+        try:
+            if data:
+                self.twin.receive(data, now_s)
+            else:
+                self._part()
+        except LinkLost:
+            self._part()
 
     def flush(self, now_s: float) -> None:
-        due = self.twin.transmit(now_s)
+        try:
+            due = self.twin.transmit(now_s)
+        except LinkLost:
+            self._part()
+            return
         if self._client is None:
             return
         self._unsent += due
@@ -104,28 +117,27 @@ class TcpPort:
         self._client = client
         selector.register(client, selectors.EVENT_READ, self)
 
-    def _part(self, selector: selectors.BaseSelector) -> None:
-        assert self._client is not None
-        selector.unregister(self._client)
-        self._client.close()
+    def _part(self) -> None:
+        if self._client is not None:
+            self._selector.unregister(self._client)
+            self._client.close()
         self._client, self._unsent = None, b""
 
 
 @dataclass
 class PtyPort:
-    """A pseudo-terminal. It enforces neither baud rate nor parity."""
+    """A pseudo-terminal. It enforces neither baud rate nor parity. ``link``: a name that outlives the node."""
 
     twin: Twin
+    link: Path | None = None
     address: str = field(init=False)
 
     def __post_init__(self) -> None:
-        import tty
-
-        self._master, self._slave = os.openpty()  # the slave stays open here, so a client may go and come
-        tty.setraw(self._slave)
-        os.set_blocking(self._master, False)
+        self._master, self._slave = _open_pty()
         self._unsent = b""
-        self.address = os.ttyname(self._slave)
+        self._is_away = False
+        self._show()
+        self.address = os.ttyname(self._slave) if self.link is None else str(self.link)
 
     @property
     def is_congested(self) -> bool:
@@ -133,15 +145,25 @@ class PtyPort:
 
     def register(self, selector: selectors.BaseSelector) -> None:
         selector.register(self._master, selectors.EVENT_READ, self)
+        self._selector = selector
 
     def ready(self, selector: selectors.BaseSelector, file: object, now_s: float) -> None:  # noqa: ARG002 one file
         try:
             self.twin.receive(os.read(self._master, _CHUNK), now_s)
         except BlockingIOError:
             return
+        except LinkLost:
+            self._hang_up()
 
     def flush(self, now_s: float) -> None:
-        self._unsent += self.twin.transmit(now_s)
+        try:
+            self._unsent += self.twin.transmit(now_s)
+        except LinkLost:
+            self._hang_up()
+            return
+        if self._is_away:
+            self._is_away = False
+            self._show()
         if self._unsent:
             try:
                 self._unsent = self._unsent[os.write(self._master, self._unsent) :]
@@ -149,5 +171,37 @@ class PtyPort:
                 return
 
     def close(self) -> None:
+        self._hide()
         os.close(self._master)
         os.close(self._slave)
+
+    def _hang_up(self) -> None:
+        """Open the node that will be there next before the old one goes: so it has another name."""
+        if self._is_away:
+            return
+        self._is_away = True
+        self._hide()
+        gone, (self._master, self._slave) = (self._master, self._slave), _open_pty()
+        self._selector.unregister(gone[0])
+        for file in gone:
+            os.close(file)
+        self._selector.register(self._master, selectors.EVENT_READ, self)
+        self._unsent = b""
+
+    def _show(self) -> None:
+        if self.link is not None:
+            self.link.symlink_to(os.ttyname(self._slave))
+
+    def _hide(self) -> None:
+        if self.link is not None:
+            self.link.unlink(missing_ok=True)
+
+
+def _open_pty() -> tuple[int, int]:
+    """Both ends; the slave stays open here, so a client may go and come."""
+    import tty
+
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    os.set_blocking(master, False)
+    return master, slave

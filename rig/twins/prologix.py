@@ -9,7 +9,7 @@ Source: Prologix GPIB-USB controller manual 6.107; "Unrecognized command" for a 
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from rig.wire import prologix as wire
 
@@ -55,6 +55,13 @@ class GpibInstrument(Protocol):
 
     def advance(self, now_s: float, /) -> None:
         """Let everything happen that is due by ``now_s``."""
+
+
+@runtime_checkable
+class PoweredInstrument(Protocol):
+    """An instrument that forgets something when its power fails."""
+
+    def power_cycle(self, now_s: float, /) -> None: ...
 
 
 @dataclass(slots=True)
@@ -107,6 +114,15 @@ class PrologixTwin:
         talk_s = instrument.next_talk_s() if instrument else None
         limit_s = reading.last_s + self.settings["read_tmo_ms"] / 1000.0
         return limit_s if talk_s is None else min(talk_s, limit_s)
+
+    def power_cycle(self, now_s: float) -> None:
+        """Power fails in the whole rack: adapter and instruments."""
+        self._lines.clear()
+        self._output.clear()
+        self._reading = None
+        for instrument in self.instruments.values():
+            if isinstance(instrument, PoweredInstrument):
+                instrument.power_cycle(now_s)
 
     def _advance(self, now_s: float) -> None:
         while True:

@@ -89,5 +89,4 @@ class ServoAxis:
         self._follow(path)
 
     def _follow(self, path: Path) -> None:
-        self._world.follow(self._body.name, path)
-        self._rest_from_s = path.arrival_s
+        self._rest_from_s = self._world.follow(self._body.name, path)

@@ -102,10 +102,24 @@ class World:
         self._steady_v.clear()
         return self.axes[axis].rotate(target_deg, start_s)
 
-    def follow(self, axis: str, path: Path) -> None:
-        """Turn an axis along a path of table angles, degrees."""
+    def follow(self, axis: str, path: Path) -> float:
+        """Turn an axis along a path of table angles, degrees; returns the arrival in rig seconds."""
         self._steady_v.clear()
-        self.axes[axis].follow(path)
+        return self.axes[axis].follow(path)
+
+    def stall(self, axis: str, for_s: float) -> None:
+        """The next move of an axis stands still for so long."""
+        self.axes[axis].stall(for_s)
+
+    def slip(self, axis: str, slip_deg: float, now_s: float, *, seen: bool) -> None:
+        """An axis slips, with or without its read-back."""
+        self._steady_v.clear()
+        self.axes[axis].slip(slip_deg, now_s, seen=seen)
+
+    def lag(self, axis: str, lag_s: float) -> None:
+        """What an axis turns follows its read-back later."""
+        self._steady_v.clear()
+        self.axes[axis].lag(lag_s)
 
     def hold(self, environment: str, setpoint_degc: float, now_s: float) -> None:
         """Send an environment to a setpoint."""

@@ -165,6 +165,10 @@ class ZaberTwin:
     def next_event_s(self) -> float | None:
         return None
 
+    def power_cycle(self, now_s: float) -> None:
+        for stage in self.stages.values():
+            stage.power_cycle(now_s)
+
     def say(self, line: bytes) -> None:
         """An alert or info line of its own accord, without terminator."""
         self._due += line + wire.TERMINATOR
