@@ -20,6 +20,7 @@ from procedures.report.canvas import (
     to_svg,
 )
 from procedures.report.conclusions import by_replication
+from procedures.report.design_figures import variance_map
 from procedures.report.interruption_marks import interruption_caption, mark_interruptions
 from procedures.report.numbers import ARCSEC_PER_RAD
 from procedures.report.view import AxisView, DesignView, ParameterRow, RunView, SensorView
@@ -35,6 +36,9 @@ def run_figures(view: RunView) -> Iterator[Figure]:
     """Design map, temperature and reference attitude. Call inside ``canvas.style()``."""
     if view.design.points:
         yield _design_map(view.design)
+        known = variance_map(view.design)
+        if known is not None:
+            yield known
     if view.temperature:
         yield _temperature(view)
     if view.reference:
