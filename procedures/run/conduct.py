@@ -14,6 +14,7 @@ from procedures.run.states import State
 from procedures.run.steering import Steering
 from procedures.run.trail import Trail
 from procedures.run.watch import Watch
+from procedures.run.watchdogs import Watchdogs
 from rig.clock import VirtualClock
 from rig.crash_points import CrashPoint, crash_point
 
@@ -33,6 +34,7 @@ class Conduct:
     care: Care
     explain: Callable[[], None]
     """Write the page that says why the run stands still."""
+    watchdogs: Watchdogs
     is_attended: bool
     """False in virtual time without a person's clock: whatever needs the outside world fails the run instead."""
     began_s: float = field(init=False)

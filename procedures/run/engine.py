@@ -38,6 +38,7 @@ from procedures.run.states import ACTIVE, RESUMABLE, State
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.trail import Trail
 from procedures.run.watch import Watch, lost_link
+from procedures.run.watchdogs import Watchdogs
 from procedures.run.why import UNASKED, explain
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.crash_points import CrashPoint, crash_point
@@ -92,10 +93,12 @@ def run(
     counts = (done, len(plan.design_dwells), plan.replications)
     trail = Trail(journal, rig.clock, observer or SilentObserver(), start.state, counts)
 
-    def pulse() -> None:
+    def pulse() -> float:
         for told in care.pulse():
             trail.event("alert", told)
+        return watchdogs.feed()
 
+    watchdogs = Watchdogs(rig, trail.event)
     steering = Steering(spool, rig.clock, idle_clock or SystemClock(), trail.request, pulse)
     watch = Watch(rig, care.precautions, steering, trail.event)
     is_attended = idle_clock is not None or not isinstance(rig.clock, VirtualClock)
@@ -103,7 +106,7 @@ def run(
     def tell_why() -> None:
         explain(trail.folder, positions_deg=resting_deg(rig))
 
-    conduct = Conduct(plan, rig, trail, steering, watch, care, tell_why, is_attended)
+    conduct = Conduct(plan, rig, trail, steering, watch, care, tell_why, watchdogs, is_attended)
     with signals_steer(steering):
         with closing(journal):
             outcome = _Engine(conduct, start, history).run()
@@ -162,6 +165,7 @@ class _Engine:
             if defect is not None:
                 self._trail.event("defect", {"traceback": "".join(traceback.format_exception(defect))})
             if self._trail.state not in RESUMABLE:
+                self._conduct.watchdogs.disarm()
                 self._trail.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
                 self._trail.enter(state, "; ".join(reasons), ending.by, cause)
         except StorageFailed as error:
@@ -217,6 +221,7 @@ class _Engine:
 
     def _regain(self, lost: TrustLost, restarts: int) -> None:
         """Held, the axes told to stop, until every line answers again. Raises: RunEnds, WaitEnded."""
+        self._conduct.watchdogs.forget()
         safe = make_safe(self._rig, self._conduct.plan, is_over=False)
         self._trail.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
         if restarts > MOST_RESTARTS:

@@ -26,7 +26,10 @@ from procedures.run.records import DwellRecord
 from procedures.run.seam import compare
 from procedures.run.soak import soak
 from procedures.run.space import needed_bytes
+from procedures.run.running_fit import Doubt
 from procedures.run.states import State
+from procedures.run.suspects import Suspects
+from procedures.run.voids import DROPPED
 from procedures.run.voids import KIND as VOIDED
 from procedures.run.voids import void_detail
 from procedures.run.warm_up import warm_up
@@ -56,6 +59,8 @@ class Epoch:
         self._judged: defaultdict[int, int] = defaultdict(int)
         self._accepted: list[DwellRecord] = []
         self._left: deque[Step] = deque()
+        increments_deg = {name: axis.increment_deg for name, axis in self._rig.axes.items()}
+        self._suspects = Suspects(self._plan, history, increments_deg)
         self._measured_here = 0
 
     def run(self) -> None:
@@ -84,6 +89,7 @@ class Epoch:
         for name, readout in self._rig.readouts.items():
             self._trail.event("meter", {"readout": name, **readout.checks()})
         self._watch.forget_positions()
+        self._conduct.watchdogs.arm(self._wait)
         for name in self._plan.axes:
             position_deg = home_and_arrive(self._rig.axes[name], self._rig.clock, self._wait)
             self._watch.rests_at({name: position_deg})
@@ -98,7 +104,7 @@ class Epoch:
         dwells = [step for step in self._left if isinstance(step, Dwell)]
         if not gates or not dwells:
             return
-        self._watch.rests_at(move(self._rig, dwells[0], self._wait))
+        self._watch.rests_at(move(self._rig, dwells[0], self._wait, self._again))
         self._announce(dwells[0], "warm-up")
         for gate in gates:
             self._trail.tell("check", f"{gate.channel}: warming up")
@@ -116,6 +122,7 @@ class Epoch:
         degc = soak(environment, step, self._rig.clock, self._conduct.wait_unless_stopped)
         self._trail.event("soaked", {"step": step.step, "temperature_degc": degc})
         self._plateau = step
+        self._suspects.forget()
 
     def _dwell(self, dwell: Dwell) -> None:
         """Until the dwell is accepted or the run ends."""
@@ -140,8 +147,19 @@ class Epoch:
                 granted = judged + retries + 1
             elif judged >= granted:
                 told = f"step {dwell.step}: rejected {judged} times: {'; '.join(record.reasons)}"
-                self._conduct.hold(Alarm("suspect dwell", told, "ask"))
+                if not self._went_on_without(record, told):
+                    self._conduct.hold(Alarm("suspect dwell", told, "ask"))
                 granted = judged + retries + 1
+
+    def _went_on_without(self, record: DwellRecord, told: str) -> bool:
+        """One sensor alone spoils the dwell and others remain: they go on without it, and somebody is told."""
+        sensor = self._suspects.alone_to_blame(record.reasons)
+        if sensor is None:
+            return False
+        self._suspects.drop(sensor)
+        self._trail.event(DROPPED, {"sensor": sensor, "step": record.step, "reason": told})
+        self._trail.tell(DROPPED, f"{sensor}: dropped, the other sensors go on: {told}")
+        return True
 
     def _stand_on_its_plateau(self, dwell: Dwell) -> None:
         """A step that is gone back to, or a band that was left, needs its soak anew."""
@@ -170,7 +188,7 @@ class Epoch:
         intent = {"step": dwell.step, "purpose": dwell.purpose, "attempt": attempt, "epoch": self._history.epoch}
         self._trail.event("intent", intent | {"targets_deg": dict(dwell.targets_deg)})
         crash_point(CrashPoint.INTENT_COMMITTED)
-        self._watch.rests_at(move(self._rig, dwell, self._wait))
+        self._watch.rests_at(move(self._rig, dwell, self._wait, self._again))
         crash_point(CrashPoint.IN_POSITION)
         clock = self._rig.clock
         started_utc, started_s = clock.now_utc(), clock.monotonic_s()
@@ -199,13 +217,32 @@ class Epoch:
             sha256="",
             mounting=self._history.mounting,
         )
+        record, doubt = self._suspects.examine(record)
         self._watch.saw(measured, is_accepted=record.accepted)
-        return self._keep(self._trail.commit(record))
+        stored = self._keep(self._trail.commit(record))
+        if doubt is not None and doubt.kind != "unexplained":
+            self._act_on(doubt)
+        return stored
+
+    def _again(self, told: str) -> None:
+        """A move that is made again is on record."""
+        self._trail.event("again", {"reason": told})
+        self._trail.tell("void", told)
+
+    def _act_on(self, doubt: Doubt) -> None:
+        """Raises: RunEnds where channels changed places, TrustLost where an axis slipped."""
+        told = "; ".join(doubt.reasons)
+        if doubt.dubious:
+            self._trail.take_back(doubt.dubious, void_detail(doubt.dubious, "", told, doubt.kind))
+        if doubt.kind == "slip":
+            raise TrustLost("slip", told)
+        raise RunEnds(Ending(State.TRIPPED, f"{told}; look at scanner and wiring", cause="channels"))
 
     def _keep(self, record: DwellRecord) -> DwellRecord:
         """Later dwells are judged by accepted ones, in the order in which an uninterrupted run takes them."""
         if record.accepted:
             self._accepted.append(record)
+            self._suspects.learn(record)
             if record.purpose == "check":
                 self._checks[record.step] = record
             if record.purpose != "check" or self._is_first_check_set:
@@ -218,7 +255,7 @@ class Epoch:
     def _measured(self, dwell: Dwell, announcement: Announcement) -> Measurement:
         for void in count(1):
             try:
-                return measure(self._rig, self._plan, dwell, announcement, self._wait)
+                return measure(self._rig, self._suspects.plan, dwell, announcement, self._wait)
             except (DeviceNonsense, DeviceSilent) as error:
                 detail = {"step": dwell.step, "attempt": announcement.attempt, "void": void, "reason": str(error)}
                 self._trail.event("void", detail)
@@ -272,6 +309,7 @@ class Epoch:
 
     def _require_declared_mounts(self) -> None:
         found = [told for name, sensor in self._plan.sensors.items()
+                 if name in self._suspects.remaining
                  for told in contradictions(name, sensor, tuple(self._checks.values()))]  # fmt: skip
         if found:
             told = f"mount check: {'; '.join(found)}; correct mount, wiring or rig file"

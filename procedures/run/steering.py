@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import datetime
+from math import inf
 from types import FrameType
 
 from procedures.run.spool import Kind, Request, Spool, Taken
@@ -31,7 +32,7 @@ class Steering:
         clock: Clock,
         idle_clock: Clock,
         record: Callable[[Taken], None],
-        pulse: Callable[[], None] = lambda: None,
+        pulse: Callable[[], float] = lambda: inf,
     ) -> None:
         self._spool = spool
         self._clock = clock
@@ -39,7 +40,8 @@ class Steering:
         """Real seconds: a person's answer takes them even where the rig's time is virtual."""
         self._record = record
         self._pulse = pulse
-        """Told at every look that the engine lives."""
+        """Told at every look that the engine lives; says within how many rig seconds it must be told again."""
+        self._pulse_within_s = inf
         self._signals: deque[int] = deque()
         self._interrupts = 0
         self.pause: Request | None = None
@@ -52,8 +54,8 @@ class Steering:
         """Let rig time pass. Raises: WaitEnded as soon as an abort was asked for."""
         self.look()
         ends_s = self._clock.monotonic_s() + duration_s
-        while (left_s := ends_s - self._clock.monotonic_s()) > self._clock.slice_s:
-            self._clock.sleep(self._clock.slice_s)
+        while (left_s := ends_s - self._clock.monotonic_s()) > (slice_s := self._slice_s):
+            self._clock.sleep(slice_s)
             self.look()
         self._clock.sleep(left_s)
 
@@ -65,7 +67,7 @@ class Steering:
 
     def look(self) -> None:
         """Take what was asked meanwhile. Raises: WaitEnded."""
-        self._pulse()
+        self._pulse_within_s = self._pulse()
         while self._signals:
             self._take(Taken("", self._of_signal(self._signals.popleft())))
         for taken in self._spool.take():
@@ -73,6 +75,10 @@ class Steering:
             self._spool.remove(taken)
         if self.abort is not None:
             raise WaitEnded(f"abort, asked for by {self.abort.by}")
+
+    @property
+    def _slice_s(self) -> float:
+        return min(self._clock.slice_s, self._pulse_within_s)
 
     def discard_pending(self, since: datetime | None) -> None:
         """Requests that a dead process left behind are journalled and, but for notes, not obeyed; what was asked
