@@ -208,7 +208,8 @@ def _spread(
     """Precision and drift, from what differs between replications, or between visits of a plateau."""
     dof = np.full(own_v.shape[1], float(plots.dof))
     if plots.absorbed > 0:
-        return ComponentColumns(plots.name, _response(estimator, alone, layout, sums, plots), dof)
+        mean_squares = _mean_squares(form, alone, layout, sums, plots)
+        return ComponentColumns(plots.name, _response(estimator, alone, mean_squares, plots), dof)
     if sums.is_balanced and estimator is form.estimator and plots.is_replications and alone is form:
         contributions = sums.contrasts.transpose(2, 0, 1) / layout.replications
     else:
@@ -225,15 +226,47 @@ def _contributions(estimator: FloatArray, alone: LinearForm, left: FloatArray, p
     return np.swapaxes((estimator * left.T[:, None, :]) @ plots.membership, -1, -2)
 
 
-def _response(
-    estimator: FloatArray, alone: LinearForm, layout: Layout, sums: ReplicatedSums, plots: WholePlots
+def _mean_squares(
+    form: LinearForm, alone: LinearForm, layout: Layout, sums: ReplicatedSums, plots: WholePlots
 ) -> FloatArray:
-    """(m, P, P) where shared parameters are found from the groups' own: each group's departure has the covariance that
-    the groups show about them, and moves the estimate as the estimator responds to that group."""
+    """(m, P, P) covariance of the groups' own parameters where shared parameters are found from them.
+
+    A shared parameter takes a contrast from the directions that it moves (a sensitivity's temperature coefficient: from
+    those along the sensor's axis) and from no other: each direction is divided by what is left to it.
+    """
     of_replication = plots.of_replication(layout)
-    weights = of_replication / of_replication.sum(axis=0)
-    departures = np.einsum("rpm,rg->mgp", sums.contrasts, weights)
-    covariance = np.swapaxes(departures, -1, -2) @ departures / plots.dof
+    departures = np.einsum("rpm,rg->mgp", sums.contrasts, of_replication / of_replication.sum(axis=0))
+    root = np.linalg.cholesky(alone.unscaled_covariance)
+    scale = root @ _inverse_root(_contrasts_left(form, alone, plots, root)) @ np.linalg.inv(root)
+    scaled = departures @ scale.T
+    return np.asarray(np.swapaxes(scaled, -1, -2) @ scaled)
+
+
+def _contrasts_left(form: LinearForm, alone: LinearForm, plots: WholePlots, root: FloatArray) -> FloatArray:
+    """(P, P) in units of ``root``: how many contrasts between the groups the shared parameters leave each direction.
+
+    Departures d of the groups move the shared parameters by E X d, and the groups' own estimates by what the basis of
+    the shared ones looks like to them.
+    """
+    own = alone.basis.shape[1]
+    basis, shared = plots.membership.T[:, :, None] * alone.basis, form.basis[:, own:]
+    weighted = np.swapaxes(basis if form.weights is None else form.weights[:, None] * basis, -1, -2)
+    looks = np.linalg.solve(weighted @ alone.basis, weighted @ shared)
+    moved = looks[:, None] @ (form.estimator[own:] @ basis)
+    left = np.eye(plots.count)[:, :, None, None] * np.eye(own) - moved
+    left = np.linalg.inv(root) @ (left - left.mean(axis=0)) @ root
+    return np.asarray(np.einsum("ghij,ghkj->ik", left, left))
+
+
+def _inverse_root(matrix: FloatArray) -> FloatArray:
+    """Of a symmetric positive definite matrix."""
+    values, vectors = np.linalg.eigh(matrix)
+    return np.asarray((vectors / np.sqrt(values)) @ vectors.T)
+
+
+def _response(estimator: FloatArray, alone: LinearForm, covariance: FloatArray, plots: WholePlots) -> FloatArray:
+    """(m, P, P) where shared parameters are found from the groups' own: each group's departure has that covariance,
+    and moves the estimate as the estimator responds to that group."""
     rows = np.einsum("ng,ni->gni", plots.membership, alone.basis)
     response = np.expand_dims(estimator, -3) @ rows
     return np.asarray(np.sum(response @ covariance[:, None] @ np.swapaxes(response, -1, -2), axis=-3))

@@ -3,6 +3,10 @@
 Rows are y = X c + G δ + e with known columns G (unit variance) and e of unknown variance t over the row's weight. The
 estimate is that of restricted maximum likelihood (Patterson and Thompson 1971): where G is large it looks along the
 directions that G does not touch, which a plain difference of mean squares cannot.
+
+With a handful of points there may be no such direction (pitch alone: every point has an index of its own). Then the
+likelihood is often largest at t = 0, and intervals that believe it hold the truth in half of the campaigns. There the
+whole scatter counts as the points' own: wider than need be, by as much as G is counted twice.
 """
 
 from dataclasses import dataclass
@@ -14,6 +18,11 @@ FloatArray = NDArray[np.float64]
 
 _BISECTIONS = 60
 _NEGLIGIBLE = 1e-12
+_SMALLEST_DOF = 1.0
+_TOLD_APART = 3.0
+"""Degrees of freedom from which on the points' own variance can be told from that of the common errors."""
+_FEW_POINTS = 20
+"""Degrees of freedom of the points up to which that makes a difference: with more the known common errors rule."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +31,8 @@ class Scatter:
 
     variance: float
     dof: float
+    """At least 1: where the common errors drown the points' own variance, it is no chi-square any more (it may be
+    zero), and Student's factor for a part of a degree of freedom would be beyond all bounds."""
 
 
 def own_scatter(basis: FloatArray, output: FloatArray, common: FloatArray, weights: FloatArray) -> Scatter:
@@ -39,7 +50,10 @@ def own_scatter(basis: FloatArray, output: FloatArray, common: FloatArray, weigh
     rest = max(square - float(along.sum()), 0.0)
     variance = _balance(spread, along, rest, square, dof)
     information = float(np.sum((variance / (variance + spread)) ** 2)) if variance > 0.0 else 0.0
-    return Scatter(variance, information + dof - spread.size)
+    told = information + dof - spread.size
+    if told < _TOLD_APART and dof <= _FEW_POINTS:
+        return Scatter(square / dof, float(dof))
+    return Scatter(variance, max(told, _SMALLEST_DOF))
 
 
 def _across(q: FloatArray, columns: FloatArray) -> FloatArray:

@@ -170,10 +170,13 @@ def prediction_halfwidth(
 ) -> FloatArray:
     """TP (73), and TP (74) where the roll angle is known on its own: half-width for a new reading.
 
-    The reading's own variance is that of the place where the calibration is used, not of the calibration.
+    The reading's own variance is that of the place where the calibration is used, not of the calibration. It brings
+    degrees of freedom with it: where the calibration has one or two, Student's factor would fall faster than the
+    variance grows, and a reading would be told better than its mean. The interval is never narrower than that.
     """
     variances = [_quadratic(directions, component.covariance) for component in components]
     dof = [np.asarray(component.dof, dtype=float) for component in components]
+    calibration = _halfwidth(variances, dof, level)
     variances.append(np.full(variances[0].shape, reading_standard_deviation**2))
     dof.append(np.full(dof[0].shape, reading_dof))
     if roll_slope_v_per_rad is not None:
@@ -181,6 +184,10 @@ def prediction_halfwidth(
             np.broadcast_to((roll_slope_v_per_rad * roll_standard_uncertainty_rad) ** 2, variances[0].shape)
         )
         dof.append(np.full(dof[0].shape, np.inf))
+    return np.fmax(_halfwidth(variances, dof, level), calibration)
+
+
+def _halfwidth(variances: Sequence[FloatArray], dof: Sequence[FloatArray], level: float) -> FloatArray:
     stacked = np.stack(variances)
     return np.asarray(t_quantile(level, combined_dof(stacked, np.stack(dof))) * np.sqrt(stacked.sum(axis=0)))
 

@@ -57,3 +57,18 @@ def test_without_common_errors_it_is_the_mean_square_of_the_residuals() -> None:
 def test_nothing_left_over_says_so() -> None:
     assert np.isnan(own_scatter(BASIS[:2], np.ones(2), COMMON[:2], WEIGHTS[:2]).variance)
     assert own_scatter(BASIS, np.zeros(40), COMMON, WEIGHTS).variance == 0.0
+
+
+def test_few_points_that_common_errors_drown_count_the_whole_scatter() -> None:
+    """Five points, each with a common error of its own: nothing tells the two apart."""
+    basis, output = BASIS[:5], np.array([1.0, -2.0, 0.5, 0.2, -1.0])
+    found = own_scatter(basis, output, 3.0 * np.eye(5), np.ones(5))
+    square = np.linalg.lstsq(basis, output, rcond=None)[1][0]
+    assert (found.variance, found.dof) == (pytest.approx(square / 3.0), 3.0)
+
+
+def test_degrees_of_freedom_never_fall_below_one() -> None:
+    rng = np.random.default_rng(4)
+    found = [own_scatter(BASIS, rng.standard_normal(40), 30.0 * np.eye(40), WEIGHTS) for _ in range(50)]
+    assert min(scatter.dof for scatter in found) == 1.0
+    assert min(scatter.variance for scatter in found) == 0.0

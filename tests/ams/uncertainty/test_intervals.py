@@ -71,6 +71,16 @@ def test_prediction_adds_the_variance_of_the_reading_and_of_roll() -> None:
     assert with_roll[0] == pytest.approx(1.95996 * 13.0, rel=1e-5)
 
 
+@pytest.mark.parametrize("dof", [1.0, 2.0, 3.0, 5.0])
+def test_a_new_reading_is_never_told_better_than_its_mean(dof: float) -> None:
+    """One degree of freedom and a reading as noisy as the calibration: 12.7 against (12.7 + 1.96)/√2 = 10.4."""
+    component, at = VarianceComponent("replications", np.eye(1), dof), np.eye(1)
+    confidence = confidence_halfwidth(at, [component])
+    predictions = [prediction_halfwidth(at, [component], sd, np.inf) for sd in (0.01, 0.3, 1.0, 3.0, 10.0, 100.0)]
+    assert np.all(np.diff([confidence, *predictions], axis=0) >= 0.0)
+    assert predictions[-1] == pytest.approx(196.0, rel=0.01)
+
+
 def test_predictions_of_a_small_calibration_cover() -> None:
     rng = np.random.default_rng(1)
     basis, covered = np.stack([np.ones(8), np.linspace(-1, 1, 8)], axis=1), 0
