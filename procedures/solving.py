@@ -110,12 +110,15 @@ def _solve_sensor(
     from ams.calibrate import calibrate
     from ams.errors import AmsError
 
+    with_it = tuple(row for row in rows if not row.accepted or set(sensor.channels.values()) <= row.readings.keys())
     observations = observations_of(
-        rows,
+        with_it,
         {str(axis): channel for axis, channel in sensor.channels.items()},
         temperature_source(rig, sensor),
         f"{source}, {name}",
     )
+    if len(with_it) < len(rows):
+        return SolvedSensor(name, observations, None, _dropped(len(rows) - len(with_it)))
     mountings = sorted({row.mounting for row in rows if row.accepted and row.purpose == "design"})
     if len(mountings) > 1:
         return SolvedSensor(name, observations, None, _several_mountings(mountings))
@@ -131,6 +134,14 @@ def _told(solve: Solve) -> Iterator[str]:
     """What a reader of the result must know about what was asked for."""
     if solve.model == "linear":
         yield "straight lines make no coefficient set: take them from this document or the report"
+
+
+def _dropped(dwells: int) -> str:
+    """Half a calibration would be one of other points than were planned."""
+    return (
+        f"it was dropped while the run went on without it ({dwells} accepted dwells lack it); nothing was solved; the "
+        "report says why; mend it and measure it in a new run"
+    )
 
 
 def _several_mountings(mountings: list[int]) -> str:

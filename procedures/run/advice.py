@@ -33,6 +33,14 @@ ADVICE: Mapping[str, str] = {
         "A device reports a fault: limit switch, stop button, coupling, drive. Clear it at the machine, then "
         "calrig resume RUN --operator NAME --reason TEXT; releasing a button alone starts nothing."
     ),
+    "slip": (
+        "The sensors say that an axis stands elsewhere than its read-back. The run homes, measures the check set and "
+        "goes on; where homing does not help, the seam test trips. Look at coupling and encoder."
+    ),
+    "channels": (
+        "Channels carry one another's readings: look at scanner, connectors and wiring, put them right, then calrig "
+        "resume RUN --operator NAME --reason TEXT; the dwells in doubt were taken back and are measured again."
+    ),
     "identity": "Other devices answer than at the start: swapped cables or a replaced device. Put it right; resume.",
     "seam": (
         "The check set differs from the one before: look at mount, sensor and meter. If the package was moved, calrig "

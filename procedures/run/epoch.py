@@ -23,15 +23,14 @@ from procedures.run.measure import Announcement, measure, move
 from procedures.run.mount_check import contradictions
 from procedures.run.process import PROCESS_EVERY, process_figures
 from procedures.run.records import DwellRecord
+from procedures.run.running_fit import Doubt
 from procedures.run.seam import compare
 from procedures.run.soak import soak
 from procedures.run.space import needed_bytes
-from procedures.run.running_fit import Doubt
 from procedures.run.states import State
 from procedures.run.suspects import Suspects
-from procedures.run.voids import DROPPED
+from procedures.run.voids import DROPPED, void_detail
 from procedures.run.voids import KIND as VOIDED
-from procedures.run.voids import void_detail
 from procedures.run.warm_up import warm_up
 from procedures.run.watch import suspended
 from rig.crash_points import CrashPoint, crash_point

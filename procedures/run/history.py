@@ -12,6 +12,7 @@ from procedures.plan.steps import Dwell, Soak, Step
 from procedures.run.journal_reader import JournalReader
 from procedures.run.judge import NoiseReference
 from procedures.run.records import DwellRecord, Event
+from procedures.run.voids import DROPPED
 from procedures.run.voids import KIND as VOIDED
 
 
@@ -28,6 +29,8 @@ class History:
     """Whose check set later ones are compared with: the first of this mounting, or one whose seam a person accepted."""
     mounting: int = 1
     """Of the package, 1-based."""
+    dropped: frozenset[str] = frozenset()
+    """Sensors that are measured no more."""
 
     @property
     def accepted_steps(self) -> frozenset[int]:
@@ -80,6 +83,7 @@ def history_of(
     accepted_break: int | None = None,
     mounting: int = 1,
     remounted_after: int = 0,
+    dropped: frozenset[str] = frozenset(),
 ) -> History:
     """``accepted_break``: the epoch whose seam a person accepted with name and reason; its check set counts from
     then on. ``remounted_after``: how many epochs were opened before the package was last moved."""
@@ -89,17 +93,20 @@ def history_of(
     whole = [epoch for epoch in range(1, epochs_opened + 1) if wanted and wanted <= bare.check_set(epoch).keys()]
     alike = [epoch for epoch in whole if epoch > remounted_after]
     baseline = accepted_break if accepted_break in alike else next(iter(alike), None)
-    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting)
+    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting, dropped)
 
 
 def read_history(reader: JournalReader, plan: Plan) -> History:
     """Where the journal stands. Raises: JournalError."""
-    epochs, remounted_after, mounting = 0, 0, 1
+    epochs, remounted_after, mounting, dropped = 0, 0, 1, set[str]()
     for event in reader.events():
+        if event.kind == DROPPED:
+            dropped.add(str(event.detail["sensor"]))
         epochs += event.kind == "opened"
         if event.kind == VOIDED and event.detail.get("remounted"):
             remounted_after, mounting = epochs, mounting + 1
-    return history_of(reader.dwells(), epochs, plan, _accepted_break(reader.events()), mounting, remounted_after)
+    accepted_break = _accepted_break(reader.events())
+    return history_of(reader.dwells(), epochs, plan, accepted_break, mounting, remounted_after, frozenset(dropped))
 
 
 def _accepted_break(events: Iterable[Event]) -> int | None:

@@ -13,7 +13,7 @@ from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
 from rig.devices.abilities import Axis, Environment, Readout, TwinChance, Wait
 from rig.link.counts import ExchangeCounts
-from rig.motion import move_and_arrive
+from rig.motion import Tell, move_and_arrive
 
 
 class OpenRig(Protocol):
@@ -51,13 +51,14 @@ class Announcement:
         chance.announce(self.step, self.read_phase, self.attempt, self.replications)
 
 
-def move(rig: OpenRig, dwell: Dwell, wait: Wait) -> dict[str, float]:
-    """Bring every axis of the dwell to its target, in its order; their read-backs, degrees.
+def move(rig: OpenRig, dwell: Dwell, wait: Wait, tell: Tell = lambda _told: None) -> dict[str, float]:
+    """Bring every axis of the dwell to its target, in its order; their read-backs, degrees. ``tell`` hears of a move
+    that is made again.
 
     Raises as :func:`rig.motion.move_and_arrive`.
     """
     return {
-        name: move_and_arrive(rig.axes[name], target_deg, rig.clock, wait)
+        name: move_and_arrive(rig.axes[name], target_deg, rig.clock, wait, tell)
         for name, target_deg in dwell.targets_deg.items()
     }
 

@@ -10,6 +10,8 @@ from collections.abc import Iterable, Sequence
 from procedures.run.records import DwellRecord, Event
 
 KIND = "voided"
+DROPPED = "dropped"
+"""A sensor that is measured no more: the others went on without it."""
 QUARANTINED = "quarantined"
 """Dwells that were damaged on the disk and left out when the journal was salvaged."""
 

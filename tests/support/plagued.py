@@ -1,0 +1,51 @@
+"""A small run on twins whose lines, axes or sensors suffer a stated fault; a second package where others must go on."""
+
+from pathlib import Path
+
+from night import Night
+from small_run import Bench, bench
+
+from procedures.run.begin import begin
+from procedures.run.care import Care
+from procedures.run.ending import Outcome
+from rig.assembly import open_rig
+from rig.fault_file import FaultPlan
+
+SECOND = (
+    (
+        "z = { scanner = 3, range_v = 10.0 } }",
+        "z = { scanner = 3, range_v = 10.0 }, u = { scanner = 4, range_v = 10.0 }, v = { scanner = 5, range_v = 10.0 } }",
+    ),
+    (
+        "[twin]\nseed = 7",
+        '[sensors.SN2]\nmodel = "two-axis package"\nchannels = { x = "dmm.u", y = "dmm.v" }\n'
+        "nominal_sensitivity_v_per_g = 2.5\n[twin]\nseed = 7",
+    ),
+    (
+        "[twin.truth.SN1]",
+        "[twin.truth.SN2]\n"
+        "x = { offset_v = 0.002, sensitivity_v_per_g = 2.51, coning_deg = 0.2, azimuth_deg = 15.0, noise_v = 2e-5 }\n"
+        "y = { offset_v = 0.001, sensitivity_v_per_g = 2.49, coning_deg = 0.6, azimuth_deg = 80.0, noise_v = 2e-5 }\n"
+        "[twin.truth.SN1]",
+    ),
+)
+"""Changes of the small rig that put a second package beside the first."""
+
+
+def two_packages(folder: Path, procedure: tuple[tuple[str, str], ...] = ()) -> Bench:
+    return bench(folder, rig=SECOND, procedure=procedure)
+
+
+def faults(**rules: dict[str, object]) -> FaultPlan:
+    """A fault file: rule name to its keys, as in :mod:`rig.fault_file`."""
+    return FaultPlan.model_validate({"seed": 3, "fault": rules})
+
+
+def plagued(small: Bench, night: Night, plan: FaultPlan, care: Care | None = None) -> tuple[Outcome, list[str]]:
+    """Run through the night with the faults; also what the faulty lines told."""
+    night.run_dir.mkdir()
+    told: list[str] = []
+    with open_rig(small.rig, faults=plan, tell_fault=told.append) as rig:
+        night.rig = rig
+        header = small.header(night.run_dir)
+        return begin(night.run_dir, header, small.plan, rig, night, night, care), told
