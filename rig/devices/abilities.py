@@ -6,7 +6,7 @@ only through the :class:`Wait` that it is given: that is how a stop reaches it w
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -164,6 +164,50 @@ class Readout(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class MeterProof:
+    """One reading of something whose value is known."""
+
+    what: str
+    """Such as ``short on 10 V``."""
+    value_v: float
+    """NaN where it was overloaded."""
+    expected_v: float
+    limit_v: float | None
+    """How far it may be off; None where it is recorded only."""
+
+    @property
+    def is_good(self) -> bool:
+        return self.limit_v is None or abs(self.value_v - self.expected_v) <= self.limit_v
+
+
+@dataclass(frozen=True, slots=True)
+class MeterLook:
+    """What a meter proved about itself at one time."""
+
+    proofs: tuple[MeterProof, ...]
+    temperature_degc: float | None
+    """Its own, None where it does not tell."""
+    is_calibrated_anew: bool
+    """It has just calibrated itself to its own standards."""
+
+
+@runtime_checkable
+class SelfChecking(Protocol):
+    """A readout that can prove itself between dwells."""
+
+    name: str
+    check_every_s: float | None
+    """None where the rig file asks for no checks: then nothing below is called."""
+    check_action: Literal["hold", "trip"]
+
+    def needs_check(self) -> bool:
+        """Whether it should be checked before its time, since its own temperature has moved."""
+
+    def check_itself(self, wait: Wait) -> MeterLook:
+        """Calibrate where the rig file asks for it, then read short and reference. Raises: RigError, WaitEnded."""
+
+
+@dataclass(frozen=True, slots=True)
 class StreamGap:
     """A place in a stream where samples are missing, or may be."""
 
@@ -234,6 +278,53 @@ class Environment(Protocol):
 
     def hold(self, setpoint_degc: float) -> None:
         """Write the setpoint and read it back."""
+
+
+@dataclass(frozen=True, slots=True)
+class FieldState:
+    """One look at an applied field."""
+
+    applied_ut: float | None
+    """Along the field's direction; None where it is not known: under way, or never set."""
+    fault: str = ""
+    awaits_operator: bool = False
+
+
+class Field(Protocol):
+    """A coil or a magnet that applies a known magnetic field."""
+
+    name: str
+    limits_ut: tuple[float, float]
+
+    def identify(self) -> str: ...
+
+    def check_field(self, field_ut: float) -> None:
+        """Raise RequestRefused unless ``field_ut`` is finite and inside the limits."""
+
+    def start_field(self, field_ut: float) -> None:
+        """Start after :meth:`check_field`; poll :meth:`state` until it is applied."""
+
+    def state(self) -> FieldState: ...
+
+    def stop(self) -> None:
+        """Withdraw what was asked for; the field is then not known."""
+
+
+class SweepAxis(Protocol):
+    """An axis between limits that can cross its range at a rate asked for."""
+
+    name: str
+    top_rate_dps: float
+    limits_deg: tuple[float, float]
+
+    def check_rate(self, rate_dps: float) -> None:
+        """Raise RequestRefused unless ``rate_dps`` is a rate that the machine can be set to."""
+
+    def start_sweep(self, target_deg: float, rate_dps: float) -> None:
+        """Start an absolute move at ``rate_dps`` (without sign) after the checks of a move and of the rate."""
+
+    def turn_look(self, clock: Clock) -> TurnLook:
+        """Ask for the angle, timed by the rig's clock."""
 
 
 class TwinChance(Protocol):

@@ -13,9 +13,10 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from rig.clock import Clock
-from rig.devices.abilities import Burst, Wait
+from rig.devices.abilities import Burst, MeterLook, Wait
 from rig.devices.hp3458a_meter import Hp3458aMeter, Setup
 from rig.devices.hp3488a import Hp3488aScanner
+from rig.devices.meter_checks import MeterChecks, proofs
 from rig.errors import LinkClosed, LinkLost, RequestRefused
 from rig.link.gpib import GpibBus, GpibResource, parse_resource
 from rig.settings import NotNegative, Positive, ReadoutSettings
@@ -40,17 +41,26 @@ class ScannedChannel(StrictTable):
 
     @property
     def scanner_channel(self) -> int:
-        return self.scanner if self.scanner >= 100 else self.scanner + 100
+        return _scanner_channel(self.scanner)
 
 
-class MeterChecks(StrictTable):
+class Hp3458aChecks(MeterChecks):
     """``checks``: what the meter is made to prove about itself."""
 
     autocalibrate: bool = False
-    short_scanner: int | None = None
-    reference_scanner: int | None = None
-    reference_v: float | None = None
-    every_s: Positive = 3600.0
+    """ACAL DCV before the run and when the meter's own temperature has moved."""
+    temperature_step_degc: Positive = 1.0
+    short_scanner: Annotated[int, Field(ge=0, le=599)] | None = None
+    reference_scanner: Annotated[int, Field(ge=0, le=599)] | None = None
+    """As in ``channels``: below 100 it means slot 1."""
+
+    def places(self) -> dict[str, int | None]:
+        named = {"short": self.short_scanner, "reference": self.reference_scanner}
+        return {name: None if number is None else _scanner_channel(number) for name, number in named.items()}
+
+    @property
+    def asks_for_anything(self) -> bool:
+        return self.autocalibrate or super().asks_for_anything
 
 
 class Hp3458aSettings(ReadoutSettings):
@@ -65,7 +75,7 @@ class Hp3458aSettings(ReadoutSettings):
     line_frequency_hz: Literal[50, 60] = 50
     relay_settle_s: NotNegative = 0.02
     channels: dict[str, ScannedChannel] = Field(min_length=1)
-    checks: MeterChecks = MeterChecks()
+    checks: Hp3458aChecks = Hp3458aChecks()
 
     @model_validator(mode="after")
     def _each_scanner_channel_once(self) -> "Hp3458aSettings":
@@ -73,7 +83,12 @@ class Hp3458aSettings(ReadoutSettings):
         twice = sorted({number for number in used if used.count(number) > 1})
         if twice:
             raise ValueError(f"scanner channel {twice[0]} is used by more than one name; each needs its own")
+        self.checks.refuse_conflicts(used, self.ranges_v())
         return self
+
+    def ranges_v(self) -> list[float]:
+        """Every range that a channel uses, as often as it does."""
+        return [channel.range_v for channel in self.channels.values()]
 
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
@@ -96,6 +111,11 @@ class Hp3458aReadout:
     ) -> None:
         self.name = name
         self.channels = tuple(f"{name}.{channel}" for channel in settings.channels)
+        self.check_every_s = settings.checks.every_s if settings.checks.asks_for_anything else None
+        self.check_action = settings.checks.action
+        self._settings = settings
+        self._calibrated_degc: float | None = None
+        """The meter's own temperature when it last calibrated itself; None before."""
         self._bus = bus
         self._nplc = settings.nplc
         self._clock = clock
@@ -106,7 +126,7 @@ class Hp3458aReadout:
             name,
             scanner_bus or bus,
             scanner_resource(settings).address,
-            [entry.scanner_channel for entry in settings.channels.values()],
+            _scanner_channels(settings),
             settings.relay_settle_s,
             clock,
         )
@@ -119,7 +139,9 @@ class Hp3458aReadout:
         self.scanner.prepare(self._clock.sleep)
 
     def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
-        entry = self._entry(channel, samples)
+        return self._burst(channel, self._entry(channel, samples), samples, wait, nplc)
+
+    def _burst(self, channel: str, entry: ScannedChannel, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
         setup = Setup(entry.range_v, self._nplc if nplc is None else nplc, samples)
         with self._quiet_unless_done():
             self.scanner.select(entry.scanner_channel, wait)
@@ -136,6 +158,30 @@ class Hp3458aReadout:
 
     def checks(self) -> Mapping[str, float]:
         return {"meter_temperature_degc": self.meter.temperature_degc()}
+
+    def needs_check(self) -> bool:
+        return self._settings.checks.autocalibrate and self._has_drifted(self.meter.temperature_degc())
+
+    def check_itself(self, wait: Wait) -> MeterLook:
+        """The scanner opens everything before the meter calibrates itself: its inputs must not be driven."""
+        checks, degc = self._settings.checks, self.meter.temperature_degc()
+        is_calibrated_anew = checks.autocalibrate and self._has_drifted(degc)
+        if is_calibrated_anew:
+            with self._quiet_unless_done():
+                self.scanner.release(wait)
+                self.meter.autocalibrate(wait)
+            degc = self._calibrated_degc = self.meter.temperature_degc()
+
+        def read(place: int, range_v: float) -> Burst:
+            return self._burst(
+                f"{self.name}, checks", ScannedChannel(scanner=place, range_v=range_v), checks.samples, wait
+            )
+
+        return MeterLook(proofs(checks, self._settings.ranges_v(), read), degc, is_calibrated_anew)
+
+    def _has_drifted(self, degc: float) -> bool:
+        before_degc = self._calibrated_degc
+        return before_degc is None or abs(degc - before_degc) >= self._settings.checks.temperature_step_degc
 
     def _entry(self, channel: str, samples: int) -> ScannedChannel:
         if channel not in self._inputs:
@@ -162,6 +208,16 @@ class Hp3458aReadout:
             if needs_clear:
                 self.scanner.forget()
                 self.meter.clear()
+
+
+def _scanner_channel(number: int) -> int:
+    return number if number >= 100 else number + 100
+
+
+def _scanner_channels(settings: Hp3458aSettings) -> list[int]:
+    """All that are used, those of the checks included."""
+    sensors = [entry.scanner_channel for entry in settings.channels.values()]
+    return [*sensors, *(place for place in settings.checks.places().values() if place is not None)]
 
 
 def scanner_resource(settings: Hp3458aSettings) -> GpibResource:

@@ -30,6 +30,8 @@ DATA_LIMIT_S = 3.0
 """How much later than expected a reading may come."""
 READY_LIMIT_S = 10.0
 READ_BACK_TOLERANCE = 1e-3
+AUTOCALIBRATION_S, AUTOCALIBRATION_LIMIT_S = 150.0, 150.0
+"""ACAL DCV takes 165 s by the manual: first look, and how much later it may end."""
 LONGEST_ERROR_LIST = 40
 
 CONFIGURATION = b"QFORMAT NORM;INBUF ON;OFORMAT ASCII;MEM OFF;MATH OFF;AZERO ON;TRIG AUTO;TARM HOLD"
@@ -123,6 +125,30 @@ class Hp3458aMeter:
 
     def temperature_degc(self) -> float:
         return self._ask(b"TEMP?", wire.parse_number)
+
+    def autocalibrate(self, wait: Wait) -> None:
+        """Let it calibrate its DC volts to its own standards; its inputs must be open.
+
+        Raises: DeviceFault where it reports an error, DeviceSilent, and what ``wait`` raises.
+        """
+        self.forget()
+        self._bus.send(self._address, b"ACAL DCV")
+        wait(AUTOCALIBRATION_S)
+        wait_until(
+            lambda: bool(self._bus.serial_poll(self._address) & Status.READY),
+            wait,
+            (self._clock, self._bus.clock),
+            AUTOCALIBRATION_LIMIT_S,
+            lambda: (
+                f"{self.name}: meter: ACAL DCV did not end within {AUTOCALIBRATION_S + AUTOCALIBRATION_LIMIT_S:g} s;"
+                " nothing is measured; look at its display"
+            ),
+        )
+        if errors := self._errors():
+            told = ", ".join(text for _, text in errors)
+            raise DeviceFault(
+                f"{self.name}: meter: ACAL DCV: {told}; nothing is measured; open its inputs and try again by hand"
+            )
 
     def clear(self) -> None:
         """End whatever it does."""

@@ -64,6 +64,14 @@ class Hp3488aScanner:
             self._is_known = True
         self.verify(channel)
 
+    def release(self, wait: Wait) -> None:
+        """Open whatever is closed, and see it open."""
+        if not self._is_known:
+            self.prepare(wait)
+        self._is_known = False
+        self._open(wait)
+        self._is_known = True
+
     def verify(self, channel: int) -> None:
         """See that ``channel`` is closed. Raises: DeviceFault."""
         self._require(channel, closed=True)

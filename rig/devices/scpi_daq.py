@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from rig.clock import Clock
-from rig.devices.abilities import Burst, Wait
+from rig.devices.abilities import Burst, MeterLook, Wait
+from rig.devices.meter_checks import MeterChecks, proofs
 from rig.devices.waiting import wait_until
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkClosed, LinkLost, RequestRefused
 from rig.link.messages import MessageLine
@@ -76,6 +77,16 @@ class DaqChannel(StrictTable):
         return None if nplc is None else _offered(nplc)
 
 
+class DaqChecks(MeterChecks):
+    """``checks``: what the unit is made to prove about itself; it has no calibration to its own standards."""
+
+    short_channel: Annotated[int, Field(ge=101, le=8999)] | None = None
+    reference_channel: Annotated[int, Field(ge=101, le=8999)] | None = None
+
+    def places(self) -> dict[str, int | None]:
+        return {"short": self.short_channel, "reference": self.reference_channel}
+
+
 class ScpiDaqSettings(ReadoutSettings):
     """``driver = "scpi-daq"``."""
 
@@ -92,6 +103,7 @@ class ScpiDaqSettings(ReadoutSettings):
     autozero: bool = True
     """A second conversion for every reading: what the unit does from 1 power-line cycle on."""
     channels: dict[str, DaqChannel] = Field(min_length=1)
+    checks: DaqChecks = DaqChecks()
 
     @field_validator("nplc")
     @classmethod
@@ -102,13 +114,18 @@ class ScpiDaqSettings(ReadoutSettings):
     def _channels_exist_once(self) -> "ScpiDaqSettings":
         model = MODELS[self.model]
         used = [entry.channel for entry in self.channels.values()]
-        for number in used:
+        self.checks.refuse_conflicts(used, self.ranges_v())
+        for number in [*used, *(place for place in self.checks.places().values() if place is not None)]:
             if not 1 <= number // model.slot_place <= model.slots:
                 first, last = model.slot_place + 1, model.slots * model.slot_place + model.slot_place - 1
                 raise ValueError(f"a {self.model} has no channel {number} (allowed: {first} to {last})")
             if used.count(number) > 1:
                 raise ValueError(f"channel {number} is used by more than one name; each needs its own")
         return self
+
+    def ranges_v(self) -> list[float]:
+        """Every range that a channel uses, as often as it does."""
+        return [entry.range_v for entry in self.channels.values()]
 
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
@@ -127,6 +144,8 @@ class ScpiDaqReadout:
         self.channels = tuple(f"{name}.{channel}" for channel in settings.channels)
         self.earlier_errors: tuple[str, ...] = ()
         """Errors that :meth:`prepare` found left over from earlier use."""
+        self.check_every_s = settings.checks.every_s if settings.checks.asks_for_anything else None
+        self.check_action = settings.checks.action
         self._settings = settings
         self._model = MODELS[settings.model]
         self._line = line
@@ -142,7 +161,9 @@ class ScpiDaqReadout:
                 f"{self.name}: *IDN? says model {model!r}, need {' or '.join(self._model.names)}"
                 f" (readouts.{self.name}: model); nothing was set; correct the rig file or the address"
             )
-        slots = sorted({entry.channel // self._model.slot_place for entry in self._inputs.values()})
+        numbers = [entry.channel for entry in self._inputs.values()]
+        numbers += [place for place in self._settings.checks.places().values() if place is not None]
+        slots = sorted({number // self._model.slot_place for number in numbers})
         cards = [f"{self._card(slot)} in slot {slot}" for slot in slots]
         carrier = self._line.identify()
         return ", ".join([f"{maker} {model} {serial} {firmware}".strip(), *cards, *([carrier] if carrier else [])])
@@ -158,7 +179,9 @@ class ScpiDaqReadout:
         self._configure()
 
     def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
-        entry = self._entry(channel, samples)
+        return self._burst(channel, self._entry(channel, samples), samples, wait, nplc)
+
+    def _burst(self, channel: str, entry: DaqChannel, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
         cycles = self._cycles(entry, nplc)
         with self._quiet_unless_done():
             if not self._is_prepared:
@@ -176,6 +199,17 @@ class ScpiDaqReadout:
     def checks(self) -> Mapping[str, float]:
         """Nothing: the unit offers no temperature of its own."""
         return {}
+
+    def needs_check(self) -> bool:
+        return False
+
+    def check_itself(self, wait: Wait) -> MeterLook:
+        checks = self._settings.checks
+
+        def read(place: int, range_v: float) -> Burst:
+            return self._burst(f"{self.name}, checks", DaqChannel(channel=place, range_v=range_v), checks.samples, wait)
+
+        return MeterLook(proofs(checks, self._settings.ranges_v(), read), None, is_calibrated_anew=False)
 
     def _entry(self, channel: str, samples: int) -> DaqChannel:
         if channel not in self._inputs:

@@ -7,6 +7,7 @@ Source: 3458A user's guide (reset state, events, EOI, error and status registers
 answers' number shapes are assumptions.
 """
 
+import math
 import re
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -19,7 +20,8 @@ from rig.wire.hp3458a import End, Event, Status
 OVERHEAD_S = 0.0006
 """What a reading takes beyond its integration."""
 TEMPERATURE_DEGC = 36.4
-SYNTAX, UNDEFINED, OUT_OF_RANGE = 8, 32, 64
+AUTOCALIBRATION_S: Mapping[str, float] = {"DCV": 165.0, "AC": 165.0, "OHMS": 660.0, "ALL": 960.0}
+CALIBRATION, SYNTAX, UNDEFINED, OUT_OF_RANGE = 2, 8, 32, 64
 LARGEST_COUNT = 16777215
 
 SWITCH = {"OFF": 0, "ON": 1}
@@ -71,6 +73,12 @@ class Hp3458aTwin:
     """A GPIB instrument that measures ``input_v(now_s)``."""
 
     def __init__(self, input_v: Callable[[float], float]) -> None:
+        self.own_degc: Callable[[float], float] = lambda _now_s: TEMPERATURE_DEGC
+        """What ``TEMP?`` tells at a time."""
+        self.calibrated_s: list[float] = []
+        """When it began to calibrate itself."""
+        self.cannot_calibrate = False
+        self._calibrated_from_s = -math.inf
         self._input_v = input_v
         self._ready: deque[bytes] = deque()
         self._reply = b""
@@ -81,6 +89,7 @@ class Hp3458aTwin:
         self._reading_s = 0.0
         self._settings = dict(RESET_STATE)
         self._actions: dict[str, Callable[[list[str], float], None]] = {
+            "ACAL": self._autocalibrate,
             "DCV": lambda words, _now_s: self._set_range(words),
             "FUNC": lambda words, _now_s: self._set_function(words),
             "LFREQ": lambda words, _now_s: self._set_number("LFREQ", words, 45.0, 440.0),
@@ -128,7 +137,7 @@ class Hp3458aTwin:
 
     def serial_poll(self, now_s: float) -> int:
         self.advance(now_s)
-        status = 0 if self._left else Status.READY
+        status = 0 if self._left or now_s < self._calibrated_from_s else Status.READY
         status |= Status.DATA if self._reply or self._ready else 0
         status |= Status.ERROR if self._errors else 0
         return int(status | (Status.POWER_ON if self._is_fresh else 0))
@@ -170,7 +179,9 @@ class Hp3458aTwin:
             self._errors |= SYNTAX
             return
         name, words = match[1], [word.strip() for word in match[2].split(",")]
-        if name.endswith("?"):
+        if name == "TEMP?":
+            self._say(b"%.1f" % self.own_degc(now_s))
+        elif name.endswith("?"):
             self._answer(name[:-1])
         elif name in self._actions:
             self._actions[name](words, now_s)
@@ -191,8 +202,6 @@ class Hp3458aTwin:
             self._errors &= self._errors - 1
         elif name == "AUXERR":
             self._say(b"0")
-        elif name == "TEMP":
-            self._say(b"%.1f" % TEMPERATURE_DEGC)
         elif name in ("FUNC", "DCV"):
             self._say(b"%d,%.9E" % (wire.DC_VOLTS, settings["RANGE"]))
         elif name == "NRDGS":
@@ -204,6 +213,15 @@ class Hp3458aTwin:
 
     def _say(self, text: bytes) -> None:
         self._reply = text + b"\r\n"
+
+    def _autocalibrate(self, words: list[str], now_s: float) -> None:
+        if words[0] not in AUTOCALIBRATION_S:
+            self._errors |= UNDEFINED
+            return
+        self._abort()
+        self.calibrated_s.append(now_s)
+        self._calibrated_from_s = now_s + AUTOCALIBRATION_S[words[0]]
+        self._errors |= CALIBRATION if self.cannot_calibrate else 0
 
     def _set_word(self, name: str, word: str) -> None:
         values = WORDS[name]

@@ -55,10 +55,10 @@ def virtual_clock() -> VirtualClock:
     return VirtualClock(datetime(2024, 3, 1, tzinfo=UTC))
 
 
-def gpib_rig(source: Callable[[float], float] | None = None) -> GpibRig:
+def gpib_rig(source: Callable[[float], float] | None = None, wiring: dict[int, str] | None = None) -> GpibRig:
     """All twins joined; ``source`` replaces the scanned inputs by one function of rig time."""
     bench, clock, scanner = Bench(), virtual_clock(), Hp3488aTwin()
-    meter = Hp3458aTwin(source or ScannedInput(bench, scanner, WIRING))
+    meter = Hp3458aTwin(source or ScannedInput(bench, scanner, wiring or WIRING))
     adapter = PrologixTwin({22: meter, 9: scanner})
     faults = FaultScript()
     return GpibRig(bench, clock, scanner, meter, adapter, faults, MemoryStream(adapter, clock, "memory", faults))
