@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 from ams.columns import SolvedColumns, plots_of, solve_linearised
 from ams.frames import AXES
 from ams.model_choice import ModelChoice, base_model, choose_model
+from ams.models.drifting import WithTime
+from ams.models.model import Model
 from ams.observations import Observations
 from ams.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.solve.components import components_of
@@ -63,7 +65,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         plots = plots_of(models[0], rows, layout)
         solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]])
         for row, label in enumerate(group):
-            axes[label] = _axis(label, solved, row, observations, choices[label])
+            asked = request.residual_curvature
+            axes[label] = _axis(label, solved, row, observations, choices[label], asked=asked)
     warnings = (*left_out, *_layout_warnings(layout, rows))
     return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings)
 
@@ -81,8 +84,9 @@ def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[Sha
 
 
 def _axis(
-    label: str, solved: SolvedColumns, row: int, observations: Observations, choice: ModelChoice
+    label: str, solved: SolvedColumns, row: int, observations: Observations, choice: ModelChoice, *, asked: bool
 ) -> AxisCalibration:
+    """``asked``: for H_E."""
     model, primary = choice.model, solved.primary[row]
     output_v = observations.outputs_v[label]
     is_exact = solved.problem.convergence is None and not model.fixed and observations.rows == solved.layout.rows
@@ -106,8 +110,21 @@ def _axis(
         replication=_replication(solved, row),
         warnings=(*choice.warnings, *_axis_warnings(label, solved, row)),
         variance_components=components_of(solved.components, row),
-        notes=_notes(solved, row, choice),
+        notes={
+            **_notes(solved, row, choice),
+            **_curvature(model, primary, observations, output_v - fitted_v, asked=asked),
+        },
     )
+
+
+def _curvature(
+    model: Model, primary: FloatArray, observations: Observations, residuals_v: FloatArray, *, asked: bool
+) -> Mapping[str, object]:
+    if not asked:
+        return {}
+    from ams.solve.residual_curvature import residual_curvature
+
+    return {"residual_curvature": residual_curvature(model, primary, observations, residuals_v)}
 
 
 def _sensitive_axis(names: Sequence[str], primary: FloatArray) -> tuple[float, float, float]:
@@ -132,7 +149,7 @@ def _replication(solved: SolvedColumns, row: int) -> Replication | None:
     )
 
 
-def _notes(solved: SolvedColumns, row: int, choice: ModelChoice) -> Mapping[str, object]:
+def _notes(solved: SolvedColumns, row: int, choice: ModelChoice) -> dict[str, object]:
     notes: dict[str, object] = {
         "condition_number": solved.problem.form.condition_number,
         "precision_variance_v2": float(solved.mixed.precision_variance[row]),
@@ -155,6 +172,11 @@ def _axis_warnings(label: str, solved: SolvedColumns, row: int) -> Iterator[str]
         yield (
             f"axis {label}: the points tell the parameters apart poorly (condition number {condition:.3g}): "
             "uncertainties are correct but large; use a wider range of angles"
+        )
+    if isinstance(solved.problem.model, WithTime):
+        yield (
+            f"axis {label}: the offset holds at the reference time, {solved.problem.model.reference_s:.0f} s after the "
+            "first reading (the middle of the run); its drift is stated and never applied"
         )
     sums = solved.mixed.sums
     if sums is not None and sums.dof_precision <= 0:

@@ -17,8 +17,8 @@ def to_document(calibration: Calibration) -> Document:
 def _axis(axis: AxisCalibration, shared_warnings: tuple[str, ...]) -> Document:
     return {
         "parameters": {estimate.name: _parameter(estimate) for estimate in axis.parameters},
-        "covariance": [[_number(float(value)) for value in row] for row in axis.covariance],
-        "standard_error_v": _number(axis.standard_error_v),
+        "covariance": [[number(float(value)) for value in row] for row in axis.covariance],
+        "standard_error_v": number(axis.standard_error_v),
         "degrees_of_freedom": axis.degrees_of_freedom,
         "effective_degrees_of_freedom": {
             estimate.name: _degrees_of_freedom(estimate.effective_degrees_of_freedom) for estimate in axis.parameters
@@ -33,16 +33,16 @@ def _sensitive_axis(axis: AxisCalibration) -> Document:
     """k, per g or, for gyros, per °/s."""
     rates = dict(zip(axis.primary_names, map(float, axis.primary), strict=True))
     if "k_x_v_per_dps" in rates:
-        return {"sensitive_axis_v_per_dps": {name: _number(rates[f"k_{name}_v_per_dps"]) for name in "xyz"}}
-    values = map(_number, axis.sensitive_axis_v_per_g)
+        return {"sensitive_axis_v_per_dps": {name: number(rates[f"k_{name}_v_per_dps"]) for name in "xyz"}}
+    values = map(number, axis.sensitive_axis_v_per_g)
     return {"sensitive_axis_v_per_g": dict(zip("xyz", values, strict=True))}
 
 
 def _parameter(estimate: ParameterEstimate) -> Document:
     return {
-        "value": _number(estimate.value),
-        "standard_uncertainty": _number(estimate.standard_uncertainty),
-        "tp_standard_uncertainty": _number(estimate.tp_standard_uncertainty),
+        "value": number(estimate.value),
+        "standard_uncertainty": number(estimate.standard_uncertainty),
+        "tp_standard_uncertainty": number(estimate.tp_standard_uncertainty),
     }
 
 
@@ -58,10 +58,10 @@ def _replication(replication: Replication) -> Document:
 
 def _tp(tp: TpReplication) -> Document:
     return {
-        "sigma_bias_v": _number(tp.sigma_bias_v),
-        "sigma_prec_v": _number(tp.sigma_prec_v),
-        "t_bias": _number(tp.t_bias),
-        "f_bias_95": _number(tp.f_bias_95),
+        "sigma_bias_v": number(tp.sigma_bias_v),
+        "sigma_prec_v": number(tp.sigma_prec_v),
+        "t_bias": number(tp.t_bias),
+        "f_bias_95": number(tp.f_bias_95),
         "drift": _tests(tp.drift),
     }
 
@@ -71,13 +71,14 @@ def _tests(tests: Mapping[str, FTest]) -> Document:
 
 
 def _test(test: FTest) -> Document:
-    return {"t": _number(test.t), "f_95": _number(test.f_95)}
+    return {"t": number(test.t), "f_95": number(test.f_95)}
 
 
 def _degrees_of_freedom(dof: float | None) -> float | None:
     """Null where there is nothing to count: an exact value, or an uncertainty that a certificate states."""
-    return None if dof is None or dof >= INFINITE_DOF else _number(dof)
+    return None if dof is None or dof >= INFINITE_DOF else number(dof)
 
 
-def _number(value: float | None) -> float | None:
+def number(value: float | None) -> float | None:
+    """The value as JSON has it: null where it is not finite."""
     return None if value is None or not isfinite(value) else float(value)

@@ -27,6 +27,8 @@ _LARGEST_RATE_SPREAD = 0.01
 """Rates of one point may differ by this part of the largest rate."""
 _LARGEST_ANGLE_DEG = 360.0
 _COLDEST_DEGC = -273.15
+_LARGEST_OUTPUT_V = 50.0
+"""Servo accelerometers and gyros end at ±15 V."""
 
 
 def read_csv(
@@ -74,8 +76,11 @@ def read_csv(
     return observations
 
 
-def unit_warnings(observations: Observations) -> tuple[str, ...]:
-    """Columns whose numbers can hardly be in the unit of their name, each in a sentence."""
+def unit_warnings(observations: Observations, columns: Mapping[str, str] | None = None) -> tuple[str, ...]:
+    """Columns whose numbers can hardly be in the unit of their name, each in a sentence.
+
+    ``columns``: sensor axis to the column that it was read from.
+    """
     warnings = []
     angles = {"pitch_deg": observations.pitch_rad, "roll_deg": observations.roll_rad}
     angles |= {} if observations.yaw_rad is None else {"yaw_deg": observations.yaw_rad}
@@ -94,9 +99,11 @@ def unit_warnings(observations: Observations) -> tuple[str, ...]:
         )
     for label, output in observations.outputs_v.items():
         largest = float(np.abs(output).max())
-        if largest > 100.0:
+        if largest > _LARGEST_OUTPUT_V:
+            column = label if columns is None else columns[label]
             warnings.append(
-                f"{observations.source}: output {label}: up to {largest:.4g} V: millivolts? nothing was converted"
+                f"{observations.source}: column {column}: up to {largest:.4g} V, which no sensor gives: millivolts? "
+                "nothing was converted"
             )
     return tuple(warnings)
 

@@ -87,12 +87,15 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
 
 def sensors_document(run: SolvedRun) -> dict[str, Any]:
     """``{"SN1047": {"axes": …}}``; a sensor without a solution says why under ``error``."""
-    from ams.document import to_document
+    return {name: _sensor_document(solved) for name, solved in run.sensors.items()}
 
-    return {
-        name: {"axes": {}, "error": solved.failure} if solved.calibration is None else to_document(solved.calibration)
-        for name, solved in run.sensors.items()
-    }
+
+def _sensor_document(solved: SolvedSensor) -> dict[str, Any]:
+    from ams.findings import full_document
+
+    if solved.calibration is None:
+        return {"axes": {}, "error": solved.failure}
+    return full_document(solved.calibration, solved.observations, solved.budgets)
 
 
 def run_document(delivery: Delivery) -> dict[str, Any]:

@@ -5,22 +5,30 @@ same model, the same table and the same treatment of temperature.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from math import radians, sqrt
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, field, replace
+from math import radians
+from types import MappingProxyType
+from typing import TYPE_CHECKING
 
+from procedures.certificates import (
+    ARCSEC_PER_DEG,
+    gravity_of,
+    shared_errors,
+    standard_uncertainty_arcsec,
+    table_in_words,
+)
 from procedures.description import Solve
 from procedures.report.observations import TemperatureChannel, observations_of
 from procedures.run.records import DwellRecord
-from rig.description import RigDescription, Sensor, Standard
+from rig.description import RigDescription, Sensor
 
 if TYPE_CHECKING:
     from ams.observations import Observations
     from ams.request import CalibrationRequest
     from ams.solve.result import Calibration
+    from ams.uncertainty.calibration_budget import AxisBudget
+    from ams.uncertainty.shared_errors import SharedError
     from ams.uncertainty.table import TableUncertainty
-
-ARCSEC_PER_DEG = 3600.0
 
 
 @dataclass(frozen=True)
@@ -31,6 +39,8 @@ class SolvedSensor:
     observations: "Observations"
     calibration: "Calibration | None"
     failure: str | None
+    budgets: "Mapping[str, AxisBudget]" = field(default_factory=dict)
+    """Axis to its uncertainty budget."""
 
 
 def solve_sensors(
@@ -59,19 +69,14 @@ def table_uncertainty(rig: RigDescription) -> "TableUncertainty | None":
     return TableUncertainty(pitch_rad, roll_rad, kind="standard", yaw_rad=yaw_rad)
 
 
-def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:
-    """Of one index: a limit divided by √3 unless the axis' standard says otherwise; 0 where there is no such axis."""
-    settings = rig.axes.get(axis)
-    if settings is None:
-        return 0.0
-    standard = rig.standards.get(settings.standard) if settings.standard else None
-    return settings.uncertainty_arcsec / _divisor(standard)
-
-
 def request_for(
-    sensor_name: str, channels: Iterable[str], solve: Solve, table: "TableUncertainty | None"
+    sensor_name: str,
+    channels: Iterable[str],
+    solve: Solve,
+    table: "TableUncertainty | None",
+    shared: "Mapping[str, tuple[SharedError, ...]]" = MappingProxyType({}),
 ) -> "CalibrationRequest":
-    """What a procedure's ``[solve]`` asks of one sensor."""
+    """What a procedure's ``[solve]`` asks of one sensor, under the certificates of its rig."""
     from ams.models.thermal import TemperatureCoefficients
     from ams.request import CalibrationRequest
 
@@ -94,7 +99,22 @@ def request_for(
         extended=solve.extended,
         time_term=solve.time_term == "linear",
         table=table,
+        shared_errors=shared,
     )
+
+
+def budgets_of(
+    calibration: "Calibration", request: "CalibrationRequest", rig: RigDescription | None, trials: int = 0
+) -> "dict[str, AxisBudget]":
+    """Axis to its budget under what was asked for; ``trials`` of a Monte Carlo check, 0: none."""
+    from ams.uncertainty.calibration_budget import axis_budget
+
+    gravity = None if rig is None else gravity_of(rig)
+    told = {} if rig is None else {"table": table_in_words(rig)}
+    return {
+        label: axis_budget(axis, request.shared_errors.get(label, ()), gravity, stated=told, trials=trials)
+        for label, axis in calibration.axes.items()
+    }
 
 
 def model_name(solve: Solve, sensor: str) -> str:
@@ -123,11 +143,29 @@ def _solve_sensor(
     if len(mountings) > 1:
         return SolvedSensor(name, observations, None, _several_mountings(mountings))
     try:
-        request = request_for(name, sensor.channels, solve, table_uncertainty(rig))
+        request = request_of(name, rig, sensor, solve)
         solved = calibrate(observations, request)
-        return SolvedSensor(name, observations, replace(solved, warnings=(*solved.warnings, *_told(solve))), None)
+        told = replace(solved, warnings=(*solved.warnings, *_told(solve)))
+        return SolvedSensor(name, observations, told, None, budgets_of(solved, request, rig))
     except AmsError as error:
         return SolvedSensor(name, observations, None, str(error))
+
+
+def checked_by_monte_carlo(
+    solved: SolvedSensor, rig: RigDescription, sensor: Sensor, solve: Solve, trials: int
+) -> SolvedSensor:
+    """With the Monte Carlo check beside every budget."""
+    if solved.calibration is None:
+        return solved
+    request = request_of(solved.name, rig, sensor, solve)
+    return replace(solved, budgets=budgets_of(solved.calibration, request, rig, trials))
+
+
+def request_of(name: str, rig: RigDescription, sensor: Sensor, solve: Solve) -> "CalibrationRequest":
+    """What is asked of one sensor of a run."""
+    source = temperature_source(rig, sensor)
+    errors = shared_errors(rig, sensor, source if isinstance(source, str) else None)
+    return request_for(name, sensor.channels, solve, table_uncertainty(rig), errors)
 
 
 def _told(solve: Solve) -> Iterator[str]:
@@ -159,11 +197,6 @@ def temperature_source(rig: RigDescription, sensor: Sensor) -> TemperatureChanne
         own = sensor.temperature
         return TemperatureChannel(own.channel, own.offset_degc, own.slope_degc_per_v)
     return next(iter(rig.environment)) if len(rig.environment) == 1 else None
-
-
-def _divisor(standard: Standard | None) -> float:
-    kind: Literal["limit", "standard", "expanded"] = "limit" if standard is None else standard.kind
-    return {"limit": sqrt(3.0), "standard": 1.0, "expanded": 1.0 if standard is None else standard.k}[kind]
 
 
 def _arcsec_to_rad(value_arcsec: float) -> float:

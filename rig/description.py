@@ -139,6 +139,8 @@ class Level(StrictTable):
     """``[level]``: the base before and after."""
 
     instrument: str = ""
+    uncertainty_arcsec: NotNegative = 0.0
+    """Of the instrument: a limit."""
     before: LevelReading | None = None
     after: LevelReading | None = None
 

@@ -7,7 +7,7 @@ keep time orthogonal to pitch).
 """
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ams.errors import ObservationsError
 from ams.models.model import Model, Stimulus
 from ams.observations import Observations
+from ams.solve.result import AxisCalibration
 
 FloatArray = NDArray[np.float64]
 
@@ -107,3 +108,23 @@ def with_time(base: Model, observations: Observations) -> WithTime:
             "give a column time_s or leave the time term out"
         )
     return WithTime(base, float(0.5 * (time.min() + time.max())))
+
+
+def at_reference_time(axis: AxisCalibration) -> AxisCalibration:
+    """The solution as it stands at its reference time: the drift no longer among the primary parameters, so that
+    nothing evaluates it at another time; it stays among the parameters, with its uncertainty. Unchanged without one."""
+    if DRIFT_NAME not in axis.primary_names:
+        return axis
+    kept = np.array([place for place, name in enumerate(axis.primary_names) if name != DRIFT_NAME])
+    square = np.ix_(kept, kept)
+    return replace(
+        axis,
+        primary_names=tuple(axis.primary_names[place] for place in kept),
+        primary=axis.primary[kept],
+        primary_covariance=axis.primary_covariance[square],
+        tp_primary_covariance=axis.tp_primary_covariance[square],
+        primary_dof=axis.primary_dof[kept],
+        variance_components=tuple(
+            replace(part, covariance=part.covariance[square]) for part in axis.variance_components
+        ),
+    )

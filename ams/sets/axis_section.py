@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ams.errors import SetError
+from ams.models.drifting import at_reference_time
 from ams.sets.canonical import Document, Json, number, plain, table
 from ams.sets.equations import AxisNumbers, equation_of
 from ams.sets.units import UNITS, unit_of
@@ -19,6 +20,7 @@ def axis_section(axis: AxisCalibration, sensor: str) -> Document:
             f"{dict(zip(axis.primary_names, axis.primary.tolist(), strict=True))}; no set was built; "
             "a set needs every coefficient of its equation: add the missing design points"
         )
+    axis = at_reference_time(axis)
     section: Document = {
         "nominal_axis": axis.nominal_axis,
         "equation": {},

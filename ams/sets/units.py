@@ -5,12 +5,16 @@ UNITS = (
     ("_v_per_g", "V/g"),
     ("_v_per_dps", "V/(deg/s)"),
     ("_v_per_degc", "V/degC"),
+    ("_v_per_h", "V/h"),
+    ("_g_per_v", "g/V"),
     ("_per_degc", "1/degC"),
     ("_degc", "degC"),
     ("_deg", "deg"),
     ("_dps", "deg/s"),
     ("_mps2", "m/s^2"),
     ("_v", "V"),
+    ("_g", "g"),
+    ("_s", "s"),
 )
 """The first ending that fits counts."""
 

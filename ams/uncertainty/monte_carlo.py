@@ -51,11 +51,21 @@ def propagate(
             f"Monte Carlo: {bad} of {trials} trials gave no finite result: an input's distribution reaches "
             "where the measurement function has no value; narrow it or change the function"
         )
+    return summarise(results, level)
+
+
+def summarise(results: FloatArray, level: float = 0.95) -> MonteCarlo:
+    """What (m, M) trials of m results say. Source: S1 7.5 to 7.7."""
     ordered = np.sort(results, axis=1)
     tails = np.quantile(ordered, [0.5 - level / 2, 0.5 + level / 2], axis=1).T
     shortest = np.stack([_shortest(row, level) for row in ordered])
     return MonteCarlo(
-        results.mean(axis=1), results.std(axis=1, ddof=1), np.atleast_2d(np.cov(results)), shortest, tails, trials
+        results.mean(axis=1),
+        results.std(axis=1, ddof=1),
+        np.atleast_2d(np.cov(results)),
+        shortest,
+        tails,
+        results.shape[1],
     )
 
 

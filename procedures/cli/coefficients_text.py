@@ -4,14 +4,22 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from procedures.cli.findings_text import findings_lines
+
 UNITS = {
+    "_v_per_g2": "V/g²",
+    "_v_per_mps2": "V/(m/s²)",
     "_v_per_g": "V/g",
+    "_g_per_v": "g/V",
+    "_v_per_h": "V/h",
     "_v_per_degc": "V/°C",
     "_v_per_dps": "V/(°/s)",
     "_per_degc": "1/°C",
     "_degc": "°C",
     "_deg": "°",
     "_v": "V",
+    "_g": "g",
+    "_s": "s",
 }
 
 
@@ -39,6 +47,7 @@ def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
             yield f"  {parameter_line(parameter, estimate)}"
         if axis["replication"] is not None:
             yield f"  {replication_line(axis['replication'])}"
+        yield from (f"  {line}" for line in findings_lines(axis))
         yield from (f"  warning: {text}" for text in axis["warnings"])
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 from cyclopts import Parameter
 
 from procedures.cli.coefficients_text import axes_lines
+from procedures.cli.findings_text import check_trials
 from procedures.cli.fit_joint import check_joint, joint_lines, parse_priors
 from procedures.cli.fit_joint import joint as fit_jointly
 from procedures.cli.fit_set import WishedSet, wished_set, write_set
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from ams.attitude.inference import Package
     from ams.models.thermal import TemperatureCoefficients
     from ams.request import CalibrationRequest
+    from rig.description import RigDescription, Sensor
 
 Named = Annotated[list[str] | None, Parameter(negative=())]
 Value = TypeVar("Value")
@@ -32,7 +34,7 @@ ANGLES: Mapping[str, tuple[str, ...]] = {
 }
 """What a file must state for each model."""
 TP_MODELS = ("pitch-roll", "pitch-only")
-"""Without yaw; their document has the axes and nothing else."""
+"""Without yaw."""
 
 
 def fit(
@@ -48,6 +50,9 @@ def fit(
     known_temperature: Named = None,
     reference_temperature_degc: float | None = None,
     extended: Literal["no", "test", "yes"] = "no",
+    time_term: Literal["none", "linear"] = "none",
+    hessian: Annotated[bool, Parameter(negative=())] = False,
+    monte_carlo: int = 0,
     rig: Path | None = None,
     joint: Annotated[bool, Parameter(negative=())] = False,
     prior: Named = None,
@@ -86,8 +91,15 @@ def fit(
         Where the coefficients hold; by default the mean temperature rounded to 1 °C.
     extended
         Whether the extended model is tried (test) or taken (yes).
+    time_term
+        linear: a drift of the offset with time, from the column time_s, is estimated beside the parameters.
+    hessian
+        Also state H_E, the curvature of the residuals, and what it would do to the standard uncertainties.
+    monte_carlo
+        So many trials of a Monte Carlo check beside the uncertainty budget.
     rig
-        A rig file whose table uncertainty is carried into the result, and whose gravity a set states.
+        A rig file whose certificates (table, meter, level, thermometer) are carried into the result and told in an
+        uncertainty budget, and whose gravity a set states.
     joint
         Fit package and table together, the table's errors under the rig's priors; says what stays confounded.
     prior
@@ -106,6 +118,7 @@ def fit(
     """
     from ams.errors import DesignError
     from ams.request import CalibrationRequest
+    from procedures.certificates import shared_errors
     from procedures.solving import table_uncertainty
     from rig.description import read_rig
 
@@ -113,6 +126,7 @@ def fit(
     _refuse_shared(columns)
     name = _model_name(model, package)
     description = None if rig is None else read_rig(rig)
+    check_trials(monte_carlo, is_possible=name != "linear" and not joint)
     if description is not None and model in ("gyro", "linear"):
         raise RequestError(f"--rig: carries the indices of a table at rest: not allowed with --model {model}")
     request = CalibrationRequest(
@@ -122,7 +136,10 @@ def fit(
         known_temperature=_coefficients(known_temperature, temperature),
         reference_temperature_degc=reference_temperature_degc,
         extended=extended,
+        time_term=time_term == "linear",
+        residual_curvature=hessian,
         table=None if description is None else table_uncertainty(description),
+        shared_errors={} if description is None else shared_errors(description, sensor_of(description, sensor)),
     )
     reference = sting_package(sting, sting_axis, name, is_joint=joint)
     if (prior or mount) and not joint:
@@ -135,7 +152,7 @@ def fit(
         elif name == "linear":
             document = _linear(file, columns, request)
         else:
-            document = _solved(file, columns, request, wish, reference)
+            document = _solved(file, columns, request, wish, reference, description, monte_carlo)
     except DesignError as error:
         told = str(error)
         raise DesignError(told if told.startswith(str(file)) else f"{file}: {told}") from None
@@ -156,24 +173,31 @@ def _solved(
     request: "CalibrationRequest",
     wish: "WishedSet | None",
     sting: "Package | None",
+    rig: "RigDescription | None",
+    trials: int,
 ) -> dict[str, Any]:
-    from ams.document import to_document
+    from ams.findings import full_document
     from ams.observations_csv import read_csv, unit_warnings
     from ams.sting_reference import WARNING, read_with_sting
-    from procedures.solving import solve_observations
+    from procedures.solving import budgets_of, solve_observations
 
     if sting is None:
         observations = read_csv(file, columns, ANGLES[request.model], rates=request.model == "gyro")
     else:
         observations = read_with_sting(file, columns, sting)
     solved = solve_observations(observations, request)
-    doubts = (*unit_warnings(observations), *((WARNING,) if sting else ()))
+    doubts = (*unit_warnings(observations, columns), *((WARNING,) if sting else ()))
     calibration = replace(solved, warnings=(*doubts, *solved.warnings))
     if wish is not None:
         write_set(wish, observations, calibration)
-    if request.model in TP_MODELS:
-        return to_document(calibration)
-    return {**to_document(calibration), "model": request.model, "convention": calibration.convention}
+    return full_document(calibration, observations, budgets_of(calibration, request, rig, trials))
+
+
+def sensor_of(rig: "RigDescription", name: str | None) -> "Sensor | None":
+    """The sensor whose channels stand in the rig file: the one named, else its only one; None where that is open."""
+    if name is not None and name in rig.sensors:
+        return rig.sensors[name]
+    return next(iter(rig.sensors.values())) if len(rig.sensors) == 1 else None
 
 
 def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_joint: bool) -> "Package | None":

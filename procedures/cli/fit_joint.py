@@ -79,7 +79,7 @@ def joint_lines(document: Mapping[str, Any]) -> Iterator[str]:
 def _priors(rig: "RigDescription", priors: Mapping[str, float]) -> "TablePriors":
     from ams.frames import RAD_PER_ARCSEC
     from ams.solve.table_errors import TablePriors
-    from procedures.solving import standard_uncertainty_arcsec
+    from procedures.certificates import standard_uncertainty_arcsec
 
     return TablePriors(
         pitch_tooth_rad=standard_uncertainty_arcsec(rig, "pitch") * RAD_PER_ARCSEC,

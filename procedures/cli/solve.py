@@ -1,17 +1,23 @@
 """``calrig solve``: from a run's journal to coefficients, again."""
 
-from typing import Annotated
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from procedures.cli.output import note, print_json
+from procedures.cli.findings_text import check_trials, findings_lines
+from procedures.cli.output import note, print_json, say
 from procedures.cli.places import find_run
 from procedures.errors import ExitStatus
+
+if TYPE_CHECKING:
+    from procedures.delivery import SolvedRun
 
 Json = Annotated[bool, Parameter(negative=())]
 
 
-def solve(run: str, /, *, archive: str | None = None, json: Json = False) -> int:
+def solve(run: str, /, *, archive: str | None = None, monte_carlo: int = 0, json: Json = False) -> int:
     """Solve a run again from its journal, and write its coefficient sets, report and exports anew.
 
     Parameters
@@ -20,14 +26,19 @@ def solve(run: str, /, *, archive: str | None = None, json: Json = False) -> int
         A run folder, its journal, its name under ./runs, or a folder that holds exactly one run.
     archive
         URL of the archive, as for `calrig run`.
+    monte_carlo
+        So many trials of a Monte Carlo check beside each uncertainty budget.
     json
         Print one JSON document.
     """
     from procedures.cli.run import archive_of, tell
     from procedures.delivery import deliver, sensors_document, solve_run
 
+    check_trials(monte_carlo, is_possible=True)
     folder = find_run(run)
     solved = solve_run(folder)
+    if monte_carlo:
+        solved = _checked(solved, monte_carlo)
     for failure in solved.failures:
         note(failure)
     delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated))
@@ -35,4 +46,28 @@ def solve(run: str, /, *, archive: str | None = None, json: Json = False) -> int
         print_json({"sensors": sensors_document(solved)})
     else:
         tell(delivery)
+        for line in _findings(solved):
+            say(line)
     return ExitStatus.FAILED if solved.failures else ExitStatus.DONE
+
+
+def _checked(run: "SolvedRun", trials: int) -> "SolvedRun":
+    from procedures.solving import checked_by_monte_carlo
+
+    plan = run.record.plan
+    checked = {
+        name: checked_by_monte_carlo(one, run.record.rig, plan.sensors[name], plan.solve, trials)
+        for name, one in run.sensors.items()
+    }
+    return replace(run, sensors=checked)
+
+
+def _findings(run: "SolvedRun") -> Iterator[str]:
+    """Advice and budget of every axis, under its name."""
+    from procedures.delivery import sensors_document
+
+    for name, document in sensors_document(run).items():
+        for axis, section in document["axes"].items():
+            yield ""
+            yield f"{name} {axis}"
+            yield from (f"  {line}" for line in findings_lines(section))

@@ -5,12 +5,13 @@ from math import hypot
 from pathlib import Path
 
 from ams.sets.whole_file import write_whole
+from procedures.certificates import standard_uncertainty_arcsec
 from procedures.report.assemble import RunRecord, assemble_view
 from procedures.report.figures import draw_figures, write_figures
 from procedures.report.page import write_page
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 from procedures.report.view import RunView
-from procedures.solving import SolvedSensor, solve_sensors, standard_uncertainty_arcsec
+from procedures.solving import SolvedSensor, solve_sensors
 from rig.description import RigDescription
 
 REPORT_FILE = "report.html"

@@ -151,9 +151,9 @@ def test_radians_and_millivolts_draw_a_warning_that_names_the_column(written) ->
     rows = [
         f"1,{i + 1},{angle!r},0,20,{float(2500 * np.sin(angle))!r},0.1" for i, angle in enumerate(map(float, pitch))
     ]
-    warnings = unit_warnings(read_csv(written(text_of(*rows)), AXES))
+    warnings = unit_warnings(read_csv(written(text_of(*rows)), AXES), AXES)
     assert any("pitch_deg and roll_deg" in warning and "radians?" in warning for warning in warnings)
-    assert any("output x: up to 2500 V: millivolts?" in warning for warning in warnings)
+    assert any("column sx_v: up to 2500 V, which no sensor gives: millivolts?" in warning for warning in warnings)
     assert not any("output y" in warning for warning in warnings)
 
 
