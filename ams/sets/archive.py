@@ -1,22 +1,25 @@
-"""The archive: coefficient sets kept for years, in SQLite by default and in any database that SQLAlchemy reaches.
+"""The archive: coefficient sets kept for years, in SQLite by default and in PostgreSQL for a laboratory.
 
 A set is identified by its checksum. Publishing is idempotent and one transaction: every set is in, or none. What is
-read back has passed the same checks as a set from a file. Where the archive is, the caller says.
+read back has passed the same checks as a set from a file. Where the archive is, the caller says. Runs with what was
+found and left are published by :mod:`ams.sets.archive_runs`; this file holds what is said of sets.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from ams.errors import ArchiveError, ArchiveUnknown
+from ams.sets.archive_chain import Written, write
 from ams.sets.archive_connection import reading, writing
 from ams.sets.canonical import Document, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.export.json_text import from_json, to_json
+from ams.sets.points import point_row
 
 if TYPE_CHECKING:
-    from sqlalchemy import ColumnElement, Connection, RowMapping, Table
+    from sqlalchemy import ColumnElement, Connection, Select
 
 BUSY_TIMEOUT_S = 10.0
 SHORTEST_KEY = 6
@@ -37,6 +40,10 @@ class ArchivedSet:
     software_version: str
     created_utc: datetime
     published_utc: datetime
+    rig: str
+    as_found: str | None
+    """Verdict; None where there was nothing to find or no limit."""
+    as_left: str | None
 
 
 @dataclass(frozen=True)
@@ -46,6 +53,19 @@ class Publication:
     sha256: str
     sensor: str
     is_new: bool
+
+
+@dataclass(frozen=True)
+class Search:
+    """What to list; a field that is None does not narrow it. Times are of the calibration."""
+
+    sensor: str | None = None
+    serial: str | None = None
+    rig: str | None = None
+    run_id: str | None = None
+    since_utc: datetime | None = None
+    until_utc: datetime | None = None
+    """Not included."""
 
 
 def publish(
@@ -58,27 +78,27 @@ def publish(
 
     Raises: ArchiveError where the archive cannot be written; VectorsDisagree for a set that contradicts itself.
     """
-    if published_utc.tzinfo is None:
-        raise ArchiveError(
-            f"archive: published_utc has no time zone: got {published_utc.isoformat()}; nothing was published; "
-            "pass an aware time"
-        )
-    for coefficients in sets:
-        coefficients.check_vectors(f"{coefficients.sensor}: publish")
+    require_publishable(sets, published_utc)
     with writing(archive_url, busy_timeout_s) as connection:
-        return tuple(_published(connection, coefficients, published_utc) for coefficients in sets)
+        return insert_sets(connection, sets, published_utc, {})
 
 
 def list_sets(
-    archive_url: str, sensor: str | None = None, busy_timeout_s: float = BUSY_TIMEOUT_S
+    archive_url: str,
+    sensor: str | None = None,
+    busy_timeout_s: float = BUSY_TIMEOUT_S,
+    search: Search | None = None,
 ) -> tuple[ArchivedSet, ...]:
     """The sets, by sensor, then oldest first. Raises: ArchiveError where the archive cannot be read."""
-    from ams.sets.archive_tables import SETS
+    from ams.sets.archive_tables import ADJUSTMENTS, POINTS, SETS
 
-    listed = [SETS.c[field.name] for field in fields(ArchivedSet)]
+    from_other = {"rig": POINTS.c.rig, "as_found": ADJUSTMENTS.c.as_found, "as_left": ADJUSTMENTS.c.as_left}
+    names = [field.name for field in fields(ArchivedSet)]
+    listed = [from_other[name] if name in from_other else SETS.c[name] for name in names]
+    wanted = [*_conditions(search or Search()), *([] if sensor is None else [SETS.c.sensor == sensor])]
     with reading(archive_url, busy_timeout_s) as connection:
-        rows = _rows(connection, listed, None if sensor is None else SETS.c.sensor == sensor)
-    return tuple(ArchivedSet(**row) for row in rows)
+        rows = connection.execute(_query(listed, wanted)).all()
+    return tuple(ArchivedSet(*tuple(row)) for row in rows)
 
 
 def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> CoefficientSet:
@@ -86,42 +106,109 @@ def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> 
 
     Raises: ArchiveError where nothing or more than one checksum fits; SetError where the stored set is damaged.
     """
+    with reading(archive_url, busy_timeout_s) as connection:
+        return stored_set(connection, find_set(connection, key))
+
+
+def find_set(connection: "Connection", key: str) -> str:
+    """The checksum that a key means: a sensor's latest set, or the one whose checksum begins so.
+
+    Raises: ArchiveUnknown where nothing or more than one fits.
+    """
     from ams.sets.archive_tables import SETS
 
-    with reading(archive_url, busy_timeout_s) as connection:
-        rows = _rows(connection, [SETS], SETS.c.sensor == key)[-1:]
-        if not rows and len(key) >= SHORTEST_KEY:
-            rows = _rows(connection, [SETS], SETS.c.sha256.startswith(key.lower(), autoescape=True))
+    rows = connection.execute(_query([SETS.c.sha256], [SETS.c.sensor == key])).scalars().all()[-1:]
+    if not rows and len(key) >= SHORTEST_KEY:
+        begins = SETS.c.sha256.startswith(key.lower(), autoescape=True)
+        rows = connection.execute(_query([SETS.c.sha256], [begins])).scalars().all()
     if len(rows) != 1:
-        found = ", ".join(row["sha256"][:12] for row in rows) or "nothing"
+        found = ", ".join(sha256[:12] for sha256 in rows) or "nothing"
         raise ArchiveUnknown(
             f"archive: no single set for {key!r}: found {found}, needed is a sensor's name or at least {SHORTEST_KEY} "
             "characters of a checksum that fit one set; list the sets and take one from there"
         )
-    return from_json(rows[0]["document"].encode("utf-8"), f"archive: set {rows[0]['sha256'][:12]}")
+    return str(rows[0])
 
 
-def _published(connection: "Connection", coefficients: CoefficientSet, published_utc: datetime) -> Publication:
-    from sqlalchemy import insert, select
-
-    from ams.sets.archive_tables import COEFFICIENTS, SETS
-
-    there = connection.execute(select(SETS.c.sha256).where(SETS.c.sha256 == coefficients.sha256)).first()
-    if there is None:
-        connection.execute(insert(SETS).values(_set_row(coefficients, published_utc)))
-        connection.execute(insert(COEFFICIENTS), _coefficient_rows(coefficients))
-    return Publication(coefficients.sha256, coefficients.sensor, there is None)
-
-
-def _rows(
-    connection: "Connection", columns: "Sequence[ColumnElement[Any] | Table]", where: "ColumnElement[bool] | None"
-) -> "Sequence[RowMapping]":
+def stored_set(connection: "Connection", sha256: str) -> CoefficientSet:
+    """A set by its whole checksum, every check of a file made. Raises: SetError where it is damaged."""
     from sqlalchemy import select
 
     from ams.sets.archive_tables import SETS
 
-    query = select(*columns).order_by(SETS.c.sensor, SETS.c.created_utc, SETS.c.sha256)
-    return connection.execute(query if where is None else query.where(where)).mappings().all()
+    document = connection.execute(select(SETS.c.document).where(SETS.c.sha256 == sha256)).scalar_one()
+    return from_json(document.encode("utf-8"), f"archive: set {sha256[:12]}")
+
+
+def require_publishable(sets: Sequence[CoefficientSet], published_utc: datetime) -> None:
+    """Raises: ArchiveError for a time without its zone; VectorsDisagree for a set that contradicts itself."""
+    if published_utc.tzinfo is None:
+        raise ArchiveError(
+            f"archive: published_utc has no time zone: got {published_utc.isoformat()}; nothing was published; "
+            "pass an aware time"
+        )
+    for coefficients in sets:
+        coefficients.check_vectors(f"{coefficients.sensor}: publish")
+
+
+def insert_sets(
+    connection: "Connection",
+    sets: Sequence[CoefficientSet],
+    published_utc: datetime,
+    check_sensors: Mapping[str, bool],
+) -> tuple[Publication, ...]:
+    """Inside a write transaction: the sets that are new, told in one record."""
+    from ams.sets.archive_tables import COEFFICIENTS, POINTS, SETS
+
+    new: dict[str, CoefficientSet] = {}
+    publications = []
+    for coefficients in sets:
+        is_new = coefficients.sha256 not in new and not _is_there(connection, coefficients.sha256)
+        publications.append(Publication(coefficients.sha256, coefficients.sensor, is_new))
+        if is_new:
+            new[coefficients.sha256] = coefficients
+    if new:
+        points = [point_row(one, is_check=check_sensors.get(one.sensor, False)) for one in new.values()]
+        written = [
+            Written(SETS, [_set_row(one, published_utc) for one in new.values()]),
+            Written(COEFFICIENTS, [row for one in new.values() for row in _coefficient_rows(one)]),
+            Written(POINTS, points),
+        ]
+        write(connection, published_utc, "sets", written, {})
+    return tuple(publications)
+
+
+def _is_there(connection: "Connection", sha256: str) -> bool:
+    from sqlalchemy import select
+
+    from ams.sets.archive_tables import SETS
+
+    return connection.execute(select(SETS.c.sha256).where(SETS.c.sha256 == sha256)).first() is not None
+
+
+def _query(columns: "Sequence[ColumnElement[Any]]", wanted: "Sequence[ColumnElement[bool]]") -> "Select[Any]":
+    """By sensor, then oldest first; of solutions of one run the one that was published last comes last."""
+    from sqlalchemy import select
+
+    from ams.sets.archive_tables import ADJUSTMENTS, POINTS, SETS
+
+    tables = SETS.outerjoin(POINTS, SETS.c.sha256 == POINTS.c.sha256)
+    tables = tables.outerjoin(ADJUSTMENTS, SETS.c.sha256 == ADJUSTMENTS.c.sha256)
+    order = (SETS.c.sensor, SETS.c.created_utc, SETS.c.published_utc, SETS.c.sha256)
+    return select(*columns).select_from(tables).where(*wanted).order_by(*order)
+
+
+def _conditions(search: Search) -> "list[ColumnElement[bool]]":
+    from ams.sets.archive_tables import POINTS, SETS
+
+    equal = {SETS.c.sensor: search.sensor, SETS.c.serial: search.serial, POINTS.c.rig: search.rig,
+             SETS.c.run_id: search.run_id}  # fmt: skip
+    wanted = [column == value for column, value in equal.items() if value is not None]
+    if search.since_utc is not None:
+        wanted.append(SETS.c.created_utc >= search.since_utc)
+    if search.until_utc is not None:
+        wanted.append(SETS.c.created_utc < search.until_utc)
+    return wanted
 
 
 def _set_row(coefficients: CoefficientSet, published_utc: datetime) -> dict[str, Any]:

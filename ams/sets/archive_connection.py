@@ -2,9 +2,11 @@
 
 A SQLite archive keeps the rollback journal (its default): Python 3.11's own SQLite has a write-ahead log that two
 writers can corrupt. A writer takes the write lock when its transaction begins, so two writers queue up instead of
-meeting a lock half-way.
+meeting a lock half-way; in PostgreSQL an advisory lock does the same. Before an older SQLite archive is migrated, a
+copy of it is written beside it.
 """
 
+import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,13 +14,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ams.errors import ArchiveError, ArchiveUnknown
+from ams.sets.archive_refusals import NOTHING, refusal
 
 if TYPE_CHECKING:
     from alembic.config import Config
     from sqlalchemy import URL, Connection, Engine
 
 MIGRATIONS = Path(__file__).with_name("migrations")
-NOTHING = "nothing was changed"
+POSTGRES = "postgresql"
+_WRITERS = 0x63616C726967
+"""The advisory lock of writers: "calrig" as a number."""
 
 
 @contextmanager
@@ -31,19 +36,29 @@ def reading(archive_url: str, busy_timeout_s: float) -> "Iterator[Connection]":
             f"{path}: there is no archive: no such file; publish a set to it first, or give another URL"
         )
     with _transaction(url, "BEGIN", busy_timeout_s) as connection:
+        if url.get_backend_name() == POSTGRES:
+            connection.exec_driver_sql("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY")
         _check_schema(connection, _shown(url))
         yield connection
 
 
 @contextmanager
-def writing(archive_url: str, busy_timeout_s: float) -> "Iterator[Connection]":
+def writing(archive_url: str, busy_timeout_s: float, *, only_existing: bool = False) -> "Iterator[Connection]":
     """A write transaction, the archive made or migrated where needed; all of it is committed or nothing.
+
+    ``only_existing``: what is to be changed must be there already, so no archive is made.
 
     Raises: ArchiveError.
     """
     url = _parsed(archive_url)
+    path = _sqlite_path(url)
+    if only_existing and path is not None and not os.path.exists(path):
+        raise ArchiveUnknown(f"{path}: there is no archive: no such file; {NOTHING}; give another URL")
     with _transaction(url, "BEGIN IMMEDIATE", busy_timeout_s) as connection:
-        _migrate(connection, _shown(url))
+        if url.get_backend_name() == POSTGRES:
+            connection.exec_driver_sql(f"SET LOCAL lock_timeout = {int(busy_timeout_s * 1000)}")
+            connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_WRITERS})")
+        _migrate(connection, url)
         yield connection
 
 
@@ -59,7 +74,7 @@ def _transaction(url: "URL", begin: str, busy_timeout_s: float) -> "Iterator[Con
         finally:
             engine.dispose()
     except SQLAlchemyError as error:
-        raise ArchiveError(_sentence(url, error, busy_timeout_s)) from error
+        raise refusal(_shown(url), error, busy_timeout_s) from error
 
 
 def _engine(url: "URL", begin: str, busy_timeout_s: float) -> "Engine":
@@ -67,12 +82,13 @@ def _engine(url: "URL", begin: str, busy_timeout_s: float) -> "Engine":
     from sqlalchemy.pool import NullPool
 
     is_sqlite = url.get_backend_name() == "sqlite"
+    waits = {"timeout": busy_timeout_s} if is_sqlite else {"connect_timeout": max(2, math.ceil(busy_timeout_s))}
     try:
-        engine = create_engine(url, poolclass=NullPool, connect_args={"timeout": busy_timeout_s} if is_sqlite else {})
+        engine = create_engine(url, poolclass=NullPool, connect_args=waits)
     except ImportError as error:
         raise ArchiveError(
             f"{_shown(url)}: no driver for this kind of database: {error}; {NOTHING}; "
-            "install its driver (psycopg for PostgreSQL), or use sqlite:///PATH"
+            "install its driver (pip install 'calrig[postgres]' for PostgreSQL), or use sqlite:///PATH"
         ) from error
     if is_sqlite:
         event.listen(engine, "connect", _own_the_transactions)
@@ -124,7 +140,7 @@ def _sqlite_path(url: "URL") -> Path | None:
     return Path(url.database)
 
 
-def _config(connection: "Connection | None") -> "Config":
+def _config(connection: "Connection") -> "Config":
     from alembic.config import Config
 
     config = Config()
@@ -134,66 +150,62 @@ def _config(connection: "Connection | None") -> "Config":
 
 
 def _revision(connection: "Connection") -> str | None:
-    from alembic.runtime.migration import MigrationContext
+    from sqlalchemy import inspect, text
 
-    return MigrationContext.configure(connection).get_current_revision()
-
-
-def _known_revisions() -> tuple[str, ...]:
-    """Newest first."""
-    from alembic.script import ScriptDirectory
-
-    return tuple(script.revision for script in ScriptDirectory.from_config(_config(None)).walk_revisions())
+    if not inspect(connection).has_table("alembic_version"):
+        return None
+    found = connection.execute(text("SELECT version_num FROM alembic_version")).scalar()
+    return None if found is None else str(found)
 
 
 def _check_schema(connection: "Connection", shown: str) -> None:
-    revision, known = _revision(connection), _known_revisions()
+    from ams.sets.archive_tables import REVISIONS
+
+    revision = _revision(connection)
     if revision is None:
         raise ArchiveUnknown(f"{shown}: is a database but no archive: it has no schema version; give another URL")
-    _check_not_newer(revision, known, shown)
-    if revision != known[0]:
+    _check_not_newer(revision, shown)
+    if revision != REVISIONS[-1]:
         raise ArchiveError(
-            f"{shown}: has the older schema {revision}, this calrig reads {known[0]}; publish a set to migrate it"
+            f"{shown}: has the older schema {revision}, this calrig reads {REVISIONS[-1]}; calrig archive migrate "
+            "brings it up to date, as publishing does"
         )
 
 
-def _check_not_newer(revision: str, known: tuple[str, ...], shown: str) -> None:
-    if revision not in known:
+def _check_not_newer(revision: str, shown: str) -> None:
+    from ams.sets.archive_tables import REVISIONS
+
+    if revision not in REVISIONS:
         raise ArchiveError(
-            f"{shown}: was written by a newer calrig: got schema {revision}, this one knows up to {known[0]}; "
+            f"{shown}: was written by a newer calrig: got schema {revision}, this one knows up to {REVISIONS[-1]}; "
             f"{NOTHING}; install that calrig"
         )
 
 
-def _migrate(connection: "Connection", shown: str) -> None:
-    from alembic import command
+def _migrate(connection: "Connection", url: "URL") -> None:
     from sqlalchemy import inspect
 
-    revision, known = _revision(connection), _known_revisions()
-    if revision == known[0]:
+    from ams.sets.archive_tables import REVISIONS
+
+    revision, shown = _revision(connection), _shown(url)
+    if revision == REVISIONS[-1]:
         return
     if revision is not None:
-        _check_not_newer(revision, known, shown)
+        _check_not_newer(revision, shown)
+        _back_up(_sqlite_path(url), revision)
     elif inspect(connection).get_table_names():
         raise ArchiveUnknown(
             f"{shown}: is a database of something else: it has tables and no schema version of calrig; "
             f"{NOTHING}; give the archive a file or database of its own"
         )
+    from alembic import command
+
     command.upgrade(_config(connection), "head")
 
 
-def _sentence(url: "URL", error: Exception, busy_timeout_s: float) -> str:
-    cause = str(getattr(error, "orig", None) or error).splitlines()[0]
-    shown = _shown(url)
-    if "locked" in cause or "busy" in cause:
-        held = f"is locked by another program for over {busy_timeout_s:g} s"
-        return f"{shown}: the archive {held}; {NOTHING}; try again later"
-    if "unable to open" in cause:
-        return f"{shown}: the archive cannot be opened: {cause}; {NOTHING}; check that the folder exists and its rights"
-    if "readonly" in cause or "read-only" in cause:
-        return (
-            f"{shown}: the archive cannot be written: {cause}; {NOTHING}; check the rights of the file and its folder"
-        )
-    if "not a database" in cause or "malformed" in cause:
-        return f"{shown}: is no archive, or a damaged one: {cause}; {NOTHING}; restore a copy, or give another URL"
-    return f"{shown}: the archive refused: {cause}; {NOTHING}; check the URL, the rights and the free space"
+def _back_up(path: Path | None, revision: str) -> None:
+    """The file as it is, under the write lock and before the first change; a server has backups of its own."""
+    from ams.sets.whole_file import write_whole
+
+    if path is not None:
+        write_whole(path.with_name(f"{path.name}.schema-{revision}"), path.read_bytes())

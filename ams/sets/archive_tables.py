@@ -1,4 +1,8 @@
-"""The archive's tables as SQLAlchemy sees them; ``migrations`` is what makes them. Imported only when used."""
+"""The archive's tables as SQLAlchemy sees them; ``migrations`` is what makes them. Imported only when used.
+
+Rows are written once and never changed: what is told later (a signature, a certificate, a newer solution of the same
+run) is a row of its own. Every row is told by a record of the chain (:mod:`ams.sets.archive_chain`).
+"""
 
 from datetime import UTC, datetime
 from typing import Any
@@ -6,10 +10,13 @@ from typing import Any
 from sqlalchemy import (
     Boolean,
     Column,
+    Date,
     DateTime,
     Dialect,
     Double,
     ForeignKey,
+    Integer,
+    LargeBinary,
     MetaData,
     String,
     Table,
@@ -40,6 +47,8 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 
 METADATA = MetaData()
+REVISIONS = ("0001", "0002")
+"""Of the schema, oldest first: what this calrig knows."""
 
 SETS = Table(
     "sets",
@@ -68,3 +77,100 @@ COEFFICIENTS = Table(
     Column("value", Double),
     Column("standard_uncertainty", Double),
 )
+
+POINTS = Table(
+    "points",
+    METADATA,
+    Column("sha256", String(64), ForeignKey("sets.sha256"), primary_key=True),
+    Column("rig", Text, nullable=False),
+    Column("axes", Text, nullable=False),
+    Column("sensitivity_name", Text, nullable=False),
+    Column("check_sensor", Boolean, nullable=False),
+    Column("numbers", LargeBinary, nullable=False),
+)
+"""A set as a point of its sensor's history: offset, k and covariances as ``ams.sets.points`` packs them."""
+
+RUNS = Table(
+    "runs",
+    METADATA,
+    Column("journal_sha256", String(64), primary_key=True),
+    Column("run_id", Text, nullable=False, index=True),
+    Column("title", Text, nullable=False),
+    Column("rig", Text, nullable=False),
+    Column("operator", Text, nullable=False),
+    Column("simulated", Boolean, nullable=False),
+    Column("started_utc", UtcDateTime, nullable=False),
+    Column("ended_utc", UtcDateTime, nullable=False),
+    Column("folder", Text, nullable=False),
+    Column("software_version", Text, nullable=False),
+    Column("published_utc", UtcDateTime, nullable=False),
+)
+
+STANDARDS = Table(
+    "standards",
+    METADATA,
+    Column("serial", Text, primary_key=True),
+    Column("certificate", Text, primary_key=True),
+    Column("name", Text, nullable=False),
+    Column("due", Date),
+    Column("uncertainty", Text, nullable=False),
+)
+
+USES = Table(
+    "uses",
+    METADATA,
+    Column("journal_sha256", String(64), ForeignKey("runs.journal_sha256"), primary_key=True),
+    Column("serial", Text, primary_key=True),
+    Column("certificate", Text, primary_key=True),
+    Column("overridden_by", Text),
+    Column("override_reason", Text),
+)
+"""Which standard stood behind which run; an expired one with who answers for it and why."""
+
+ADJUSTMENTS = Table(
+    "adjustments",
+    METADATA,
+    Column("sha256", String(64), ForeignKey("sets.sha256"), primary_key=True),
+    Column("previous_sha256", String(64), ForeignKey("sets.sha256")),
+    Column("as_found", Text),
+    Column("as_left", Text),
+    Column("as_found_error_deg", Double),
+    Column("as_left_error_deg", Double),
+    Column("document", Text, nullable=False),
+)
+"""As found and as left: verdicts, largest errors, and the whole as JSON."""
+
+SIGNATURES = Table(
+    "signatures",
+    METADATA,
+    Column("sequence", Integer, primary_key=True, autoincrement=False),
+    Column("sha256", String(64), ForeignKey("sets.sha256"), nullable=False, index=True),
+    Column("role", Text, nullable=False),
+    Column("name", Text, nullable=False),
+    Column("signed_utc", UtcDateTime, nullable=False),
+    Column("comment", Text, nullable=False),
+)
+
+CERTIFICATES = Table(
+    "certificates",
+    METADATA,
+    Column("number", Text, primary_key=True),
+    Column("sha256", String(64), ForeignKey("sets.sha256"), nullable=False, index=True),
+    Column("file_sha256", String(64), nullable=False),
+    Column("issued_by", Text, nullable=False),
+    Column("issued_utc", UtcDateTime, nullable=False),
+    Column("amends", Text, ForeignKey("certificates.number")),
+    Column("reason", Text, nullable=False),
+)
+
+RECORDS = Table(
+    "records",
+    METADATA,
+    Column("sequence", Integer, primary_key=True, autoincrement=False),
+    Column("utc", UtcDateTime, nullable=False),
+    Column("kind", Text, nullable=False),
+    Column("detail", Text, nullable=False),
+    Column("previous", String(64), nullable=False),
+    Column("sha256", String(64), nullable=False),
+)
+"""The chain: what was written, when, by whom, each record with the hash of the one before."""

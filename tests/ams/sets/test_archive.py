@@ -1,4 +1,4 @@
-"""The archive: nothing twice, nothing half, nothing lost, every refusal a sentence."""
+"""The archive: nothing twice, nothing half, nothing lost, every refusal a sentence; SQLite and PostgreSQL alike."""
 
 import sqlite3
 import subprocess
@@ -7,12 +7,16 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
+from typing import Any
 
 import pytest
+from postgres_server import Server
 from sealed import changed
 from solved import provenance, solved_package
+from sqlalchemy import create_engine, inspect
+from sqlalchemy.pool import NullPool
 
-from ams.errors import ArchiveError, SetError, VectorsDisagree
+from ams.errors import ArchiveError, ArchiveUnknown, SetError, VectorsDisagree
 from ams.sets.archive import Publication, list_sets, publish, show
 from ams.sets.coefficients import CoefficientSet, build_set, from_document
 
@@ -25,18 +29,26 @@ def a_set(sensor: str = "SN1047", day: int = 1) -> CoefficientSet:
 
 
 @pytest.fixture
-def url(tmp_path: Path) -> str:
+def url(archive: Any) -> str:
+    return str(archive.url)
+
+
+@pytest.fixture
+def sqlite_url(tmp_path: Path) -> str:
     return f"sqlite:///{tmp_path / 'archive.sqlite'}"
 
 
 def rows(url: str, query: str) -> list[tuple[object, ...]]:
-    with closing(sqlite3.connect(url.removeprefix("sqlite:///"))) as connection:
-        return connection.execute(query).fetchall()
+    engine = create_engine(url, poolclass=NullPool)
+    with engine.begin() as connection:
+        return [tuple(row) for row in connection.exec_driver_sql(query)]
 
 
-def execute(url: str, statement: str) -> None:
-    with closing(sqlite3.connect(url.removeprefix("sqlite:///"))) as connection, connection:
-        connection.execute(statement)
+def execute(url: str, *statements: str) -> None:
+    engine = create_engine(url, poolclass=NullPool)
+    with engine.begin() as connection:
+        for statement in statements:
+            connection.exec_driver_sql(statement)
 
 
 def test_a_published_set_comes_back_equal(url: str) -> None:
@@ -87,15 +99,27 @@ def test_coefficients_are_kept_as_numbers_for_histories(url: str) -> None:
     assert found == [(2.5, "V/g")]
 
 
-def test_all_sets_of_a_publication_are_in_or_none(url: str) -> None:
+FULL_SQLITE = (
+    "CREATE TRIGGER full_disk BEFORE INSERT ON coefficients WHEN NEW.axis = 'z' AND (SELECT count(*) FROM sets) > 2 "
+    "BEGIN SELECT RAISE(ABORT, 'database or disk is full'); END",
+)
+FULL_POSTGRES = (
+    """CREATE FUNCTION full_disk() RETURNS trigger AS $$ BEGIN
+    IF NEW.axis = 'z' AND (SELECT count(*) FROM sets) > 2 THEN
+        RAISE EXCEPTION 'could not extend file: No space left on device' USING ERRCODE = '53100';
+    END IF; RETURN NEW; END $$ LANGUAGE plpgsql""",
+    "CREATE TRIGGER full_disk BEFORE INSERT ON coefficients FOR EACH ROW EXECUTE FUNCTION full_disk()",
+)
+
+
+def test_all_sets_of_a_publication_are_in_or_none_when_the_disk_is_full(archive: Any, url: str) -> None:
     publish(url, [a_set("SN0")], PUBLISHED)
-    third = "NEW.axis = 'z' AND (SELECT count(*) FROM sets) > 2"
-    full = "SELECT RAISE(ABORT, 'database or disk is full')"
-    execute(url, f"CREATE TRIGGER full BEFORE INSERT ON coefficients WHEN {third} BEGIN {full}; END")
-    with pytest.raises(ArchiveError, match="the archive refused: database or disk is full; nothing was changed"):
+    execute(url, *(FULL_SQLITE if archive.is_sqlite else FULL_POSTGRES))
+    with pytest.raises(ArchiveError, match=r"the disk of the archive is full or fails: .*; nothing was changed; free"):
         publish(url, [a_set("SN1"), a_set("SN2")], PUBLISHED)
     assert [one.sensor for one in list_sets(url)] == ["SN0"]
     assert rows(url, "SELECT DISTINCT sha256 FROM coefficients") == rows(url, "SELECT sha256 FROM sets")
+    assert rows(url, "SELECT count(*) FROM records") == [(1,)]
 
 
 def test_a_set_that_contradicts_itself_is_not_published(url: str) -> None:
@@ -105,7 +129,7 @@ def test_a_set_that_contradicts_itself_is_not_published(url: str) -> None:
     wrong = from_document(changed(a_set("SN2"), nudge), "wrong")
     with pytest.raises(VectorsDisagree, match="SN2: publish: axis x"):
         publish(url, [a_set("SN1"), wrong], PUBLISHED)
-    with pytest.raises(ArchiveError, match="there is no archive: no such file"):
+    with pytest.raises(ArchiveError, match=r"there is no archive: no such file|is a database but no archive"):
         list_sets(url)
 
 
@@ -149,16 +173,32 @@ def test_a_killed_writer_leaves_whole_sets_and_everything_it_acknowledged(url: s
     assert {row[0] for row in rows(url, "SELECT sha256 FROM coefficients")} == stored
 
 
-def test_a_locked_archive_is_a_sentence_and_unlocked_it_goes_on(url: str, tmp_path: Path) -> None:
-    publish(url, [a_set("SN1")], PUBLISHED)
+def test_a_locked_archive_is_a_sentence_and_unlocked_it_goes_on(sqlite_url: str, tmp_path: Path) -> None:
+    publish(sqlite_url, [a_set("SN1")], PUBLISHED)
     with closing(sqlite3.connect(tmp_path / "archive.sqlite", isolation_level=None)) as other:
         other.execute("BEGIN EXCLUSIVE")
         with pytest.raises(
             ArchiveError, match=r"the archive is locked by another program for over 0\.05 s; nothing was"
         ):
-            publish(url, [a_set("SN2")], PUBLISHED, busy_timeout_s=0.05)
+            publish(sqlite_url, [a_set("SN2")], PUBLISHED, busy_timeout_s=0.05)
         with pytest.raises(ArchiveError, match="is locked by another program"):
-            list_sets(url, busy_timeout_s=0.05)
+            list_sets(sqlite_url, busy_timeout_s=0.05)
+    publish(sqlite_url, [a_set("SN2")], PUBLISHED)
+    assert len(list_sets(sqlite_url)) == 2
+
+
+def test_a_writer_that_holds_the_server_is_a_sentence_and_readers_go_on(postgres: Server) -> None:
+    from ams.sets.archive_connection import writing
+
+    url = postgres.new_database()
+    publish(url, [a_set("SN1")], PUBLISHED)
+    with (
+        writing(url, 5.0),
+        pytest.raises(ArchiveError, match=r"the archive is locked by another program for over 0\.05 s; nothing was"),
+    ):
+        publish(url, [a_set("SN2")], PUBLISHED, busy_timeout_s=0.05)
+    with writing(url, 5.0):
+        assert len(list_sets(url)) == 1
     publish(url, [a_set("SN2")], PUBLISHED)
     assert len(list_sets(url)) == 2
 
@@ -168,7 +208,7 @@ def test_a_newer_schema_is_left_alone(url: str) -> None:
     execute(url, "UPDATE alembic_version SET version_num = '0999'")
     for attempt in (lambda: publish(url, [a_set("SN2")], PUBLISHED), lambda: list_sets(url)):
         with pytest.raises(
-            ArchiveError, match="was written by a newer calrig: got schema 0999, this one knows up to 0001"
+            ArchiveError, match="was written by a newer calrig: got schema 0999, this one knows up to 0002"
         ):
             attempt()
     assert rows(url, "SELECT count(*) FROM sets") == [(1,)]
@@ -180,7 +220,7 @@ def test_a_database_of_something_else_is_left_alone(url: str) -> None:
         publish(url, [a_set()], PUBLISHED)
     with pytest.raises(ArchiveError, match="is a database but no archive"):
         list_sets(url)
-    assert rows(url, "SELECT name FROM sqlite_master") == [("invoices",)]
+    assert inspect(create_engine(url, poolclass=NullPool)).get_table_names() == ["invoices"]
 
 
 def test_a_file_that_is_no_database_is_left_alone(tmp_path: Path) -> None:
@@ -192,12 +232,35 @@ def test_a_file_that_is_no_database_is_left_alone(tmp_path: Path) -> None:
     assert path.read_bytes() == before
 
 
-def test_an_archive_without_write_rights_is_a_sentence(url: str, tmp_path: Path) -> None:
-    publish(url, [a_set()], PUBLISHED)
+def test_an_archive_without_write_rights_is_a_sentence(sqlite_url: str, tmp_path: Path) -> None:
+    publish(sqlite_url, [a_set()], PUBLISHED)
     read_only = f"sqlite:///file:{tmp_path / 'archive.sqlite'}?mode=ro&uri=true"
     with pytest.raises(ArchiveError, match="the archive cannot be written: attempt to write a readonly database"):
         publish(read_only, [a_set("SN2")], PUBLISHED)
     assert len(list_sets(read_only)) == 1
+
+
+def test_a_user_without_the_rights_of_a_writer_is_a_sentence(postgres: Server) -> None:
+    url = postgres.new_database()
+    publish(url, [a_set()], PUBLISHED)
+    database = url.rpartition("/")[2]
+    postgres.execute(database, f"CREATE ROLE reader_{database} LOGIN PASSWORD 'opensesame'")
+    postgres.execute(database, f"GRANT SELECT ON ALL TABLES IN SCHEMA public TO reader_{database}")
+    reader = postgres.url(database, f"reader_{database}")
+    assert len(list_sets(reader)) == 1
+    with pytest.raises(ArchiveError, match="the rights are missing: permission denied for table sets; nothing was"):
+        publish(reader, [a_set("SN2")], PUBLISHED)
+    assert len(list_sets(url)) == 1
+
+
+def test_a_server_that_refuses_or_is_not_there_is_a_sentence(postgres: Server) -> None:
+    url = postgres.new_database()
+    with pytest.raises(ArchiveError, match=r"does not let you in: FATAL: .*password authentication failed"):
+        list_sets(url.replace("opensesame", "wrong"))
+    with pytest.raises(ArchiveUnknown, match=r'no such database or server: FATAL: .*"nowhere" does not exist'):
+        list_sets(url.rpartition("/")[0] + "/nowhere")
+    with pytest.raises(ArchiveError, match="the server of the archive does not answer: Connection refused"):
+        list_sets(url.replace(f":{postgres.port}/", ":1/"))
 
 
 @pytest.mark.parametrize(
@@ -208,7 +271,8 @@ def test_an_archive_without_write_rights_is_a_sentence(url: str, tmp_path: Path)
         ("sqlite://", "archive URL: names no file"),
         ("sqlite:///:memory:", "archive URL: names no file"),
         ("sqlite:////nowhere/archive.sqlite", "/nowhere/archive.sqlite: the archive cannot be opened"),
-        ("postgresql+psycopg://me:secret@host/db", "no driver for this kind of database"),
+        ("mysql+pymysql://me:secret@host/db", "no driver for this kind of database"),
+        ("postgresql+psycopg://me:secret@nowhere.invalid/db", "there is no such database or server"),
     ],
 )
 def test_a_wrong_url_is_a_sentence_without_its_password(wrong: str, sentence: str) -> None:
@@ -237,6 +301,18 @@ def test_the_migrations_make_the_tables_that_the_code_uses(url: str) -> None:
     from ams.sets.archive_tables import METADATA
 
     publish(url, [a_set()], PUBLISHED)
+    made = inspect(create_engine(url, poolclass=NullPool))
+    assert set(made.get_table_names()) == {*METADATA.tables, "alembic_version"}
     for name, declared in METADATA.tables.items():
-        made = {str(row[1]): bool(row[3]) for row in rows(url, f"PRAGMA table_info({name})")}
-        assert made == {column.name: not column.nullable for column in declared.columns}
+        columns = {column["name"]: column["nullable"] for column in made.get_columns(name)}
+        assert columns == {column.name: column.nullable for column in declared.columns}
+
+
+def test_the_revisions_that_are_known_are_those_of_the_migrations() -> None:
+    from alembic.script import ScriptDirectory
+
+    from ams.sets.archive_connection import MIGRATIONS
+    from ams.sets.archive_tables import REVISIONS
+
+    scripts = ScriptDirectory(str(MIGRATIONS)).walk_revisions()
+    assert tuple(script.revision for script in scripts) == REVISIONS[::-1]

@@ -1,0 +1,82 @@
+"""What a database refused, as a sentence: who holds it, what it lacks, what to do. Nothing was changed in any case."""
+
+from ams.errors import ArchiveError, ArchiveUnknown
+
+NOTHING = "nothing was changed"
+
+SENTENCES: tuple[tuple[tuple[str, ...], str, str, type[ArchiveError]], ...] = (
+    (
+        ("locked", "busy", "lock timeout", "LockNotAvailable"),
+        "the archive is locked by another program for over {wait:g} s",
+        "try again later",
+        ArchiveError,
+    ),
+    (
+        ("unable to open",),
+        "the archive cannot be opened: {cause}",
+        "check that the folder exists and its rights",
+        ArchiveError,
+    ),
+    (
+        ("readonly", "read-only"),
+        "the archive cannot be written: {cause}",
+        "check the rights of the file and its folder",
+        ArchiveError,
+    ),
+    (
+        ("not a database", "malformed"),
+        "is no archive, or a damaged one: {cause}",
+        "restore a copy, or give another URL",
+        ArchiveError,
+    ),
+    (
+        ("disk is full", "No space left", "DiskFull", "disk I/O error"),
+        "the disk of the archive is full or fails: {cause}",
+        "free some space, then do it again",
+        ArchiveError,
+    ),
+    (
+        ("does not exist", "could not translate host name", "failed to resolve host", "Name or service not known"),
+        "there is no such database or server: {cause}",
+        "check the URL; a PostgreSQL database is made by its administrator (createdb)",
+        ArchiveUnknown,
+    ),
+    (
+        ("password authentication failed", "no password supplied", "no pg_hba.conf entry", "Peer authentication"),
+        "the database does not let you in: {cause}",
+        "check user and password of the URL",
+        ArchiveError,
+    ),
+    (
+        ("permission denied", "InsufficientPrivilege"),
+        "the rights are missing: {cause}",
+        "ask the database's administrator for the rights to make and write tables",
+        ArchiveError,
+    ),
+    (
+        ("Connection refused", "connection failed", "timeout expired", "server closed the connection"),
+        "the server of the archive does not answer: {cause}",
+        "check that it runs and that the URL is right",
+        ArchiveError,
+    ),
+)
+
+
+def refusal(shown: str, error: Exception, busy_timeout_s: float) -> ArchiveError:
+    """The error to raise for what a database or its driver said."""
+    original = getattr(error, "orig", None) or error
+    cause = _last_line(str(original))
+    told = f"{type(original).__name__} {original}"
+    for signs, what, to_do, kind in SENTENCES:
+        if any(sign in told for sign in signs):
+            return kind(f"{shown}: {what.format(cause=cause, wait=busy_timeout_s)}; {NOTHING}; {to_do}")
+    return ArchiveError(
+        f"{shown}: the archive refused: {cause}; {NOTHING}; check the URL, the rights and the free space"
+    )
+
+
+def _last_line(text: str) -> str:
+    """A driver's first line; of failed connections the last one's reason."""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    reasons = [line.rpartition("failed: ")[2] for line in lines if "failed: " in line]
+    return next((reason for reason in reversed(reasons) if reason), lines[0] if lines else "no reason was given")
