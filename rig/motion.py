@@ -4,8 +4,8 @@ Absolute targets only, checked before anything is sent; arrival is judged by the
 coupling, never by the command; the time is bounded, a stall is noticed, and a stop that was asked for during the
 move stops the axis before it is passed on.
 
-A move that stalls is tried once more from where it came from, and a coupling that does not seat is seated anew from
-the next tooth, at most twice: whoever asked is told of each, and only then it is a fault.
+A move that stalls is tried once more from where it came from; a coupling that does not seat, or rests elsewhere, is
+approached anew from beside, at most twice: whoever asked is told of each, and only then it is a fault.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,7 +23,9 @@ STANDSTILL_S = 1.0
 _FIRST_LOOK_S, _LAST_LOOK_S = 0.1, 0.5
 _ALLOWANCE_S = 5.0
 _STOP_LIMIT_S = 20.0
-_RESEATS = 2
+_AGAIN = 2
+_BESIDE_DEG = 1.0
+"""From so far away a machine without teeth approaches anew."""
 
 Tell = Callable[[str], None]
 
@@ -32,8 +34,8 @@ class _Stalled(DeviceFault):
     """No progress, or not in time; the axis was told to stop."""
 
 
-class _Unseated(DeviceFault):
-    """At rest, but lifted."""
+class _Missed(DeviceFault):
+    """At rest, but lifted, or not where it was sent."""
 
 
 def move_and_arrive(axis: Axis, target_deg: float, clock: Clock, wait: Wait, tell: Tell = lambda _told: None) -> float:
@@ -50,26 +52,28 @@ def move_and_arrive(axis: Axis, target_deg: float, clock: Clock, wait: Wait, tel
         return state.position_deg
     from_deg = state.position_deg
     try:
-        return _approach_seated(axis, target_deg, state, clock, wait, tell)
+        return _approach_until_there(axis, target_deg, state, clock, wait, tell)
     except _Stalled as stall:
         state = _retreat(axis, from_deg, stall, clock, wait)
         tell(f"{stall}; it went back to {state.position_deg:g} deg and is tried once more")
     try:
-        return _approach_seated(axis, target_deg, state, clock, wait, tell)
+        return _approach_until_there(axis, target_deg, state, clock, wait, tell)
     except _Stalled as again:
         raise DeviceFault(f"{again}; it stalled twice") from again
 
 
-def _approach_seated(axis: Axis, target_deg: float, state: AxisState, clock: Clock, wait: Wait, tell: Tell) -> float:
-    """The move, and the coupling seated anew from the next tooth where it does not engage."""
-    for left in reversed(range(_RESEATS + 1)):
+def _approach_until_there(
+    axis: Axis, target_deg: float, state: AxisState, clock: Clock, wait: Wait, tell: Tell
+) -> float:
+    """The move, and again from beside where it does not end at rest, seated and on the target."""
+    for left in reversed(range(_AGAIN + 1)):
         try:
             return _approach(axis, target_deg, state, clock, wait)
-        except _Unseated as unseated:
+        except _Missed as missed:
             beside_deg = _beside(axis, target_deg)
             if left == 0 or beside_deg is None:
                 raise
-            tell(f"{unseated}; it is seated anew from {beside_deg:g} deg")
+            tell(f"{missed}; it is approached anew from {beside_deg:g} deg")
             state = _lift_to(axis, beside_deg, target_deg, clock, wait)
     raise AssertionError("unreachable: the last attempt returns or raises")
 
@@ -100,10 +104,11 @@ def _retreat(axis: Axis, from_deg: float, stall: DeviceFault, clock: Clock, wait
 
 
 def _beside(axis: Axis, target_deg: float) -> float | None:
-    """The next tooth inside the limits; None where the machine has no teeth or no room."""
+    """The next tooth inside the limits; None where there is no room."""
     low_deg, high_deg = axis.limits_deg
-    places = (target_deg - axis.increment_deg, target_deg + axis.increment_deg)
-    return next((place for place in places if place != target_deg and low_deg <= place <= high_deg), None)
+    by_deg = axis.increment_deg or _BESIDE_DEG
+    places = (target_deg - by_deg, target_deg + by_deg)
+    return next((place for place in places if low_deg <= place <= high_deg), None)
 
 
 def _lift_to(axis: Axis, place_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:
@@ -187,7 +192,7 @@ def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait
     state = _watch(axis, task, target_deg, limit_s, clock, wait)
     _require_seat(axis, state, task)
     if not _has_arrived(axis, state, target_deg):
-        raise DeviceFault(
+        raise _Missed(
             f"{axis.name}: {task}: the axis came to rest at {state.position_deg:g} deg, allowed within"
             f" {axis.arrival_tolerance_deg:g} deg (axes.{axis.name}: arrival_tolerance_deg);"
             " it stands still; check the machine, then home it"
@@ -255,7 +260,7 @@ def _has_arrived(axis: Axis, state: AxisState, target_deg: float) -> bool:
 
 def _require_seat(axis: Axis, state: AxisState, task: str) -> None:
     if not state.is_seated:
-        raise _Unseated(
+        raise _Missed(
             f"{axis.name}: {task}: at rest at {state.position_deg:g} deg, but the coupling is not seated and locked;"
             " nothing can be measured here; check the coupling, then home it"
         )

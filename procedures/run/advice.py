@@ -41,6 +41,7 @@ ADVICE: Mapping[str, str] = {
         "Channels carry one another's readings: look at scanner, connectors and wiring, put them right, then calrig "
         "resume RUN --operator NAME --reason TEXT; the dwells in doubt were taken back and are measured again."
     ),
+    "process": "This process grew too far and ended the run in time: calrig resume RUN goes on; send its folder.",
     "identity": "Other devices answer than at the start: swapped cables or a replaced device. Put it right; resume.",
     "seam": (
         "The check set differs from the one before: look at mount, sensor and meter. If the package was moved, calrig "

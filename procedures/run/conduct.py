@@ -9,6 +9,7 @@ from procedures.run.alarm import Alarm
 from procedures.run.care import Care
 from procedures.run.ending import Ending, RunEnds
 from procedures.run.measure import OpenRig
+from procedures.run.process import PROCESS_EVERY, growth, process_figures
 from procedures.run.spool import Request
 from procedures.run.states import State
 from procedures.run.steering import Steering
@@ -38,9 +39,26 @@ class Conduct:
     is_attended: bool
     """False in virtual time without a person's clock: whatever needs the outside world fails the run instead."""
     began_s: float = field(init=False)
+    dwells: int = 0
+    """Judged by this process."""
+    first_figures: dict[str, float] = field(default_factory=dict)
+    """Of the process, at its first look at itself."""
 
     def __post_init__(self) -> None:
         self.began_s = self.rig.clock.monotonic_s()
+
+    def count_dwell(self) -> None:
+        """Every hundred dwells the process looks at itself. Raises: RunEnds where it has grown too far."""
+        self.dwells += 1
+        if self.dwells % PROCESS_EVERY:
+            return
+        now = process_figures()
+        self.trail.event("process", now)
+        self.first_figures = self.first_figures or now
+        grown = growth(self.first_figures, now)
+        if grown:
+            told = f"this process has grown: {grown}; calrig resume goes on in a fresh one"
+            raise RunEnds(Ending(State.STOPPED, told, cause="process"))
 
     def stop_if_asked(self) -> None:
         if self.wait.stop is not None:

@@ -21,7 +21,6 @@ from procedures.run.history import History, agenda, plateaus_of, replications_be
 from procedures.run.judge import Band, Limits, Measurement, judge
 from procedures.run.measure import Announcement, measure, move
 from procedures.run.mount_check import contradictions
-from procedures.run.process import PROCESS_EVERY, process_figures
 from procedures.run.records import DwellRecord
 from procedures.run.running_fit import Doubt
 from procedures.run.seam import compare
@@ -60,7 +59,6 @@ class Epoch:
         self._left: deque[Step] = deque()
         increments_deg = {name: axis.increment_deg for name, axis in self._rig.axes.items()}
         self._suspects = Suspects(self._plan, history, increments_deg)
-        self._measured_here = 0
 
     def run(self) -> None:
         """Everything that is left. Raises: RunEnds, TrustLost, RigError, StorageFailed."""
@@ -246,9 +244,7 @@ class Epoch:
                 self._checks[record.step] = record
             if record.purpose != "check" or self._is_first_check_set:
                 self._noise.learn(record.readings)
-        self._measured_here += 1
-        if self._measured_here % PROCESS_EVERY == 0:
-            self._trail.event("process", process_figures())
+        self._conduct.count_dwell()
         return record
 
     def _measured(self, dwell: Dwell, announcement: Announcement) -> Measurement:

@@ -117,7 +117,7 @@ def test_a_coupling_that_seats_at_the_second_attempt_is_told_of_and_used() -> No
     assert move_and_arrive(bench.pitch, 30.0, bench.clock, bench.clock.sleep, tell) == 30.0
     (sentence,) = told
     assert "the coupling is not seated and locked" in sentence
-    assert sentence.endswith("it is seated anew from 29 deg")
+    assert sentence.endswith("it is approached anew from 29 deg")
 
 
 def test_an_axis_that_stalls_is_stopped_after_two_seconds_and_tried_once_more() -> None:

@@ -14,7 +14,8 @@ from rig.fault_file import FaultPlan
 SECOND = (
     (
         "z = { scanner = 3, range_v = 10.0 } }",
-        "z = { scanner = 3, range_v = 10.0 }, u = { scanner = 4, range_v = 10.0 }, v = { scanner = 5, range_v = 10.0 } }",
+        "z = { scanner = 3, range_v = 10.0 }, u = { scanner = 4, range_v = 10.0 }, "
+        "v = { scanner = 5, range_v = 10.0 } }",
     ),
     (
         "[twin]\nseed = 7",
