@@ -96,10 +96,11 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: "SolvedSe
     observations = None if solved is None else solved.observations
     calibration = None if solved is None else solved.calibration
     failure = "it was not solved" if solved is None else solved.failure
+    budgets = {} if solved is None else solved.budgets
     axes = () if calibration is None or observations is None else tuple(
         axis_view(
             axis, sensor.channels[axis], result, observations,  # type: ignore[index]
-            truth_of(record.rig, name, axis, observations, result),
+            truth_of(record.rig, name, axis, observations, result), budgets.get(axis),
         )
         for axis, result in calibration.axes.items()
     )  # fmt: skip

@@ -4,6 +4,7 @@ Pure functions of the solution and the observations it was made from. Source: TP
 """
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +13,15 @@ from ams.models.extended import Q_NAMES
 from ams.observations import Observations
 from ams.solve.extension import Extension
 from ams.solve.result import AxisCalibration, FTest, ParameterEstimate, Replication
+from ams.uncertainty.advice import advise
+from ams.uncertainty.calibration_budget import AxisBudget
 from procedures.report.numbers import angle, arcsec, three_digits, two_digits
-from procedures.report.view import AxisView, ParameterRow, TestRow
+from procedures.report.view import AxisView, BudgetRow, BudgetView, ParameterRow, TestRow
 
 FloatArray = NDArray[np.float64]
+
+NEGLIGIBLE = 1e-3
+"""Of the combined uncertainty: what a budget prints as a dot."""
 
 LABELS = {
     "offset_v": ("offset", "b", "V"),
@@ -27,18 +33,60 @@ LABELS = {
     "offset_tc_v_per_degc": ("offset, temperature", "b₁", "V/°C"),
     "sensitivity_tc_per_degc": ("sensitivity, temperature", "s₁", "1/°C"),
     "reference_temperature_degc": ("reference temperature", "T₀", "°C"),
+    "gain_g_per_v": ("gain", "A", "g/V"),
+    "offset_g": ("offset", "B", "g"),
+    "offset_drift_v_per_h": ("offset, drift", "d", "V/h"),
+    "reference_time_s": ("reference time", "t₀", "s"),
+    "sensitivity_v_per_mps2": ("sensitivity", "S", "V/(m/s²)"),
     **{name: (f"quadratic term {name[2:4]}", f"q_{name[2:4]}", "V/g²") for name in Q_NAMES},
 }
 
 
 def axis_view(
-    axis: str, channel: str, calibration: AxisCalibration, observations: Observations, truth: dict[str, float]
+    axis: str,
+    channel: str,
+    calibration: AxisCalibration,
+    observations: Observations,
+    truth: dict[str, float],
+    budget: AxisBudget | None = None,
 ) -> AxisView:
     """Everything that is said about one axis. ``truth``: parameter name to the twin's value; empty at the bench."""
     sensitivity = float(np.linalg.norm(np.nan_to_num(calibration.sensitive_axis_v_per_g)))
     rows = tuple(parameter_row(estimate, sensitivity, truth.get(estimate.name)) for estimate in calibration.parameters)
     tests = () if calibration.replication is None else _tests(calibration, calibration.replication, observations)
-    return AxisView(axis, channel, calibration, sensitivity, rows, tests, _remarks(calibration, sensitivity))
+    return AxisView(
+        axis,
+        channel,
+        calibration,
+        sensitivity,
+        rows,
+        tests,
+        _remarks(calibration, sensitivity),
+        advise(calibration, observations).sentences,
+        None if budget is None else budget_view(budget),
+    )
+
+
+def budget_view(budget: AxisBudget) -> BudgetView:
+    """The budget as it is printed: sources, what they combine to, and the expanded uncertainty."""
+    names = list(budget.combined)
+    labels = [LABELS.get(name, (name.replace("_", " "), "", "")) for name in names]
+    sources = [
+        BudgetRow(
+            line.source, line.type, line.degrees_of_freedom, _budget_cells(line.contributions, budget.combined),
+            line.stated,
+        )
+        for line in budget.lines
+    ]  # fmt: skip
+    combined = BudgetRow("combined", "", None, _budget_cells(budget.combined, budget.combined), "")
+    expanded = BudgetRow("expanded (95 %)", "", None, _budget_cells(budget.expanded_95, budget.combined), "")
+    return BudgetView(tuple((label, unit) for label, _, unit in labels), (*sources, combined, expanded))
+
+
+def _budget_cells(values: Mapping[str, float], combined: Mapping[str, float]) -> tuple[str, ...]:
+    return tuple(
+        "·" if values[name] < NEGLIGIBLE * whole else f"{values[name]:.2g}" for name, whole in combined.items()
+    )
 
 
 def parameter_row(estimate: ParameterEstimate, sensitivity: float, truth: float | None) -> ParameterRow:

@@ -72,6 +72,28 @@ class TestRow:
 
 
 @dataclass(frozen=True)
+class BudgetRow:
+    """One source of uncertainty, or what all combine to."""
+
+    source: str
+    type: str
+    """``A``, ``B``, or empty for the sums."""
+    degrees_of_freedom: float | None
+    cells: tuple[str, ...]
+    """Standard uncertainty put into each parameter, as printed; a dot where it is negligible."""
+    stated: str
+
+
+@dataclass(frozen=True)
+class BudgetView:
+    """The uncertainty budget of one axis."""
+
+    headings: tuple[tuple[str, str], ...]
+    """Label and unit of each parameter."""
+    rows: tuple[BudgetRow, ...]
+
+
+@dataclass(frozen=True)
 class AxisView:
     """One sensor axis: its solution and what is said about it."""
 
@@ -85,6 +107,10 @@ class AxisView:
     """Empty where there was one replication."""
     remarks: tuple[str, ...]
     """Further results, a sentence each."""
+    advice: tuple[str, ...] = ()
+    """What repeats in the residuals and what drifts, a sentence each."""
+    budget: BudgetView | None = None
+    """What each source of uncertainty puts into each parameter; None where the sources are not known."""
 
     @property
     def is_clear(self) -> bool:
