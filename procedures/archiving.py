@@ -1,0 +1,54 @@
+"""A solved run into the archive: the run as a row, its sensors with their rows, and who answers for what expired."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from procedures.report.assemble import RunRecord
+from procedures.solving import SolvedSensor
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from ams.sets.archive_runs import Override, PublishedRun, RunEntry
+    from ams.sets.coefficients import CoefficientSet
+
+
+def publish_solved(
+    archive_url: str,
+    folder: "Path",
+    record: RunRecord,
+    solved: Mapping[str, SolvedSensor],
+    sets: "Mapping[str, CoefficientSet]",
+    override: "Override | None" = None,
+) -> "PublishedRun":
+    """Published at the moment the run ended, by its own clock: publishing again changes nothing.
+
+    Raises: ams.errors.ArchiveError where the archive or an expired standard refuses.
+    """
+    from ams.sets.archive_runs import MeasuredSensor, publish_run
+
+    entry = run_entry(folder, record)
+    measured = [
+        MeasuredSensor(one, solved[name].observations, record.plan.sensors[name].check_sensor)
+        for name, one in sets.items()
+    ]
+    usage = record.plan.usage_pitch_deg
+    return publish_run(archive_url, entry, measured, entry.ended_utc, usage_pitch_deg=usage, override=override)
+
+
+def run_entry(folder: "Path", record: RunRecord) -> "RunEntry":
+    """The run as the archive keeps it."""
+    from ams.sets.archive_runs import RunEntry
+
+    return RunEntry(
+        journal_sha256=record.hashes["journal content"],
+        run_id=record.run_id,
+        title=record.plan.title,
+        rig=record.rig.rig.name,
+        operator=record.operator,
+        simulated=record.is_simulated,
+        started_utc=min((dwell.started_utc for dwell in record.dwells), default=record.created_utc),
+        ended_utc=record.events[-1].utc if record.events else record.created_utc,
+        folder=str(folder.resolve()),
+        software_version=record.versions["calrig"],
+    )
