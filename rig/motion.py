@@ -15,7 +15,7 @@ from threading import Thread
 from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
 from rig.devices.abilities import Axis, AxisState, Wait
-from rig.errors import DeviceFault, RequestRefused, RigError, WaitEnded
+from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused, RigError, WaitEnded
 
 STALL_S = 2.0
 """Rig seconds without progress after which an axis that says it moves is stalled."""
@@ -186,7 +186,7 @@ def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
 
 def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:
     task = f"move to {target_deg:g} deg"
-    axis.start_move(target_deg)
+    _start(axis, target_deg)
     crash_point(CrashPoint.MOVE_SENT)
     limit_s = abs(target_deg - from_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
     state = _watch(axis, task, target_deg, limit_s, clock, wait)
@@ -224,6 +224,17 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
         left_s = 0.0 if target_deg is None else abs(target_deg - state.position_deg) / axis.speed_dps
         _wait_or_stop(axis, min(max(left_s, look_s), STALL_S), wait)
         look_s = look_s if left_s > 0.0 else min(2.0 * look_s, _LAST_LOOK_S)
+
+
+def _start(axis: Axis, target_deg: float) -> None:
+    """An acknowledgement that does not come is settled by asking: the target is absolute, so what stands still where
+    it stood never got it, and may be told again."""
+    try:
+        axis.start_move(target_deg)
+    except (DeviceSilent, DeviceNonsense):
+        state = _state_or_stop(axis)
+        if not state.is_moving and not _has_arrived(axis, state, target_deg):
+            axis.start_move(target_deg)
 
 
 def _state_or_stop(axis: Axis) -> AxisState:

@@ -1,0 +1,217 @@
+"""Catalogue 4.2: links and protocols, as whole runs on twins whose lines misbehave."""
+
+from pathlib import Path
+
+import pytest
+from night import Night, asks, events, states
+from plagued import faults, plagued
+from small_run import Bench, bench, dwells_of, measured
+
+from procedures.run.journal_reader import JournalReader
+from procedures.run.states import State
+from rig.assembly import open_rig
+from rig.errors import DeviceNonsense, DeviceSilent, RigBusy
+
+TABLE, METER, CHAMBER = "axes.pitch", "readouts.dmm", "environment.air"
+EVERY = {TABLE: 71, METER: 97, CHAMBER: 23}
+"""A line that talks little gets its share of the faults as well."""
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return bench(tmp_path_factory.mktemp("bench"))
+
+
+@pytest.fixture(scope="module")
+def clean(small: Bench) -> Path:
+    assert small.run(small.folder / "clean").state is State.FINISHED
+    return small.folder / "clean"
+
+
+def _unharmed(small: Bench, clean: Path, run_dir: Path, **rules: dict[str, object]) -> list[str]:
+    """Run with the faults, and see that they happened and changed no number; what they were."""
+    night = Night(run_dir, at={number: asks("continue") for number in range(40, 4000, 40)})
+    outcome, told = plagued(small, night, faults(**rules))
+    assert outcome.state is State.FINISHED, outcome.reason
+    assert told, "no fault happened"
+    assert measured(dwells_of(run_dir)) == measured(dwells_of(clean))
+    return told
+
+
+@pytest.mark.parametrize("line", [TABLE, METER, CHAMBER])
+def test_fault_24_garbled_bytes_are_asked_for_again_and_change_no_number(
+    small: Bench, clean: Path, tmp_path: Path, line: str
+) -> None:
+    """Detected: framing, checksum, a strict pattern over the whole line, range.
+    Response: drained and asked again at most twice where that is harmless; then the dwell is void and repeated.
+    """
+    _unharmed(small, clean, tmp_path / "run", noise={"line": line, "kind": "garble", "every": 61})
+
+
+def test_fault_24_stuck_a_line_that_only_talks_nonsense_measures_nothing(small: Bench, tmp_path: Path) -> None:
+    """A wrong baud rate from the start: no dwell, no motion."""
+    with pytest.raises((DeviceNonsense, DeviceSilent)) as told:
+        with open_rig(small.rig, faults=faults(baud={"line": METER, "kind": "garble", "every": 1})) as rig:
+            rig.identities()
+    assert "dmm" in str(told.value)
+
+
+@pytest.mark.parametrize("keep", [1, 4, 9])
+@pytest.mark.parametrize("line", [TABLE, METER])
+def test_fault_25_a_partial_reply_is_never_used(
+    small: Bench, clean: Path, tmp_path: Path, line: str, keep: int
+) -> None:
+    """Detected: no terminator or length by the deadline.
+    Response: waited for, drained, asked again only where that is harmless; a prefix is no number.
+    """
+    _unharmed(small, clean, tmp_path / "run", cut={"line": line, "kind": "truncate", "keep": keep, "every": 83})
+
+
+def test_fault_25_a_reply_that_trickles_is_put_together(small: Bench, clean: Path, tmp_path: Path) -> None:
+    rules = {
+        f"at{keep}": {"line": TABLE, "kind": "split", "keep": keep, "delay_s": 0.05, "every": 40 + keep}
+        for keep in range(1, 10)
+    }
+    told = _unharmed(small, clean, tmp_path / "run", **rules)
+    assert len(told) > 20
+
+
+@pytest.mark.parametrize("line", [TABLE, METER, CHAMBER])
+def test_fault_26_a_late_reply_is_not_the_answer_to_the_next_question(
+    small: Bench, clean: Path, tmp_path: Path, line: str
+) -> None:
+    """Detected: the reply echoes its question, or the line was seen quiet and a sentinel answered before it.
+    Response: after a time-out the line falls quiet first; no answer is shifted by one.
+    """
+    _unharmed(
+        small, clean, tmp_path / "run", late={"line": line, "kind": "delay", "delay_s": 2.7, "every": EVERY[line]}
+    )
+
+
+@pytest.mark.parametrize("line", [TABLE, METER, CHAMBER])
+def test_fault_27_a_doubled_reply_is_dropped_before_the_next_question(
+    small: Bench, clean: Path, tmp_path: Path, line: str
+) -> None:
+    """Detected: bytes that nobody asked for, before the next question.
+    Response: drained and counted; more than 2 % of the questions hold the run.
+    """
+    _unharmed(
+        small, clean, tmp_path / "run", twice={"line": line, "kind": "duplicate", "delay_s": 0.01, "every": EVERY[line]}
+    )
+
+
+def test_fault_28_an_echo_is_never_a_value(small: Bench, tmp_path: Path) -> None:
+    """Detected: the first bytes equal what was sent.
+    Response: no device of ours echoes, so it is nonsense: refused, repeated, never parsed as a value.
+    """
+    for line in (TABLE, METER, CHAMBER):
+        with pytest.raises((DeviceNonsense, DeviceSilent)):
+            with open_rig(small.rig, faults=faults(rs485={"line": line, "kind": "echo", "every": 1})) as rig:
+                rig.identities()
+                rig.axes["pitch"].state()
+                rig.environments["air"].temperature_degc()
+
+
+def test_fault_28_an_echo_now_and_then_changes_no_number(small: Bench, clean: Path, tmp_path: Path) -> None:
+    _unharmed(small, clean, tmp_path / "run", echo={"line": TABLE, "kind": "echo", "every": 89})
+
+
+@pytest.mark.parametrize("line", [TABLE, METER, CHAMBER])
+def test_fault_29_stale_bytes_at_open_are_no_answer(small: Bench, clean: Path, tmp_path: Path, line: str) -> None:
+    """Detected: bytes before the first question, or before its answer.
+    Response: waited until quiet, discarded, asked again.
+    """
+    banner = "BOOT 1.7 OK 12.5\\r\\n+1.23456789E+00\\r\\n".encode().decode("unicode_escape") * 100
+    _unharmed(small, clean, tmp_path / "run", banner={"line": line, "kind": "stale", "text": banner, "nth": [1]})
+
+
+def test_fault_30_a_lost_acknowledgement_never_moves_an_axis_twice(small: Bench, clean: Path, tmp_path: Path) -> None:
+    """Detected: no acknowledgement by the deadline.
+    Response: absolute moves only; in doubt the state is asked, and nothing is sent again blindly.
+    """
+    _unharmed(small, clean, tmp_path / "run", ack={"line": TABLE, "kind": "drop", "every": 53})
+
+
+def test_fault_30_a_lost_question_is_asked_again(small: Bench, clean: Path, tmp_path: Path) -> None:
+    _unharmed(small, clean, tmp_path / "run", lost={"line": TABLE, "kind": "drop", "on": "question", "every": 53})
+
+
+@pytest.mark.parametrize(
+    ("code", "response"), [(1, "tripped"), (2, "tripped"), (3, "tripped"), (4, "told"), (5, "waited"), (6, "waited"),
+                           (8, "told"), (10, "told"), (11, "told")]
+)  # fmt: skip
+def test_fault_31_an_exception_code_says_who_must_act(
+    small: Bench, clean: Path, tmp_path: Path, code: int, response: str
+) -> None:
+    """Detected: the function code with its high bit, decoded by number.
+    Response: 1 to 3 trip (the rig file is wrong); 5 and 6 are waited for; 4, 8, 10 and 11 are the device's or the
+    gateway's: asked again, then held or tripped; none is retried for ever.
+    """
+    once = {"line": CHAMBER, "kind": "exception", "code": code, "nth": [30]}
+    night = Night(tmp_path / "run", at={40: asks("stop")})
+    outcome, told = plagued(small, night, faults(once=once))
+    assert told
+    if response == "waited":
+        assert outcome.state is State.FINISHED
+        assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+    elif response == "tripped":
+        assert outcome.state is State.TRIPPED
+        assert "air" in outcome.reason
+    else:
+        assert outcome.state in (State.FINISHED, State.TRIPPED, State.STOPPED), outcome.reason
+        assert outcome.state is State.FINISHED or "air" in str([e.detail for e in events(night.run_dir, "state")])
+
+
+def test_fault_35_a_mute_device_is_told_by_name_and_silences_no_other(small: Bench, tmp_path: Path) -> None:
+    """Detected: every device has a deadline and counts of its own.
+    Response: held by name; the others answer meanwhile, and the axes are stopped.
+    """
+    night = Night(tmp_path / "run", at={200: asks("stop")})
+    outcome, _ = plagued(small, night, faults(mute={"line": CHAMBER, "kind": "drop", "at_s": 60.0},
+                                             still={"line": CHAMBER, "kind": "drop", "every": 1, "most": 10**6}))  # fmt: skip
+    assert outcome.state is State.STOPPED or "air" in outcome.reason
+
+
+def test_fault_37_one_percent_of_damaged_replies_changes_no_number(small: Bench, clean: Path, tmp_path: Path) -> None:
+    """Detected: counts of questions and errors on every line.
+    Response: recorded from 0.1 % on, held above 2 % until a person says continue.
+    """
+    rules: dict[str, dict[str, object]] = {
+        kind: {"line": "*", "kind": kind, "probability": 0.0033, **more}
+        for kind, more in {"drop": {}, "garble": {}, "truncate": {"keep": 2}}.items()  # type: ignore[dict-item]
+    }
+    assert len(_unharmed(small, clean, tmp_path / "run", **rules)) > 10
+
+
+def test_fault_38_a_second_controller_is_refused_and_told_who_has_the_rig(small: Bench, tmp_path: Path) -> None:
+    """Detected: kernel locks on every port and on the rig file.
+    Response: the second is refused with the owner's name; foreign motion trips (52), foreign bytes are drained (27).
+    """
+    rig_file = tmp_path / "rig.toml"
+    rig_file.write_text("", encoding="utf-8")
+    with open_rig(small.rig, rig_file=rig_file, purpose="run"):
+        with pytest.raises(RigBusy, match=r"run"):
+            open_rig(small.rig, rig_file=rig_file, purpose="jog")
+
+
+def test_fault_36_a_port_that_is_gone_is_noticed_at_the_next_question(
+    small: Bench, clean: Path, tmp_path: Path
+) -> None:
+    night = Night(tmp_path / "run")
+    rule = {"line": METER, "kind": "hang-up", "at_s": 80.0, "away_s": 300.0}
+    outcome, _ = plagued(small, night, faults(gone=rule))
+    assert outcome.state is State.FINISHED
+    assert "held" in states(night.run_dir)
+    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+
+
+def test_fault_21_a_line_that_hangs_up_in_mid_move_is_held_and_goes_on(
+    small: Bench, clean: Path, tmp_path: Path
+) -> None:
+    night = Night(tmp_path / "run")
+    rule = {"line": TABLE, "kind": "hang-up", "nth": [150], "away_s": 20.0}
+    outcome, _ = plagued(small, night, faults(gone=rule))
+    assert outcome.state is State.FINISHED
+    with JournalReader.open(night.run_dir) as reader:
+        reader.verify()
+    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
