@@ -26,6 +26,7 @@ from ams.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.solve.components import components_of
 from ams.solve.layout import Layout, layout_of
 from ams.solve.linearised import linearise
+from ams.solve.package import SolvedAxis, package_covariance
 from ams.solve.result import AxisCalibration, Calibration, Replication
 from ams.solve.standing import standing_rows
 from ams.solve.whole_plots import visit_warnings, visits_of
@@ -57,6 +58,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     weights = None if request.weights is None else request.weights[kept] / request.weights[kept].mean()
     choices = {label: choose_model(label, rows, request) for label in labels}
     axes: dict[str, AxisCalibration] = {}
+    parts: dict[str, SolvedAxis] = {}
     shared = {label: request.shared_errors.get(label, ()) for label in labels}
     for group in _alike(choices, shared):
         models = [choices[label].model for label in group]
@@ -67,8 +69,10 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         for row, label in enumerate(group):
             asked = request.residual_curvature
             axes[label] = _axis(label, solved, row, observations, choices[label], asked=asked)
+            parts[label] = SolvedAxis(label, models[row].primary_names, solved.components, row, shared[label])
     warnings = (*left_out, *_layout_warnings(layout, rows))
-    return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings)
+    package = package_covariance([parts[label] for label in labels])
+    return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings, package)
 
 
 def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[SharedError]]) -> Iterator[Sequence[str]]:
@@ -175,8 +179,8 @@ def _axis_warnings(label: str, solved: SolvedColumns, row: int) -> Iterator[str]
         )
     if isinstance(solved.problem.model, WithTime):
         yield (
-            f"axis {label}: the offset holds at the reference time, {solved.problem.model.reference_s:.0f} s after the "
-            "first reading (the middle of the run); its drift is stated and never applied"
+            f"axis {label}: the offset holds at the reference time, time_s = {solved.problem.model.reference_s:.0f} s "
+            "(the middle of the run); its drift is stated and never applied"
         )
     sums = solved.mixed.sums
     if sums is not None and sums.dof_precision <= 0:

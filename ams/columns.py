@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ams.models.drifting import REFERENCE_NAME
 from ams.models.model import Model, Stimulus
 from ams.observations import Observations
-from ams.solve.components import ComponentColumns
+from ams.solve.components import Causes, ComponentColumns
 from ams.solve.derived import DerivedParameters, derive
 from ams.solve.layout import Layout, layout_of
 from ams.solve.linearised import SHARED, Linearised, linearise, shared_regressors
@@ -177,8 +177,20 @@ def _all_primary(
                     for own, blocks in pairs
                 ]
             )
-        placed.append(replace(part, covariance=covariance))
+            placed.append(replace(part, covariance=covariance, causes=None))
+        else:
+            placed.append(replace(part, covariance=covariance, causes=_causes_of_all(problem, part.causes)))
     return tuple(placed)
+
+
+def _causes_of_all(problem: Linearised, causes: Causes | None) -> Causes | None:
+    """Over all primary parameters: fixed ones have none."""
+    size = len(problem.model.primary_names)
+    if causes is None or problem.free.size == size:
+        return causes
+    effects = np.zeros((*causes.effects.shape[:-2], size, causes.effects.shape[-1]))
+    effects[..., problem.free, :] = causes.effects
+    return replace(causes, effects=effects)
 
 
 def _with_fixed(problem: Linearised, effect: FloatArray) -> FloatArray:

@@ -12,6 +12,28 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class Causes:
+    """What one part of the covariances comes from, cause by cause: covariance = scale² effects effectsᵀ.
+
+    The causes of several estimates stand in the same order: the same replication, the same point, the same index of the
+    table. That is what the covariance between two sensor axes of a package is made from.
+    """
+
+    effects: FloatArray
+    """(m, P, r), or (P, r) where they are the same for every estimate."""
+    scale: FloatArray
+    """(m,)"""
+    signs: FloatArray | None = None
+    """(r, m) how each cause came out for each estimate, where the causes are of the estimate's own (a point's lack of
+    fit): two axes' are correlated as their signs are. None: the cause is one and the same for all (an index)."""
+
+    def of(self, row: int) -> FloatArray:
+        """(P, r) of one estimate."""
+        effects = self.effects if self.effects.ndim == 2 else self.effects[row]
+        return np.asarray(self.scale[row] * effects)
+
+
+@dataclass(frozen=True)
 class ComponentColumns:
     """One part of the covariances of m estimates."""
 
@@ -20,11 +42,8 @@ class ComponentColumns:
     """(m, P, P)"""
     dof: FloatArray
     """(m,) degrees of freedom it was estimated with; infinite for what a certificate states."""
-
-    def rows(self, chosen: Sequence[int]) -> "ComponentColumns":
-        """The part of some of the estimates."""
-        places = list(chosen)
-        return ComponentColumns(self.name, self.covariance[places], self.dof[places])
+    causes: Causes | None = None
+    """None: every estimate's are its own, and nobody else's."""
 
 
 def components_of(columns: Sequence[ComponentColumns], place: int) -> tuple[VarianceComponent, ...]:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.solve.components import ComponentColumns
+from ams.solve.components import Causes, ComponentColumns
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums, replicated_sums
@@ -92,7 +92,7 @@ def estimate(
     estimator, found = _weighted(form, outputs_v, ordinary, own, joined)
     components = [_spread(estimator, form, alone, layout, own_v, sums, plots)]
     if beyond.any():
-        components.append(_lack_of_fit(estimator, layout, beyond, beyond_dof))
+        components.append(_lack_of_fit(estimator, layout, beyond, beyond_dof, sums.point_effects))
     components += _from_common(form, estimator, common)
     return MixedEstimates(found.T, tuple(components), estimator, precision, beyond, ordinary, ss_ordinary, sums)
 
@@ -119,7 +119,9 @@ def _unreplicated(
         variance, dof = (np.array([getattr(s, name) for s in scatters]) for name in ("variance", "dof"))
     estimator, found = _weighted(form, outputs_v, ordinary, [v / weights for v in variance], joined)
     spread = variance[:, None, None] * ((estimator / weights) @ np.swapaxes(estimator, -1, -2))
-    components = (ComponentColumns("residuals", spread, dof), *_from_common(form, estimator, common))
+    residuals = np.sqrt(weights)[:, None] * (outputs_v - form.basis @ ordinary)
+    causes = Causes(estimator / np.sqrt(weights), np.sqrt(variance), residuals)
+    components = (ComponentColumns("residuals", spread, dof, causes), *_from_common(form, estimator, common))
     unknown = np.full(variance.size, np.nan)
     return MixedEstimates(found.T, components, estimator, unknown, unknown, ordinary, ss_ordinary, None)
 
@@ -208,14 +210,19 @@ def _spread(
     """Precision and drift, from what differs between replications, or between visits of a plateau."""
     dof = np.full(own_v.shape[1], float(plots.dof))
     if plots.absorbed > 0:
-        mean_squares = _mean_squares(form, alone, layout, sums, plots)
-        return ComponentColumns(plots.name, _response(estimator, alone, mean_squares, plots), dof)
+        effects = _response(estimator, alone, _departures(form, alone, layout, sums, plots), plots)
+        return _of_effects(plots.name, effects, 1.0, dof)
     if sums.is_balanced and estimator is form.estimator and plots.is_replications and alone is form:
         contributions = sums.contrasts.transpose(2, 0, 1) / layout.replications
     else:
         contributions = _contributions(estimator, alone, sums.departures(alone, layout, own_v), plots)
-    scale = plots.count / plots.dof
-    return ComponentColumns(plots.name, scale * np.swapaxes(contributions, -1, -2) @ contributions, dof)
+    scale = float(np.sqrt(plots.count / plots.dof))
+    return _of_effects(plots.name, np.swapaxes(contributions, -1, -2), scale, dof)
+
+
+def _of_effects(name: str, effects: FloatArray, scale: float, dof: FloatArray) -> ComponentColumns:
+    covariance = scale**2 * effects @ np.swapaxes(effects, -1, -2)
+    return ComponentColumns(name, covariance, dof, Causes(effects, np.full(dof.size, scale)))
 
 
 def _contributions(estimator: FloatArray, alone: LinearForm, left: FloatArray, plots: WholePlots) -> FloatArray:
@@ -226,20 +233,20 @@ def _contributions(estimator: FloatArray, alone: LinearForm, left: FloatArray, p
     return np.swapaxes((estimator * left.T[:, None, :]) @ plots.membership, -1, -2)
 
 
-def _mean_squares(
+def _departures(
     form: LinearForm, alone: LinearForm, layout: Layout, sums: ReplicatedSums, plots: WholePlots
 ) -> FloatArray:
-    """(m, P, P) covariance of the groups' own parameters where shared parameters are found from them.
+    """(m, groups, P) departures of the groups' own parameters, whose squares add up to the covariance of one group, for
+    parameters that are shared and found from the groups.
 
     A shared parameter takes a contrast from the directions that it moves (a sensitivity's temperature coefficient: from
     those along the sensor's axis) and from no other: each direction is divided by what is left to it.
     """
     of_replication = plots.of_replication(layout)
     departures = np.einsum("rpm,rg->mgp", sums.contrasts, of_replication / of_replication.sum(axis=0))
-    root = np.linalg.cholesky(alone.unscaled_covariance)
+    root = np.asarray(np.linalg.cholesky(alone.unscaled_covariance), dtype=np.float64)
     scale = root @ _inverse_root(_contrasts_left(form, alone, plots, root)) @ np.linalg.inv(root)
-    scaled = departures @ scale.T
-    return np.asarray(np.swapaxes(scaled, -1, -2) @ scaled)
+    return np.asarray(departures @ scale.T)
 
 
 def _contrasts_left(form: LinearForm, alone: LinearForm, plots: WholePlots, root: FloatArray) -> FloatArray:
@@ -264,19 +271,23 @@ def _inverse_root(matrix: FloatArray) -> FloatArray:
     return np.asarray((vectors / np.sqrt(values)) @ vectors.T)
 
 
-def _response(estimator: FloatArray, alone: LinearForm, covariance: FloatArray, plots: WholePlots) -> FloatArray:
-    """(m, P, P) where shared parameters are found from the groups' own: each group's departure has that covariance,
-    and moves the estimate as the estimator responds to that group."""
+def _response(estimator: FloatArray, alone: LinearForm, departures: FloatArray, plots: WholePlots) -> FloatArray:
+    """(m, P, groups²) effects where shared parameters are found from the groups' own: each group may have any of the
+    departures that the groups show, and moves the estimate as the estimator responds to that group."""
     rows = np.einsum("ng,ni->gni", plots.membership, alone.basis)
     response = np.expand_dims(estimator, -3) @ rows
-    return np.asarray(np.sum(response @ covariance[:, None] @ np.swapaxes(response, -1, -2), axis=-3))
+    effects = response @ np.swapaxes(departures, -1, -2)[:, None]
+    return np.asarray(np.moveaxis(effects, 1, 2).reshape(effects.shape[0], effects.shape[2], -1))
 
 
-def _lack_of_fit(estimator: FloatArray, layout: Layout, variance: FloatArray, dof: FloatArray) -> ComponentColumns:
+def _lack_of_fit(
+    estimator: FloatArray, layout: Layout, variance: FloatArray, dof: FloatArray, point_effects: FloatArray
+) -> ComponentColumns:
     flat = estimator.reshape(-1, layout.rows)
     by_point = layout.sum_by_point(flat.T).T.reshape(*estimator.shape[:-1], layout.points)
     squares = by_point @ np.swapaxes(by_point, -1, -2)
-    return ComponentColumns("lack-of-fit", variance[:, None, None] * squares, dof)
+    causes = Causes(by_point, np.sqrt(variance), point_effects)
+    return ComponentColumns("lack-of-fit", variance[:, None, None] * squares, dof, causes)
 
 
 def _from_common(form: LinearForm, estimator: FloatArray, common: Sequence[CommonErrors]) -> list[ComponentColumns]:
@@ -284,7 +295,6 @@ def _from_common(form: LinearForm, estimator: FloatArray, common: Sequence[Commo
     for name in common[0] if common else ():
         rows = common[0][name].shape[0]
         pairs = zip(estimator[..., :rows], common, strict=True)
-        effects = [form.repeats * own @ blocks[name] for own, blocks in pairs]
-        covariance = np.stack([effect @ effect.T for effect in effects])
-        parts.append(ComponentColumns(name, covariance, np.full(len(effects), np.inf)))
+        effects = np.stack([form.repeats * own @ blocks[name] for own, blocks in pairs])
+        parts.append(_of_effects(name, effects, 1.0, np.full(len(effects), np.inf)))
     return parts

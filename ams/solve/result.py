@@ -120,6 +120,25 @@ class AxisCalibration:
 
 
 @dataclass(frozen=True)
+class PackageCovariance:
+    """Covariance of the primary parameters of all axes of a package together.
+
+    The axes share the table's indices, and often what a replication or a plateau does to the package: an inferred angle
+    takes from several axes, and its uncertainty needs what they have in common.
+    """
+
+    order: tuple[tuple[str, str], ...]
+    """(Q) sensor axis and primary parameter."""
+    components: tuple[VarianceComponent, ...]
+    """(Q, Q) independent parts; the diagonal blocks are the axes' own."""
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(Q, Q)"""
+        return np.asarray(sum(part.covariance for part in self.components))
+
+
+@dataclass(frozen=True)
 class Calibration:
     """All axes of one package, solved together from the same rows."""
 
@@ -128,3 +147,5 @@ class Calibration:
     convention: str
     """``TP`` (pitch-roll), ``CR`` (pitch-yaw-roll, gyro) or ``SR`` (straight lines)."""
     warnings: tuple[str, ...] = ()
+    package: PackageCovariance | None = None
+    """None where there is one axis only."""

@@ -1,0 +1,84 @@
+"""The covariance between the axes of one package.
+
+Every part of an axis' covariance comes from causes (:class:`~ams.solve.components.Causes`). Where two axes were solved
+from the same rows their causes are the same: an index of the table has one error for all axes, a replication one
+disturbance of the package. A point's lack of fit may or may not be the same in two axes; there the residuals tell, by
+their correlation over the points. What belongs to one axis alone (its temperature coefficients) has no covariance with
+another's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.solve.components import ComponentColumns
+from ams.solve.result import PackageCovariance, VarianceComponent
+from ams.uncertainty.shared_errors import SharedError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SolvedAxis:
+    """One axis: a row of columns that were solved together."""
+
+    label: str
+    primary_names: Sequence[str]
+    components: Sequence[ComponentColumns]
+    row: int
+    shared_errors: Sequence[SharedError] = ()
+
+    def part(self, name: str) -> ComponentColumns | None:
+        return next((part for part in self.components if part.name == name), None)
+
+    def shares(self, name: str, other: "SolvedAxis") -> bool:
+        """Whether a part has the same causes in another axis. A gain (of a load resistor) is each channel's own."""
+        own, others = ([e for e in axis.shared_errors if e.name == name] for axis in (self, other))
+        return own == others and not any(error.effect == "gain" for error in own)
+
+
+def package_covariance(axes: Sequence[SolvedAxis]) -> PackageCovariance | None:
+    """Of all axes of a package; None where there is one axis only."""
+    if len(axes) < 2:
+        return None
+    names = dict.fromkeys(part.name for axis in axes for part in axis.components)
+    order = tuple((axis.label, name) for axis in axes for name in axis.primary_names)
+    return PackageCovariance(order, tuple(_component(name, axes) for name in names))
+
+
+def _component(name: str, axes: Sequence[SolvedAxis]) -> VarianceComponent:
+    edges = np.concatenate([[0], np.cumsum([len(axis.primary_names) for axis in axes])])
+    places = [slice(low, high) for low, high in pairwise(edges)]
+    covariance = np.zeros((edges[-1], edges[-1]))
+    there = [(place, axis, part) for place, axis in zip(places, axes, strict=True) if (part := axis.part(name))]
+    for number, (place, axis, part) in enumerate(there):
+        covariance[place, place] = part.covariance[axis.row]
+        for other_place, other, others in there[:number]:
+            if axis.shares(name, other):
+                between = _between(part, axis.row, others, other.row)
+                covariance[place, other_place], covariance[other_place, place] = between, between.T
+    return VarianceComponent(name, covariance, min(float(part.dof[axis.row]) for _, axis, part in there))
+
+
+def _between(one: ComponentColumns, row: int, other: ComponentColumns, other_row: int) -> FloatArray:
+    """(P, P') covariance of two axes' estimates from the same causes; zero where they are not the same."""
+    nothing = np.zeros((one.covariance.shape[-1], other.covariance.shape[-1]))
+    if one.causes is None or other.causes is None:
+        return nothing
+    effects, others = one.causes.of(row), other.causes.of(other_row)
+    if effects.shape[1] != others.shape[1]:
+        return nothing
+    likeness = _correlation(one.causes.signs, row, other.causes.signs, other_row)
+    return np.asarray(likeness * effects @ others.T)
+
+
+def _correlation(signs: FloatArray | None, row: int, others: FloatArray | None, other_row: int) -> float:
+    """Of how the causes came out for two axes; 1 where they are one and the same."""
+    if signs is None or others is None:
+        return 1.0
+    a, b = signs[:, row], others[:, other_row]
+    squares = float(a @ a) * float(b @ b)
+    return float(a @ b) / squares**0.5 if squares > 0.0 else 0.0

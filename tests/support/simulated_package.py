@@ -1,0 +1,85 @@
+"""Thousands of campaigns of three-axis packages: what errs in the table or in a replication is common to the axes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from simulated_columns import ARCSEC, NOISE_V, Scene, force_of
+
+from ams.columns import SolvedColumns, solve_columns
+from ams.models.accelerometer import PitchRoll
+from ams.observations import Observations
+from ams.request import select_rows
+from ams.uncertainty.table import TableUncertainty
+
+FloatArray = NDArray[np.float64]
+PACKAGE = np.array([[0.005, 2.4999, 0.0179, 0.0125], [-0.02, 0.0091, -2.48, 0.015], [0.011, -0.011, 0.02, 2.51]])
+"""Offset (V) and vector of sensitivities (V/g) of x, y and z."""
+
+
+@dataclass(frozen=True)
+class SolvedPackages:
+    solved: SolvedColumns
+    """Three neighbouring columns for every package."""
+
+    @property
+    def primary(self) -> FloatArray:
+        """(m, 3, 4)"""
+        return self.solved.primary.reshape(-1, 3, 4)
+
+    def components(self) -> dict[str, tuple[FloatArray, float]]:
+        """Part to its (m, 12, 12) covariance over the package and its degrees of freedom: all causes of all axes side
+        by side, multiplied out at once."""
+        return {part.name: (self._stacked(part), float(part.dof.min())) for part in self.solved.components}
+
+    def _stacked(self, part) -> FloatArray:
+        causes, count = part.causes, part.dof.size // 3
+        effects = np.broadcast_to(causes.effects, (3 * count, *causes.effects.shape[-2:]))
+        effects = (causes.scale[:, None, None] * effects).reshape(count, 12, -1)
+        covariance = effects @ np.swapaxes(effects, -1, -2)
+        if causes.signs is None:
+            return covariance
+        signs = causes.signs.reshape(-1, count, 3)
+        products = np.einsum("rmi,rmj->mij", signs, signs)
+        length = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
+        return covariance * np.kron(products / (length[:, :, None] * length[:, None, :]), np.ones((4, 4)))
+
+
+def simulate_packages(scene: Scene, campaigns: int, rng: np.random.Generator) -> SolvedPackages:
+    """42 points as for one axis; lack of fit and drift are each axis' own, an index has one error for all."""
+    grid = np.meshgrid(np.deg2rad(np.arange(-90.0, 91.0, 30.0)), np.deg2rad(np.arange(-180.0, 121.0, 60.0)))
+    pitch, roll = (angle.ravel() for angle in grid)
+    n, points, columns = scene.replications, pitch.size, 3 * campaigns
+    truth = np.tile(PACKAGE, (campaigns, 1))
+    basis = force_of(pitch, roll)
+    spread = scene.drift * NOISE_V * np.sqrt(np.diag(np.linalg.inv(basis.T @ basis)))
+    parameters = truth[:, None] + spread * rng.standard_normal((columns, n, 4))
+    outputs = np.einsum("ki,mri->rkm", basis, parameters)
+    if scene.index_limit_arcsec:
+        stood = _stood(scene, pitch, roll, campaigns, rng)
+        moved = np.einsum("kci,ai->kca", stood - basis[:, None], PACKAGE)
+        outputs = outputs + moved.reshape(points, columns)
+    outputs = outputs + scene.lack_of_fit * NOISE_V * rng.standard_normal((points, columns))
+    outputs_v = (outputs + NOISE_V * rng.standard_normal(outputs.shape)).reshape(n * points, columns)
+    rows = Observations(
+        replication=np.repeat(np.arange(n), points),
+        point=np.tile(np.arange(points), n),
+        pitch_rad=np.tile(pitch, n),
+        roll_rad=np.tile(roll, n),
+        outputs_v={},
+    )
+    if scene.dropped > 0.0:
+        kept = rng.uniform(size=rows.rows) >= scene.dropped
+        rows, outputs_v = select_rows(rows, kept), outputs_v[kept]
+    table = TableUncertainty(*[scene.index_limit_arcsec * ARCSEC] * 2, "limit") if scene.index_limit_arcsec else None
+    return SolvedPackages(solve_columns(rows, outputs_v, [PitchRoll(a) for a in "xyz"] * campaigns, table=table))
+
+
+def _stood(scene: Scene, pitch: FloatArray, roll: FloatArray, campaigns: int, rng: np.random.Generator) -> FloatArray:
+    """(K, campaigns, 4) one and the specific force at the attitudes where the table truly stood."""
+    true = []
+    for angle in (pitch, roll):
+        place = np.unique(np.round(angle, 6), return_inverse=True)[1]
+        limit = scene.index_limit_arcsec * ARCSEC
+        true.append(angle[:, None] + rng.uniform(-limit, limit, (place.max() + 1, campaigns))[place])
+    return force_of(true[0].ravel(), true[1].ravel()).reshape(pitch.size, campaigns, 4)
