@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from ams.frames import wrap_deg
 from ams.solve.result import AxisCalibration, VarianceComponent
 from ams.uncertainty.budget import Budget, Input
-from ams.uncertainty.intervals import INFINITE_DOF, combined_dof
-from ams.uncertainty.monte_carlo import Agreement, MonteCarlo, confirm, summarise
+from ams.uncertainty.intervals import INFINITE_DOF, combined_dof, t_quantile
+from ams.uncertainty.monte_carlo import MonteCarlo, summarise
 from ams.uncertainty.predictions import model_of_solution
 from ams.uncertainty.shared_errors import SharedError
 
@@ -125,7 +125,7 @@ def axis_budget(
         lines,
         dict(zip(names, budget.standard_uncertainties.tolist(), strict=True)),
         dict(zip(names, budget.degrees_of_freedom.tolist(), strict=True)),
-        dict(zip(names, budget.expanded().tolist(), strict=True)),
+        dict(zip(names, _expanded(budget).tolist(), strict=True)),
         float(values[names.index(PER_SI)]) if PER_SI in names else None,
         _checked(axis, names, budget, errors, gravity, trials, seed) if trials > 0 else None,
     )
@@ -198,15 +198,23 @@ def _checked(
         trial[PER_SI] = trial[SENSITIVITY] / g
     results = np.stack([_unwrapped(name, trial[name], value) for name, value in zip(names, budget.values, strict=True)])
     found = summarise(results)
-    return MonteCarloCheck(trials, seed, _compared(names, found, confirm(budget, found, digits=1)))
+    return MonteCarloCheck(trials, seed, _compared(names, found, budget))
 
 
 def _unwrapped(name: str, values: FloatArray, about: float) -> FloatArray:
     return about + wrap_deg(values - about) if name == "azimuth_deg" else values
 
 
-def _compared(names: list[str], found: MonteCarlo, agreement: Agreement) -> Mapping[str, CheckedParameter]:
-    within = (agreement.lower_difference <= agreement.tolerance) & (agreement.upper_difference <= agreement.tolerance)
+def _expanded(budget: Budget) -> FloatArray:
+    """As it is reported: Student's factor at the effective degrees of freedom, these not rounded."""
+    return np.asarray(t_quantile(0.95, budget.degrees_of_freedom) * budget.standard_uncertainties)
+
+
+def _compared(names: list[str], found: MonteCarlo, budget: Budget) -> Mapping[str, CheckedParameter]:
+    half, ends = _expanded(budget), found.symmetric_interval
+    tolerance = 0.5 * 10.0 ** np.floor(np.log10(budget.standard_uncertainties))
+    off = np.maximum(np.abs(budget.values - half - ends[:, 0]), np.abs(budget.values + half - ends[:, 1]))
+    within = off <= tolerance
     columns = zip(
         names, found.standard_uncertainty.tolist(), found.symmetric_interval.tolist(), within.tolist(), strict=True
     )

@@ -5,22 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from procedures.cli.findings_text import findings_lines
-
-UNITS = {
-    "_v_per_g2": "V/g²",
-    "_v_per_mps2": "V/(m/s²)",
-    "_v_per_g": "V/g",
-    "_g_per_v": "g/V",
-    "_v_per_h": "V/h",
-    "_v_per_degc": "V/°C",
-    "_v_per_dps": "V/(°/s)",
-    "_per_degc": "1/°C",
-    "_degc": "°C",
-    "_deg": "°",
-    "_v": "V",
-    "_g": "g",
-    "_s": "s",
-}
+from procedures.cli.units_text import label_and_unit
 
 
 def set_text(document: Mapping[str, Any]) -> str:
@@ -65,9 +50,9 @@ def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
         return f"{label:<28} not determined"
     uncertainty = estimate["standard_uncertainty"]
     text = f"{label:<28} {with_uncertainty(estimate['value'], uncertainty):>16} {unit:<8}"
-    if uncertainty is not None:
+    if uncertainty:
         text += f" u {uncertainty:.2g} {unit}"
-    if estimate.get("tp_standard_uncertainty") is not None:
+    if estimate.get("tp_standard_uncertainty"):
         text += f"   (TP's pooled form {estimate['tp_standard_uncertainty']:.2g})"
     return text
 
@@ -77,14 +62,6 @@ def replication_line(replication: Mapping[str, Any]) -> str:
     fit = _test("lack of fit", replication["lack_of_fit"])
     drift = ", ".join(_test(name, test) for name, test in replication["drift"].items())
     return f"{replication['n']} replications of {replication['points']} points: {fit}; drift: {drift}"
-
-
-def label_and_unit(name: str) -> tuple[str, str]:
-    """``sensitivity_v_per_g`` as ``sensitivity`` and ``V/g``."""
-    for ending, unit in UNITS.items():
-        if name.endswith(ending):
-            return name.removesuffix(ending).replace("_", " "), unit
-    return name.replace("_", " "), ""
 
 
 def with_uncertainty(value: float, uncertainty: float | None) -> str:

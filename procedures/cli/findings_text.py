@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from procedures.cli.units_text import label_and_unit
 from procedures.errors import RequestError
 
 MOST_TRIALS = 10_000_000
@@ -53,33 +54,38 @@ def _curvature(found: Mapping[str, Any]) -> str:
 
 
 def _budget(budget: Mapping[str, Any]) -> Iterator[str]:
-    from procedures.cli.coefficients_text import label_and_unit
-
-    combined, expanded = budget["combined_standard_uncertainty"], budget["expanded_uncertainty_95"]
-    if len(budget["lines"]) > 1:
-        yield "budget (standard uncertainty that each source puts into):"
-        headings = [label_and_unit(name) for name in combined]
-        yield f"  {'source':<50} {'ν':>5}  " + "  ".join(f"{' '.join(parts):>18}" for parts in headings)
-        for line in budget["lines"]:
-            yield _budget_line(line, combined)
-        yield f"  {'combined':<50} {'':>5}  " + "  ".join(_cell(combined[name]) for name in combined)
-        yield f"  {'expanded, 95 %':<50} {'':>5}  " + "  ".join(_cell(expanded[name]) for name in combined)
-    if "monte_carlo" in budget:
-        check = budget["monte_carlo"]
-        missed = [label_and_unit(name)[0] for name, found in check["parameters"].items() if not found["is_confirmed"]]
-        verdict = (
-            f"differs for {', '.join(missed)}: use its intervals" if missed else "confirms the budget to one digit"
+    """Sources numbered, then a row for each parameter: what each source puts into it, and what all make."""
+    lines, combined = budget["lines"], budget["combined_standard_uncertainty"]
+    if len(lines) > 1:
+        yield "uncertainty budget:"
+        yield from (f"  {number} {_source(line)}" for number, line in enumerate(lines, start=1))
+        yield f"  {'standard uncertainty by':<32}" + "".join(
+            f"{heading:>10}" for heading in (*map(str, range(1, len(lines) + 1)), "combined", "95 %")
         )
-        yield f"Monte Carlo, {check['trials']} trials, seed {check['seed']}: {verdict}"
+        for name, whole in combined.items():
+            cells = [_cell(line["standard_uncertainty"][name], whole) for line in lines]
+            ends = [f"{whole:>10.2g}", f"{budget['expanded_uncertainty_95'][name]:>10.2g}"]
+            yield f"  {' '.join(label_and_unit(name)):<32}{''.join((*cells, *ends))}"
+    if "monte_carlo" in budget:
+        yield from _monte_carlo(budget["monte_carlo"])
 
 
-def _budget_line(line: Mapping[str, Any], combined: Mapping[str, float]) -> str:
-    dof = line["degrees_of_freedom"]
-    values = line["standard_uncertainty"]
-    cells = "  ".join(_cell(values[name], combined[name]) for name in combined)
-    return f"  {line['type']} {line['source']:<48} {'∞' if dof is None else f'{dof:.0f}':>5}  {cells}"
+def _source(line: Mapping[str, Any]) -> str:
+    dof = "" if line["degrees_of_freedom"] is None else f", {line['degrees_of_freedom']:.0f} degrees of freedom"
+    stated = f" ({line['stated']})" if line["stated"] else ""
+    return f"type {line['type']}: {line['source']}{stated}{dof}"
 
 
-def _cell(value: float | None, combined: float | None = None) -> str:
-    small = value is None or (combined is not None and value < NEGLIGIBLE * combined)
-    return f"{'·' if small else f'{value:.2g}':>18}"
+def _monte_carlo(check: Mapping[str, Any]) -> Iterator[str]:
+    missed = {name: found for name, found in check["parameters"].items() if not found["is_confirmed"]}
+    verdict = "its 95 % intervals differ for" if missed else "confirms the 95 % intervals to one digit of u"
+    yield f"Monte Carlo, {check['trials']} trials, seed {check['seed']}: {verdict}"
+    for name, found in missed.items():
+        label, unit = label_and_unit(name)
+        low, high = found["interval_95"]
+        yield f"  {f'{label} {unit}':<32}{low:.9g} to {high:.9g}"
+
+
+def _cell(value: float | None, combined: float) -> str:
+    is_small = value is None or value < NEGLIGIBLE * combined
+    return f"{'·' if is_small else f'{value:.2g}':>10}"
