@@ -11,6 +11,7 @@ from rig.axis_twins import AXIS_TWINS
 from rig.description import RigDescription, TwinSection
 from rig.devices.csv_imu import CsvImuSettings
 from rig.devices.hp3458a import Hp3458aSettings
+from rig.devices.meter_checks import MeterChecks
 from rig.devices.scpi_daq import ScpiDaqSettings
 from rig.devices.watlow_f4 import WatlowF4Settings
 from rig.devices.watlow_f4t import WatlowF4TSettings
@@ -18,10 +19,12 @@ from rig.drivers import Ability, registered_part
 from rig.errors import DescriptionError
 from rig.openers import settings_as
 from rig.settings import TWIN_PORT, AxisSettings, EnvironmentSettings, ReadoutSettings, StreamSettings
+from rig.twin_settings import TwinReadout
 from rig.twins.csv_imu import CsvImuTwin
 from rig.twins.hp3458a import Hp3458aTwin, ScannedInput
 from rig.twins.hp3488a import Hp3488aTwin
 from rig.twins.imu import MotionSource
+from rig.twins.known_voltages import REFERENCE, SHORT, KnownVoltages
 from rig.twins.modbus_slave import ModbusSlave
 from rig.twins.prologix import GpibInstrument, PrologixTwin
 from rig.twins.scpi_daq import ScpiDaqTwin
@@ -120,9 +123,13 @@ def _hp3458a(name: str, readout: ReadoutSettings, world: World) -> tuple[Twin, s
             f"readouts.{name}: scanner_resource: a meter's twin needs its scanner's twin; leave it out"
         )
     wiring = {entry.scanner_channel: f"{name}.{channel}" for channel, entry in meter.channels.items()}
+    wiring |= _wired_checks(meter.checks)
+    source = _known(name, meter.checks, world)
     scanner = Hp3488aTwin(dict.fromkeys(sorted({number // 100 for number in wiring}), "44470"))
+    twin = Hp3458aTwin(ScannedInput(source, scanner, wiring))
+    twin.own_degc = source.own_degc
     instruments: dict[int, GpibInstrument] = {
-        meter_wire.DEFAULT_ADDRESS: Hp3458aTwin(ScannedInput(world, scanner, wiring)),
+        meter_wire.DEFAULT_ADDRESS: twin,
         scanner_wire.DEFAULT_ADDRESS: scanner,
     }
     return PrologixTwin(instruments), f"prologix+{{port}}#{meter_wire.DEFAULT_ADDRESS}"
@@ -135,8 +142,18 @@ def _watlow_f4(name: str, chamber: EnvironmentSettings, world: World, time_facto
 def _scpi_daq(name: str, readout: ReadoutSettings, world: World) -> tuple[Twin, str]:
     daq = settings_as(ScpiDaqSettings, readout)
     wiring = {entry.channel: f"{name}.{channel}" for channel, entry in daq.channels.items()}
-    unit = ScpiDaqTwin(world, wiring, model=daq.model, line_frequency_hz=daq.line_frequency_hz)
+    source, wiring = _known(name, daq.checks, world), wiring | _wired_checks(daq.checks)
+    unit = ScpiDaqTwin(source, wiring, model=daq.model, line_frequency_hz=daq.line_frequency_hz)
     return ScpiPort(unit), "{port}"
+
+
+def _wired_checks(checks: MeterChecks) -> dict[int, str]:
+    names = {"short": SHORT, "reference": REFERENCE}
+    return {place: names[name] for name, place in checks.places().items() if place is not None}
+
+
+def _known(name: str, checks: MeterChecks, world: World) -> KnownVoltages:
+    return KnownVoltages(world, world.meters.get(name, TwinReadout()), checks.reference_v or 0.0)
 
 
 def _watlow_f4t(name: str, chamber: EnvironmentSettings, world: World, time_factor: float) -> Twin:

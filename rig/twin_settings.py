@@ -103,6 +103,17 @@ class TwinEnvironment(StrictTable):
     drift_degc_per_replication: float = 0.0
 
 
+class TwinReadout(StrictTable):
+    """``[twin.readouts.NAME]``: what the twin's meter really is, and what stands at the channels of its ``checks``."""
+
+    short_v: float = 0.0
+    reference_error_v: float = 0.0
+    """What the reference reads beyond ``reference_v``."""
+    reference_drift_v_per_h: float = 0.0
+    own_temperature_degc: float = 36.4
+    own_temperature_drift_degc_per_h: float = 0.0
+
+
 class TwinStream(StrictTable):
     """``[twin.streams.NAME]``: what a streaming package really feels and adds."""
 
@@ -132,4 +143,5 @@ class TwinSection(StrictTable):
     axes: dict[str, AxisTwin] = {}
     base: TwinBase = TwinBase()
     environment: dict[str, TwinEnvironment] = {}
+    readouts: dict[str, TwinReadout] = {}
     streams: dict[str, TwinStream] = {}

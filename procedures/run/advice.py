@@ -41,6 +41,11 @@ ADVICE: Mapping[str, str] = {
         "Channels carry one another's readings: look at scanner, connectors and wiring, put them right, then calrig "
         "resume RUN --operator NAME --reason TEXT; the dwells in doubt were taken back and are measured again."
     ),
+    "meter": (
+        "The meter reads its short or its reference beyond the limit of the rig file; what was measured since its last "
+        "good proof is taken back. Look at meter, scanner and reference; after a trip calrig resume RUN --operator "
+        "NAME --reason TEXT, after a hold calrig continue RUN: it is read again at once."
+    ),
     "process": "This process grew too far and ended the run in time: calrig resume RUN goes on; send its folder.",
     "identity": "Other devices answer than at the start: swapped cables or a replaced device. Put it right; resume.",
     "seam": (

@@ -18,8 +18,10 @@ from procedures.run.alarm import Alarm, TrustLost
 from procedures.run.conduct import LOOK_S, Conduct
 from procedures.run.ending import Ending, RunEnds
 from procedures.run.history import History, agenda, plateaus_of, replications_before
+from procedures.run.identity import other_devices
 from procedures.run.judge import Band, Limits, Measurement, judge
 from procedures.run.measure import Announcement, measure, move
+from procedures.run.meter_checks import PHASE, MeterWatch
 from procedures.run.mount_check import contradictions
 from procedures.run.records import DwellRecord
 from procedures.run.running_fit import Doubt
@@ -59,13 +61,14 @@ class Epoch:
         self._left: deque[Step] = deque()
         increments_deg = {name: axis.increment_deg for name, axis in self._rig.axes.items()}
         self._suspects = Suspects(self._plan, history, increments_deg)
+        self._meters = MeterWatch(self._rig, self._trail.event, self._wait)
 
     def run(self) -> None:
         """Everything that is left. Raises: RunEnds, TrustLost, RigError, StorageFailed."""
         self._left.extend(agenda(self._plan.steps, self._history.accepted_steps))
         if self._left:
             self._check_rig()
-        while self._left or self._watch.is_in_doubt:
+        while self._left or self._watch.is_in_doubt or self._meters.owes(self._last_dwell_s):
             step = self._left.popleft() if self._left else None
             if step is None:
                 self._conduct.wait_unless_stopped(LOOK_S)
@@ -81,7 +84,7 @@ class Epoch:
         identities = dict(self._rig.identities())
         self._trail.event("identities", identities)
         if self._identities is not None and self._identities != identities:
-            raise RunEnds(Ending(State.TRIPPED, _other_devices(self._identities, identities), cause="identity"))
+            raise RunEnds(Ending(State.TRIPPED, other_devices(self._identities, identities), cause="identity"))
         self._prepare_readouts()
         for name, readout in self._rig.readouts.items():
             self._trail.event("meter", {"readout": name, **readout.checks()})
@@ -349,7 +352,15 @@ class Epoch:
         care, folder = self._conduct.care, self._trail.folder
         needed = needed_bytes(self._plan, len(self._left) + 1)
         announced = dwell or next((step for step in self._left if isinstance(step, Dwell)), self._plan.dwells[0])
-        return self._watch.look(care.free_bytes(folder), needed, lambda: self._announce(announced, INTERLOCK))
+        found = self._watch.look(care.free_bytes(folder), needed, lambda: self._announce(announced, INTERLOCK))
+        is_last = dwell is None and not self._left
+        return found or self._meters.look(
+            lambda: self._announce(announced, PHASE), self._last_dwell_s if is_last else None
+        )
+
+    @property
+    def _last_dwell_s(self) -> float | None:
+        return self._accepted[-1].ended_s if self._accepted else None
 
     def _take_back(self, alarm: Alarm) -> list[Step]:
         """Void what was measured since the band was left; its steps, to be measured again."""
@@ -383,9 +394,3 @@ class Epoch:
 
     def _has_lost_plateau(self, dwell: Dwell) -> bool:
         return dwell.purpose != "check" and self._plateaus.get(dwell.step) != self._plateau
-
-
-def _other_devices(known: dict[str, str], found: dict[str, str]) -> str:
-    changed = [name for name in {**known, **found} if known.get(name) != found.get(name)]
-    told = "; ".join(f"{name}: was {known.get(name)!r}, is {found.get(name)!r}" for name in changed)
-    return f"not the devices this run began with: {told}"

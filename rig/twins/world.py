@@ -70,6 +70,8 @@ class World:
         twin = description.twin or TwinSection()
         self._chance = Chance(twin.seed)
         self._base = twin.base
+        self.meters = twin.readouts
+        """By the names of the rig file: what their own checks find."""
         self.axes = {name: _body(name, axis, description, self._chance) for name, axis in description.axes.items()}
         """By the names of the rig file."""
         self._environments = {name: twin.environment.get(name, TwinEnvironment()) for name in description.environment}

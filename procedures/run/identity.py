@@ -1,0 +1,10 @@
+"""Whether the devices that answer are those that a run began with."""
+
+from collections.abc import Mapping
+
+
+def other_devices(known: Mapping[str, str], found: Mapping[str, str]) -> str:
+    """What differs, in one sentence."""
+    changed = [name for name in {**known, **found} if known.get(name) != found.get(name)]
+    told = "; ".join(f"{name}: was {known.get(name)!r}, is {found.get(name)!r}" for name in changed)
+    return f"not the devices this run began with: {told}"

@@ -1,0 +1,37 @@
+"""What a meter's checks find in the twins' world: a short, a reference that may drift, and the meter's own warmth."""
+
+from dataclasses import dataclass, field
+
+from rig.twin_settings import TwinReadout
+from rig.twins.hp3458a import VoltageSource
+
+SHORT, REFERENCE = "checks:short", "checks:reference"
+"""Channels of no sensor: a name with a colon is never one."""
+_H_S = 3600.0
+
+
+@dataclass
+class KnownVoltages:
+    """A :class:`rig.twins.hp3458a.VoltageSource`: its own two channels, every other one is ``source``'s."""
+
+    source: VoltageSource
+    truth: TwinReadout
+    reference_v: float = 0.0
+    _began_s: float | None = field(default=None, init=False)
+
+    def read_voltage_v(self, channel: str, now_s: float) -> float:
+        if channel == SHORT:
+            return self.truth.short_v
+        if channel == REFERENCE:
+            off_v = self.truth.reference_error_v + self.truth.reference_drift_v_per_h * self._hours(now_s)
+            return self.reference_v + off_v
+        return self.source.read_voltage_v(channel, now_s)
+
+    def own_degc(self, now_s: float) -> float:
+        """The meter's own temperature."""
+        return self.truth.own_temperature_degc + self.truth.own_temperature_drift_degc_per_h * self._hours(now_s)
+
+    def _hours(self, now_s: float) -> float:
+        """Since it was first asked."""
+        self._began_s = now_s if self._began_s is None else self._began_s
+        return (now_s - self._began_s) / _H_S
