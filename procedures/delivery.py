@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from procedures.archiving import publish_solved
 from procedures.provenance import provenance_of
 from procedures.report.assemble import RunRecord
 from procedures.report.produce import solve_record, view_of, write_report
@@ -16,8 +17,10 @@ from procedures.report.record import read_record
 from procedures.run.journal_reader import JournalReader
 from procedures.run.states import State
 from procedures.solving import SolvedSensor
+from rig.crash_points import CrashPoint, crash_point
 
 if TYPE_CHECKING:
+    from ams.sets.archive_runs import PublishedRun
     from ams.sets.coefficients import CoefficientSet
     from procedures.report.paper.pdf import Attachment
     from procedures.report.view import RunView
@@ -58,6 +61,8 @@ class Delivery:
     exports: Sequence[Path]
     archive_url: str | None
     """Where the sets were published; None where they were not."""
+    archived: "PublishedRun | None" = None
+    """As found and as left of every sensor, as the archive has them."""
 
 
 def solve_run(folder: Path) -> SolvedRun:
@@ -72,17 +77,20 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
 
     Raises: ams.errors.AmsError where a set cannot be built, written or published.
     """
+    crash_point(CrashPoint.SOLVED)
     view = view_of(run.record, run.sensors)
     sets = _sets(run) if run.is_finished else {}
     paths = {name: _write(one, run.folder / "coefficients", "json") for name, one in sets.items()}
-    if sets and archive_url is not None:
-        _publish(archive_url, run.record, list(sets.values()))
+    crash_point(CrashPoint.SETS_WRITTEN)
+    archived = publish_solved(archive_url, run.folder, run.record, run.sensors, sets) if sets and archive_url else None
+    crash_point(CrashPoint.PUBLISHED)
     report = write_report(view, run.folder, [attached for one in sets.values() for attached in _attachments(one)])
+    crash_point(CrashPoint.REPORTED)
     # Last: a format that has no form of a set refuses it, and everything else is delivered by then.
     exports = [
         _write(one, run.folder / "exports", kind) for one in sets.values() for kind in run.record.plan.export_formats
     ]
-    return Delivery(run, view, report, paths, exports, archive_url if sets else None)
+    return Delivery(run, view, report, paths, exports, archive_url if sets else None, archived)
 
 
 def sensors_document(run: SolvedRun) -> dict[str, Any]:
@@ -148,10 +156,3 @@ def _attachments(coefficients: "CoefficientSet") -> "list[Attachment]":
         )
         for kind, media_type, what in wanted
     ]  # fmt: skip
-
-
-def _publish(archive_url: str, record: RunRecord, sets: "Sequence[CoefficientSet]") -> None:
-    """Published at the moment the run ended, by its own clock: publishing again changes nothing."""
-    from ams.sets.archive import publish
-
-    publish(archive_url, sets, record.events[-1].utc if record.events else record.created_utc)
