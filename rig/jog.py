@@ -10,14 +10,27 @@ from typing import Protocol
 import numpy as np
 
 from rig.clock import Clock
-from rig.devices.abilities import Axis, Readout, Wait
+from rig.description import RigDescription
+from rig.devices.abilities import Axis, Environment, RateAxis, Readout, Wait
+from rig.devices.maestro import MaestroSettings
+from rig.devices.rates import MeasuredRate, measured_rate
 from rig.errors import RequestRefused
-from rig.motion import home_and_arrive, move_and_arrive, trusted_state
+from rig.motion import home_and_arrive, move_and_arrive, stop_all, trusted_state
+from rig.wire.pulses import PulseCalibration
+
+WHOLE_TURN_DEG = 360.0
+ROOM_S = 1.0
+"""A rate axis with limits is stopped so long before it would pass one, with half a second to brake."""
+_LOOK_S = 0.2
 
 
 class OpenRig(Protocol):
     """What jogging needs of :class:`rig.assembly.Rig`."""
 
+    @property
+    def description(self) -> RigDescription: ...
+    @property
+    def environments(self) -> Mapping[str, Environment]: ...
     @property
     def axes(self) -> Mapping[str, Axis]: ...
     @property
@@ -54,6 +67,99 @@ def jog_by(rig: OpenRig, axis: str, step_deg: float, wait: Wait) -> float:
 def home(rig: OpenRig, axis: str, wait: Wait) -> float:
     """Run the reference move; returns the read-back at rest, degrees."""
     return home_and_arrive(_axis(rig, axis), rig.clock, wait)
+
+
+def stop(rig: OpenRig, axis: str | None) -> list[str]:
+    """Stop an axis, or every axis, and see it stand; returns which. Raises: DeviceFault, RequestRefused."""
+    names = list(rig.axes) if axis is None else [_axis(rig, axis).name]
+    stop_all({name: rig.axes[name] for name in names}, rig.clock)
+    return names
+
+
+def position_deg(rig: OpenRig, axis: str) -> float:
+    """Where an axis that may be moved stands now. Raises: RequestRefused, DeviceFault."""
+    return trusted_state(_axis(rig, axis)).position_deg
+
+
+def hold(rig: OpenRig, chamber: str, setpoint_degc: float) -> None:
+    """Write a chamber's setpoint and see it read back. Raises: RequestRefused."""
+    if chamber not in rig.environments:
+        raise RequestRefused(f"no chamber {chamber!r} (allowed: {', '.join(rig.environments)}); nothing was changed")
+    rig.environments[chamber].hold(setpoint_degc)
+
+
+def top_rate_dps(rig: OpenRig, axis: str) -> float:
+    """The largest rate of an axis; 0 where it only positions."""
+    device = _axis(rig, axis)
+    return float(getattr(device, "top_rate_dps", 0.0)) if hasattr(device, "start_rate") else 0.0
+
+
+def rate_axis(rig: OpenRig, axis: str) -> RateAxis:
+    """Raises: RequestRefused where the axis only positions."""
+    device = _axis(rig, axis)
+    if top_rate_dps(rig, axis) <= 0.0:
+        raise RequestRefused(
+            f"{axis}: this axis only goes to positions (axes.{axis}: driver, top_rate_dps); nothing moved"
+        )
+    return device  # type: ignore[return-value]  # it has the methods: top_rate_dps looked
+
+
+def require_room_to_turn(rig: OpenRig, axis: str, position_deg: float, rate_dps: float) -> None:
+    """Refuse to turn an axis with limits on towards the one that it would soon pass. Raises: RequestRefused.
+
+    Limits a whole turn or more apart are those of positions: an axis that turns on and on has none.
+    """
+    low_deg, high_deg = _axis(rig, axis).limits_deg
+    ahead_deg = position_deg + rate_dps * ROOM_S
+    if high_deg - low_deg < WHOLE_TURN_DEG and not low_deg <= ahead_deg <= high_deg:
+        raise RequestRefused(
+            f"{axis}: at {position_deg:g} deg, {rate_dps:+g} deg/s leads beyond the limits within {ROOM_S:g} s, allowed"
+            f" {low_deg:g} to {high_deg:g} deg (axes.{axis}: limits_deg); it is not turned on"
+        )
+
+
+def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: Wait) -> MeasuredRate:
+    """Turn at a rate for a time, then stop and see every axis stand; returns the rate as measured meanwhile.
+
+    However it ends, the axis is stopped. Raises: RequestRefused before anything moved, DeviceFault, WaitEnded.
+    """
+    device = rate_axis(rig, axis)
+    device.check_rate(rate_dps)
+    require_room_to_turn(rig, axis, position_deg(rig, axis), rate_dps)
+    begun_s = rig.clock.monotonic_s()
+    try:
+        device.start_rate(rate_dps)
+        first = last = device.turn_look(rig.clock)
+        while rig.clock.monotonic_s() - begun_s < duration_s:
+            wait(min(_LOOK_S, duration_s))
+            last = device.turn_look(rig.clock)
+            require_room_to_turn(rig, axis, last.angle_deg, rate_dps)
+    finally:
+        stop_all({axis: _axis(rig, axis)}, rig.clock)
+    return measured_rate(first, last)
+
+
+def pulse_of(rig: OpenRig, axis: str, attitude_deg: float) -> float | None:
+    """The pulse of a servo at an attitude, microseconds; None where the axis is no servo."""
+    settings = rig.description.axes[axis]
+    if not isinstance(settings, MaestroSettings):
+        return None
+    return PulseCalibration(settings.points).pulse_us(settings.sign * attitude_deg + settings.zero_deg)
+
+
+def attitude_of_pulse(rig: OpenRig, axis: str, pulse_us: float) -> float:
+    """The attitude that a servo takes at a pulse: sent as such, under its limits. Raises: RequestRefused."""
+    _axis(rig, axis)
+    settings = rig.description.axes[axis]
+    if not isinstance(settings, MaestroSettings):
+        raise RequestRefused(f"{axis}: is no servo and has no pulses (axes.{axis}: driver); nothing moved")
+    low_us, high_us = settings.pulse_limits_us
+    if not low_us <= pulse_us <= high_us:
+        raise RequestRefused(
+            f"{axis}: pulse {pulse_us:g} us, allowed {low_us:g} to {high_us:g} us (axes.{axis}: pulse_limits_us);"
+            " nothing moved; ask for one inside"
+        )
+    return settings.sign * (PulseCalibration(settings.points).angle_deg(pulse_us) - settings.zero_deg)
 
 
 def readings(rig: OpenRig, channels: Sequence[str], samples: int, wait: Wait) -> list[Reading]:

@@ -1,19 +1,22 @@
-"""``calrig jog``: one motion or one look by hand, under the limits and the lock of the rig."""
+"""``calrig jog``: motions and looks by hand, under the limits and the lock of the rig; alone, the jog screen."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from procedures.cli.output import finite, print_json, say
+from procedures.cli.output import finite, note, print_json, say
 from procedures.cli.stopping import stoppable_wait
-from procedures.errors import RequestError
+from procedures.errors import ExitStatus, RequestError
 
 if TYPE_CHECKING:
     from rig.assembly import Rig
+    from rig.clock import Clock
+    from rig.description import RigDescription
     from rig.devices.abilities import Wait
 
-Json = Annotated[bool, Parameter(negative=())]
+Flag = Annotated[bool, Parameter(negative=())]
 LIVE_PAUSE_S = 0.2
 
 
@@ -23,13 +26,22 @@ def jog(
     axis: str | None = None,
     to: float | None = None,
     by: float | None = None,
-    home: Annotated[bool, Parameter(negative=())] = False,
-    read: Annotated[bool, Parameter(negative=())] = False,
+    rate: float | None = None,
+    for_s: Annotated[float | None, Parameter(name="--for")] = None,
+    home: Flag = False,
+    stop: Flag = False,
+    read: Flag = False,
     samples: int = 10,
-    live: Annotated[bool, Parameter(negative=())] = False,
-    json: Json = False,
-) -> None:
-    """Move one axis by hand, or read the channels. Every move ends at rest, verified by read-back.
+    live: Flag = False,
+    json: Flag = False,
+    coefficient_set: Annotated[Path | None, Parameter(name="--set")] = None,
+    snapshot: Path | None = None,
+    log: Path | None = None,
+) -> ExitStatus:
+    """Move one axis by hand, or read the channels; with nothing but --rig, at a terminal, the jog screen.
+
+    Every move ends at rest, verified by read-back. A rate is stopped after its time, at Ctrl-C, and when the terminal
+    is lost.
 
     Parameters
     ----------
@@ -41,8 +53,14 @@ def jog(
         Go to this attitude, degrees.
     by
         Go this much further, degrees; may be negative.
+    rate
+        Turn at this rate, degrees a second, for the time of --for; the rate measured meanwhile is told.
+    for_s
+        How long to turn, seconds.
     home
         Run the reference move of --axis.
+    stop
+        Stop --axis, or every axis, and see it stand.
     read
         Read every channel of the rig (after the move, if one is asked for).
     samples
@@ -51,13 +69,25 @@ def jog(
         Go on reading until Ctrl-C.
     json
         Print one JSON document.
+    coefficient_set
+        For the screen: a coefficient set, any format; the attitude that it makes of the readings is shown.
+    snapshot
+        For the screen: the CSV file that snapshots are added to; by default beside the rig file.
+    log
+        For the screen: the file that every action is added to, a JSON line each; by default beside the rig file.
     """
     from rig.assembly import open_rig
     from rig.description import read_rig
 
-    wanted = [name for name, given in (("--to", to is not None), ("--by", by is not None), ("--home", home)) if given]
-    _refuse_unclear(axis, wanted, read or live, samples, live=live and json)
+    wanted = _wanted(to, by, rate, home=home, stop=stop)
+    _refuse_unclear(axis, wanted, read or live, samples, for_s, live=live and json)
     description = read_rig(rig)
+    if not (wanted or read or live or json) and sys.stdin.isatty() and sys.stdout.isatty():
+        return _screen(description, rig, coefficient_set, snapshot, log)
+    if coefficient_set or snapshot or log:
+        raise RequestError(
+            "jog: --set, --snapshot and --log belong to the screen, which needs a terminal; nothing moved"
+        )
     with open_rig(description, rig_file=rig, purpose="jog") as opened, stoppable_wait(opened.clock) as wait:
         if wanted and description.uses_twins:
             _home_twins(opened, wait)
@@ -66,15 +96,56 @@ def jog(
         if is_reading:
             for readout in opened.readouts.values():
                 readout.prepare()
-        if wanted:
+        if "--stop" in wanted:
+            document |= _stopped(opened, axis)
+        elif rate is not None and for_s is not None and axis is not None:
+            document |= {"axis": axis, **_turned(opened, axis, rate, for_s, wait)}
+        elif wanted:
             assert axis is not None
             document |= {"axis": axis, "position_deg": _move(opened, axis, to, by, wait)}
         if is_reading:
-            document["positions_deg"] = {name: device.state().position_deg for name, device in opened.axes.items()}
+            document["positions_deg"] = _positions(opened)
             document["readings"] = _readings(opened, samples, wait)
         _tell(document, json)
         if live:
             _follow(opened, samples, wait)
+    return ExitStatus.DONE
+
+
+def _screen(
+    description: "RigDescription", rig: Path, coefficient_set: Path | None, snapshot: Path | None, log: Path | None
+) -> ExitStatus:
+    """The jog screen. Twins of this process live in real time there, whatever the file says of virtual time."""
+    from procedures.jog_screen.inferred import inferred_attitude
+    from procedures.jog_screen.session import jog_on_screen
+    from rig.assembly import open_rig
+
+    _refuse_a_second_user_of_the_terminal(description)
+    inferred = None if coefficient_set is None else inferred_attitude(coefficient_set, description)
+    actions = log or rig.with_name(f"{rig.stem}.jog.jsonl")
+    snapshots = snapshot or rig.with_name(f"{rig.stem}.snapshots.csv")
+    with open_rig(description, clock=_bench_clock(description), rig_file=rig, purpose="jog") as opened:
+        status = jog_on_screen(opened, rig, actions, snapshots, inferred)
+    note(f"every axis stands still; actions are in {actions}")
+    return status
+
+
+def _bench_clock(description: "RigDescription") -> "Clock":
+    """At the bench a person watches: virtual time becomes the machine's."""
+    from rig.assembly import choose_clock
+    from rig.clock import SystemClock, VirtualClock
+
+    clock = choose_clock(description)
+    return SystemClock() if isinstance(clock, VirtualClock) else clock
+
+
+def _refuse_a_second_user_of_the_terminal(description: "RigDescription") -> None:
+    for name, axis in description.axes.items():
+        if axis.port == "terminal":
+            raise RequestError(
+                f"jog: axes.{name}: port: this axis asks its operator at this terminal, which the screen needs;"
+                " nothing was opened; jog it with --axis, or give its operator a terminal elsewhere (socket://host:port)"
+            )
 
 
 def _follow(opened: "Rig", samples: int, wait: "Wait") -> None:
@@ -95,15 +166,32 @@ def _mean(reading: dict[str, float | int | None]) -> str:
     return "overload" if reading["mean_v"] is None else f"{reading['mean_v']:+.7f} V"
 
 
-def _refuse_unclear(axis: str | None, wanted: list[str], read: bool, samples: int, *, live: bool) -> None:
+def _wanted(to: float | None, by: float | None, rate: float | None, *, home: bool, stop: bool) -> list[str]:
+    asked = {
+        "--to": to is not None,
+        "--by": by is not None,
+        "--rate": rate is not None,
+        "--home": home,
+        "--stop": stop,
+    }
+    return [name for name, is_asked in asked.items() if is_asked]
+
+
+def _refuse_unclear(
+    axis: str | None, wanted: list[str], read: bool, samples: int, for_s: float | None, *, live: bool
+) -> None:
     if live:
         raise RequestError("jog: --live goes on for ever and --json is one document; give one of them; nothing moved")
     if len(wanted) > 1:
         raise RequestError(f"jog: {' and '.join(wanted)} together are unclear; give one of them; nothing moved")
-    if wanted and axis is None:
+    if wanted and axis is None and "--stop" not in wanted:
         raise RequestError(f"jog: {wanted[0]} needs --axis; nothing moved")
+    if ("--rate" in wanted) != (for_s is not None):
+        raise RequestError("jog: --rate and --for belong together: a rate ends after its time; nothing moved")
+    if for_s is not None and not 0.0 < for_s <= 86_400.0:
+        raise RequestError(f"jog: --for: got {for_s:g} s, allowed above 0 up to 86400 s; nothing moved")
     if axis is not None and not wanted and not read:
-        raise RequestError("jog: --axis needs --to, --by or --home; nothing moved")
+        raise RequestError("jog: --axis needs --to, --by, --rate, --home or --stop; nothing moved")
     if samples < 2:
         raise RequestError(f"jog: --samples: got {samples}, allowed 2 or more; nothing moved")
 
@@ -116,6 +204,29 @@ def _move(opened: "Rig", axis: str, to: float | None, by: float | None, wait: "W
     if by is not None:
         return by_hand.jog_by(opened, axis, by, wait)
     return by_hand.home(opened, axis, wait)
+
+
+def _turned(opened: "Rig", axis: str, rate_dps: float, for_s: float, wait: "Wait") -> dict[str, float]:
+    from rig import jog as by_hand
+
+    measured = by_hand.turn_for(opened, axis, rate_dps, for_s, wait)
+    return {
+        "rate_dps": measured.rate_dps,
+        "rate_limit_dps": measured.uncertainty_dps,
+        "turned_deg": measured.turned_deg,
+        "position_deg": opened.axes[axis].state().position_deg,
+    }
+
+
+def _stopped(opened: "Rig", axis: str | None) -> dict[str, Any]:
+    from rig import jog as by_hand
+
+    stopped = by_hand.stop(opened, axis)
+    return {"stopped": stopped, "positions_deg": {name: opened.axes[name].state().position_deg for name in stopped}}
+
+
+def _positions(opened: "Rig") -> dict[str, float]:
+    return {name: device.state().position_deg for name, device in opened.axes.items()}
 
 
 def _readings(opened: "Rig", samples: int, wait: "Wait") -> dict[str, dict[str, float | int | None]]:
@@ -145,9 +256,16 @@ def _tell(document: dict[str, Any], json: bool) -> None:
     if json:
         print_json(document)
         return
+    if "rate_dps" in document:
+        say(
+            f"{document['axis']}: turned {document['turned_deg']:+g}° at {document['rate_dps']:+.6g}°/s"
+            f" (± {document['rate_limit_dps']:.2g}°/s)"
+        )
     if "axis" in document:
         say(f"{document['axis']}: at rest at {document['position_deg']:g}°")
-    for name, position_deg in document.get("positions_deg", {}).items():
+    for name in document.get("stopped", ()):
+        say(f"{name}: stands still at {document['positions_deg'][name]:+.4f}°")
+    for name, position_deg in document.get("positions_deg", {}).items() if "stopped" not in document else ():
         say(f"{name:<16} {position_deg:+.4f}°")
     for channel, reading in document.get("readings", {}).items():
         mean_v, sd_v = reading["mean_v"], reading["standard_deviation_v"]

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM as a request that the next look of a wait passes on, so that no move is left half watched."""
+"""Ctrl-C, SIGTERM and a lost terminal as a request that the next look of a wait passes on: no move goes unwatched."""
 
 import signal
 from collections.abc import Iterator
@@ -8,6 +8,8 @@ from types import FrameType
 from rig.clock import Clock
 from rig.devices.abilities import Wait
 from rig.errors import WaitEnded
+
+ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @contextmanager
@@ -28,7 +30,8 @@ def stoppable_wait(clock: Clock) -> Iterator[Wait]:
             clock.sleep(min(left_s, clock.slice_s))
             left_s -= clock.slice_s
 
-    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    heeded = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # nohup means it
+    before = {number: signal.signal(number, ask) for number in heeded}
     try:
         yield wait
     finally:

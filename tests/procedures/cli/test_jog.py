@@ -40,7 +40,7 @@ REFUSALS = [
     (("--axis", "yaw", "--to", 1), "no axis 'yaw' (allowed: pitch, roll)"),
     (("--axis", "pitch", "--to", 1, "--by", 1), "--to and --by together are unclear"),
     (("--to", 1), "--to needs --axis"),
-    (("--axis", "pitch"), "--axis needs --to, --by or --home"),
+    (("--axis", "pitch"), "--axis needs --to, --by, --rate, --home or --stop"),
     (("--live", "--json"), "--live"),
     (("--samples", 1), "--samples: got 1"),
 ]

@@ -1,0 +1,237 @@
+"""The jog screen: keys become requests to the bench, its view becomes text. No device is ever waited for here.
+
+The space bar stops every axis at any time, also while a number is being typed. A rate lives under a lease: this screen
+asks its terminal for the cursor ten times a second, and only the terminal's own answer (or, for a held key, the key as
+well) renews it. So a frozen screen, a hung line and a closed window all end it.
+"""
+
+import asyncio
+import select
+import signal
+import sys
+from collections.abc import Callable
+from types import FrameType
+from typing import ClassVar
+
+from textual import events
+from textual.app import App, ComposeResult
+from textual.binding import Binding
+from textual.widgets import Input, Static
+
+from procedures.jog_screen import panels
+from procedures.jog_screen.bench import Bench
+from procedures.jog_screen.heading import Heading
+from procedures.jog_screen.prompts import Prompt, prompt_for
+from procedures.jog_screen.values import AxisView, ClearStatistics, GoTo, Home, Snapshot
+from rig.jog_steps import nearest_step_deg
+
+DRAW_S = 0.1
+ASK_TERMINAL = "\x1b[6n"
+"""Device status report: where is the cursor? Every terminal answers it."""
+_LOST = (signal.SIGHUP, signal.SIGTERM, signal.SIGINT)
+KEYS = (
+    ("←→", "step"),
+    ("⇧←→", "turn"),
+    ("↑↓", "axis"),
+    ("− +", "step size"),
+    ("g", "go to"),
+    ("h", "home"),
+    ("r", "rate"),
+    ("p", "pulse"),
+    ("c", "chamber"),
+    ("n", "clear"),
+    ("s", "snapshot"),
+    ("q", "quit"),
+)
+
+
+class JogApp(App[None]):
+    """``bench`` is started by the screen and closed by whoever made it."""
+
+    ENABLE_COMMAND_PALETTE = False
+    CSS = """
+    Screen { background: #10151a; color: #d8dee6; }
+    #head { height: 2; padding: 0 1; background: #182028; }
+    .panel { border: round #2c3844; border-title-color: #5fd7d7; padding: 0 1; height: auto; }
+    #told { height: 1fr; min-height: 4; }
+    #prompt { display: none; height: 3; border: round #ffd75f; border-title-color: #ffd75f; background: #10151a; }
+    #prompt.asked { display: block; }
+    #keys { height: 2; padding: 0 1; background: #182028; }
+    """
+    BINDINGS: ClassVar = [
+        Binding("space", "stop", "stop", priority=True),
+        Binding("ctrl+c", "stop", "stop", priority=True),
+        Binding("escape", "leave_prompt", "back", priority=True),
+        Binding("left", "step(-1)"),
+        Binding("right", "step(1)"),
+        Binding("shift+left", "turn(-1)"),
+        Binding("shift+right", "turn(1)"),
+        Binding("up", "select(-1)"),
+        Binding("down", "select(1)"),
+        Binding("plus,equals_sign,right_square_bracket", "size(1)"),
+        Binding("minus,left_square_bracket", "size(-1)"),
+        Binding("g", "ask('goto')"),
+        Binding("r", "ask('rate')"),
+        Binding("p", "ask('pulse')"),
+        Binding("c", "ask('chamber')"),
+        Binding("h", "home"),
+        Binding("n", "clear"),
+        Binding("s", "snapshot"),
+        Binding("q", "leave"),
+    ]
+
+    def __init__(self, bench: Bench, heading: Heading) -> None:
+        super().__init__()
+        self.bench = bench
+        self.selected = bench.view.axes[0].name
+        self.step_deg = nearest_step_deg(bench.view.axes[0].steps_deg, 1.0)
+        self.held_rate_dps = 1.0
+        self._heading = heading
+        self._prompt: Prompt | None = None
+        self._drawn: tuple[object, ...] = ()
+        self._loop_of_screen: asyncio.AbstractEventLoop | None = None
+
+    def compose(self) -> ComposeResult:
+        yield Static(id="head")
+        for name, title in (("axes", "axes"), ("channels", "readings"), ("around", "surroundings"), ("told", "log")):
+            panel = Static(id=name, classes="panel")
+            panel.border_title = title
+            yield panel
+        yield Input(id="prompt", type="number", disabled=True)
+        yield Static(id="keys")
+
+    def on_mount(self) -> None:
+        self._loop_of_screen = asyncio.get_running_loop()
+        self.bench.start()
+        self.set_interval(DRAW_S, self._beat)
+        self.query_one("#told", Static).border_subtitle = self._heading.log
+        self._draw()
+
+    # Losing the operator.
+
+    def heed_signals(self) -> None:
+        """A lost terminal (HUP) or a request to end stops every axis first. A suspended process could not: refused."""
+        for number in _LOST:
+            signal.signal(number, self._lost)
+        signal.signal(signal.SIGTSTP, signal.SIG_IGN)
+
+    def _lost(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002  the signature of a handler
+        self.bench.guard.lose(f"{signal.Signals(number).name}: the operator is gone")
+        if self._loop_of_screen is not None:
+            self._loop_of_screen.call_soon_threadsafe(self.exit)
+
+    def _beat(self) -> None:
+        if _is_hung_up():
+            self.bench.guard.lose("the terminal is gone")
+            self.exit()
+        if self._driver is not None and self.bench.guard.has_leases:
+            self._driver.write(ASK_TERMINAL)
+        self._draw()
+
+    def on_cursor_position(self, event: events.CursorPosition) -> None:  # noqa: ARG002  that it came is the answer
+        self.bench.guard.answer()
+
+    # Keys.
+
+    def action_stop(self) -> None:
+        self.bench.stop("the operator pressed stop")
+        self.action_leave_prompt()
+
+    def action_step(self, way: int) -> None:
+        self.bench.ask(GoTo(self.selected, way * self.step_deg, is_step=True))
+
+    def action_turn(self, way: int) -> None:
+        self.bench.turn_while_pressed(self.selected, way * min(self.held_rate_dps, self.axis.top_rate_dps or 1.0))
+
+    def action_select(self, way: int) -> None:
+        names = [axis.name for axis in self.bench.view.axes]
+        self.selected = names[(names.index(self.selected) + way) % len(names)]
+        self.step_deg = nearest_step_deg(self.axis.steps_deg, self.step_deg)
+        self._draw()
+
+    def action_size(self, way: int) -> None:
+        steps = self.axis.steps_deg
+        self.step_deg = steps[min(max(steps.index(self.step_deg) + way, 0), len(steps) - 1)]
+        self._draw()
+
+    def action_home(self) -> None:
+        self.bench.ask(Home(self.selected))
+
+    def action_clear(self) -> None:
+        self.bench.ask(ClearStatistics())
+
+    def action_snapshot(self) -> None:
+        self.bench.ask(Snapshot())
+
+    def action_leave(self) -> None:
+        """Whoever closes the bench stops every axis first."""
+        self.exit()
+
+    # Prompts.
+
+    def action_ask(self, what: str) -> None:
+        """Ask for a number; what is wrong with the question itself is told instead."""
+        prompt = prompt_for(what, self.axis, self.bench.view, self._set_held_rate)
+        if isinstance(prompt, str):
+            self.bench.refuse(prompt)
+            return
+        self._prompt = prompt
+        field = self.query_one("#prompt", Input)
+        field.border_title = f"{prompt.title}  (enter: do it, esc: back)"
+        field.value, field.disabled = "", False
+        field.add_class("asked")
+        field.focus()
+
+    def action_leave_prompt(self) -> None:
+        self._prompt = None
+        field = self.query_one("#prompt", Input)
+        field.remove_class("asked")
+        field.disabled = True
+        self.set_focus(None)
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        prompt, text = self._prompt, event.value
+        self.action_leave_prompt()
+        if prompt is None:
+            return
+        request = prompt.request_of(text)
+        if isinstance(request, str):
+            self.bench.refuse(request)
+        else:
+            self.bench.ask(request)
+
+    def _set_held_rate(self, rate_dps: float) -> None:
+        self.held_rate_dps = abs(rate_dps)
+
+    # Drawing.
+
+    @property
+    def axis(self) -> AxisView:
+        """The selected one."""
+        return next(axis for axis in self.bench.view.axes if axis.name == self.selected)
+
+    def _draw(self) -> None:
+        view = self.bench.view
+        now = (view, self.selected, self.step_deg, self.size)
+        if now == self._drawn:
+            return
+        self._drawn = now
+        drawn: dict[str, Callable[[], object]] = {
+            "#head": lambda: panels.head(self._heading, view),
+            "#axes": lambda: panels.axes_panel(view, self.selected, self.step_deg),
+            "#channels": lambda: panels.channels_panel(view),
+            "#around": lambda: panels.surroundings_panel(view),
+            "#told": lambda: panels.told_panel(view.told, self.query_one("#told").size.height),
+            "#keys": lambda: panels.keys_line(KEYS),
+        }
+        for place, text in drawn.items():
+            self.query_one(place, Static).update(text())  # type: ignore[arg-type]
+
+
+def _is_hung_up() -> bool:
+    """Whether the terminal behind standard input was closed."""
+    if sys.__stdin__ is None or not sys.__stdin__.isatty():
+        return False
+    poller = select.poll()
+    poller.register(sys.__stdin__.fileno(), 0)  # hang-ups and errors are always told
+    return bool(poller.poll(0))

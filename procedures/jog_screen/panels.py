@@ -1,0 +1,206 @@
+"""The parts of the jog screen as text: pure functions of a view."""
+
+import math
+from collections.abc import Sequence
+
+from rich.table import Table
+from rich.text import Text
+
+from procedures.jog_screen.heading import Heading
+from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, ChamberView, ChannelView, Told
+
+ACCENT, GOOD, WARM, BAD, QUIET, FAINT = "#5fd7d7", "#87d787", "#ffd75f", "#ff5f5f", "#9aa5b1", "#5b6672"
+TONES = {"done": GOOD, "refused": WARM, "failed": BAD, "stopped": BAD, "note": QUIET}
+_BLOCKS = "▁▂▃▄▅▆▇█"
+_GAUGE = 29
+_ARCSEC = 3600.0
+
+
+def head(heading: Heading, view: BenchView) -> Table:
+    table = Table.grid(expand=True, padding=(0, 1))
+    table.add_column(ratio=1, no_wrap=True, overflow="ellipsis")
+    table.add_column(justify="right", no_wrap=True)
+    title = Text.assemble(("calrig jog", f"bold {ACCENT}"), "   ", (heading.rig, "bold white"))
+    table.add_row(title, _activity(view))
+    table.add_row(Text(heading.time, QUIET), Text(heading.owner, QUIET))
+    return table
+
+
+def keys_line(keys: Sequence[tuple[str, str]]) -> Text:
+    text = Text.assemble((" SPACE ", "bold white on #d70000"), (" stops everything", f"bold {BAD}"))
+    for key, meaning in keys:
+        text.append("  ")
+        text.append(key, f"bold {ACCENT}").append(f"\u00a0{meaning}".replace(" ", "\u00a0"), QUIET)
+    return text
+
+
+def _activity(view: BenchView) -> Text:
+    if view.is_stopping:
+        return Text(" STOPPING ", "bold white on #d70000")
+    return Text(f" {view.doing} ", f"bold black on {WARM}") if view.doing else Text(" at rest ", f"black on {GOOD}")
+
+
+def axes_panel(view: BenchView, selected: str, step_deg: float) -> Table:
+    table = Table.grid(expand=True, padding=(0, 1))
+    for width, justify in ((10, "left"), (15, "right"), (13, "left"), (_GAUGE + 2, "left")):
+        table.add_column(width=width, justify=justify)  # type: ignore[arg-type]
+    table.add_column(ratio=1, no_wrap=True, overflow="ellipsis")
+    for axis in view.axes:
+        is_selected = axis.name == selected
+        mark = Text("▌" if is_selected else " ", ACCENT) + Text(axis.name, f"bold {ACCENT}" if is_selected else "bold")
+        table.add_row(mark, _position(axis), _state(axis), gauge(axis), _detail(axis, is_selected, step_deg))
+    return table
+
+
+def gauge(axis: AxisView, width: int = _GAUGE) -> Text:
+    """Where the axis stands between its limits: ● itself, ◇ its target, ┼ zero."""
+    low_deg, high_deg = axis.limits_deg
+    cells = ["├", *"─" * (width - 2), "┤"]
+    styles = [FAINT] * width
+
+    def put(degrees: float, sign: str, style: str) -> None:
+        place = round((min(max(degrees, low_deg), high_deg) - low_deg) / (high_deg - low_deg) * (width - 1))
+        cells[place], styles[place] = sign, style
+
+    if low_deg < 0.0 < high_deg:
+        put(0.0, "┼", FAINT)
+    if axis.target_deg is not None:
+        put(axis.target_deg, "◇", WARM)
+    if axis.state is not None:
+        put(axis.state.position_deg, "●", GOOD if axis.state.is_homed else WARM)
+    return Text.assemble(*zip(cells, styles, strict=True))
+
+
+def sparkline(values: Sequence[float], width: int = 24) -> str:
+    """The last values as blocks between their own least and greatest."""
+    shown = values[-width:]
+    if not shown:
+        return ""
+    low, high = min(shown), max(shown)
+    if high == low:
+        return _BLOCKS[3] * len(shown)
+    return "".join(_BLOCKS[min(int((value - low) / (high - low) * 8.0), 7)] for value in shown)
+
+
+def channels_panel(view: BenchView) -> Table:
+    table = Table.grid(expand=True, padding=(0, 1))
+    for width, justify in ((16, "left"), (15, "right"), (15, "right"), (8, "right"), (25, "left")):
+        table.add_column(width=width, justify=justify, no_wrap=True)  # type: ignore[arg-type]
+    table.add_column(ratio=1, no_wrap=True, overflow="ellipsis")
+    heads = ("channel", "mean", "deviation", "n", "last readings", "")
+    table.add_row(*(Text(head, FAINT) for head in heads))
+    for channel in view.channels:
+        table.add_row(*_channel(channel))
+    return table
+
+
+def surroundings_panel(view: BenchView) -> Text:
+    """Chambers, and what the set makes of the readings."""
+    lines = [_chamber(chamber) for chamber in view.chambers]
+    if view.attitude is not None:
+        lines.append(_attitude(view.attitude, view.axes))
+    return Text("\n").join(lines) if lines else Text("no chamber in this rig", FAINT)
+
+
+def told_panel(told: Sequence[Told], lines: int) -> Text:
+    text = Text(overflow="fold")
+    for line in told[-lines:] if lines > 0 else ():
+        text.append(f"{line.clock} ", FAINT)
+        text.append(f"{line.text}\n", TONES[line.tone])
+    text.right_crop(1)
+    return text
+
+
+def volts(value_v: float) -> str:
+    return "—" if math.isnan(value_v) else f"{value_v:+.7f} V"
+
+
+def spread(value_v: float) -> str:
+    """A standard deviation in the unit that leaves it three digits."""
+    if math.isnan(value_v):
+        return "—"
+    for factor, unit in ((1.0, "V"), (1e3, "mV"), (1e6, "µV"), (1e9, "nV")):
+        if value_v * factor >= 1.0:
+            return f"{value_v * factor:.3g} {unit}"
+    return f"{value_v * 1e9:.2g} nV"
+
+
+def _position(axis: AxisView) -> Text:
+    if axis.state is None:
+        return Text("—", FAINT)
+    trusted = axis.state.is_homed
+    return Text(f"{axis.state.position_deg:+.4f}°", f"bold {'white' if trusted else WARM}")
+
+
+def _state(axis: AxisView) -> Text:
+    state = axis.state
+    if state is None:
+        return Text("no answer" if axis.silence else "asking …", BAD if axis.silence else QUIET)
+    if state.fault:
+        return Text("◼ fault", f"bold {BAD}")
+    if axis.set_rate_dps is not None:
+        return Text("↻ turning", f"bold {WARM}")
+    if state.awaits_operator:
+        return Text("… your turn", WARM)
+    if state.is_moving:
+        return Text("▶ moving", f"bold {WARM}")
+    if not state.is_homed:
+        return Text("○ not homed", WARM)
+    return Text("● at rest", GOOD) if state.is_seated else Text("◌ not seated", BAD)
+
+
+def _detail(axis: AxisView, is_selected: bool, step_deg: float) -> Text:
+    if axis.silence or (axis.state is not None and axis.state.fault):
+        return Text(axis.silence or (axis.state.fault if axis.state else ""), BAD)
+    low_deg, high_deg = axis.limits_deg
+    parts = [Text(f"{low_deg:g}…{high_deg:+g}°", QUIET)]
+    if is_selected:
+        parts.append(Text(f"step {step_deg:g}°", f"bold {ACCENT}"))
+    if axis.target_deg is not None:
+        parts.append(Text(f"◇ {axis.target_deg:+g}°", WARM))
+    if axis.set_rate_dps is not None:
+        parts.append(Text(f"{axis.set_rate_dps:+g}°/s asked", WARM))
+    if axis.measured is not None:
+        parts.append(Text(f"{axis.measured.rate_dps:+.4f}°/s measured", GOOD))
+    if axis.pulse_us is not None:
+        parts.append(Text(f"{axis.pulse_us:.2f} µs", QUIET))
+    return Text("  ").join(parts)
+
+
+def _channel(channel: ChannelView) -> tuple[Text, ...]:
+    note = Text(f"{channel.overloads} overloads" if channel.overloads else "", BAD)
+    if channel.silence:
+        note = Text(channel.silence, BAD)
+    return (
+        Text(channel.name, "bold"),
+        Text(volts(channel.mean_v), "bold white"),
+        Text(spread(channel.standard_deviation_v), QUIET),
+        Text(str(channel.count), QUIET),
+        Text(sparkline(channel.recent_v), ACCENT),
+        note,
+    )
+
+
+def _chamber(chamber: ChamberView) -> Text:
+    name = Text(f"{chamber.name:<10}", "bold")
+    if chamber.silence:
+        return name + Text(chamber.silence, BAD)
+    if chamber.temperature_degc is None:
+        return name + Text("asking …", QUIET)
+    now = Text(f"{chamber.temperature_degc:+10.2f} °C", "bold white")
+    return name + now + Text(f"   holds {chamber.setpoint_degc:g} °C", QUIET)
+
+
+def _attitude(attitude: AttitudeView, axes: Sequence[AxisView]) -> Text:
+    text = Text(f"{attitude.sensor:<10}", f"bold {ACCENT}")
+    table_deg = {axis.name: axis.state.position_deg for axis in axes if axis.state is not None}
+    for name, degrees, sd_deg in attitude.angles:
+        text.append(f"  {name} ", QUIET)
+        if math.isnan(degrees):
+            text.append("—", FAINT)
+            continue
+        text.append(f"{degrees:+.4f}°", "bold white")
+        text.append(f" ± {sd_deg * _ARCSEC:.2g}″", QUIET)
+        if name in table_deg:
+            text.append(f" (table {(degrees - table_deg[name]) * _ARCSEC:+.1f}″)", FAINT)
+    return text.append(f"  {attitude.flag}" if attitude.flag else "", WARM)

@@ -1,0 +1,87 @@
+"""What a jog session leaves behind: every action as a JSON line, and snapshots as rows of a CSV file."""
+
+import csv
+import getpass
+import io
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from procedures.errors import RequestError
+from procedures.jog_screen.values import BenchView
+from rig.clock import Clock
+
+
+class ActionLog:
+    """JSON lines, appended; each line is on disk before the next thing happens."""
+
+    def __init__(self, path: Path, clock: Clock) -> None:
+        self.path = path
+        self._clock = clock
+        try:
+            self._file = path.open("a", encoding="utf-8")
+        except OSError as error:
+            raise RequestError(
+                f"{path}: cannot be written: {error.strerror}; nothing was opened; name another with --log"
+            ) from error
+        self._who = {"operator": getpass.getuser(), "pid": os.getpid()}
+
+    def write(self, kind: str, **fields: object) -> None:
+        stamp = self._clock.now_utc().isoformat(timespec="milliseconds")
+        line = {"utc": stamp, "kind": kind, **self._who, **fields}
+        self._file.write(json.dumps(line, ensure_ascii=False, allow_nan=False) + "\n")
+        self._file.flush()
+
+    def close(self) -> None:
+        self._file.close()
+
+
+class Snapshots:
+    """Rows of one CSV file: time, positions, temperatures, and mean, spread and count of every channel."""
+
+    def __init__(self, path: Path, clock: Clock) -> None:
+        self.path = path
+        self._clock = clock
+
+    def append(self, view: BenchView) -> int:
+        """Write what the view shows; returns the number of the row. Raises: RequestError."""
+        row = {"utc": self._clock.now_utc().isoformat(timespec="milliseconds"), **_cells(view)}
+        header = ",".join(row)
+        try:
+            lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
+            if lines and lines[0] != header:
+                raise RequestError(f"{self.path}: has other columns; nothing was written; name another with --snapshot")
+            with self.path.open("a", encoding="utf-8", newline="") as file:
+                file.write("" if lines else header + "\n")
+                file.write(_line(row))
+        except (OSError, UnicodeDecodeError) as error:
+            raise RequestError(f"{self.path}: cannot be written: {error}; name another with --snapshot") from error
+        return max(len(lines), 1)
+
+
+def _cells(view: BenchView) -> Mapping[str, object]:
+    cells: dict[str, object] = {}
+    for axis in view.axes:
+        cells[f"{axis.name}_deg"] = "" if axis.state is None else f"{axis.state.position_deg:.6f}"
+    for chamber in view.chambers:
+        cells[f"{chamber.name}_degc"] = "" if chamber.temperature_degc is None else f"{chamber.temperature_degc:.4f}"
+    for channel in view.channels:
+        cells |= {
+            f"{channel.name}_v": _number(channel.mean_v),
+            f"{channel.name}_sd_v": _number(channel.standard_deviation_v),
+            f"{channel.name}_n": channel.count,
+        }
+    for name, degrees, sd_deg in view.attitude.angles if view.attitude else ():
+        cells |= {f"inferred_{name}_deg": _number(degrees), f"inferred_{name}_sd_deg": _number(sd_deg)}
+    return cells
+
+
+def _number(value: float) -> str:
+    return "" if value != value else f"{value:.10g}"
+
+
+def _line(row: Mapping[str, object]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(row.values())
+    return text.getvalue()

@@ -1,0 +1,61 @@
+"""A session at the jog screen, from the open rig to axes that stand still."""
+
+import os
+from pathlib import Path
+from threading import Event, Thread
+
+from procedures.errors import ExitStatus
+from procedures.jog_screen.app import JogApp
+from procedures.jog_screen.bench import Bench
+from procedures.jog_screen.heading import Heading
+from procedures.jog_screen.inferred import InferredAttitude
+from procedures.jog_screen.records import ActionLog, Snapshots
+from rig.assembly import Rig
+from rig.clock import ScaledClock, SystemClock
+from rig.lock import owner_of
+
+_LEAVE_S = 30.0
+"""A screen whose terminal is gone may hang in its own clean-up: after this long, with every axis stopped, we go."""
+
+
+def jog_on_screen(
+    rig: Rig, rig_file: Path, log: Path, snapshots: Path, inferred: InferredAttitude | None = None
+) -> ExitStatus:
+    """Show the screen until the operator leaves; however it ends, every axis is stopped and seen to stand."""
+    clock = SystemClock()
+    actions = ActionLog(log, clock)
+    bench = Bench(rig, actions, Snapshots(snapshots, clock), clock, inferred)
+    ended = Event()
+    Thread(target=_leave_anyway, args=(bench, ended), name="jog-leave", daemon=True).start()
+    app = JogApp(bench, _heading(rig, rig_file, log))
+    try:
+        app.heed_signals()
+        app.run()
+    finally:
+        bench.close()
+        actions.close()
+        ended.set()
+    return ExitStatus.ABORTED if bench.guard.lost else ExitStatus.DONE
+
+
+def _leave_anyway(bench: Bench, ended: Event) -> None:
+    while not ended.wait(0.5):
+        if bench.guard.lost:
+            if not ended.wait(_LEAVE_S):
+                os._exit(ExitStatus.ABORTED)
+            return
+
+
+def _heading(rig: Rig, rig_file: Path, log: Path) -> Heading:
+    description = rig.description
+    twins = "twins" if description.is_simulated else "machines"
+    pace = f" at {rig.clock.factor:g} times real time" if isinstance(rig.clock, ScaledClock) else " in real time"
+    owner = owner_of(str(rig_file))
+    return Heading(
+        rig=description.rig.name,
+        time=twins + pace,
+        owner=f"{rig_file.name}: held by process {owner.pid} ({owner.purpose}) since {owner.since_utc}"
+        if owner
+        else "",
+        log=f"actions: {log}",
+    )
