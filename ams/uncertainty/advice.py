@@ -145,25 +145,41 @@ def _line(at: FloatArray, values: FloatArray) -> tuple[float, tuple[float, float
 
 
 def _term_sentence(term: ResidualTerm) -> str:
-    low, high = term.interval_95_deg
+    low, high = map(_angle, term.interval_95_deg)
     return (
-        f"The residuals repeat as {term.name} with {term.amplitude_deg:.2g}° ({term.amplitude_v:.2g} V; 95 %: "
-        f"{low:.2g}° to {high:.2g}°): usually {term.cause}."
+        f"The residuals repeat as {term.name} with {_angle(term.amplitude_deg)} ({_number(1e6 * term.amplitude_v)} µV; "
+        f"95 %: {low} to {high}): usually {term.cause}."
     )
+
+
+def _angle(angle_deg: float) -> str:
+    """Arc seconds below a tenth of a degree."""
+    return f"{_number(angle_deg)}°" if abs(angle_deg) >= 0.1 else f"{_number(3600.0 * angle_deg)}″"
+
+
+def _number(value: float) -> str:
+    """Two significant digits, or all before the point, with a minus that reads as one."""
+    text = f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"
+    return text.replace("-", "−")
 
 
 def _rate_sentence(rate: DriftRate) -> str:
     words, unit = quantity(rate.parameter).replace("_", " "), _unit(rate.parameter)
-    a_replication = f"{rate.per_replication:+.2g} {unit} a replication"
+    factor = 3600.0 if unit == "″" else 1e6 if unit.startswith("µ") else 1.0
+    a_replication = f"{_signed(factor * rate.per_replication)} {unit} a replication"
     if rate.interval_95 is not None:
         low, high = rate.interval_95
-        a_replication += f" (95 %: {low:+.2g} to {high:+.2g})"
+        a_replication += f" (95 %: {_signed(factor * low)} to {_signed(factor * high)})"
         if low < 0.0 < high:
             return f"{words.capitalize()} changes between the replications without a trend: {a_replication}."
-    an_hour = "" if rate.per_hour is None else f", {rate.per_hour:+.2g} {unit} an hour"
+    an_hour = "" if rate.per_hour is None else f", {_signed(factor * rate.per_hour)} {unit} an hour"
     return f"{words.capitalize()} drifts by {a_replication}{an_hour}."
 
 
 def _unit(parameter: str) -> str:
     unit = parameter.removeprefix(quantity(parameter) + "_")
-    return {"v": "V", "v_per_g": "V/g", "deg": "°", "v_per_dps": "V/(°/s)"}.get(unit, unit)
+    return {"v": "µV", "v_per_g": "µV/g", "v_per_g2": "µV/g²", "deg": "″", "v_per_dps": "µV/(°/s)"}.get(unit, unit)
+
+
+def _signed(value: float) -> str:
+    return ("+" if value >= 0.0 else "") + _number(value)

@@ -80,13 +80,26 @@ def budget_view(budget: AxisBudget) -> BudgetView:
     ]  # fmt: skip
     combined = BudgetRow("combined", "", None, _budget_cells(budget.combined, budget.combined), "")
     expanded = BudgetRow("expanded (95 %)", "", None, _budget_cells(budget.expanded_95, budget.combined), "")
-    return BudgetView(tuple((label, unit) for label, _, unit in labels), (*sources, combined, expanded))
+    headings = tuple((label, _smaller(unit)[0]) for label, _, unit in labels)
+    return BudgetView(headings, (*sources, combined, expanded))
 
 
 def _budget_cells(values: Mapping[str, float], combined: Mapping[str, float]) -> tuple[str, ...]:
     return tuple(
-        "·" if values[name] < NEGLIGIBLE * whole else f"{values[name]:.2g}" for name, whole in combined.items()
+        "·" if values[name] < NEGLIGIBLE * whole else two_digits(_smaller(_unit(name))[1] * values[name])
+        for name, whole in combined.items()
     )
+
+
+def _unit(name: str) -> str:
+    return LABELS.get(name, ("", "", ""))[2]
+
+
+def _smaller(unit: str) -> tuple[str, float]:
+    """The unit that uncertainties are readable in, and how many of it make one."""
+    if unit == "°":
+        return "″", 3600.0
+    return (f"µ{unit}", 1e6) if unit.startswith(("V", "g")) else (unit, 1.0)
 
 
 def parameter_row(estimate: ParameterEstimate, sensitivity: float, truth: float | None) -> ParameterRow:

@@ -50,7 +50,7 @@ def test_planted_terms_are_named_with_their_amplitude_and_cause() -> None:
         assert term.interval_95_deg[0] < arcsec / 3600.0 < term.interval_95_deg[1]
         assert term.amplitude_v == pytest.approx(np.deg2rad(term.amplitude_deg) * 2.5, rel=1e-3)
     assert "soft mount" in found.lack_of_fit[1].cause
-    assert found.sentences[0].startswith("The residuals repeat as sin 2α with 0.000")
+    assert re.match(r"The residuals repeat as sin 2α with 3″ \(3[67] µV; 95 %: \S+ to \S+\): ", found.sentences[0])
     assert any("only a second calibration with the package mounted the other way round" in s for s in found.sentences)
 
 
@@ -120,7 +120,7 @@ def test_a_drift_is_given_a_replication_and_an_hour() -> None:
     assert rate.per_hour == pytest.approx(1e-5 / 2.0, rel=0.05)
     untimed = advice(creeping(-1e-5, timed=False))
     assert untimed.drift[0].per_hour is None
-    assert re.match(r"Offset drifts by -\S+ V a replication \(95 %: -\S+ to -\S+\)\.$", untimed.sentences[0])
+    assert re.match(r"Offset drifts by −\S+ µV a replication \(95 %: −\S+ to −\S+\)\.$", untimed.sentences[0])
 
 
 def test_a_change_without_a_trend_is_not_called_a_drift() -> None:
