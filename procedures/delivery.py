@@ -5,10 +5,13 @@ Only a finished run leaves coefficient sets; any run leaves a report that says w
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ams.errors import AmsError
+from ams.sets.canonical import table
 from procedures.archiving import publish_solved
 from procedures.provenance import provenance_of
 from procedures.report.assemble import RunRecord
@@ -20,6 +23,7 @@ from procedures.solving import SolvedSensor
 from rig.crash_points import CrashPoint, crash_point
 
 if TYPE_CHECKING:
+    from ams.sets.adjustment import Adjustment
     from ams.sets.archive_runs import PublishedRun
     from ams.sets.coefficients import CoefficientSet
     from procedures.report.paper.pdf import Attachment
@@ -78,19 +82,48 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
     Raises: ams.errors.AmsError where a set cannot be built, written or published.
     """
     crash_point(CrashPoint.SOLVED)
-    view = view_of(run.record, run.sensors)
     sets = _sets(run) if run.is_finished else {}
     paths = {name: _write(one, run.folder / "coefficients", "json") for name, one in sets.items()}
     crash_point(CrashPoint.SETS_WRITTEN)
-    archived = publish_solved(archive_url, run.folder, run.record, run.sensors, sets) if sets and archive_url else None
+    archived, refusal = _published(run, sets, archive_url)
     crash_point(CrashPoint.PUBLISHED)
+    adjustments = archived.adjustments if archived else _as_left(run, sets)
+    view = view_of(run.record, run.sensors, adjustments)
     report = write_report(view, run.folder, [attached for one in sets.values() for attached in _attachments(one)])
     crash_point(CrashPoint.REPORTED)
     # Last: a format that has no form of a set refuses it, and everything else is delivered by then.
     exports = [
         _write(one, run.folder / "exports", kind) for one in sets.values() for kind in run.record.plan.export_formats
     ]
+    if refusal is not None:
+        raise refusal
     return Delivery(run, view, report, paths, exports, archive_url if sets else None, archived)
+
+
+def _published(
+    run: SolvedRun, sets: "Mapping[str, CoefficientSet]", archive_url: str | None
+) -> "tuple[PublishedRun | None, AmsError | None]":
+    """What the archive has of the run, or why it refuses: the report is written first, then the refusal is raised."""
+    if not sets or archive_url is None:
+        return None, None
+    try:
+        return publish_solved(archive_url, run.folder, run.record, run.sensors, sets), None
+    except AmsError as refusal:
+        return None, refusal
+
+
+def _as_left(run: SolvedRun, sets: "Mapping[str, CoefficientSet]") -> "dict[str, Adjustment]":
+    """Without an archive nothing is known of before: the new sets on their own data."""
+    from ams.errors import OutsideValidity
+    from ams.sets.adjustment import acceptance_of, adjust
+
+    adjustments = {}
+    for name, one in sets.items():
+        accepted = acceptance_of(table(one.provenance["acceptance"] or {}))
+        with suppress(OutsideValidity):  # a set that tells no angles (gyros, packages of CR)
+            rows = run.sensors[name].observations
+            adjustments[name] = adjust(None, one, rows, accepted, run.record.plan.usage_pitch_deg)
+    return adjustments
 
 
 def sensors_document(run: SolvedRun) -> dict[str, Any]:

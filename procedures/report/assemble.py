@@ -4,7 +4,7 @@ Nothing is measured or solved here; what the journal does not say is not on the 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import TYPE_CHECKING
 
@@ -22,6 +22,7 @@ from procedures.run.records import DwellRecord, Event
 from rig.description import RigDescription, Sensor
 
 if TYPE_CHECKING:
+    from ams.sets.adjustment import Adjustment
     from procedures.solving import SolvedSensor
 
 UNFINISHED = ("running", "checking", "planned")
@@ -46,14 +47,19 @@ class RunRecord:
 
 
 def assemble_view(
-    record: RunRecord, solved: "Mapping[str, SolvedSensor]", table_arcsec: float | None = None
+    record: RunRecord,
+    solved: "Mapping[str, SolvedSensor]",
+    table_arcsec: float | None = None,
+    adjustments: "Mapping[str, Adjustment] | None" = None,
 ) -> RunView:
     """The run as every screen draws it.
 
     ``solved``: sensor name to its solution. ``table_arcsec``: standard uncertainty of one attitude of the table.
+    ``adjustments``: sensor name to what it was found and left like, where that is known.
     """
+    known = adjustments or {}
     sensors = tuple(
-        _sensor_view(record, name, sensor, solved.get(name), place)
+        replace(_sensor_view(record, name, sensor, solved.get(name), place), adjustment=known.get(name))
         for place, (name, sensor) in enumerate(record.plan.sensors.items(), start=1)
     )
     labels = _labels(record, sensors)

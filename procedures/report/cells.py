@@ -9,6 +9,7 @@ import numpy as np
 
 from procedures.report.canvas import Figure
 from procedures.report.numbers import (
+    angle,
     arcsec,
     attitude,
     duration,
@@ -23,6 +24,8 @@ from procedures.report.view import AxisView, Interruption, ParameterRow, RunView
 
 if TYPE_CHECKING:
     from markupsafe import Markup
+
+    from ams.sets.attitude_errors import AngleErrors
 
 PRIMARY_LABELS = {"offset_v": "b", "k_x_v_per_g": "k forward", "k_y_v_per_g": "k right", "k_z_v_per_g": "k down"}
 
@@ -128,6 +131,22 @@ def data_uri(figure: Figure) -> str:
     return "data:image/svg+xml," + quote(figure.svg.replace(b"\n", b" "), safe=URI_SAFE)
 
 
+def largest_error(errors: "AngleErrors") -> str:
+    """Degrees, to the place of its uncertainty."""
+    return (
+        _minus(with_uncertainty(float(errors.error_deg[errors.worst]), float(errors.expanded_deg[errors.worst]))[0])
+        + "°"
+    )
+
+
+def largest_expanded(errors: "AngleErrors") -> str:
+    return f"{two_digits(float(errors.expanded_deg[errors.worst]))}°"
+
+
+def largest_at(errors: "AngleErrors") -> str:
+    return attitude({"pitch": float(errors.pitch_deg[errors.worst]), "roll": float(errors.roll_deg[errors.worst])})
+
+
 def _minus(text: str) -> str:
     return text.replace("-", "−", 1) if text.startswith("-") else text
 
@@ -149,6 +168,11 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "run_duration": run_duration,
     "data_uri": data_uri,
     "attitude": attitude,
+    "degrees": angle,
+    "largest_error": largest_error,
+    "largest_expanded": largest_expanded,
+    "largest_at": largest_at,
+    "grouped": grouped,
     "three": three_digits,
     "p": p_value,
 }

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ams.sets.whole_file import write_whole
+from procedures.report.angle_figures import angle_error_figure
 from procedures.report.canvas import Figure, style
 from procedures.report.residual_figures import residual_figures
 from procedures.report.run_figures import drift_figure, run_figures
@@ -41,5 +42,5 @@ def write_figures(figures: Figures, folder: Path) -> tuple[Path, ...]:
 
 
 def _of_sensor(view: RunView, sensor: SensorView) -> tuple[Figure, ...]:
-    drift = drift_figure(sensor) if sensor.axes else None
-    return (*residual_figures(view, sensor), *(() if drift is None else (drift,)))
+    ends = (angle_error_figure(sensor), drift_figure(sensor)) if sensor.axes else ()
+    return (*residual_figures(view, sensor), *(figure for figure in ends if figure is not None))

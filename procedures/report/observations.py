@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ams.observations import Observations
 from procedures.errors import JournalError
 from procedures.run.records import DwellRecord
+from rig.chain import Chain
 
 FloatArray = NDArray[np.float64]
 
@@ -31,11 +32,14 @@ def observations_of(
     channels: Mapping[str, str],
     temperature: TemperatureChannel | str | None = None,
     source: str = "run",
+    chains: Mapping[str, Chain] | None = None,
 ) -> Observations:
     """Accepted design dwells as rows.
 
     ``channels``: sensor axis (``x``) to full channel name (``dmm.x``). ``temperature``: the sensor's own channel, or
     the environment whose reading stands for it, or None. Roll and yaw are 0 where the rig has no such axis.
+
+    ``chains``, by full channel name, bring readings to the declared supply and load resistor, dwell by dwell.
 
     Raises: JournalError where a (replication, point) pair stands twice, or an accepted dwell lacks a finite reading.
     """
@@ -46,9 +50,9 @@ def observations_of(
         point=np.array([row.point for row in rows], dtype=np.int64),
         pitch_rad=_attitude_rad(rows, "pitch"),
         roll_rad=_attitude_rad(rows, "roll"),
-        outputs_v={axis: _means_v(rows, channel, source) for axis, channel in channels.items()},
+        outputs_v={axis: _means_v(rows, channel, source, chains) for axis, channel in channels.items()},
         yaw_rad=_attitude_rad(rows, "yaw") if rows and "yaw" in rows[0].measured_deg else None,
-        temperature_degc=_temperature_degc(rows, temperature, source),
+        temperature_degc=_temperature_degc(rows, temperature, source, chains),
         time_s=run_times_s(rows),
         source=source,
     )
@@ -87,7 +91,25 @@ def _attitude_rad(rows: Sequence[DwellRecord], axis: str) -> FloatArray:
     return np.asarray(np.deg2rad([row.measured_deg.get(axis, 0.0) for row in rows], dtype=float))
 
 
-def _means_v(rows: Sequence[DwellRecord], channel: str, source: str) -> FloatArray:
+def _means_v(
+    rows: Sequence[DwellRecord], channel: str, source: str, chains: Mapping[str, Chain] | None = None
+) -> FloatArray:
+    means_v = _read_v(rows, channel, source)
+    chain = (chains or {}).get(channel)
+    if chain is None:
+        return means_v
+    supplies_v = _read_v(rows, chain.supply_channel, source) if chain.ratiometric and chain.supply_channel else None
+    factors = [
+        chain.factor(
+            None if supplies_v is None else float(supplies_v[place]),
+            None if chain.load_resistor_at is None else row.temperature_degc.get(chain.load_resistor_at),
+        )
+        for place, row in enumerate(rows)
+    ]
+    return np.asarray(means_v / np.array(factors, dtype=float))
+
+
+def _read_v(rows: Sequence[DwellRecord], channel: str, source: str) -> FloatArray:
     means_v = np.array([row.readings[channel].mean_v if channel in row.readings else np.nan for row in rows])
     bad = np.flatnonzero(~np.isfinite(means_v))
     if bad.size:
@@ -99,11 +121,16 @@ def _means_v(rows: Sequence[DwellRecord], channel: str, source: str) -> FloatArr
 
 
 def _temperature_degc(
-    rows: Sequence[DwellRecord], temperature: TemperatureChannel | str | None, source: str
+    rows: Sequence[DwellRecord],
+    temperature: TemperatureChannel | str | None,
+    source: str,
+    chains: Mapping[str, Chain] | None,
 ) -> FloatArray | None:
     if temperature is None:
         return None
     if isinstance(temperature, TemperatureChannel):
-        return temperature.offset_degc + temperature.slope_degc_per_v * _means_v(rows, temperature.channel, source)
+        return temperature.offset_degc + temperature.slope_degc_per_v * _means_v(
+            rows, temperature.channel, source, chains
+        )
     read = np.array([row.temperature_degc.get(temperature, np.nan) for row in rows], dtype=float)
     return read if read.size and bool(np.isfinite(read).all()) else None

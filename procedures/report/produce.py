@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from math import hypot
 from pathlib import Path
 
+from ams.sets.adjustment import Adjustment
 from ams.sets.whole_file import write_whole
 from procedures.certificates import standard_uncertainty_arcsec
 from procedures.report.assemble import RunRecord, assemble_view
@@ -24,9 +25,11 @@ def solve_record(record: RunRecord) -> dict[str, SolvedSensor]:
     return solve_sensors(record.dwells, record.rig, record.plan.sensors, record.plan.solve, f"run {record.run_id}")
 
 
-def view_of(record: RunRecord, solved: Mapping[str, SolvedSensor]) -> RunView:
-    """The run as every screen draws it."""
-    return assemble_view(record, solved, _table_arcsec(record.rig))
+def view_of(
+    record: RunRecord, solved: Mapping[str, SolvedSensor], adjustments: Mapping[str, Adjustment] | None = None
+) -> RunView:
+    """The run as every screen draws it; ``adjustments``: what each sensor was found and left like."""
+    return assemble_view(record, solved, _table_arcsec(record.rig), adjustments)
 
 
 def write_report(view: RunView, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:

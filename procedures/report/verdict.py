@@ -2,7 +2,7 @@
 
 Three answers only. *Sound*: finished, replicated, and no test speaks against model or stability beyond what the table's
 certificate explains. *Reserved*: usable with the stated uncertainties, but somebody must read the grounds. *Unusable*:
-there is no solution for at least one sensor.
+there is no solution for at least one sensor, or with its new coefficients it does not meet the limits declared.
 """
 
 from collections.abc import Iterable, Sequence
@@ -38,11 +38,16 @@ def judge(
         *_run_doubts(state, counts),
         *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, table_arcsec)),
         *(f"A restart made a step: {step}." for step in seam_steps),
+        *(doubt for sensor in sensors for doubt in _conformity_doubts(sensor)),
     ]
+    beyond = [text for sensor in sensors for text in _sentences(sensor, "as left", "fail")]
     facts = [*_explained(sensors, table_arcsec), *_went_on(interruptions), *_rejected(counts)]
     result = _result([sensor for sensor in sensors if sensor.axes])
     if failures:
         return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
+    if beyond:
+        sentence = f"At least one sensor does not meet its limits as left. {result}."
+        return Verdict("unusable", sentence, (*beyond, *doubts, *facts))
     if doubts:
         sentence = f"Usable with the stated uncertainties, with reservations. {result}."
         return Verdict("reserved", sentence, (*doubts, *facts))
@@ -102,6 +107,22 @@ def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[s
         yield f"{sensor.name}: {subject} ({', '.join(sizes)}), contained in the stated uncertainties."
     yield from (f"{sensor.name} {axis.axis}: {text}" for axis in sensor.axes for text in axis.calibration.warnings)
     yield from (f"{sensor.name}: {warning}" for warning in sensor.warnings)
+
+
+def _conformity_doubts(sensor: SensorView) -> Iterable[str]:
+    """What the limits leave open, and what users of the sensor must be told about the time before."""
+    yield from _sentences(sensor, "as left", "conditional")
+    for text in _sentences(sensor, "as found", "fail"):
+        yield f"{text} What was measured with it since its last calibration is affected."
+
+
+def _sentences(sensor: SensorView, kind: str, verdict: str) -> Iterable[str]:
+    """The judgements of one kind that came out so."""
+    adjustment = sensor.adjustment
+    condition = adjustment and (adjustment.as_left if kind == "as left" else adjustment.as_found)
+    for judgement in condition.judgements if condition else ():
+        if judgement.verdict == verdict:
+            yield f"{sensor.name} {kind}: {judgement.sentence}."
 
 
 def _explained(sensors: Sequence[SensorView], table_arcsec: float | None) -> Iterable[str]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.observations import Observations
+from ams.sets.adjustment import Adjustment
 from ams.solve.result import AxisCalibration
 
 FloatArray = NDArray[np.float64]
@@ -133,6 +134,8 @@ class SensorView:
     """Why there is no solution; None where there is one."""
     place: int
     """1-based among the sensors of the run."""
+    adjustment: Adjustment | None = None
+    """As found and as left; None where there is no solution or its model tells no angles."""
 
     @property
     def slug(self) -> str:

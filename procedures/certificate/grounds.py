@@ -1,0 +1,98 @@
+"""What a certificate stands on, and what is missing for one: every gap is named at once, before anything is written.
+
+Source: ISO/IEC 17025:2017, 7.8.2.1 (contents), 7.8.4.1 (calibration), 7.8.6 (conformity), 7.8.8 (amendments).
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import date, datetime
+
+from ams.sets.adjustment import Adjustment
+from ams.sets.canonical import Json, listed, table
+from ams.sets.coefficients import CoefficientSet
+from procedures.errors import RequestError
+
+APPROVED = "approved"
+
+
+@dataclass(frozen=True)
+class Signature:
+    """Who stands for a set, in which role, since when."""
+
+    role: str
+    """``prepared``, ``reviewed`` or ``approved``."""
+    name: str
+    signed_utc: datetime
+
+
+@dataclass(frozen=True)
+class Amendment:
+    """The certificate that this one replaces, and why. Source: ISO/IEC 17025, 7.8.8."""
+
+    number: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Grounds:
+    """Everything a certificate says comes from here."""
+
+    number: str
+    issued: date
+    coefficients: CoefficientSet
+    adjustment: Adjustment | None
+    """As found and as left; None where the model tells no angles."""
+    signatures: tuple[Signature, ...]
+    amends: Amendment | None = None
+    is_specimen: bool = False
+    """To look at, never to be sent: stamped on every page, and gaps are printed instead of refused."""
+
+    @property
+    def laboratory(self) -> Mapping[str, Json]:
+        return table(self.coefficients.provenance["laboratory"] or {})
+
+    @property
+    def job(self) -> Mapping[str, Json]:
+        return table(self.coefficients.provenance["job"] or {})
+
+    @property
+    def standards(self) -> tuple[Mapping[str, Json], ...]:
+        return tuple(table(one) for one in listed(self.coefficients.provenance["standards"]))
+
+
+def check_grounds(grounds: Grounds) -> None:
+    """Raises: RequestError naming everything that is missing or forbids a certificate; a specimen is never refused."""
+    gaps = () if grounds.is_specimen else tuple(gaps_of(grounds))
+    if gaps:
+        raise RequestError(
+            f"{grounds.coefficients.sensor}: certificate {grounds.number}: cannot be issued: {'; '.join(gaps)}; "
+            "nothing was written; complete the rig file's [laboratory], [job] and [standards] and calibrate, or have "
+            "the set signed (calrig archive sign); --specimen prints one to look at"
+        )
+
+
+def gaps_of(grounds: Grounds) -> Iterator[str]:
+    """What a certificate would lack, a phrase each."""
+    if grounds.coefficients.is_simulated:
+        yield "the readings come from a twin (SIMULATED)"
+    if not any(signature.role == APPROVED for signature in grounds.signatures):
+        yield "nobody has approved the set"
+    for key, what in (("name", "name"), ("address", "address"), ("capability_deg", "stated capability")):
+        if not grounds.laboratory.get(key):
+            yield f"the laboratory's {what} is not declared ([laboratory] {key})"
+    for key, what in (("customer", "customer"), ("item", "description of the item")):
+        if not grounds.job.get(key):
+            yield f"the {what} is not declared ([job] {key})"
+    if not grounds.standards:
+        yield "no standard is declared, so nothing is traceable ([standards] and standard = …)"
+    yield from (_overdue(standard, grounds) for standard in grounds.standards if _is_overdue(standard, grounds))
+
+
+def _is_overdue(standard: Mapping[str, Json], grounds: Grounds) -> bool:
+    due = standard["due"]
+    return due is not None and date.fromisoformat(str(due)) < grounds.coefficients.created_utc.date()
+
+
+def _overdue(standard: Mapping[str, Json], grounds: Grounds) -> str:
+    ended = grounds.coefficients.created_utc.date()
+    return f"standard {standard['name']} was due on {standard['due']}, before the calibration of {ended}"

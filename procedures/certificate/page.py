@@ -1,0 +1,83 @@
+"""The certificate as a page, and the page on paper: the same templates and the same typesetter as the report."""
+
+import hashlib
+from base64 import b64encode
+from datetime import UTC, datetime, time
+from pathlib import Path
+
+from ams.sets.canonical import Document, listed, number, table
+from procedures.certificate.grounds import Grounds, gaps_of
+from procedures.certificate.results import angle_rows, coefficients_of, undetermined
+from procedures.report.cells import FILTERS
+from procedures.report.numbers import angle, to_place
+from procedures.report.paper.pdf import Attachment, Imprint, paper_of
+
+TEMPLATES = Path(__file__).with_name("templates")
+SHARED = Path(__file__).parent.parent / "report" / "templates"
+SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
+
+
+def certificate_page(grounds: Grounds) -> str:
+    """The page's text."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from markupsafe import Markup
+
+    style = (SHARED / "page.css").read_text(encoding="utf-8")
+    environment = Environment(
+        loader=FileSystemLoader([TEMPLATES, SHARED]),
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    environment.filters.update(FILTERS)
+    capability = grounds.laboratory.get("capability_deg")
+    capability_deg = None if capability is None else number(capability)
+    errors = {} if grounds.adjustment is None else grounds.adjustment.as_left.errors
+    return environment.get_template("certificate.html.j2").render(
+        grounds=grounds,
+        one=grounds.coefficients,
+        document=grounds.coefficients.document,
+        coefficients=list(coefficients_of(grounds.coefficients, capability_deg)),
+        undetermined=list(undetermined(grounds.coefficients)),
+        angles=list(angle_rows(errors, capability_deg)),
+        capability=None if capability_deg is None else f"{capability_deg:g}",
+        gaps=list(gaps_of(grounds)) if grounds.is_specimen else [],
+        conditions=_conditions(grounds.coefficients.document),
+        began=_began(grounds),
+        specimen=SPECIMEN,
+        style=Markup(style),  # noqa: S704 (a constant of this package)
+        style_hash=b64encode(hashlib.sha256(style.encode()).digest()).decode(),
+    )
+
+
+def certificate_paper(grounds: Grounds, page: str, attachments: list[Attachment]) -> bytes:
+    """The PDF/A-3b of a certificate's page."""
+    moment = datetime.combine(grounds.issued, time(), tzinfo=UTC)
+    stamps = (SPECIMEN,) if grounds.is_specimen else ()
+    return paper_of(
+        page, Imprint(f"Calibration certificate {grounds.number}", stamps, f"Certificate {grounds.number}", moment),
+        attachments,
+    )  # fmt: skip
+
+
+def _conditions(document: Document) -> dict[str, str]:
+    """Under which the results hold: attitudes, temperature, gravity."""
+    validity, unit = table(document["validity"]), table(document["acceleration_unit"])
+    ranges = {name: validity.get(f"{name}_deg") for name in ("pitch", "roll", "yaw")}
+    told = {
+        name.capitalize(): " to ".join(angle(number(end)) for end in listed(ends))
+        for name, ends in ranges.items()
+        if ends is not None
+    }
+    air = {
+        f"Temperature, {name}": f"{to_place(number(table(one)['min_degc']), -2)} to "
+        f"{to_place(number(table(one)['max_degc']), -2)} °C"
+        for name, one in table(document["environment"]).items()
+    }
+    gravity = f"{unit['value_mps2']} m/s²" + (f" ({unit['source']})" if unit["source"] else "")
+    return {**told, **(air or {"Temperature": "not measured"}), "Local gravity": gravity}
+
+
+def _began(grounds: Grounds) -> str:
+    """The day on which the run began, from its name; the day of its end where it has none."""
+    run = str(grounds.coefficients.provenance["run_id"] or "")
+    ended = grounds.coefficients.created_utc.date().isoformat()
+    return f"{run[:4]}-{run[4:6]}-{run[6:8]}" if run[:8].isdigit() else ended

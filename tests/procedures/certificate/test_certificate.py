@@ -1,0 +1,168 @@
+"""The certificate against the clauses of ISO/IEC 17025:2017, 7.8, and against arithmetic done here."""
+
+import re
+from dataclasses import replace
+from datetime import UTC, date, datetime
+from html import unescape
+
+import numpy as np
+import pytest
+from solved import PARAMETERS, provenance, solved_package
+
+from ams.observations import Observations
+from ams.sets.adjustment import Acceptance, Adjustment, adjust
+from ams.sets.apply import apply
+from ams.sets.coefficients import CoefficientSet, build_set
+from ams.sets.provenance import Standard
+from procedures.certificate.grounds import Amendment, Grounds, Signature, check_grounds
+from procedures.certificate.page import SPECIMEN, certificate_page, certificate_paper
+from procedures.certificate.results import coefficients_of
+from procedures.errors import RequestError
+from procedures.report.paper.leaves import leaves_of
+
+SIGNED = datetime(2026, 3, 2, 9, tzinfo=UTC)
+LABORATORY = {"name": "Instrument Laboratory", "address": "1 Granite Way, Hampton", "capability_deg": 0.002}
+JOB = {"customer": "Tunnel Ltd, 2 Wind Road", "item": "inclinometer package, clean, no damage", "number": "J-7"}
+STANDARD = Standard("table", "77", "C-2025-14", date(2027, 1, 31), {"limit_arcsec": 1.0, "kind": "limit"})
+RELEASED = {"laboratory": LABORATORY, "job": JOB, "standards": (STANDARD,)}
+
+
+def _set(**changes: object) -> CoefficientSet:
+    return build_set(solved_package(), provenance(**{**RELEASED, **changes}))
+
+
+def _measured(one: CoefficientSet, off_deg: float = 0.0) -> Observations:
+    """Two replications of a grid whose outputs are those of the set, at a pitch that is off by a constant."""
+    grid = [(p, r) for p in range(-60, 61, 30) for r in range(-180, 180, 60)] * 2
+    pitch, roll = np.deg2rad(np.array(grid, dtype=float)).T
+    outputs = apply(one, pitch + np.deg2rad(off_deg), roll)
+    count = len(grid) // 2
+    return Observations(np.repeat([1, 2], count), np.tile(np.arange(1, count + 1), 2), pitch, roll, outputs)
+
+
+def _adjustment(one: CoefficientSet, off_deg: float = 0.0, limit_deg: float = 0.01) -> Adjustment:
+    return adjust(None, one, _measured(one, off_deg), Acceptance({"pitch": limit_deg}), (-45.0, 45.0))
+
+
+def _grounds(**changes: object) -> Grounds:
+    one = _set()
+    signed = (Signature("prepared", "A. Operator", SIGNED), Signature("approved", "B. Chief", SIGNED))
+    grounds = Grounds("2026-0117", date(2026, 3, 3), one, _adjustment(one), signed)
+    return replace(grounds, **changes)  # type: ignore[arg-type]
+
+
+def _text(grounds: Grounds) -> str:
+    page = re.sub(r"<style>.*?</style>", "", certificate_page(grounds), flags=re.DOTALL)
+    return " ".join(unescape(re.sub(r"<[^>]+>", " ", page)).split())
+
+
+def test_it_holds_what_clause_7_8_asks_for() -> None:
+    text = _text(_grounds())
+    asked = {
+        "7.8.2.1 a title": "Calibration certificate",
+        "b laboratory": "Instrument Laboratory",
+        "c place": "1 Granite Way, Hampton",
+        "d identification": "2026-0117",
+        "d end": "End of certificate 2026-0117",
+        "e customer": "Tunnel Ltd, 2 Wind Road",
+        "f method": "NASA/TP-1999-209835",
+        "g item": "inclinometer package, clean, no damage",
+        "g unambiguous": "1047",
+        "i date of the activity": "2026-02-28 to 2026-03-01",
+        "j date of issue": "2026-03-03",
+        "l only these items": "relate only to the items calibrated",
+        "m units": "V/g",
+        "o authorised by": "B. Chief",
+        "7.8.2.1 reproduction": "shall not be reproduced except in full",
+        "7.8.4.1 a uncertainty": "coverage probability of 95 %",
+        "7.8.4.1 b conditions": "19.60 to 20.40 °C",
+        "7.8.4.1 c traceability": "C-2025-14",
+        "7.8.4.1 d before adjustment": "As found",
+        "7.8.6.2 decision rule": "ILAC-G8:09/2019",
+    }
+    assert {clause: words for clause, words in asked.items() if words not in text} == {}
+    assert not re.search(r"next calibration|recalibrat|interval advice", text, re.IGNORECASE)  # 7.8.4.3
+
+
+def test_no_uncertainty_is_below_the_capability() -> None:
+    # 0.002 deg = 3.4907e-5 rad; the calculated expanded uncertainties here are about 2.6e-6
+    rows = {(row.axis, row.label): row for row in coefficients_of(_set(), 0.002)}
+    for axis, (_, sensitivity, coning_deg, _) in PARAMETERS.items():
+        effect = abs(sensitivity) * 3.4906585e-5
+        expected = {
+            "offset": effect, "sensitivity": effect, "coning angle": 0.002,
+            "azimuth": 0.002 / np.sin(np.radians(coning_deg)),
+        }  # fmt: skip
+        for label, floor in expected.items():
+            row = rows[axis, label]
+            assert row.is_capability
+            assert float(row.expanded) == pytest.approx(floor, rel=0.05)  # two digits are printed
+
+
+def test_a_calculated_uncertainty_above_the_capability_is_stated_with_its_k() -> None:
+    row = next(iter(coefficients_of(_set(), 1e-9)))
+    assert not row.is_capability
+    assert float(row.factor) == pytest.approx(2.54, abs=0.01)  # Student's t, 95 %, 5.2 degrees of freedom
+    assert float(row.expanded) == pytest.approx(2.54e-6, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"simulated": True}, "the readings come from a twin"),
+        ({"laboratory": None}, "[laboratory] name"),
+        ({"laboratory": {**LABORATORY, "capability_deg": None}}, "[laboratory] capability_deg"),
+        ({"job": {"item": "x"}}, "[job] customer"),
+        ({"standards": ()}, "no standard is declared"),
+        ({"standards": (replace(STANDARD, due=date(2026, 2, 1)),)}, "standard table was due on 2026-02-01"),
+    ],
+)
+def test_a_gap_is_refused_by_name(changes: dict[str, object], words: str) -> None:
+    with pytest.raises(RequestError, match=re.escape(words)):
+        check_grounds(_grounds(coefficients=_set(**changes)))
+
+
+def test_without_an_approval_there_is_no_certificate() -> None:
+    with pytest.raises(RequestError, match="nobody has approved the set"):
+        check_grounds(_grounds(signatures=(Signature("prepared", "A. Operator", SIGNED),)))
+
+
+def test_a_complete_ground_is_not_refused() -> None:
+    check_grounds(_grounds())
+    assert SPECIMEN not in _text(_grounds())
+
+
+def test_a_specimen_says_on_every_page_that_it_is_none_and_what_is_missing() -> None:
+    grounds = _grounds(coefficients=_set(simulated=True, job={}), is_specimen=True)
+    check_grounds(grounds)
+    text = _text(grounds)
+    assert SPECIMEN in text
+    assert "[job] customer" in text
+
+
+@pytest.mark.parametrize(("off_deg", "verdict"), [(0.0, "pass"), (0.0099, "conditional"), (0.02, "fail")])
+def test_the_statement_of_conformity_is_that_of_the_rule(off_deg: float, verdict: str) -> None:
+    one = _set()
+    # the limit is 0.01 deg, the uncertainty of this set some 1e-4 deg
+    text = _text(_grounds(adjustment=_adjustment(one, off_deg)))
+    assert f"As left: {verdict}" in " ".join(text.replace(" .", ".").split())
+
+
+def test_an_amendment_names_what_it_replaces_and_why() -> None:
+    text = _text(_grounds(amends=Amendment("2026-0101", "wrong serial number")))
+    assert "replaces certificate 2026-0101" in text
+    assert "wrong serial number" in text
+
+
+def test_declared_words_cannot_change_the_page() -> None:
+    page = certificate_page(_grounds(coefficients=_set(job={**JOB, "customer": "<script>alert(1)</script>"})))
+    assert "<script>" not in page
+    leaves_of(page)
+
+
+def test_the_paper_is_pdf_and_the_same_again() -> None:
+    grounds = _grounds()
+    page = certificate_page(grounds)
+    paper = certificate_paper(grounds, page, [])
+    assert paper.startswith(b"%PDF-1.7")
+    assert certificate_paper(grounds, certificate_page(grounds), []) == paper
