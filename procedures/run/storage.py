@@ -163,10 +163,12 @@ class CommittedCount:
             ) from error
 
     def read(self) -> tuple[int, int] | None:
-        """(events, dwells) committed at least; None where there is no such file. Raises: JournalError."""
+        """(events, dwells) committed at least; None where there is no such file, or a power cut left it without its
+        content. Raises: JournalError."""
         try:
-            document = json.loads(self.path.read_text(encoding="utf-8"))
-            return int(document["events"]), int(document["dwells"])
+            text = self.path.read_text(encoding="utf-8").strip("\0")
+            document = json.loads(text) if text else None
+            return None if document is None else (int(document["events"]), int(document["dwells"]))
         except FileNotFoundError:
             return None
         except (OSError, ValueError, KeyError, TypeError) as error:
