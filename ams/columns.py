@@ -16,7 +16,7 @@ from ams.observations import Observations
 from ams.solve.components import Causes, ComponentColumns
 from ams.solve.derived import DerivedParameters, derive
 from ams.solve.layout import Layout, layout_of
-from ams.solve.linearised import SHARED, Linearised, linearise, shared_regressors
+from ams.solve.linearised import Linearised, is_shared, linearise, shared_regressors
 from ams.solve.mixed_model import CommonErrors, MixedEstimates, estimate
 from ams.solve.whole_plots import WholePlots, visits_of, whole_plots
 from ams.uncertainty.intervals import combined_dof
@@ -26,7 +26,8 @@ from ams.uncertainty.table import TableUncertainty, columns_of_members, index_me
 
 FloatArray = NDArray[np.float64]
 
-NOT_PER_REPLICATION = frozenset({*SHARED, "reference_temperature_degc", REFERENCE_NAME})
+NOT_PER_REPLICATION = frozenset({"reference_temperature_degc", REFERENCE_NAME})
+"""Beside what is only seen across replications."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class SolvedColumns:
         own = self.problem.alone.basis.shape[1]
         separate = np.repeat(mixed.estimate[row][None], self.layout.replications, axis=0)
         separate[:, :own] = mixed.sums.separate[..., row]
-        kept = [i for i, name in enumerate(model.parameter_names) if name not in NOT_PER_REPLICATION]
+        kept = [i for i, name in enumerate(model.parameter_names) if _is_per_replication(name)]
         names = [model.parameter_names[i] for i in kept]
         values = model.parameters(self.problem.complete(separate))[:, kept].tolist()
         rows = zip(self.layout.replication_labels, values, strict=True)
@@ -209,8 +210,12 @@ def _replication(
     if mixed.sums is None:
         return None
     own = problem.alone.basis.shape[1]
-    tested = [i for i, name in enumerate(parameters.names) if name not in NOT_PER_REPLICATION]
+    tested = [i for i, name in enumerate(parameters.names) if _is_per_replication(name)]
     names = [quantity(parameters.names[i]) for i in tested]
     directions = parameters.directions[:, tested][..., problem.free][..., :own]
     largest_v = np.abs(problem.outputs_v).max(axis=0)
     return analyse(problem.alone, layout, largest_v, mixed.sums, names, directions)
+
+
+def _is_per_replication(name: str) -> bool:
+    return name not in NOT_PER_REPLICATION and not is_shared(name)

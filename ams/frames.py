@@ -33,6 +33,8 @@ class Attitude:
     """(N,) known value of the quantity, for straight lines."""
     time_s: FloatArray | None = None
     """(N,) seconds since the start of the run; None: at the reference time of a model with a time term."""
+    mounting: NDArray[np.int64] | None = None
+    """(N,) label of the mounting; None: the last."""
 
 
 def attitude_from_degrees(

@@ -35,6 +35,10 @@ class Stimulus(Protocol):
         """(N, 3) rates of pitch, yaw and roll; None at rest."""
 
     @property
+    def mounting(self) -> NDArray[np.int64] | None:
+        """(N,) label of the mounting; None where there is one only."""
+
+    @property
     def reference_level(self) -> FloatArray | None:
         """(N,) known value of the quantity in its own unit; None where attitude or motion is known instead."""
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from ams.errors import DesignError, SolveError
 from ams.frames import Attitude
 from ams.models.drifting import DRIFT_NAME
 from ams.models.model import Model, Stimulus
+from ams.models.remounted import is_of_a_mounting
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.observations import Observations
 from ams.solve.gauss_newton import Convergence, gauss_newton
@@ -22,6 +24,11 @@ FloatArray = NDArray[np.float64]
 
 SHARED = MappingProxyType({**dict.fromkeys(TEMPERATURE_NAMES, "temperature_degc"), DRIFT_NAME: "time_s"})
 """Parameters that are seen across replications, not in each of them, with the column of the rows they go with."""
+
+
+def is_shared(name: str) -> bool:
+    """Whether a parameter is seen across replications only."""
+    return name in SHARED or is_of_a_mounting(name)
 
 
 @dataclass(frozen=True)
@@ -93,7 +100,7 @@ def linearise(
         if model.fixed:
             outputs_v = outputs_v - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
     form = repeated(factor(basis, names, stimulus, weights), times)
-    own = free.size - sum(name in SHARED for name in names)
+    own = free.size - sum(is_shared(name) for name in names)
     alone = form if own == free.size else repeated(factor(basis[:, :own], names[:own], stimulus, weights), times)
     return Linearised(tuple(models), form, alone, outputs_v, convergence, stimulus)
 
@@ -102,7 +109,7 @@ def _stimulus(rows: Observations) -> Attitude:
     return Attitude(**{entry.name: getattr(rows, entry.name) for entry in fields(Attitude)})
 
 
-def _columns(stimulus: Attitude) -> dict[str, FloatArray]:
+def _columns(stimulus: Attitude) -> dict[str, NDArray[Any]]:
     everything = {entry.name: getattr(stimulus, entry.name) for entry in fields(stimulus)}
     return {name: values for name, values in everything.items() if values is not None}
 
@@ -122,7 +129,10 @@ def _first(stimulus: Attitude, count: int) -> Attitude:
 def shared_regressors(model: Model, rows: Observations) -> tuple[FloatArray, ...]:
     """(N,) columns of the rows that estimated parameters go with which a replication does not determine by itself."""
     columns = {SHARED[name] for name in model.primary_names if name in SHARED and name not in model.fixed}
-    return tuple(np.asarray(getattr(rows, column)) for column in sorted(columns))
+    shared = [np.asarray(getattr(rows, column)) for column in sorted(columns)]
+    if rows.mounting is not None and any(map(is_of_a_mounting, model.primary_names)):
+        shared += [(rows.mounting == label).astype(float) for label in np.unique(rows.mounting)[:-1]]
+    return tuple(shared)
 
 
 def _free(model: Model) -> NDArray[np.intp]:
