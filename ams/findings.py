@@ -7,7 +7,7 @@ from ams.document import Document, number, to_document
 from ams.observations import Observations
 from ams.solve.extension import Extension
 from ams.solve.residual_curvature import ResidualCurvature
-from ams.solve.result import AxisCalibration, Calibration
+from ams.solve.result import AxisCalibration, Calibration, PackageCovariance
 from ams.uncertainty.advice import Advice, DriftRate, ResidualTerm, advise
 from ams.uncertainty.calibration_budget import AxisBudget, MonteCarloCheck
 
@@ -25,7 +25,19 @@ def full_document(
         sections[label] |= noted_findings(axis)
         if budgets is not None:
             sections[label]["budget"] = budget_document(budgets[label])
-    return {**base, "model": calibration.model, "convention": calibration.convention}
+    return {
+        **base,
+        "model": calibration.model,
+        "convention": calibration.convention,
+        "package_covariance": None if calibration.package is None else _package(calibration.package),
+    }
+
+
+def _package(package: PackageCovariance) -> Document:
+    return {
+        "order": [list(entry) for entry in package.order],
+        "covariance": [[number(value) for value in row] for row in package.covariance.tolist()],
+    }
 
 
 def advice_document(advice: Advice) -> Document:
