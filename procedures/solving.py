@@ -136,6 +136,7 @@ def _solve_sensor(
         {str(axis): channel for axis, channel in sensor.channels.items()},
         temperature_source(rig, sensor),
         f"{source}, {name}",
+        rig.chain,
     )
     if len(with_it) < len(rows):
         return SolvedSensor(name, observations, None, _dropped(len(rows) - len(with_it)))

@@ -10,8 +10,9 @@ from operator import or_
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, ValidationError, create_model, field_validator, model_validator
+from pydantic import BaseModel, Field, ValidationError, create_model, model_validator
 
+from rig.chain import Chain
 from rig.drivers import Ability, settings_classes
 from rig.earlier_files import as_stored_now
 from rig.errors import DescriptionError
@@ -26,7 +27,7 @@ from rig.settings import (
     ReadoutSettings,
     StreamSettings,
 )
-from rig.toml_file import StrictTable, as_tuple, read_toml
+from rig.toml_file import StrictTable, read_toml
 from rig.twin_settings import AxisTruth as AxisTruth
 from rig.twin_settings import AxisTwin as AxisTwin
 from rig.twin_settings import TwinBase as TwinBase
@@ -143,27 +144,6 @@ class Level(StrictTable):
     """Of the instrument: a limit."""
     before: LevelReading | None = None
     after: LevelReading | None = None
-
-
-class Chain(StrictTable):
-    """``[chain."readout.channel"]``: what stands between sensor and meter."""
-
-    serial: str = ""
-    """What a coefficient set is tied to: used with another chain, it is refused."""
-    load_resistor_ohm: Positive | None = None
-    load_resistor_tc_per_degc: float = 0.0
-    load_resistor_degc: float = 23.0
-    supply_channel: str | None = None
-    supply_band_v: tuple[float, float] | None = None
-    ratiometric: bool = False
-    warm_up_s: NotNegative = 0.0
-    warm_up_slope_v_per_h: Positive | None = None
-    standard: str | None = None
-
-    @field_validator("supply_band_v", mode="before")
-    @classmethod
-    def _pair(cls, value: object) -> object:
-        return as_tuple(value)
 
 
 class Job(StrictTable):

@@ -50,6 +50,12 @@ def _unknown_channels(file: TomlFile, rig: "RigDescription", known: set[str]) ->
     for channel, chain in rig.chain.items():
         if channel not in known:
             yield file.complaint(("chain", channel), f"no channel {channel!r} (allowed: {allowed})")
+        if chain.load_resistor_at is not None and chain.load_resistor_at not in rig.environment:
+            allowed_places = ", ".join(sorted(rig.environment)) or "none"
+            yield file.complaint(
+                ("chain", channel, "load_resistor_at"),
+                f"no environment {chain.load_resistor_at!r} (allowed: {allowed_places})",
+            )
         if chain.supply_channel is not None and chain.supply_channel not in known:
             yield file.complaint(
                 ("chain", channel, "supply_channel"), f"no channel {chain.supply_channel!r} (allowed: {allowed})"

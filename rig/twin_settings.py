@@ -114,6 +114,13 @@ class TwinReadout(StrictTable):
     own_temperature_drift_degc_per_h: float = 0.0
 
 
+class TwinSupply(StrictTable):
+    """``[twin.supplies."readout.channel"]``: what a supply that a chain names really gives."""
+
+    error_v: float = 0.0
+    drift_v_per_replication: float = 0.0
+
+
 class TwinStream(StrictTable):
     """``[twin.streams.NAME]``: what a streaming package really feels and adds."""
 
@@ -144,4 +151,5 @@ class TwinSection(StrictTable):
     base: TwinBase = TwinBase()
     environment: dict[str, TwinEnvironment] = {}
     readouts: dict[str, TwinReadout] = {}
+    supplies: dict[str, TwinSupply] = {}
     streams: dict[str, TwinStream] = {}

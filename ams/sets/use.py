@@ -25,6 +25,10 @@ REZERO_TEXT = (
     "offset_v may be set anew wind-off at a known attitude: offset_v = output - k.f; no other term may be adjusted "
     "without a calibration"
 )
+CORRECTIONS_TEXT = (
+    "the coefficients hold for reading * nominal_v / (volts of the supply's channel) and for reading / (1 + "
+    "tc_per_degc (T - degc)), T the load resistor's temperature: correct readings so before the set is applied"
+)
 TEMPERATURE_TEXT = "T in degC = offset_degc + slope_degc_per_v * volts of the channel"
 REZERO_TERMS = ("offset_v",)
 
@@ -46,6 +50,7 @@ def use_section(
             "text": INSTALLATION_TEXT,
         },
         "chain_serials": {str(name): _serial(declared) for name, declared in (chain or {}).items()},
+        **_corrections(chain or {}),
         "temperature_conversion": None if conversion is None else {**table(conversion), "text": TEMPERATURE_TEXT},
         "wind_off_rezero": {"terms": list(REZERO_TERMS), "text": REZERO_TEXT},
     }
@@ -74,6 +79,31 @@ def fixture_to_package(mount: Mapping[str, object]) -> list[Json] | None:
     if not all(re.fullmatch(r"[+-][xyz]", name) for name in named):
         return None
     return [[float(f"{name[0]}1") if axis == name[1] else 0.0 for axis in "xyz"] for name in named]
+
+
+def _corrections(chain: Mapping[str, object]) -> Document:
+    """``chain_corrections``, where there are any: what readings were divided by before the set was made."""
+    found = {str(name): _correction(declared) for name, declared in chain.items() if isinstance(declared, Mapping)}
+    made: dict[str, Json] = {name: correction for name, correction in found.items() if correction}
+    return {"chain_corrections": made, "chain_corrections_text": CORRECTIONS_TEXT} if made else {}
+
+
+def _correction(declared: Mapping[str, object]) -> Document:
+    """Of one channel: its supply, its load resistor, or both."""
+    correction: Document = {}
+    nominal_v = declared.get("supply_nominal_v") or _middle(declared.get("supply_band_v"))
+    if declared.get("ratiometric") and nominal_v is not None:
+        channel = plain(declared.get("supply_channel"), "chain.supply_channel")
+        correction["supply"] = {"channel": channel, "nominal_v": plain(nominal_v, "chain.supply_nominal_v")}
+    if declared.get("load_resistor_ohm") is not None and declared.get("load_resistor_at") is not None:
+        keys = ("load_resistor_ohm", "load_resistor_tc_per_degc", "load_resistor_degc")
+        named = {key.removeprefix("load_resistor_"): plain(declared.get(key, 0.0), f"chain.{key}") for key in keys}
+        correction["load_resistor"] = named
+    return correction
+
+
+def _middle(band: object) -> float | None:
+    return sum(map(float, band)) / 2.0 if isinstance(band, list | tuple) else None
 
 
 def _serial(declared: object) -> str | None:

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from procedures.run.interlocks import Interlock
-from rig.description import Chain, RigDescription
+from rig.chain import Chain
+from rig.description import RigDescription
 
 LEAST_FREE_MB = 64.0
 LINK_ERROR_RATE = 0.02

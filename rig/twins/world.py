@@ -21,6 +21,7 @@ from rig.description import (
     TwinSection,
 )
 from rig.settings import AxisSettings
+from rig.twins.chain import ChainTruth
 from rig.twins.chance import Announcement, Chance
 from rig.twins.geometry import (
     ARCSEC_RAD,
@@ -82,11 +83,7 @@ class World:
         self._sensors = _sensors(description.sensors, twin, self._chance)
         thermometers = (sensor.temperature for sensor in description.sensors.values())
         self._thermometers = {thermometer.channel: thermometer for thermometer in thermometers if thermometer}
-        self._supplies_v = {
-            chain.supply_channel: sum(chain.supply_band_v) / 2.0
-            for chain in description.chain.values()
-            if chain.supply_channel is not None and chain.supply_band_v is not None
-        }
+        self._chains = ChainTruth(description)
         self._steady_v: dict[str, float] = {}
         self._noise_v = {channel: sensor.noise_v for channel, sensor in self._sensors.items()}
 
@@ -146,6 +143,15 @@ class World:
 
     def mean_v(self, channel: str, now_s: float) -> float:
         """What the channel carries, without noise."""
+        replications = self._chance.announcement.replications
+        supply_v = self._chains.supply_v(channel, replications)
+        if supply_v is not None:
+            return supply_v
+        air_degc = {name: air.temperature_degc(replications, now_s) for name, air in self.air.items()}
+        return self._sensed_v(channel, now_s) * self._chains.factor(channel, replications, air_degc)
+
+    def _sensed_v(self, channel: str, now_s: float) -> float:
+        """What the sensor itself makes."""
         sensor = self._sensors.get(channel)
         if sensor is not None:
             replications = self._chance.announcement.replications
@@ -154,7 +160,7 @@ class World:
         degc = self._sensor_degc(now_s)
         if thermometer is not None and degc is not None:
             return (degc - thermometer.offset_degc) / thermometer.slope_degc_per_v
-        return self._supplies_v.get(channel, 0.0)
+        return 0.0
 
     def read_temperature_degc(self, environment: str, now_s: float) -> float:
         """One reading of an environment's own probe."""
