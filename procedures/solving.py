@@ -127,8 +127,8 @@ def model_name(solve: Solve, sensor: str) -> str:
 def _solve_sensor(
     name: str, rows: tuple[DwellRecord, ...], rig: RigDescription, sensor: Sensor, solve: Solve, source: str
 ) -> SolvedSensor:
-    from ams.calibrate import calibrate
     from ams.errors import AmsError
+    from ams.mountings import calibrate_mountings
 
     with_it = tuple(row for row in rows if not row.accepted or set(sensor.channels.values()) <= row.readings.keys())
     observations = observations_of(
@@ -140,12 +140,9 @@ def _solve_sensor(
     )
     if len(with_it) < len(rows):
         return SolvedSensor(name, observations, None, _dropped(len(rows) - len(with_it)))
-    mountings = sorted({row.mounting for row in rows if row.accepted and row.purpose == "design"})
-    if len(mountings) > 1:
-        return SolvedSensor(name, observations, None, _several_mountings(mountings))
     try:
         request = request_of(name, rig, sensor, solve)
-        solved = calibrate(observations, request)
+        solved = calibrate_mountings(observations, request)
         told = replace(solved, warnings=(*solved.warnings, *_told(solve)))
         return SolvedSensor(name, observations, told, None, budgets_of(solved, request, rig))
     except AmsError as error:
@@ -180,15 +177,6 @@ def _dropped(dwells: int) -> str:
     return (
         f"it was dropped while the run went on without it ({dwells} accepted dwells lack it); nothing was solved; the "
         "report says why; mend it and measure it in a new run"
-    )
-
-
-def _several_mountings(mountings: list[int]) -> str:
-    """One coning angle and azimuth for a package that was moved in between would be wrong and look right."""
-    told = ", ".join(map(str, mountings))
-    return (
-        f"dwells of several mountings ({told}) have no common coning angle and azimuth; nothing was solved; take back "
-        "what was measured before the package was moved (calrig redo), then resume"
     )
 
 

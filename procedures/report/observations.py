@@ -54,8 +54,15 @@ def observations_of(
         yaw_rad=_attitude_rad(rows, "yaw") if rows and "yaw" in rows[0].measured_deg else None,
         temperature_degc=_temperature_degc(rows, temperature, source, chains),
         time_s=run_times_s(rows),
+        mounting=_mounting(rows),
         source=source,
     )
+
+
+def _mounting(rows: Sequence[DwellRecord]) -> NDArray[np.int64] | None:
+    """(N,) where the package was moved in between; None where it never was."""
+    labels = np.array([row.mounting for row in rows], dtype=np.int64)
+    return labels if np.unique(labels).size > 1 else None
 
 
 def run_times_s(dwells: Sequence[DwellRecord]) -> FloatArray:

@@ -1,5 +1,6 @@
 """Notes, dwells taken back and replications redone: superseded, never edited; a moved package has its own mounting."""
 
+import json
 from datetime import date
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import pytest
 from night import events, states
 from small_run import Bench, bench, dwells_of, measured, resumed
 
-from procedures.delivery import solve_run
+from procedures.delivery import deliver, solve_run
 from procedures.errors import RequestError
 from procedures.run.handover import handover
 from procedures.run.journal_reader import JournalReader
@@ -73,14 +74,27 @@ def test_a_moved_package_begins_a_mounting_whose_check_set_is_compared_with_no_o
     }
     assert mountings == {1: 1, 2: 2}
     assert [event.detail["tested"] for event in events(whole, "seam")] == [False]
-    assert "several mountings (1, 2)" in str(solve_run(whole).sensors["SN1"].failure)
-    redo(whole, 1, Word("anna", "of the mounting before"))
+    solved = solve_run(whole).sensors["SN1"].calibration
+    assert solved is not None
+    assert "coning and azimuth are those of mounting 2, the last" in str(solved.warnings)
+    axis = solved.axes["x"]
+    found = {one.name: one.value for one in axis.parameters}
+    assert found["azimuth_deg"] == pytest.approx(36.0, abs=0.3)
+    assert found["sensitivity_v_per_g"] == pytest.approx(2.5, abs=1e-4)
+    earlier = axis.notes["mountings"]["earlier"]  # type: ignore[index]
+    assert earlier["mounting_1_azimuth_deg"].value == pytest.approx(35.0, abs=0.3)
+
+
+def test_a_moved_package_is_delivered_with_the_last_mounting_in_its_set(small: Bench, whole: Path) -> None:
+    redo(whole, 2, Word("anna", "remounted on face B", is_remounted=True))
+    moved = small.rig.model_copy(update={"twin": _with_azimuth(small.rig, 38.0)})
     with open_rig(RigDescription.model_validate(moved)) as rig:
         assert resume_on(whole, rig, "carla").state is State.FINISHED
-    solved = solve_run(whole).sensors["SN1"]
-    assert solved.calibration is not None
-    (azimuth,) = (one for one in solved.calibration.axes["x"].parameters if one.name == "azimuth_deg")
-    assert azimuth.value == pytest.approx(36.0, abs=0.3)
+    delivery = deliver(solve_run(whole), None)
+    document = json.loads(delivery.sets["SN1"].read_text(encoding="utf-8"))
+    assert document["axes"]["x"]["parameters"]["azimuth_deg"]["value"] == pytest.approx(38.0, abs=0.3)
+    assert "those of mounting 2, the last" in json.dumps(document)
+    assert "those of mounting 2, the last" in delivery.report.read_text(encoding="utf-8")
 
 
 def _with_azimuth(rig: RigDescription, azimuth_deg: float) -> object:
