@@ -82,14 +82,14 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
     Raises: ams.errors.AmsError where a set cannot be built, written or published.
     """
     crash_point(CrashPoint.SOLVED)
-    sets = _sets(run) if run.is_finished else {}
+    sets = sets_of(run) if run.is_finished else {}
     paths = {name: _write(one, run.folder / "coefficients", "json") for name, one in sets.items()}
     crash_point(CrashPoint.SETS_WRITTEN)
     archived, refusal = _published(run, sets, archive_url)
     crash_point(CrashPoint.PUBLISHED)
     adjustments = archived.adjustments if archived else _as_left(run, sets)
     view = view_of(run.record, run.sensors, adjustments)
-    report = write_report(view, run.folder, [attached for one in sets.values() for attached in _attachments(one)])
+    report = write_report(view, run.folder, [attached for one in sets.values() for attached in attachments(one)])
     crash_point(CrashPoint.REPORTED)
     # Last: a format that has no form of a set refuses it, and everything else is delivered by then.
     exports = [
@@ -153,7 +153,8 @@ def run_document(delivery: Delivery) -> dict[str, Any]:
     }
 
 
-def _sets(run: SolvedRun) -> "dict[str, CoefficientSet]":
+def sets_of(run: SolvedRun) -> "dict[str, CoefficientSet]":
+    """Sensor to the set of its solution; a sensor without one is missing. Raises: ams.errors.SetError."""
     from ams.sets.coefficients import build_set
     from ams.sets.fields import FIELDS
 
@@ -173,7 +174,7 @@ def _write(coefficients: "CoefficientSet", folder: Path, kind: str) -> Path:
     return path
 
 
-def _attachments(coefficients: "CoefficientSet") -> "list[Attachment]":
+def attachments(coefficients: "CoefficientSet") -> "list[Attachment]":
     """A set as the files inside the PDF: for machines as the laboratory's own set and as a DCC."""
     from ams.sets.export.formats import FORMATS
     from procedures.report.paper.pdf import Attachment

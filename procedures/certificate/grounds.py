@@ -5,24 +5,13 @@ Source: ISO/IEC 17025:2017, 7.8.2.1 (contents), 7.8.4.1 (calibration), 7.8.6 (co
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from datetime import date, datetime
+from datetime import date
 
 from ams.sets.adjustment import Adjustment
+from ams.sets.archive_signoff import Signature
 from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from procedures.errors import RequestError
-
-APPROVED = "approved"
-
-
-@dataclass(frozen=True)
-class Signature:
-    """Who stands for a set, in which role, since when."""
-
-    role: str
-    """``prepared``, ``reviewed`` or ``approved``."""
-    name: str
-    signed_utc: datetime
 
 
 @dataclass(frozen=True)
@@ -75,8 +64,10 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
     """What a certificate would lack, a phrase each."""
     if grounds.coefficients.is_simulated:
         yield "the readings come from a twin (SIMULATED)"
-    if not any(signature.role == APPROVED for signature in grounds.signatures):
+    if not any(signature.role == "approved" for signature in grounds.signatures):
         yield "nobody has approved the set"
+    if grounds.coefficients.status != "approved":
+        yield "the set is stamped 'engineering' (approved_by in the rig file)"
     for key, what in (("name", "name"), ("address", "address"), ("capability_deg", "stated capability")):
         if not grounds.laboratory.get(key):
             yield f"the laboratory's {what} is not declared ([laboratory] {key})"

@@ -2,6 +2,7 @@
 
 import hashlib
 from base64 import b64encode
+from collections.abc import Sequence
 from datetime import UTC, datetime, time
 from pathlib import Path
 
@@ -48,7 +49,7 @@ def certificate_page(grounds: Grounds) -> str:
     )
 
 
-def certificate_paper(grounds: Grounds, page: str, attachments: list[Attachment]) -> bytes:
+def certificate_paper(grounds: Grounds, page: str, attachments: Sequence[Attachment]) -> bytes:
     """The PDF/A-3b of a certificate's page."""
     moment = datetime.combine(grounds.issued, time(), tzinfo=UTC)
     stamps = (SPECIMEN,) if grounds.is_specimen else ()

@@ -35,6 +35,7 @@ COMMANDS = (
     ("fit", "fit:fit", "Solve observations from a CSV file; no rig needed."),
     ("attitude", "attitude:attitude", "Outputs of a calibrated package to angles with standard deviations."),
     ("archive", "archive:app", "Coefficient sets in the archive: list, show."),
+    ("certificate", "certificate:certificate", "Issue the certificate of an approved set."),
     ("export", "export:export", "Write a coefficient set for another system."),
     ("verify", "export:verify", "Read an exported file back and recompute its test vectors."),
     ("simulate", "simulate:simulate", "The twins of a rig on real ports, until stopped."),

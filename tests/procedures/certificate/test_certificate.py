@@ -7,24 +7,21 @@ from html import unescape
 
 import numpy as np
 import pytest
+from certificate_scene import JOB, LABORATORY, RELEASED, STANDARD
 from solved import PARAMETERS, provenance, solved_package
 
 from ams.observations import Observations
 from ams.sets.adjustment import Acceptance, Adjustment, adjust
 from ams.sets.apply import apply
+from ams.sets.archive_signoff import Signature
 from ams.sets.coefficients import CoefficientSet, build_set
-from ams.sets.provenance import Standard
-from procedures.certificate.grounds import Amendment, Grounds, Signature, check_grounds
+from procedures.certificate.grounds import Amendment, Grounds, check_grounds
 from procedures.certificate.page import SPECIMEN, certificate_page, certificate_paper
 from procedures.certificate.results import coefficients_of
 from procedures.errors import RequestError
 from procedures.report.paper.leaves import leaves_of
 
 SIGNED = datetime(2026, 3, 2, 9, tzinfo=UTC)
-LABORATORY = {"name": "Instrument Laboratory", "address": "1 Granite Way, Hampton", "capability_deg": 0.002}
-JOB = {"customer": "Tunnel Ltd, 2 Wind Road", "item": "inclinometer package, clean, no damage", "number": "J-7"}
-STANDARD = Standard("table", "77", "C-2025-14", date(2027, 1, 31), {"limit_arcsec": 1.0, "kind": "limit"})
-RELEASED = {"laboratory": LABORATORY, "job": JOB, "standards": (STANDARD,)}
 
 
 def _set(**changes: object) -> CoefficientSet:
@@ -46,7 +43,7 @@ def _adjustment(one: CoefficientSet, off_deg: float = 0.0, limit_deg: float = 0.
 
 def _grounds(**changes: object) -> Grounds:
     one = _set()
-    signed = (Signature("prepared", "A. Operator", SIGNED), Signature("approved", "B. Chief", SIGNED))
+    signed = (Signature("prepared", "A. Operator", SIGNED, ""), Signature("approved", "B. Chief", SIGNED, ""))
     grounds = Grounds("2026-0117", date(2026, 3, 3), one, _adjustment(one), signed)
     return replace(grounds, **changes)  # type: ignore[arg-type]
 
@@ -109,6 +106,7 @@ def test_a_calculated_uncertainty_above_the_capability_is_stated_with_its_k() ->
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
+        ({"approved_by": None}, "stamped 'engineering'"),
         ({"simulated": True}, "the readings come from a twin"),
         ({"laboratory": None}, "[laboratory] name"),
         ({"laboratory": {**LABORATORY, "capability_deg": None}}, "[laboratory] capability_deg"),
@@ -124,7 +122,7 @@ def test_a_gap_is_refused_by_name(changes: dict[str, object], words: str) -> Non
 
 def test_without_an_approval_there_is_no_certificate() -> None:
     with pytest.raises(RequestError, match="nobody has approved the set"):
-        check_grounds(_grounds(signatures=(Signature("prepared", "A. Operator", SIGNED),)))
+        check_grounds(_grounds(signatures=(Signature("prepared", "A. Operator", SIGNED, ""),)))
 
 
 def test_a_complete_ground_is_not_refused() -> None:

@@ -1,0 +1,101 @@
+"""Issuing: check the grounds, set the pages, enter the certificate into the archive, write the files.
+
+The archive comes first: it refuses a number that is taken before any file exists, and the same certificate issued again
+(a disk that was full) is the same file and changes nothing there. A specimen leaves no trace in the archive.
+"""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, time
+from pathlib import Path
+
+from ams.sets.archive import show
+from ams.sets.archive_runs import adjustment_of
+from ams.sets.archive_signoff import Certificate, issue_certificate, sign_off
+from ams.sets.whole_file import write_whole
+from procedures.certificate.grounds import Grounds, check_grounds
+from procedures.certificate.page import certificate_page, certificate_paper
+from procedures.report.paper.pdf import Attachment
+
+
+@dataclass(frozen=True)
+class Issued:
+    """A certificate on the disk."""
+
+    grounds: Grounds
+    page: Path
+    paper: Path
+    sha256: str
+    """Of the PDF, as the archive has it."""
+
+
+def issue(archive_url: str, key: str, grounds_of: "GroundsOf", by: str, out: Path) -> Issued:
+    """Write ``certificate-NUMBER.pdf`` and ``.html`` into a folder that exists, and enter it into the archive.
+
+    ``key``: a sensor (its latest set) or the beginning of a checksum.
+
+    Raises: RequestError for what is missing; ArchiveError where the archive refuses; WriteFailed.
+    """
+    grounds = grounds_of.complete(archive_url, key)
+    check_grounds(grounds)
+    page = certificate_page(grounds)
+    paper = certificate_paper(grounds, page, attachments_of(grounds))
+    sha256 = hashlib.sha256(paper).hexdigest()
+    if not grounds.is_specimen:
+        issue_certificate(archive_url, grounds.coefficients.sha256, _entry(grounds, sha256, by))
+    stem = f"{'specimen' if grounds.is_specimen else 'certificate'}-{_safe(grounds.number)}"
+    paths = out / f"{stem}.html", out / f"{stem}.pdf"
+    write_whole(paths[0], page.encode("utf-8"))
+    write_whole(paths[1], paper)
+    return Issued(grounds, *paths, sha256)
+
+
+@dataclass(frozen=True)
+class GroundsOf:
+    """What the person who issues says; the archive says the rest."""
+
+    number: str
+    issued: datetime
+    amends: str | None = None
+    reason: str = ""
+    is_specimen: bool = False
+
+    def complete(self, archive_url: str, key: str) -> Grounds:
+        """With set, adjustment and signatures from the archive. Raises: ArchiveError."""
+        from procedures.certificate.grounds import Amendment
+
+        coefficients = show(archive_url, key)
+        return Grounds(
+            number=self.number,
+            issued=self.issued.astimezone(UTC).date(),
+            coefficients=coefficients,
+            adjustment=adjustment_of(archive_url, coefficients.sha256),
+            signatures=sign_off(archive_url, coefficients.sha256).signatures,
+            amends=None if self.amends is None else Amendment(self.amends, self.reason),
+            is_specimen=self.is_specimen,
+        )
+
+
+def attachments_of(grounds: Grounds) -> Sequence[Attachment]:
+    """The set for machines: as a coefficient set and as a Digital Calibration Certificate."""
+    from procedures.delivery import attachments
+
+    return attachments(grounds.coefficients)
+
+
+def _entry(grounds: Grounds, sha256: str, by: str) -> Certificate:
+    return Certificate(
+        number=grounds.number,
+        sha256=grounds.coefficients.sha256,
+        file_sha256=sha256,
+        issued_by=by,
+        issued_utc=datetime.combine(grounds.issued, time(), tzinfo=UTC),
+        amends=grounds.amends.number if grounds.amends else None,
+        reason=grounds.amends.reason if grounds.amends else "",
+    )
+
+
+def _safe(number: str) -> str:
+    """A number of any laboratory as part of a file name on any system."""
+    return "".join(letter if letter.isascii() and (letter.isalnum() or letter in "-_.") else "-" for letter in number)

@@ -1,0 +1,80 @@
+"""``calrig certificate``: the certificate of an approved set, as PDF and page."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from procedures.cli.output import print_json, say
+from procedures.cli.places import default_archive_url, login_name
+from procedures.errors import RequestError
+
+DAY = "%Y-%m-%d"
+
+
+def certificate(
+    key: str,
+    /,
+    *,
+    number: str,
+    by: str | None = None,
+    issued: str | None = None,
+    amends: str | None = None,
+    reason: str = "",
+    specimen: Annotated[bool, Parameter(negative=())] = False,
+    out: Path = Path(),
+    archive: str | None = None,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Issue the certificate of an approved set: PDF/A with the set attached, entered into the archive.
+
+    Parameters
+    ----------
+    key
+        A sensor (its latest set), or six or more characters of a checksum.
+    number
+        The certificate's number.
+    by
+        Who issues it; by default the login name.
+    issued
+        Day of issue, such as 2026-03-02; by default today.
+    amends
+        Number of the certificate that this one takes the place of.
+    reason
+        Why it does; needed with --amends.
+    specimen
+        Print one to look at, whatever is missing; it is stamped, and the archive does not know of it.
+    out
+        Folder to write to; by default this one.
+    archive
+        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
+    json
+        Print one JSON document.
+    """
+    from procedures.certificate.issue import GroundsOf, issue
+    from rig.clock import SystemClock
+
+    if not out.is_dir():
+        raise RequestError(f"{out}: is no folder; nothing was issued; give --out with a folder that exists")
+    if (amends is None) != (not reason.strip()):
+        raise RequestError("certificate: --amends and --reason belong together; nothing was issued; give both or none")
+    day = SystemClock().now_utc() if issued is None else _day(issued)
+    asked = GroundsOf(number, day, amends, reason, specimen)
+    done = issue(archive or default_archive_url(), key, asked, by or login_name(), out)
+    if json:
+        files = {"page": str(done.page), "paper": str(done.paper), "paper_sha256": done.sha256}
+        one = done.grounds.coefficients
+        print_json({"number": number, "specimen": specimen, "sensor": one.sensor, "set_sha256": one.sha256, **files})
+        return
+    what = "specimen" if specimen else "certificate"
+    say(f"{what} {number} of {done.grounds.coefficients.sensor}: {done.paper}")
+
+
+def _day(text: str) -> datetime:
+    try:
+        return datetime.strptime(text, DAY).replace(tzinfo=UTC)
+    except ValueError:
+        raise RequestError(
+            f"--issued: is no day: got {text!r}, allowed is year-month-day such as 2026-03-02; nothing was issued"
+        ) from None

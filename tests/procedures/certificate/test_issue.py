@@ -1,0 +1,132 @@
+"""Issued once, entered once: what the archive knows and what lies on the disk are the same file."""
+
+import hashlib
+import json
+import re
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pikepdf
+import pytest
+from certificate_scene import RELEASED
+from solved import provenance, solved_package
+
+from ams.errors import ArchiveError, WriteFailed
+from ams.sets.archive import publish
+from ams.sets.archive_signoff import certificate_of, sign, verify_archive
+from ams.sets.coefficients import build_set
+from ams.sets.export.dcc import from_dcc
+from procedures.certificate.issue import GroundsOf, issue
+from procedures.cli.main import run_command
+from procedures.errors import RequestError
+
+MOMENT = datetime(2026, 3, 2, 9, tzinfo=UTC)
+
+
+@pytest.fixture
+def archive(tmp_path: Path) -> str:
+    url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    publish(url, [build_set(solved_package(), provenance(**RELEASED))], MOMENT)
+    return url
+
+
+@pytest.fixture
+def approved(archive: str) -> str:
+    for role, name in (("prepared", "A. Operator"), ("reviewed", "C. Reader"), ("approved", "B. Chief")):
+        sign(archive, "SN1047", role, name, MOMENT)
+    return archive
+
+
+def test_the_archive_knows_the_very_file_that_was_written(approved: str, tmp_path: Path) -> None:
+    done = issue(approved, "SN1047", GroundsOf("2026/0117", MOMENT), "B. Chief", tmp_path)
+    assert done.paper.name == "certificate-2026-0117.pdf"
+    entry = certificate_of(approved, "2026/0117")
+    assert entry is not None
+    assert entry.file_sha256 == hashlib.sha256(done.paper.read_bytes()).hexdigest()
+    assert entry.issued_by == "B. Chief"
+    assert verify_archive(approved).faults == ()
+
+
+def test_the_attached_certificate_for_machines_holds_the_same_set_and_says_who_approved_it(
+    approved: str, tmp_path: Path
+) -> None:
+    done = issue(approved, "SN1047", GroundsOf("7", MOMENT), "B. Chief", tmp_path)
+    with pikepdf.open(done.paper) as document:
+        attached = {
+            name.split("/")[-1]: document.attachments[name].get_file().read_bytes() for name in document.attachments
+        }
+    dcc = attached["SN1047.xml"]
+    assert from_dcc(dcc, "attachment").sha256 == done.grounds.coefficients.sha256
+    assert b"nobody has approved" not in dcc
+
+
+def test_issuing_again_is_the_same_file_and_another_content_under_the_number_is_refused(
+    approved: str, tmp_path: Path
+) -> None:
+    first = issue(approved, "SN1047", GroundsOf("7", MOMENT), "B. Chief", tmp_path)
+    assert issue(approved, "SN1047", GroundsOf("7", MOMENT), "B. Chief", tmp_path).sha256 == first.sha256
+    before = first.paper.read_bytes()
+    with pytest.raises(ArchiveError, match="issued already"):
+        issue(approved, "SN1047", GroundsOf("7", MOMENT.replace(day=3)), "B. Chief", tmp_path)
+    assert first.paper.read_bytes() == before
+
+
+def test_an_unsigned_set_gets_no_certificate_and_no_file(archive: str, tmp_path: Path) -> None:
+    with pytest.raises(RequestError, match="nobody has approved"):
+        issue(archive, "SN1047", GroundsOf("7", MOMENT), "B. Chief", tmp_path)
+    assert not list(tmp_path.glob("certificate*"))
+    assert certificate_of(archive, "7") is None
+
+
+def test_a_withdrawn_set_gets_no_certificate(approved: str, tmp_path: Path) -> None:
+    sign(approved, "SN1047", "withdrawn", "B. Chief", MOMENT, "dropped on the floor")
+    with pytest.raises(ArchiveError, match="is withdrawn, needed is approved"):
+        issue(approved, "SN1047", GroundsOf("7", MOMENT), "B. Chief", tmp_path)
+    assert not list(tmp_path.glob("certificate*"))
+
+
+def test_an_amendment_is_entered_with_what_it_replaces(approved: str, tmp_path: Path) -> None:
+    issue(approved, "SN1047", GroundsOf("7", MOMENT), "B. Chief", tmp_path)
+    done = issue(approved, "SN1047", GroundsOf("7-A", MOMENT, "7", "address of the customer"), "B. Chief", tmp_path)
+    entry = certificate_of(approved, "7-A")
+    assert entry is not None
+    assert (entry.amends, entry.reason) == ("7", "address of the customer")
+    assert "replaces certificate 7" in re.sub(r"\s+", " ", done.page.read_text(encoding="utf-8"))
+
+
+def test_a_specimen_leaves_no_trace_in_the_archive(archive: str, tmp_path: Path) -> None:
+    done = issue(archive, "SN1047", GroundsOf("7", MOMENT, is_specimen=True), "B. Chief", tmp_path)
+    assert done.paper.name == "specimen-7.pdf"
+    assert certificate_of(archive, "7") is None
+
+
+def test_a_folder_that_refuses_is_told(approved: str, tmp_path: Path) -> None:
+    (tmp_path / "certificate-7.html").mkdir()
+    with pytest.raises(WriteFailed, match=r"certificate-7\.html"):
+        issue(approved, "SN1047", GroundsOf("7", MOMENT), "B. Chief", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--issued", "2.3.2026"], "is no day"),
+        (["--amends", "6"], "belong together"),
+        (["--out", "no/such/folder"], "is no folder"),
+    ],
+)
+def test_a_wrong_request_is_a_sentence_and_status_2(
+    arguments: list[str], words: str, approved: str, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    asked = ["certificate", "SN1047", "--number", "7", "--archive", approved, *arguments]
+    assert run_command(asked) == 2
+    assert words in capsys.readouterr().err
+    assert not list(tmp_path.glob("certificate*"))
+
+
+def test_the_command_issues_and_tells_where(approved: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["certificate", "SN1047", "--number", "7", "--by", "B. Chief", "--issued", "2026-03-03"]
+    assert run_command([*asked, "--archive", approved, "--out", str(tmp_path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["specimen"] is False
+    assert (tmp_path / "certificate-7.pdf").exists()
