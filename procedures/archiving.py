@@ -1,8 +1,9 @@
 """A solved run into the archive: the run as a row, its sensors with their rows, and who answers for what expired."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+from procedures.errors import RequestError
 from procedures.report.assemble import RunRecord
 from procedures.solving import SolvedSensor
 
@@ -52,3 +53,25 @@ def run_entry(folder: "Path", record: RunRecord) -> "RunEntry":
         folder=str(folder.resolve()),
         software_version=record.versions["calrig"],
     )
+
+
+def publish_folder(
+    folder: "Path", archive_of: Callable[[bool], str], override: "Override | None" = None
+) -> "tuple[str, PublishedRun]":
+    """A finished run out of its journal, solved again and published; returns where, and what is there now.
+
+    Raises: RequestError where the run did not finish or has nothing to publish; ams.errors.ArchiveError.
+    """
+    from procedures.delivery import sets_of, solve_run
+
+    run = solve_run(folder)
+    if not run.is_finished:
+        raise RequestError(
+            f"{folder}: the run is {run.record.state}, only a finished one has sets; nothing was published; "
+            f"calrig resume {folder} goes on with it"
+        )
+    sets = sets_of(run)
+    if not sets:
+        raise RequestError(f"{folder}: no sensor has a solution: {'; '.join(run.failures)}; nothing was published")
+    url = archive_of(run.record.is_simulated)
+    return url, publish_solved(url, folder, run.record, run.sensors, sets, override)

@@ -62,6 +62,17 @@ def writing(archive_url: str, busy_timeout_s: float, *, only_existing: bool = Fa
         yield connection
 
 
+def migrate(archive_url: str, busy_timeout_s: float = 10.0) -> tuple[str | None, str | None]:
+    """Bring an archive that is there to this version's schema; the schema before and after. Raises: ArchiveError."""
+    url = _parsed(archive_url)
+    with _transaction(url, "BEGIN", busy_timeout_s) as connection:
+        before = _revision(connection)
+    if before is None:
+        raise ArchiveUnknown(f"{_shown(url)}: is no archive: it has no schema version; {NOTHING}; give another URL")
+    with writing(archive_url, busy_timeout_s, only_existing=True) as connection:
+        return before, _revision(connection)
+
+
 @contextmanager
 def _transaction(url: "URL", begin: str, busy_timeout_s: float) -> "Iterator[Connection]":
     from sqlalchemy.exc import SQLAlchemyError

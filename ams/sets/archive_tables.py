@@ -86,6 +86,7 @@ POINTS = Table(
     Column("axes", Text, nullable=False),
     Column("sensitivity_name", Text, nullable=False),
     Column("check_sensor", Boolean, nullable=False),
+    Column("gravity_mps2", Double, nullable=False),
     Column("numbers", LargeBinary, nullable=False),
 )
 """A set as a point of its sensor's history: offset, k and covariances as ``ams.sets.points`` packs them."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ams.sets.canonical import number, table
 from ams.sets.characteristics import PackageNumbers, numbers_of
 from ams.sets.coefficients import CoefficientSet
 
@@ -40,5 +41,6 @@ def point_row(coefficients: CoefficientSet, *, is_check: bool) -> dict[str, Any]
         "axes": ",".join(numbers.axes),
         "sensitivity_name": numbers.sensitivity_name,
         "check_sensor": is_check,
+        "gravity_mps2": number(table(coefficients.document["acceleration_unit"])["value_mps2"]),
         "numbers": pack(numbers),
     }

@@ -1,47 +1,79 @@
-"""``calrig archive``: what was calibrated, when, with which result."""
+"""``calrig archive``: what was calibrated, with which result, who stands behind it, what it did over the years."""
 
 from dataclasses import asdict
-from typing import Annotated, Any
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from procedures.cli.output import print_json, say
-from procedures.cli.places import default_archive_url
+from procedures.cli.archive_text import (
+    adjustment_lines,
+    comparison_lines,
+    history_lines,
+    plain,
+    set_lines,
+    sign_off_lines,
+)
+from procedures.cli.output import note, print_json, say
+from procedures.cli.places import default_archive_url, find_run, login_name
+from procedures.errors import ExitStatus, RequestError
 
 Json = Annotated[bool, Parameter(negative=())]
 
-app = App(name="archive", help="Coefficient sets in the archive.")
+app = App(name="archive", help="Coefficient sets in the archive: what was found, what was left, and over the years.")
 
 
 @app.command(name="list")
-def list_(*, sensor: str | None = None, archive: str | None = None, json: Json = False) -> None:
+def list_(
+    *,
+    sensor: str | None = None,
+    serial: str | None = None,
+    rig: str | None = None,
+    run: str | None = None,
+    since: str | None = None,
+    until: str | None = None,
+    archive: str | None = None,
+    json: Json = False,
+) -> None:
     """The sets, by sensor, then oldest first.
 
     Parameters
     ----------
     sensor
         Only this sensor's.
+    serial
+        Only of this serial number.
+    rig
+        Only what was calibrated on this rig.
+    run
+        Only of this run.
+    since
+        Only calibrated on this day (2026-03-01) or later.
+    until
+        Only calibrated on this day or earlier.
     archive
         URL of the archive, such as sqlite:///archive.sqlite; by default CALRIG_ARCHIVE, else the user's own.
     json
         Print one JSON document.
     """
-    from ams.sets.archive import list_sets
+    from ams.sets.archive import Search, list_sets
 
     url = archive or default_archive_url()
-    rows = list_sets(url, sensor)
+    last = _day("until", until)
+    wanted = Search(sensor, serial, rig, run, _day("since", since), None if last is None else last + timedelta(days=1))
+    rows = list_sets(url, search=wanted)
     if json:
-        print_json({"archive": url, "sets": [_plain(asdict(row)) for row in rows]})
+        print_json({"archive": url, "sets": [plain(asdict(row)) for row in rows]})
         return
     say(f"{len(rows)} {'set' if len(rows) == 1 else 'sets'} in {url}")
-    for row in rows:
-        stamp = f"{row.status}{', simulated' if row.simulated else ''}"
-        say(f"{row.sha256[:12]}  {row.sensor:<16} {row.created_utc:%Y-%m-%d %H:%M} UTC  {row.model}, {stamp}")
+    for line in set_lines(rows):
+        say(line)
 
 
 @app.command
 def show(key: str, /, *, archive: str | None = None, json: Json = False) -> None:
-    """One set: its coefficients with their uncertainties.
+    """One set: its coefficients with their uncertainties, as found and as left, and who signed it.
 
     Parameters
     ----------
@@ -53,14 +85,254 @@ def show(key: str, /, *, archive: str | None = None, json: Json = False) -> None
         Print the whole set as one JSON document.
     """
     from ams.sets.archive import show as show_set
+    from ams.sets.archive_runs import adjustment_of
+    from ams.sets.archive_signoff import sign_off
     from procedures.cli.coefficients_text import set_text
 
-    found = show_set(archive or default_archive_url(), key)
+    url = archive or default_archive_url()
+    found = show_set(url, key)
     if json:
         print_json(found.document)
+        return
+    say(set_text(found.document))
+    adjustment = adjustment_of(url, found.sha256)
+    say()
+    for line in adjustment_lines(adjustment):
+        say(line)
+    for line in sign_off_lines(sign_off(url, found.sha256)):
+        say(line)
+
+
+@app.command
+def compare(old: str, new: str, /, *, archive: str | None = None, json: Json = False) -> None:
+    """Two sets of one sensor: the rotation of a remount first, then what each axis changed.
+
+    Parameters
+    ----------
+    old
+        The older set: six or more characters of its checksum, or a sensor (its latest set).
+    new
+        The newer set.
+    archive
+        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
+    json
+        Print one JSON document.
+    """
+    from ams.sets.archive import show as show_set
+    from ams.sets.compare import compare as compare_sets
+
+    url = archive or default_archive_url()
+    found = compare_sets(show_set(url, old), show_set(url, new))
+    if json:
+        print_json(plain(asdict(found)))
+        return
+    for line in comparison_lines(found):
+        say(line)
+
+
+@app.command
+def history(sensor: str, /, *, archive: str | None = None, plot: Path | None = None, json: Json = False) -> None:
+    """A sensor over the years: control charts, what happened to it, advice on its interval.
+
+    Parameters
+    ----------
+    sensor
+        The sensor.
+    archive
+        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
+    plot
+        Draw the charts into this SVG file.
+    json
+        Print one JSON document.
+    """
+    from ams.sets.archive_history import history as history_of
+
+    found = history_of(archive or default_archive_url(), sensor)
+    if plot is not None:
+        from ams.sets.whole_file import write_whole
+        from procedures.report.history_figure import history_figure
+
+        write_whole(plot, history_figure(found).svg)
+    if json:
+        print_json(plain(asdict(found)))
     else:
-        say(set_text(found.document))
+        for line in history_lines(found):
+            say(line)
+        if plot is not None:
+            say(f"charts       {plot}")
 
 
-def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    return {name: value.isoformat() if hasattr(value, "isoformat") else value for name, value in row.items()}
+@app.command
+def publish(
+    run: str,
+    /,
+    *,
+    override: str | None = None,
+    operator: str | None = None,
+    archive: str | None = None,
+    json: Json = False,
+) -> None:
+    """Publish a finished run: its sets, as found, as left, the standards behind it. Again, it changes nothing.
+
+    Parameters
+    ----------
+    run
+        A run folder, its journal, its name under ./runs, or a folder that holds exactly one run.
+    override
+        Why an expired standard is accepted all the same; needs --operator.
+    operator
+        Who answers for it.
+    archive
+        URL of the archive, as for `calrig run`.
+    json
+        Print one JSON document.
+    """
+    from ams.sets.archive_runs import Override
+    from procedures.archiving import publish_folder
+    from procedures.cli.run import archive_of
+
+    if (override is None) != (operator is None):
+        raise RequestError("an override needs --override REASON and --operator NAME together; nothing was published")
+    word = Override(operator, override) if override is not None and operator is not None else None
+    folder = find_run(run)
+    url, published = publish_folder(folder, lambda simulated: archive_of(folder, archive, is_simulated=simulated), word)
+    if json:
+        sets = [plain(asdict(one)) for one in published.publications]
+        found = {name: plain(asdict(one)) for name, one in published.adjustments.items()}
+        print_json({"archive": url, "sets": sets, "adjustments": found})
+        return
+    for one in published.publications:
+        say(f"{one.sha256[:12]}  {one.sensor:<16} {'published' if one.is_new else 'was there already'}   {url}")
+        for line in adjustment_lines(published.adjustments.get(one.sensor)):
+            say(f"  {line}")
+
+
+@app.command
+def sign(
+    key: str,
+    role: str,
+    /,
+    *,
+    name: str | None = None,
+    comment: str = "",
+    archive: str | None = None,
+    json: Json = False,
+) -> None:
+    """Sign a set as prepared, reviewed or approved, in this order and not all by one person; or withdraw it.
+
+    Parameters
+    ----------
+    key
+        A sensor (its latest set), or six or more characters of a checksum.
+    role
+        prepared, reviewed, approved or withdrawn.
+    name
+        Who signs; by default the login name.
+    comment
+        A remark; the reason where a set is withdrawn.
+    archive
+        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
+    json
+        Print one JSON document.
+    """
+    from ams.sets.archive_signoff import sign as sign_set
+
+    url = archive or default_archive_url()
+    signed = sign_set(url, key, role, name or login_name(), datetime.now(UTC), comment)
+    if json:
+        print_json(plain({**asdict(signed), "state": signed.state}))
+        return
+    for line in sign_off_lines(signed):
+        say(line)
+
+
+@app.command
+def verify(*, archive: str | None = None, json: Json = False) -> int:
+    """Recompute the hash of every record and every row: whatever was changed behind the record shows.
+
+    Parameters
+    ----------
+    archive
+        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
+    json
+        Print one JSON document.
+    """
+    from ams.sets.archive_signoff import verify_archive
+
+    url = archive or default_archive_url()
+    report = verify_archive(url)
+    if json:
+        print_json({"archive": url, **plain(asdict(report)), "verified": not report.faults})
+    else:
+        for fault in report.faults:
+            say(fault)
+        state = "intact" if not report.faults else f"NOT INTACT: {len(report.faults)} faults"
+        say(f"{url}: {state}; {report.rows} rows, {report.head.sequence} records, head {report.head.sha256}")
+    return ExitStatus.WRONG_REQUEST if report.faults else ExitStatus.DONE
+
+
+@app.command
+def migrate(*, archive: str | None = None) -> None:
+    """Bring an older archive up to this version's schema; a copy of a file is written beside it first.
+
+    Parameters
+    ----------
+    archive
+        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
+    """
+    from ams.sets.archive_connection import migrate as migrate_archive
+
+    url = archive or default_archive_url()
+    before, after = migrate_archive(url)
+    say(f"{url}: schema {after}{'' if before == after else f', was {before}'}")
+
+
+@app.command
+def demo(
+    *, out: Path = Path("demo-archive.sqlite"), sensors: int = 50, years: int = 8, seed: int = 1, json: Json = False
+) -> None:
+    """Make a synthetic archive: sensors that drift, one that dropped, two that were mixed up, a check sensor.
+
+    Parameters
+    ----------
+    out
+        The SQLite file to make; it must not be there yet.
+    sensors
+        How many, at least 8, calibrated twice a year.
+    years
+        For how long, at least 4.
+    seed
+        The same seed makes the same archive.
+    json
+        Print one JSON document.
+    """
+    import numpy as np
+
+    from ams.sets.synthetic import Story, synthetic_archive
+    from ams.sets.synthetic_runs import publish_synthetic
+
+    if sensors < 8 or years < 4:
+        raise RequestError(f"a demonstration needs at least 8 sensors and 4 years: got {sensors} and {years}")
+    if out.exists():
+        raise RequestError(f"{out}: is there already; give --out with another name; nothing was written")
+    url = f"sqlite:///{out}"
+    made = synthetic_archive(np.random.default_rng(seed), Story(sensors=sensors, years=years))
+    note(f"{out}: calibrating {sensors} sensors for {years} years; this takes a while")
+    count = publish_synthetic(url, made, np.random.default_rng(seed + 1))
+    told = {"drifting": made.drifting, "dropped": made.dropped, "mixed_up": made.mixed_up}
+    if json:
+        print_json(plain({"archive": url, "sets": count, **told}))
+        return
+    say(f"{count} sets in {url}")
+    for what, names in told.items():
+        say(f"{what.replace('_', ' '):<9} {', '.join(names)}")
+    say(f"try: calrig archive history {made.drifting[0]} --archive {url} --plot history.svg")
+
+
+def _day(name: str, text: str | None) -> datetime | None:
+    if text is None:
+        return None
+    try:
+        return datetime.fromisoformat(text).replace(tzinfo=UTC)
+    except ValueError:
+        raise RequestError(f"--{name}: got {text!r}, needed is a day such as 2026-03-01") from None

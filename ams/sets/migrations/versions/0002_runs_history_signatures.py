@@ -34,6 +34,7 @@ def _history() -> None:
         sa.Column("axes", sa.Text, nullable=False),
         sa.Column("sensitivity_name", sa.Text, nullable=False),
         sa.Column("check_sensor", sa.Boolean, nullable=False),
+        sa.Column("gravity_mps2", sa.Double, nullable=False),
         sa.Column("numbers", sa.LargeBinary, nullable=False),
     )
     op.create_table(

@@ -1,0 +1,153 @@
+"""What the archive tells, as lines for a person and as plain values for JSON."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import date, datetime
+from typing import TYPE_CHECKING, Any
+
+from procedures.cli.units_text import label_and_unit
+
+if TYPE_CHECKING:
+    from ams.sets.adjustment import Adjustment, Condition
+    from ams.sets.archive import ArchivedSet
+    from ams.sets.archive_history import SensorHistory
+    from ams.sets.archive_signoff import SignOff
+    from ams.sets.check_chart import CheckHistory
+    from ams.sets.compare import AxisChange, Change, Comparison
+    from ams.sets.history import Chart
+
+
+def plain(value: Any) -> Any:
+    """As JSON knows it: moments as ISO 8601, arrays as lists, a number that is not finite as null."""
+    if isinstance(value, Mapping):
+        return {str(name): plain(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in value]
+    if isinstance(value, datetime | date):
+        return value.isoformat()
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def set_lines(rows: "Sequence[ArchivedSet]") -> Iterator[str]:
+    """The sets, a line each."""
+    for row in rows:
+        stamp = f"{row.status}{', simulated' if row.simulated else ''}"
+        verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
+        told = f", {', '.join(verdicts)}" if verdicts else ""
+        yield f"{row.sha256[:12]}  {row.sensor:<16} {row.created_utc:%Y-%m-%d %H:%M} UTC  {row.model}, {stamp}{told}"
+
+
+def adjustment_lines(adjustment: "Adjustment | None") -> Iterator[str]:
+    """As found and as left."""
+    if adjustment is None:
+        yield "as found, as left: not in the archive"
+        return
+    if adjustment.as_found is None:
+        yield f"as found: none ({adjustment.no_as_found})"
+    else:
+        yield from _condition_lines(adjustment.as_found)
+    yield from _condition_lines(adjustment.as_left)
+    if adjustment.acceptance.limits_deg:
+        yield f"decision rule: {adjustment.acceptance.rule_text}"
+
+
+def _condition_lines(condition: "Condition") -> Iterator[str]:
+    name = condition.kind.replace("-", " ")
+    yield f"{name}: {condition.verdict or 'no limit to judge by'} (set {condition.set_sha256[:12]})"
+    for errors in condition.errors.values():
+        place = errors.worst
+        left_out = f", {errors.left_out} attitudes do not tell it" if errors.left_out else ""
+        yield (
+            f"  {errors.angle}: at most {errors.error_deg[place]:+.5f}° with U {errors.expanded_deg[place]:.5f}° "
+            f"(k = {errors.coverage_factor:.2f}) at pitch {errors.pitch_deg[place]:g}°, roll "
+            f"{errors.roll_deg[place]:g}°{left_out}"
+        )
+    yield from (f"  {one.sentence}" for one in condition.judgements)
+
+
+def sign_off_lines(signed: "SignOff") -> Iterator[str]:
+    """Who signed, and which certificates were issued."""
+    yield f"set {signed.sha256[:12]}: {signed.state}"
+    for one in signed.signatures:
+        comment = f": {one.comment}" if one.comment else ""
+        yield f"  {one.role:<10} {one.name}, {one.signed_utc:%Y-%m-%d %H:%M} UTC{comment}"
+    for certificate in signed.certificates:
+        amends = f", amends {certificate.amends} ({certificate.reason})" if certificate.amends else ""
+        yield f"  certificate {certificate.number}, {certificate.issued_by}, {certificate.issued_utc:%Y-%m-%d}{amends}"
+
+
+def comparison_lines(found: "Comparison") -> Iterator[str]:
+    """Rotation first, then every axis."""
+    yield f"{found.sensor}: {found.old_sha256[:12]} to {found.new_sha256[:12]}, {found.elapsed_days:.1f} days"
+    yield from (f"note: {text}" for text in found.notes)
+    told = (f"{axis} {_turn(change)}" for axis, change in found.rotation_deg.items())
+    yield f"common rotation of the package (remount): {', '.join(told)}"
+    if found.direction_p_value is not None:
+        yield (
+            f"what it leaves of the directions: χ² {found.direction_chi_square:.1f} with {found.direction_dof} degrees "
+            f"of freedom (p {found.direction_p_value:.2g}, scatter of the two calibrations alone)"
+        )
+    else:
+        yield "a single axis: a change of its direction cannot be told from a remount"
+    for axis in found.axes.values():
+        yield from _axis_lines(axis)
+
+
+def _axis_lines(change: "AxisChange") -> Iterator[str]:
+    offset, relative = change.offset_v, change.sensitivity_relative
+    yield f"axis {change.axis}"
+    volts = f"{offset.value:+.3e} V (u {offset.standard_uncertainty:.1e})"
+    yield f"  offset       {volts}   {_arcsec(change.offset_arcsec)}"
+    yield f"  sensitivity  {relative.value * 1e6:+.2f} ppm (u {relative.standard_uncertainty * 1e6:.2f})"
+    across = "   ".join(f"{axis} {_arcsec(one)}" for axis, one in change.direction_arcsec.items())
+    yield f"  direction    {across}"
+
+
+def _turn(change: "Change | None") -> str:
+    return "not told" if change is None else f"{change.value:+.5f}° (u {change.standard_uncertainty:.5f})"
+
+
+def _arcsec(change: "Change") -> str:
+    return f"{change.value:+.2f}″ (u {change.standard_uncertainty:.2f})"
+
+
+def history_lines(found: "SensorHistory") -> Iterator[str]:
+    """Charts as a table, what was found, advice."""
+    history = found.history
+    first, last = history.labels[0], history.labels[-1]
+    count = len(history.labels)
+    yield f"{history.sensor}: {count} calibrations, {first.created_utc:%Y-%m-%d} to {last.created_utc:%Y-%m-%d}"
+    yield f"{'characteristic':<28}{'now':>16} {'scatter':>10} {'rate a year':>22}   as an angle"
+    yield from (_chart_line(chart) for chart in history.charts)
+    if not history.is_judged:
+        yield "not judged yet: too few calibrations of this kind of sensor to know the scatter between runs"
+    elif history.is_sound:
+        yield "nothing was found: no calibration left the prediction interval of the one before, and nothing drifts"
+    for finding in history.findings:
+        yield f"{finding.kind}: {finding.sentence}"
+        if finding.rig_cause is not None:
+            yield f"  but see the check sensor: {finding.rig_cause}"
+    if found.check is not None:
+        yield from _check_lines(found.check)
+    if found.advice is not None:
+        yield f"next calibration, as advice: {found.advice.sentence}"
+
+
+def _chart_line(chart: "Chart") -> str:
+    name, _, axis = chart.name.partition(".")
+    label, unit = label_and_unit(name)
+    rate, spread = chart.rate_per_year, chart.rate_standard_uncertainty
+    drift = "" if rate is None or spread is None else f"{rate:+.1e} (u {spread:.0e})"
+    scatter = f"{chart.scatter:.1e}" if math.isfinite(chart.scatter) else ""
+    angle = f"{chart.scatter * chart.deg_per_unit * 3600.0:.2f}″" if scatter else ""
+    return f"{f'{label} {axis}, {unit}':<28}{chart.value[-1]:>16.8g} {scatter:>10} {drift:>22}   {angle}"
+
+
+def _check_lines(check: "CheckHistory") -> Iterator[str]:
+    if not check.findings:
+        yield "check sensor: table, meter and the sensor itself stayed as they were"
+    yield from (f"check sensor: {finding.cause}: {finding.sentence}" for finding in check.findings)

@@ -1,0 +1,141 @@
+"""A sensor's control charts: every characteristic against its first value, as an angle, with what was to be expected.
+
+One panel a characteristic, one row a kind. The band is the prediction interval of the calibration before, bars are
+expanded uncertainties (k = 2), a finding is a ring and a dashed line. Told apart without colour by their shapes.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from procedures.report import canvas
+from procedures.report.canvas import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ams.sets.archive_history import SensorHistory
+    from ams.sets.check_chart import ComponentChart
+    from ams.sets.history import Chart
+
+ARCSEC_PER_DEG = 3600.0
+ROW_IN = 1.75
+HEAD_IN = 0.65
+NAMES = {"offset_v": "offset", "angle_deg": "angle between axes"}
+SIGNS = {"step": "step", "drift": "drift", "mix-up": "mix-up"}
+CAPTION = (
+    "Change of each characteristic against the first calibration, as an angle at full sensitivity. Bars: expanded "
+    "uncertainty of the calibration (k = 2). Band: prediction interval of the calibration before. Dashed: mean "
+    "since the last step. Ring: a finding."
+)
+
+
+def history_figure(found: "SensorHistory") -> Figure:
+    """All charts of a sensor on one page; those of a check sensor with its components."""
+    history = found.history
+    rows = [[chart for chart in history.charts if _kind(chart.name) == kind] for kind in _kinds(history.charts)]
+    components = [] if found.check is None else [chart for chart in found.check.charts if _is_shared(chart)]
+    count, width = len(rows) + bool(components), max(len(components), *(len(row) for row in rows))
+    when = np.array([label.created_utc.replace(tzinfo=None) for label in history.labels], dtype="datetime64[s]")
+    with canvas.style():
+        figure = canvas.canvas(HEAD_IN + ROW_IN * count)
+        grid = figure.subplots(count, width, squeeze=False, sharex=True)
+        for places, row in zip(grid, rows, strict=False):
+            for axes, chart in zip(places, row, strict=False):
+                _draw_chart(axes, when, chart)
+                _mark(axes, when, found, chart)
+        for axes, component in zip(grid[-1], components, strict=False):
+            _draw_component(axes, when, component)
+        for axes in grid.ravel():
+            if not axes.has_data():
+                axes.set_axis_off()
+                continue
+            _date_axis(axes)
+        for places in grid:
+            places[0].set_ylabel("change, arc seconds")
+        figure.suptitle(_title(found), fontsize=9.5, x=0.01, ha="left")
+        figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.985))
+        svg = canvas.to_svg(figure)
+    return Figure(f"history-{history.sensor}", f"History of {history.sensor}", CAPTION, svg)
+
+
+def _date_axis(axes: "Axes") -> None:
+    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
+
+    locator = AutoDateLocator(minticks=3, maxticks=5)  # type: ignore[no-untyped-call]
+    axes.xaxis.set_major_locator(locator)
+    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator, show_offset=False))  # type: ignore[no-untyped-call]
+    axes.tick_params(labelbottom=True)
+
+
+def _draw_chart(axes: "Axes", when: Any, chart: "Chart") -> None:
+    """Values with their uncertainty, and the band each was to lie in."""
+    value, scale = _as_arcsec(chart, chart.value), chart.deg_per_unit * ARCSEC_PER_DEG
+    bounds = (chart.prediction_low, chart.prediction_high, chart.centre)
+    low, high, centre = (_as_arcsec(chart, part) for part in bounds)
+    canvas.plain_axes(axes)
+    axes.fill_between(when, low, high, step=None, color=canvas.SKY, alpha=0.25, linewidth=0.0)
+    axes.plot(when, centre, color=canvas.FAINT, linewidth=0.8, linestyle=(0, (4, 2)))
+    expanded = 2.0 * chart.standard_uncertainty * scale
+    axes.errorbar(when, value, expanded, color=canvas.BLUE, fmt="o", markersize=2.8, elinewidth=0.7, linewidth=0.0)
+    axes.plot(when, value, color=canvas.BLUE, linewidth=0.5, alpha=0.6)
+    axes.set_title(_label(chart.name), loc="left")
+
+
+def _draw_component(axes: "Axes", when: Any, chart: "ComponentChart") -> None:
+    value, low, high = (part * ARCSEC_PER_DEG for part in (chart.value_deg, chart.low_deg, chart.high_deg))
+    canvas.plain_axes(axes)
+    axes.fill_between(when, low, high, color=canvas.SKY, alpha=0.25, linewidth=0.0)
+    axes.plot(when, value, color=canvas.PURPLE, marker="s", markersize=2.6, linewidth=0.5)
+    _ring(axes, when[chart.is_alarm], value[chart.is_alarm])
+    axes.set_title(chart.name, loc="left")
+
+
+def _mark(axes: "Axes", when: Any, found: "SensorHistory", chart: "Chart") -> None:
+    """Every finding in the panels that told it."""
+    value = _as_arcsec(chart, chart.value)
+    places = {label.sha256: place for place, label in enumerate(found.history.labels)}
+    for finding in found.history.findings:
+        if chart.name not in finding.characteristics:
+            continue
+        place = places[finding.at.sha256]
+        _ring(axes, when[[place]], value[[place]])
+        axes.axvline(when[place], color=canvas.RED, linewidth=0.7, linestyle=(0, (2, 2)))
+        axes.annotate(
+            SIGNS[finding.kind], (when[place], 1.0), xycoords=("data", "axes fraction"), xytext=(2, -8),
+            textcoords="offset points", fontsize=7.0, color=canvas.RED,
+            ha="left" if place < 0.75 * len(when) else "right",
+        )  # fmt: skip
+
+
+def _ring(axes: "Axes", when: Any, value: NDArray[np.float64]) -> None:
+    axes.plot(when, value, linestyle="none", marker="o", markersize=7.5, markerfacecolor="none", color=canvas.RED)
+
+
+def _as_arcsec(chart: "Chart", values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray((values - chart.value[0]) * chart.deg_per_unit * ARCSEC_PER_DEG)
+
+
+def _kinds(charts: "tuple[Chart, ...]") -> list[str]:
+    return list(dict.fromkeys(_kind(chart.name) for chart in charts))
+
+
+def _kind(name: str) -> str:
+    return name.partition(".")[0]
+
+
+def _is_shared(chart: "ComponentChart") -> bool:
+    """The components that the charts of the sensor do not show already."""
+    return not chart.name.startswith("sensor") and chart.name in ("meter gain", "meter offset", "table tilt y")
+
+
+def _label(name: str) -> str:
+    kind, _, axis = name.partition(".")
+    return f"{NAMES.get(kind, 'sensitivity')} {axis}"
+
+
+def _title(found: "SensorHistory") -> str:
+    history = found.history
+    told = ", ".join(dict.fromkeys(SIGNS[finding.kind] for finding in history.findings)) or "nothing found"
+    return f"{history.sensor}: {len(history.labels)} calibrations on {history.labels[-1].rig}: {told}"
