@@ -108,8 +108,12 @@ def run(
 
     conduct = Conduct(plan, rig, trail, steering, watch, care, tell_why, watchdogs, is_attended)
     with signals_steer(steering):
-        with closing(journal):
-            outcome = _Engine(conduct, start, history).run()
+        try:
+            with closing(journal):
+                outcome = _Engine(conduct, start, history).run()
+        except BaseException:
+            explain(trail.folder)  # a defect of ours: the rig is safe, the page tells of it, and it goes on its way
+            raise
         if outcome.state in UNASKED or outcome.cause == STORAGE:
             explain(trail.folder, outcome.reason, outcome.positions_deg)
         return outcome

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from rig.assembly import Rig
 from rig.clock import Clock
-from rig.devices.abilities import Axis, AxisState, Burst, Environment, Readout, TwinChance, Wait
+from rig.devices.abilities import Axis, AxisState, Burst, Environment, Readout, Stream, TwinChance, Wait
 from rig.link.counts import ExchangeCounts
 
 
@@ -111,6 +111,10 @@ class Grumbling:
     @property
     def environments(self) -> Mapping[str, Environment]:
         return self._rig.environments
+
+    @property
+    def streams(self) -> Mapping[str, Stream]:
+        return self._rig.streams
 
     @property
     def chance(self) -> TwinChance:
