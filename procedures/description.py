@@ -3,7 +3,7 @@
 Checked here, table by table, before the rig is looked at; what only both files together can tell is the planner's.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -11,6 +11,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BeforeValidator, Discriminator, Field, PrivateAttr, Tag, field_validator, model_validator
 
 from procedures.errors import PlanError
+from procedures.motion_description import Levels, Profile, Rates, Static
 from rig.errors import DescriptionError
 from rig.settings import NotNegative, Positive
 from rig.toml_file import StrictTable, TomlFile, as_tuple, read_toml
@@ -24,7 +25,7 @@ class Procedure(StrictTable):
     """``[procedure]``: the title and what kind of work it is."""
 
     title: Annotated[str, Field(min_length=1, max_length=200)]
-    kind: Literal["grid", "tumble"]
+    kind: Literal["grid", "tumble", "rates", "profile", "two-level", "static"]
     replications: Annotated[int, Field(ge=1, le=1000)] = 1
 
 
@@ -74,7 +75,7 @@ AngleSet = Annotated[
 class Design(StrictTable):
     """``[design]``: which attitudes, in which order."""
 
-    kind: Literal["D", "D0", "D1", "T", "fractional", "optimal", "file"]
+    kind: Literal["D", "D0", "D1", "T", "up-down", "fractional", "optimal", "file"]
     pitch_deg: AngleSet | None = None
     roll_deg: AngleSet | None = None
     yaw_deg: AngleSet | None = None
@@ -103,7 +104,7 @@ class Design(StrictTable):
         for key, owner in (("file", "file"), ("fractional", "fractional")):
             if self.kind != owner and getattr(self, key) is not None:
                 raise ValueError(f'{key} belongs to kind = "{owner}", not to kind = "{self.kind}"')
-        if self.kind not in ("file", "T") and self.pitch_deg is None:
+        if self.kind not in ("file", "T", "up-down") and self.pitch_deg is None:
             raise ValueError(f'kind = "{self.kind}" needs pitch_deg')
         return self
 
@@ -177,7 +178,7 @@ class KnownTemperature(StrictTable):
 class Solve(StrictTable):
     """``[solve]``: which model, and what is done about temperature."""
 
-    model: Literal["pitch-roll", "pitch-only", "pitch-yaw-roll", "linear"] = "pitch-roll"
+    model: Literal["pitch-roll", "pitch-only", "pitch-yaw-roll", "linear", "gyro"] = "pitch-roll"
     packages: dict[str, Literal["sting", "model"]] = {}
     """For pitch-yaw-roll: sensor to CR's package; one that is not named is a model package."""
     temperature: Literal["none", "apply", "estimate"] = "none"
@@ -220,7 +221,12 @@ class ProcedureDescription(StrictTable):
     """The whole file."""
 
     procedure: Procedure
-    design: Design
+    design: Design = Design(kind="up-down")
+    """Of attitudes; only grids and tumbles have one of their own."""
+    rates: Rates | None = None
+    profile: Profile | None = None
+    levels: Levels | None = None
+    static: Static | None = None
     dwell: DwellSettings = DwellSettings()
     environment: EnvironmentPlan | None = None
     check: CheckPlan | None = None
@@ -243,12 +249,36 @@ def read_procedure(path: Path) -> ProcedureDescription:
     """Read and check a procedure file. Raises: rig.errors.DescriptionError naming every mistake."""
     file = read_toml(path)
     description = file.validate(ProcedureDescription)
-    if (description.procedure.kind == "tumble") != (description.design.kind == "T"):
-        raise DescriptionError(
-            file.complaint(("design", "kind"), 'kind = "tumble" goes with a design of kind "T", and only with it')
-        )
+    complaints = [file.complaint(key, text) for key, text in disagreements(description)]
+    if complaints:
+        raise DescriptionError("\n".join(complaints))
     description._file = file
     return description
+
+
+def disagreements(description: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Tables that do not go together: key and what is wrong."""
+    kind = description.procedure.kind
+    is_tumble = description.design.kind in ("T", "up-down")
+    if kind == "tumble" and not is_tumble:
+        yield ("design", "kind"), 'kind = "tumble" goes with a design of kind "T", and only with it (or "up-down")'
+    if kind == "grid" and is_tumble:
+        yield ("design", "kind"), 'kind = "tumble" goes with a design of kind "T", and only with it (or "up-down")'
+    own = {"rates": "rates", "profile": "profile", "two-level": "levels", "static": "static"}
+    for owner, table in own.items():
+        if (getattr(description, table) is not None) != (kind == owner):
+            told = "is missing" if kind == owner else f"belongs to procedure.kind = {owner!r}"
+            yield (table,), f"{told}; this is a procedure of kind {kind!r}"
+    if kind in own and "design" in description.model_fields_set:
+        yield ("design",), f"has no meaning for a procedure of kind {kind!r}, which has its own attitudes; remove it"
+    models = {"rates": ("gyro", "linear"), "two-level": ("linear",), "static": ("linear",)}
+    if kind == "profile" and description.solve.model not in ("gyro", "pitch-yaw-roll", "pitch-roll"):
+        yield ("solve", "model"), 'a profile is solved with "gyro", "pitch-yaw-roll" or "pitch-roll"'
+    if kind in models and description.solve.model not in models[kind]:
+        allowed = " or ".join(f'"{model}"' for model in models[kind])
+        yield ("solve", "model"), f"got {description.solve.model!r}, allowed for kind {kind!r}: {allowed}"
+    if kind in ("grid", "tumble") and description.solve.model == "gyro":
+        yield ("solve", "model"), 'the model "gyro" needs rates: procedure.kind = "rates" or "profile"'
 
 
 def _decimal(value: float) -> Decimal:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ams.uncertainty.calibration_budget import AxisBudget
     from ams.uncertainty.shared_errors import SharedError
     from ams.uncertainty.table import TableUncertainty
+    from procedures.motion_solving import StaticAxis
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,8 @@ class SolvedSensor:
     failure: str | None
     budgets: "Mapping[str, AxisBudget]" = field(default_factory=dict)
     """Axis to its uncertainty budget."""
+    static: "Mapping[str, StaticAxis]" = field(default_factory=dict)
+    """Axis to what a long rest showed; there is no calibration then."""
 
 
 def solve_sensors(

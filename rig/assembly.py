@@ -13,7 +13,7 @@ from rig.bench import axis_lines, twin_lines
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
 from rig.crash_points import refuse_crash_points
 from rig.description import RigDescription
-from rig.devices.abilities import Axis, Environment, NoChance, Readout, Stream, TwinChance
+from rig.devices.abilities import Axis, Environment, Field, NoChance, Readout, Stream, TwinChance
 from rig.errors import DescriptionError, LinkLost
 from rig.fault_file import FaultPlan
 from rig.faulty_lines import with_faults
@@ -22,7 +22,7 @@ from rig.lines import Lines
 from rig.link.counts import ExchangeCounts
 from rig.link.gpib import port_of
 from rig.lock import RigLock, acquire
-from rig.openers import open_axes, open_environment, open_readout, open_sample_stream
+from rig.openers import open_axes, open_environment, open_field, open_readout, open_sample_stream
 from rig.settings import TWIN_PORT
 from rig.twins.control import RemoteChance
 from rig.twins.twin import Twin
@@ -37,6 +37,7 @@ class Connected:
     readouts: Mapping[str, Readout]
     environments: Mapping[str, Environment]
     streams: Mapping[str, Stream]
+    fields: Mapping[str, Field]
     chance: TwinChance
     counts: Mapping[str, ExchangeCounts]
     lines: ExitStack
@@ -76,6 +77,10 @@ class Rig:
         return self._devices.streams
 
     @property
+    def fields(self) -> Mapping[str, Field]:
+        return self._devices.fields
+
+    @property
     def chance(self) -> TwinChance:
         return self._devices.chance
 
@@ -93,11 +98,12 @@ class Rig:
 
     def identities(self) -> dict[str, str]:
         """Who every device says it is, by table (``axes.pitch``). Raises: DeviceSilent, DeviceNonsense, LinkLost."""
-        tables: dict[str, Mapping[str, Axis | Readout | Environment | Stream]] = {
+        tables: dict[str, Mapping[str, Axis | Readout | Environment | Stream | Field]] = {
             "axes": dict(self.axes),
             "readouts": dict(self.readouts),
             "environment": dict(self.environments),
             "streams": dict(self.streams),
+            "field": dict(self.fields),
         }
         return {
             f"{table}.{name}": device.identify()
@@ -183,6 +189,7 @@ def _connected(
             streams={
                 name: open_sample_stream(name, settings, lines, clock) for name, settings in description.streams.items()
             },
+            fields={name: open_field(name, settings, lines) for name, settings in description.field.items()},
             chance=world or _remote_chance(description, lines),
             counts=lines.counts,
             lines=opened.pop_all(),
@@ -211,6 +218,7 @@ def real_ports(description: RigDescription) -> list[str]:
     ports = [axis.port for axis in description.axes.values()]
     ports += [chamber.port for chamber in description.environment.values()]
     ports += [stream.port for stream in description.streams.values()]
+    ports += [coil.port for coil in description.field.values()]
     for readout in description.readouts.values():
         resources = (getattr(readout, "resource", None), getattr(readout, "scanner_resource", None))
         ports += [port_of(resource) for resource in resources if resource is not None]

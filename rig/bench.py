@@ -18,13 +18,21 @@ from rig.devices.watlow_f4t import WatlowF4TSettings
 from rig.drivers import Ability, registered_part
 from rig.errors import DescriptionError
 from rig.openers import settings_as
-from rig.settings import TWIN_PORT, AxisSettings, EnvironmentSettings, ReadoutSettings, StreamSettings
+from rig.settings import (
+    TWIN_PORT,
+    AxisSettings,
+    EnvironmentSettings,
+    FieldSettings,
+    ReadoutSettings,
+    StreamSettings,
+)
 from rig.twin_settings import TwinReadout
 from rig.twins.csv_imu import CsvImuTwin
 from rig.twins.hp3458a import Hp3458aTwin, ScannedInput
 from rig.twins.hp3488a import Hp3488aTwin
 from rig.twins.imu import MotionSource
 from rig.twins.known_voltages import REFERENCE, SHORT, KnownVoltages
+from rig.twins.manual_field import FieldOperatorTwin
 from rig.twins.modbus_slave import ModbusSlave
 from rig.twins.prologix import GpibInstrument, PrologixTwin
 from rig.twins.scpi_daq import ScpiDaqTwin
@@ -83,6 +91,7 @@ def twin_lines(description: RigDescription, world: World, time_factor: float = 1
         *(_readout_line(name, readout, world) for name, readout in readouts.items()),
         *(_environment_line(name, chamber, world, time_factor) for name, chamber in chambers.items()),
         *_stream_lines(description, world),
+        *(_field_line(name, coil, world) for name, coil in description.field.items() if coil.port == TWIN_PORT),
     ]
 
 
@@ -114,6 +123,15 @@ def _stream_lines(description: RigDescription, world: World) -> Iterator[TwinLin
     for name, stream in streams.items():
         key = f"streams.{name}"
         yield TwinLine((key,), _twin("streams", STREAM_TWINS, stream.driver, key)(name, stream, source))
+
+
+def _field_line(name: str, coil: FieldSettings, world: World) -> TwinLine:
+    key = f"field.{name}"
+    return TwinLine((key,), _twin("fields", FIELD_TWINS, coil.driver, key)(name, coil, world))
+
+
+def _manual_field(name: str, coil: FieldSettings, world: World) -> Twin:
+    return FieldOperatorTwin(name, coil.direction, world)
 
 
 def _hp3458a(name: str, readout: ReadoutSettings, world: World) -> tuple[Twin, str]:
@@ -193,6 +211,7 @@ STREAM_TWINS: Mapping[str, Callable[[str, StreamSettings, StrappedDown], Twin]] 
     "csv-imu": _csv_imu,
     "vn100": _vn100,
 }
+FIELD_TWINS: Mapping[str, Callable[[str, FieldSettings, World], Twin]] = {"manual": _manual_field}
 
 
 def _twin(ability: Ability, builders: Mapping[str, Builder], driver: str, key: str) -> Builder:

@@ -22,6 +22,7 @@ from rig.settings import (
     TWIN_PORT,
     AxisSettings,
     EnvironmentSettings,
+    FieldSettings,
     NotNegative,
     Positive,
     ReadoutSettings,
@@ -30,6 +31,7 @@ from rig.settings import (
 from rig.toml_file import StrictTable, read_toml
 from rig.twin_settings import AxisTruth as AxisTruth
 from rig.twin_settings import AxisTwin as AxisTwin
+from rig.twin_settings import ReadingTruth
 from rig.twin_settings import TwinBase as TwinBase
 from rig.twin_settings import TwinEnvironment as TwinEnvironment
 from rig.twin_settings import TwinSection as TwinSection
@@ -128,6 +130,22 @@ class Sensor(StrictTable):
         return self
 
 
+class AttitudeReference(StrictTable):
+    """``[attitude_reference]``: a sensor of known uncertainty that tells the attitude better than the axes do."""
+
+    channels: dict[Literal["pitch", "yaw", "roll"], str] = Field(min_length=1)
+    """Axis to ``stream.channel`` with the unit deg."""
+    uncertainty_deg: Positive
+    """Standard uncertainty of an attitude that it tells."""
+    samples: Annotated[int, Field(ge=2, le=100_000)] = 10
+    closes_loop: bool = False
+    """Correct the axes until the reference says that the attitude is reached."""
+    tolerance_deg: Positive = 0.1
+    corrections: Annotated[int, Field(ge=1, le=20)] = 5
+    """At most so many a dwell."""
+    standard: str | None = None
+
+
 class LevelReading(StrictTable):
     """A reading of the base's level."""
 
@@ -181,9 +199,11 @@ class RigDescription(StrictTable):
 
     rig: RigSection
     axes: dict[Name, AxisSettings] = Field(min_length=1)
-    readouts: dict[Name, ReadoutSettings] = Field(min_length=1)
+    readouts: dict[Name, ReadoutSettings] = {}
     environment: dict[Name, EnvironmentSettings] = {}
     streams: dict[Name, StreamSettings] = {}
+    field: dict[Name, FieldSettings] = {}
+    attitude_reference: AttitudeReference | None = None
     sensors: dict[Name, Sensor] = Field(min_length=1)
     standards: dict[Name, Standard] = {}
     level: Level = Level()
@@ -214,6 +234,7 @@ class RigDescription(StrictTable):
                 "readouts": {name: _on_twin(readout) for name, readout in self.readouts.items()},
                 "environment": {name: _on_twin(chamber) for name, chamber in self.environment.items()},
                 "streams": {name: _on_twin(stream) for name, stream in self.streams.items()},
+                "field": {name: _on_twin(coil) for name, coil in self.field.items()},
                 "twin": twin.model_copy(update={"truth": _truth_or_nominal(self.sensors, twin.truth)}),
             }
         )
@@ -223,6 +244,7 @@ class RigDescription(StrictTable):
         yield from self.readouts.values()
         yield from self.environment.values()
         yield from self.streams.values()
+        yield from self.field.values()
 
 
 def read_rig(path: Path) -> RigDescription:
@@ -239,9 +261,10 @@ def _file_model() -> type[RigDescription]:
     """RigDescription with the tables of the installed drivers in place of their bases."""
     fields: dict[str, Any] = {
         "axes": (dict[Name, _driver_table("axes")], Field(min_length=1)),  # type: ignore[misc]
-        "readouts": (dict[Name, _driver_table("readouts")], Field(min_length=1)),  # type: ignore[misc]
+        "readouts": (dict[Name, _driver_table("readouts")], {}),  # type: ignore[misc]
         "environment": (dict[Name, _driver_table("environments")], {}),  # type: ignore[misc]
         "streams": (dict[Name, _driver_table("streams")], {}),  # type: ignore[misc]
+        "field": (dict[Name, _driver_table("fields")], {}),  # type: ignore[misc]
     }
     return create_model("RigFile", __base__=RigDescription, **fields)
 
@@ -274,15 +297,16 @@ def _on_twin(device: BaseModel) -> BaseModel:
 def _truth_or_nominal(sensors: dict[str, Sensor], truth: dict[str, dict[Any, AxisTruth]]) -> dict[str, Any]:
     """A rehearsal needs a truth: the file's, or the nominal sensor with a small misalignment and noise."""
     return {
-        serial: {
-            axis: truth.get(serial, {}).get(axis) or _nominal(sensor.nominal_sensitivity_v_per_g)
-            for axis in sensor.channels
-        }
+        serial: {axis: truth.get(serial, {}).get(axis) or _nominal(sensor) for axis in sensor.channels}
         for serial, sensor in sensors.items()
     }
 
 
-def _nominal(sensitivity_v_per_g: float) -> AxisTruth:
+def _nominal(sensor: Sensor) -> AxisTruth:
+    """One of the channel's units for one of what is measured, where nothing is declared."""
+    sensitivity_v_per_g = sensor.nominal_sensitivity_v_per_g
+    if sensitivity_v_per_g == 0.0:
+        return AxisTruth(reading=ReadingTruth(per_unit=1.0, noise=0.01), coning_deg=0.3, azimuth_deg=40.0)
     return AxisTruth(
         offset_v=0.002 * abs(sensitivity_v_per_g),
         sensitivity_v_per_g=sensitivity_v_per_g,

@@ -5,7 +5,7 @@ How a driver's devices are opened stands in :mod:`rig.openers`, its twin in :mod
 Built-in drivers stand in the tables there and below. Other distributions register theirs by the driver's name under
 three entry points an ability: ``calrig.readouts`` names the settings table, ``calrig.readouts.open`` and
 ``calrig.readouts.twin`` the functions with the signatures of those tables (a driver without a twin leaves it out);
-likewise ``axes``, ``environments`` and ``streams``.
+likewise ``axes``, ``environments``, ``streams`` and ``fields``.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any, Literal
 
-Ability = Literal["axes", "readouts", "environments", "streams"]
+Ability = Literal["axes", "readouts", "environments", "streams", "fields"]
 Part = Literal["open", "twin"]
 
 BUILT_IN: Mapping[Ability, Mapping[str, str]] = {
@@ -32,6 +32,9 @@ BUILT_IN: Mapping[Ability, Mapping[str, str]] = {
     "environments": {
         "watlow-f4": "rig.devices.watlow_f4:WatlowF4Settings",
         "watlow-f4t": "rig.devices.watlow_f4t:WatlowF4TSettings",
+    },
+    "fields": {
+        "manual": "rig.devices.manual_field:ManualFieldSettings",
     },
     "streams": {
         "csv-imu": "rig.devices.csv_imu:CsvImuSettings",

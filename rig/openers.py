@@ -10,13 +10,14 @@ from rig.devices import (
     indexing_table,
     maestro,
     manual,
+    manual_field,
     oriental_az,
     vn100,
     watlow_f4,
     watlow_f4t,
     zaber,
 )
-from rig.devices.abilities import Axis, Environment, Readout, Stream
+from rig.devices.abilities import Axis, Environment, Field, Readout, Stream
 from rig.devices.csv_imu import CsvImuSettings
 from rig.devices.esp301 import Esp301Settings
 from rig.devices.hp3458a import Hp3458aReadout, Hp3458aSettings, scanner_resource
@@ -36,7 +37,7 @@ from rig.lines import Lines
 from rig.link.byte_stream import ByteStream
 from rig.link.gpib import is_on_a_bus, parse_resource
 from rig.link.messages import GpibMessages, MessageLine, StreamMessages
-from rig.settings import AxisSettings, EnvironmentSettings, ReadoutSettings, StreamSettings
+from rig.settings import AxisSettings, EnvironmentSettings, FieldSettings, ReadoutSettings, StreamSettings
 from rig.wire.hp3458a import DEFAULT_ADDRESS
 
 Settings = TypeVar("Settings")
@@ -64,6 +65,11 @@ def open_environment(name: str, settings: EnvironmentSettings, lines: Lines) -> 
 def open_sample_stream(name: str, settings: StreamSettings, lines: Lines, clock: Clock) -> Stream:
     """Raises: DescriptionError, LinkLost."""
     return _opener("streams", STREAMS, settings.driver, f"streams.{name}")(name, settings, lines, clock)
+
+
+def open_field(name: str, settings: FieldSettings, lines: Lines) -> Field:
+    """Raises: DescriptionError, LinkLost."""
+    return _opener("fields", FIELDS, settings.driver, f"field.{name}")(name, settings, lines)
 
 
 def _axes_of(kind: type[Kind], connect: Callable[[Mapping[str, Kind], ByteStream], Mapping[str, Axis]]) -> AxesOpener:
@@ -117,6 +123,10 @@ def _csv_imu(name: str, settings: StreamSettings, lines: Lines, clock: Clock) ->
     return csv_imu.connect(name, board, lines.stream(f"streams.{name}", board.port, board.baud_rate), clock)
 
 
+def _manual_field(name: str, settings: FieldSettings, lines: Lines) -> Field:
+    return manual_field.connect(name, settings, lines.stream(f"field.{name}", settings.port))
+
+
 AXES: Mapping[str, AxesOpener] = {
     "esp301": _axes_of(Esp301Settings, esp301.connect),
     "indexing-table": _axes_of(IndexingTableSettings, indexing_table.connect),
@@ -134,6 +144,7 @@ ENVIRONMENTS: Mapping[str, Callable[[str, EnvironmentSettings, Lines], Environme
     "watlow-f4t": _watlow_f4t,
 }
 STREAMS: Mapping[str, Callable[[str, StreamSettings, Lines, Clock], Stream]] = {"csv-imu": _csv_imu, "vn100": _vn100}
+FIELDS: Mapping[str, Callable[[str, FieldSettings, Lines], Field]] = {"manual": _manual_field}
 
 Opener = TypeVar("Opener")
 

@@ -17,7 +17,13 @@ OVER_RANGE = 1.2
 def complaints_about_references(file: TomlFile, rig: "RigDescription") -> Iterable[str]:
     """What no single table can know: references between tables and to other files."""
     channels = {f"{name}.{channel}" for name, readout in rig.readouts.items() for channel in readout.channel_names()}
-    yield from _unknown_channels(file, rig, channels)
+    streamed = {f"{name}.{channel}" for name, stream in rig.streams.items() for channel in stream.channel_names()}
+    if not channels | streamed:
+        yield file.complaint((), "no [readouts.NAME] and no [streams.NAME]: nothing could be measured; declare one")
+    yield from _unknown_channels(file, rig, channels, channels | streamed)
+    yield from _names_twice(file, rig)
+    yield from _undeclared_sensitivities(file, rig, channels)
+    yield from _unusable_reference(file, rig, streamed)
     yield from _ranges_too_small(file, rig)
     yield from _unknown_interlocks(file, rig, channels)
     yield from _unknown_standards(file, rig)
@@ -32,14 +38,15 @@ def complaints_about_references(file: TomlFile, rig: "RigDescription") -> Iterab
         )
 
 
-def _unknown_channels(file: TomlFile, rig: "RigDescription", known: set[str]) -> Iterable[str]:
-    allowed = ", ".join(sorted(known))
+def _unknown_channels(file: TomlFile, rig: "RigDescription", known: set[str], sensed: set[str]) -> Iterable[str]:
+    """``sensed``: what a sensor's output may be, streams included."""
+    allowed, allowed_outputs = ", ".join(sorted(known)), ", ".join(sorted(sensed))
     taken: dict[str, str] = {}
     for serial, sensor in rig.sensors.items():
         for axis, channel in sensor.channels.items():
             key = ("sensors", serial, "channels", axis)
-            if channel not in known:
-                yield file.complaint(key, f"no channel {channel!r} (allowed: {allowed})")
+            if channel not in sensed:
+                yield file.complaint(key, f"no channel {channel!r} (allowed: {allowed_outputs})")
             elif channel in taken:
                 yield file.complaint(key, f"channel {channel!r} already belongs to {taken[channel]}")
             taken[channel] = f"{serial}.{axis}"
@@ -60,6 +67,34 @@ def _unknown_channels(file: TomlFile, rig: "RigDescription", known: set[str]) ->
             yield file.complaint(
                 ("chain", channel, "supply_channel"), f"no channel {chain.supply_channel!r} (allowed: {allowed})"
             )
+
+
+def _names_twice(file: TomlFile, rig: "RigDescription") -> Iterable[str]:
+    for name in set(rig.readouts) & set(rig.streams):
+        yield file.complaint(
+            ("streams", name), f"a readout is called {name!r} as well; its channels would be ambiguous"
+        )
+
+
+def _undeclared_sensitivities(file: TomlFile, rig: "RigDescription", voltages: set[str]) -> Iterable[str]:
+    """The polarity of an accelerometer that is read in volts is declared, never guessed."""
+    for serial, sensor in rig.sensors.items():
+        read_in_volts = voltages & set(sensor.channels.values())
+        if sensor.measures == "acceleration" and read_in_volts and sensor.nominal_sensitivity_v_per_g == 0.0:
+            yield file.complaint(
+                ("sensors", serial, "nominal_sensitivity_v_per_g"), "is missing; its sign declares the polarity"
+            )
+
+
+def _unusable_reference(file: TomlFile, rig: "RigDescription", streamed: set[str]) -> Iterable[str]:
+    reference = rig.attitude_reference
+    for axis, channel in reference.channels.items() if reference else ():
+        key = ("attitude_reference", "channels", axis)
+        if axis not in rig.axes:
+            yield file.complaint(key, f"the rig has no axis {axis!r} (it has: {', '.join(rig.axes)})")
+        if channel not in streamed:
+            allowed = ", ".join(sorted(streamed)) or "none"
+            yield file.complaint(key, f"no streamed channel {channel!r} (allowed: {allowed})")
 
 
 def _ranges_too_small(file: TomlFile, rig: "RigDescription") -> Iterable[str]:
@@ -94,6 +129,7 @@ def _unknown_standards(file: TomlFile, rig: "RigDescription") -> Iterable[str]:
         *((("readouts", name), readout.standard) for name, readout in rig.readouts.items()),
         *((("environment", name), chamber.standard) for name, chamber in rig.environment.items()),
         *((("chain", name), chain.standard) for name, chain in rig.chain.items()),
+        *((("field", name), coil.standard) for name, coil in rig.field.items()),
     ]
     for key, standard in tables:
         if standard is not None and standard not in rig.standards:

@@ -39,11 +39,25 @@ class AxisSettings(StrictTable):
     arrival_tolerance_deg: Positive = 0.001
     axis: Annotated[int, Field(ge=1, le=99)] = 1
     """Number of the axis on its controller."""
+    wrap_turns: Positive | None = None
+    """Of an axis that turns on and on: so many revolutions either way its cables bear. None: no cable winds up."""
 
     @field_validator("limits_deg", mode="before")
     @classmethod
     def _pair(cls, value: object) -> object:
         return as_tuple(value)
+
+    @property
+    def turning(self) -> Literal["no", "revolves", "sweeps"]:
+        """Whether it can turn at a rate that is asked for: on and on, or between its limits."""
+        return "no"
+
+    def refuse_rate(self, name: str, rate_dps: float) -> None:
+        """What the file can tell of a rate before any port is opened. Raises: RequestRefused."""
+        raise RequestRefused(
+            f"{name}: turn at {rate_dps:g} deg/s: the axis only goes to positions; nothing moved; use an axis that turns"
+            f" (axes.{name}: top_rate_dps where the driver has it)"
+        )
 
     @model_validator(mode="after")
     def _low_below_high(self) -> "AxisSettings":
@@ -102,3 +116,38 @@ class StreamSettings(StrictTable):
     def channel_names(self) -> tuple[str, ...]:
         """Names of the channels this stream offers."""
         raise NotImplementedError
+
+    def channel_units(self) -> dict[str, str]:
+        """Channel to its unit as it is written in a key, such as ``g`` or ``dps``."""
+        raise NotImplementedError
+
+    def samples_hz(self) -> float:
+        """Samples a second."""
+        raise NotImplementedError
+
+
+class FieldSettings(StrictTable):
+    """One ``[field.NAME]`` table: a coil or a magnet whose field is known."""
+
+    driver: str
+    port: str
+    standard: str | None = None
+    limits_ut: tuple[float, float]
+    """What may be applied along ``direction``."""
+    direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """Of a positive field in level axes: north, east, down; its length does not matter."""
+    uncertainty_ut: NotNegative = 0.0
+    """Standard uncertainty of a level."""
+
+    @field_validator("limits_ut", "direction", mode="before")
+    @classmethod
+    def _lists(cls, value: object) -> object:
+        return as_tuple(value)
+
+    @model_validator(mode="after")
+    def _sound(self) -> "FieldSettings":
+        if not self.limits_ut[0] < self.limits_ut[1]:
+            raise ValueError(f"limits_ut must be [low, high] with low < high, got {list(self.limits_ut)}")
+        if not any(self.direction):
+            raise ValueError("direction must not be [0, 0, 0]")
+        return self

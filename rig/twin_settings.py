@@ -81,6 +81,10 @@ class AxisTwin(StrictTable):
     creep_arcsec: float = 0.0
     """How far the package still is from its rest when the axis has just arrived."""
     creep_s: Positive = 1.0
+    rate_error: float = 0.0
+    """How much too fast it turns, as part of the rate asked for."""
+    runaway_after_s: Positive | None = None
+    """So long after it began to turn it goes faster and faster."""
 
 
 class TwinBase(StrictTable):

@@ -14,7 +14,7 @@ from typing import Literal
 
 from procedures.errors import PlanError
 
-Kind = Literal["D", "D0", "D1", "T", "fractional", "file"]
+Kind = Literal["D", "D0", "D1", "T", "up-down", "fractional", "file", "schedule"]
 
 TUMBLE_WITH_ROLL_DEG = ((-90.0, 0.0), (0.0, 0.0), (90.0, 0.0), (180.0, 0.0), (0.0, -90.0), (0.0, 90.0))
 """(pitch, roll) of TP (56)."""
@@ -92,6 +92,11 @@ def fractional(pitch_deg: Sequence[float], roll_deg: Sequence[float], every: tup
 def tumble(with_roll: bool) -> Design:
     """Design T: six points with roll, TP (56), or four without, TP (57)."""
     return scattered("T", TUMBLE_WITH_ROLL_DEG if with_roll else TUMBLE_WITHOUT_ROLL_DEG)
+
+
+def up_down() -> Design:
+    """SR's two positions of every axis, up and down: the attitudes of the six-point tumble. Source: SR 4.1.1."""
+    return scattered("up-down", TUMBLE_WITH_ROLL_DEG)
 
 
 def with_yaw(design: Design, yaw_deg: Sequence[float]) -> Design:

@@ -63,5 +63,6 @@ def _axis_move_s(axis: AxisSettings, start_deg: float, end_deg: float) -> float:
 
 
 def channel_reading_s(rig: RigDescription, channel: str, nplc: float | None = None) -> float:
-    """Seconds for one reading of ``readout.channel``; ``nplc`` None: the readout's own."""
-    return rig.readouts[channel.split(".", 1)[0]].reading_s(nplc)
+    """Seconds for one reading of ``readout.channel``, one sample of a stream; ``nplc`` None: the readout's own."""
+    name = channel.split(".", 1)[0]
+    return rig.readouts[name].reading_s(nplc) if name in rig.readouts else 1.0 / rig.streams[name].samples_hz()

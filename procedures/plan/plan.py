@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 from procedures.description import CheckPlan, DwellSettings, EnvironmentPlan, Solve
 from procedures.errors import PlanError
+from procedures.motion_description import Levels, Static
 from procedures.plan.designs import Design
 from procedures.plan.order import Order
 from procedures.plan.steps import Dwell, Soak, Step
-from rig.description import Sensor
+from rig.description import AttitudeReference, Sensor
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
@@ -37,7 +38,7 @@ class Plan:
     version: int
     title: str
     kind: str
-    """``grid`` or ``tumble``."""
+    """``grid``, ``tumble``, ``rates``, ``profile``, ``two-level`` or ``static``."""
     axes: tuple[str, ...]
     """In the order in which they move."""
     sensors: dict[str, Sensor]
@@ -63,6 +64,17 @@ class Plan:
     max_duration_s: float | None
     expected: Expectation
     steps: tuple[Step, ...]
+    attitude_reference: AttitudeReference | None = None
+    """Of the rig, where it tells the attitude better than the axes do."""
+    levels: Levels | None = None
+    """Of the kind ``two-level``."""
+    static: Static | None = None
+    """Of the kind ``static``."""
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Accelerometers at attitudes: what a package reads follows from where the axes stand."""
+        return self.kind in ("grid", "tumble")
 
     @property
     def dwells(self) -> tuple[Dwell, ...]:

@@ -4,7 +4,7 @@ Steps in their order: for each plateau its soak; before the first design dwell t
 each in the order asked for, with a return to the reference attitude after every so many design dwells.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import count
 
 import numpy as np
@@ -19,7 +19,7 @@ from procedures.plan.order import DRAWN_ANEW, SHUFFLED, sequence, visits
 from procedures.plan.plan import PLAN_VERSION, Plan
 from procedures.plan.refusals import refuse_impossible
 from procedures.plan.steps import Dwell, Purpose, Soak, Step
-from rig.description import RigDescription
+from rig.description import RigDescription, Sensor
 
 AXES = ("pitch", "yaw", "roll")
 """A gimbal from outside in: the order in which the axes move."""
@@ -31,9 +31,14 @@ def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: 
 
     Raises: PlanError naming file, line and key of everything that the rig cannot do or the design cannot determine.
     """
+    if procedure.procedure.kind not in ("grid", "tumble"):
+        from procedures.plan.motion_planner import make_motion_plan
+
+        return make_motion_plan(rig, procedure)
     design = visits(make_design(procedure), procedure.design.order)
     axes = tuple(name for name in AXES if name in rig.axes)
-    channels = _channels(rig)
+    sensors = sensors_that_measure(rig, "acceleration")
+    channels = channels_of(rig, sensors)
     environment = _environment(rig, procedure)
     refuse_impossible(rig, procedure, design, environment)
     seed = _seed(procedure, fresh_seed)
@@ -43,7 +48,7 @@ def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: 
         title=procedure.procedure.title,
         kind=procedure.procedure.kind,
         axes=axes,
-        sensors=dict(rig.sensors),
+        sensors=sensors,
         channels=channels,
         settle_channel=channels[0],
         design=design,
@@ -59,6 +64,7 @@ def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: 
         max_duration_s=procedure.stop.max_duration_s if procedure.stop else None,
         expected=expected_duration(rig, steps, procedure.dwell, channels),
         steps=steps,
+        attitude_reference=rig.attitude_reference,
     )
 
 
@@ -72,6 +78,9 @@ def make_design(procedure: ProcedureDescription) -> Design:
         if wanted.kind == "T":
             _refuse_sets_of_a_tumble(procedure)
             return designs.tumble(with_roll=procedure.solve.model != "pitch-only")
+        if wanted.kind == "up-down":
+            _refuse_sets_of_a_tumble(procedure)
+            return designs.up_down()
         grid = _grid(procedure)
         return grid if wanted.yaw_deg is None else designs.with_yaw(grid, _values(wanted.yaw_deg))
     except PlanError as error:
@@ -110,10 +119,15 @@ def _values(angles: AngleSet) -> tuple[float, ...]:
     return angles.values() if isinstance(angles, Range) else tuple(angles)
 
 
-def _channels(rig: RigDescription) -> tuple[str, ...]:
+def sensors_that_measure(rig: RigDescription, *what: str) -> dict[str, Sensor]:
+    """Serial to package, those that a procedure of this kind calibrates."""
+    return {name: sensor for name, sensor in rig.sensors.items() if sensor.measures in what}
+
+
+def channels_of(rig: RigDescription, sensors: Mapping[str, Sensor]) -> tuple[str, ...]:
     """Outputs first, then the sensors' own temperatures, then the supplies; each once."""
-    outputs = [channel for sensor in rig.sensors.values() for channel in sensor.channels.values()]
-    temperatures = [sensor.temperature.channel for sensor in rig.sensors.values() if sensor.temperature]
+    outputs = [channel for sensor in sensors.values() for channel in sensor.channels.values()]
+    temperatures = [sensor.temperature.channel for sensor in sensors.values() if sensor.temperature]
     supplies = [chain.supply_channel for chain in rig.chain.values() if chain.supply_channel]
     return tuple(dict.fromkeys([*outputs, *temperatures, *supplies]))
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from ams.sets.adjustment import Adjustment
 from ams.sets.whole_file import write_whole
 from procedures.certificates import standard_uncertainty_arcsec
+from procedures.motion_solving import is_solved_here, solve_motion
 from procedures.report.assemble import RunRecord, assemble_view
 from procedures.report.figures import draw_figures, write_figures
 from procedures.report.page import write_page
@@ -22,6 +23,8 @@ FIGURES_FOLDER = "figures"
 
 def solve_record(record: RunRecord) -> dict[str, SolvedSensor]:
     """Every sensor of the run, solved from its accepted dwells as the procedure asks."""
+    if is_solved_here(record.plan):
+        return solve_motion(record.dwells, record.rig, record.plan, f"run {record.run_id}")
     return solve_sensors(record.dwells, record.rig, record.plan.sensors, record.plan.solve, f"run {record.run_id}")
 
 

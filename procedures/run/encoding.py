@@ -8,14 +8,14 @@ event before it, the first one the header's.
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from datetime import datetime
 from typing import Any
 
 import numpy as np
 
 from procedures.errors import JournalError
-from procedures.run.records import ChannelReading, DwellRecord, Event
+from procedures.run.records import ChannelReading, DwellRecord, Event, MotionRecord, StreamTiming
 
 FLOAT = np.dtype("<f8")
 
@@ -27,7 +27,7 @@ def compact_json(value: object) -> str:
 
 def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:
     """(text, samples) of a record; its ``sha256`` is not part of either."""
-    document = {
+    document: dict[str, Any] = {
         "step": record.step,
         "purpose": record.purpose,
         "replication": record.replication,
@@ -50,6 +50,8 @@ def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:
         "settle_s": record.settle_s,
         "mounting": record.mounting,
     }
+    if record.motion is not None:
+        document["motion"] = asdict(record.motion)
     samples = b"".join(reading.samples_v.astype(FLOAT).tobytes() for reading in record.readings.values())
     return compact_json(document), samples
 
@@ -70,9 +72,15 @@ def decode_dwell(text: str, samples: bytes | None, sha256: str) -> DwellRecord:
         for key in ("started_utc", "ended_utc"):
             document[key] = datetime.fromisoformat(document[key])
         document["reasons"] = tuple(document["reasons"])
+        if "motion" in document:
+            document["motion"] = _motion(document["motion"])
         return DwellRecord(**document, readings=readings, sha256=sha256)
     except (ValueError, TypeError, KeyError) as error:
         raise JournalError(f"journal: a dwell cannot be read: {error}; the journal was left as it is") from None
+
+
+def _motion(document: dict[str, Any]) -> MotionRecord:
+    return MotionRecord(**{**document, "streams": tuple(StreamTiming(**stream) for stream in document["streams"])})
 
 
 def _readings(layout: list[list[Any]], samples: bytes | None) -> dict[str, ChannelReading]:

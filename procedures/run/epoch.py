@@ -19,10 +19,12 @@ from procedures.run.conduct import LOOK_S, Conduct
 from procedures.run.ending import Ending, RunEnds
 from procedures.run.history import History, agenda, plateaus_of, replications_before
 from procedures.run.identity import other_devices
-from procedures.run.judge import Band, Limits, Measurement, judge
-from procedures.run.measure import Announcement, measure, move
+from procedures.run.judge import Band, Limits, Measurement
+from procedures.run.judge_motion import judge_dwell
+from procedures.run.measure import Announcement, move
 from procedures.run.meter_checks import PHASE, MeterWatch
 from procedures.run.mount_check import contradictions
+from procedures.run.perform import perform
 from procedures.run.records import DwellRecord
 from procedures.run.running_fit import Doubt
 from procedures.run.seam import compare
@@ -195,7 +197,7 @@ class Epoch:
         measured = self._measured(dwell, self._announcement(dwell, attempt))
         if (change := self._watch.clock_change()).is_suspension:
             raise TrustLost("suspend", f"{suspended(change).reason} during the dwell of step {dwell.step}")
-        reasons = judge(measured, self._limits(dwell), self._noise)
+        reasons = judge_dwell(dwell, measured, self._limits(dwell), self._noise, self._plan.attitude_reference)
         record = DwellRecord(
             step=dwell.step,
             purpose=dwell.purpose,
@@ -216,6 +218,7 @@ class Epoch:
             settle_s=measured.settle_s,
             sha256="",
             mounting=self._history.mounting,
+            motion=measured.motion,
         )
         record, doubt = self._suspects.examine(record)
         self._watch.saw(measured, is_accepted=record.accepted)
@@ -253,7 +256,7 @@ class Epoch:
     def _measured(self, dwell: Dwell, announcement: Announcement) -> Measurement:
         for void in count(1):
             try:
-                return measure(self._rig, self._suspects.plan, dwell, announcement, self._wait)
+                return perform(self._rig, self._suspects.plan, dwell, announcement, self._wait)
             except (DeviceNonsense, DeviceSilent) as error:
                 detail = {"step": dwell.step, "attempt": announcement.attempt, "void": void, "reason": str(error)}
                 self._trail.event("void", detail)

@@ -20,7 +20,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from procedures.run.records import ChannelReading
+from procedures.run.records import ChannelReading, MotionRecord
 from procedures.run.settle import has_slope
 from procedures.run.student import median_variance_ratio, small_variance_ratio
 from rig.devices.abilities import AxisState
@@ -57,11 +57,17 @@ class Measurement:
     readings: Mapping[str, ChannelReading]
     is_settled: bool
     settle_s: float
+    motion: MotionRecord | None = None
+    """Of a dwell with motion, a field or a reference."""
+    told_deg: Mapping[str, float] | None = None
+    """The attitude that a reference sensor told, which is better than the axes' own read-back."""
 
     def mean_position_deg(self) -> dict[str, float]:
         """Of before and after the readings."""
         after = self.after.axes
-        return {name: 0.5 * (state.position_deg + after[name].position_deg) for name, state in self.before.axes.items()}
+        told = self.told_deg or {}
+        own = {name: 0.5 * (state.position_deg + after[name].position_deg) for name, state in self.before.axes.items()}
+        return {**own, **told}
 
     def mean_temperature_degc(self) -> dict[str, float]:
         """Of before and after; what is not finite is left out."""
@@ -108,10 +114,10 @@ def judge(measured: Measurement, limits: Limits, noise: NoiseReference) -> tuple
     return (
         *_settling(measured),
         *(reason for reading in measured.readings.values() for reason in _reading(reading, limits, noise)),
-        *_position(measured.before, limits, "before"),
-        *_position(measured.after, limits, "after"),
-        *_temperature(measured.before, limits, "before"),
-        *_temperature(measured.after, limits, "after"),
+        *at_rest(measured.before, limits, "before", limits.targets_deg),
+        *at_rest(measured.after, limits, "after", limits.targets_deg),
+        *temperature(measured.before, limits, "before"),
+        *temperature(measured.after, limits, "after"),
     )
 
 
@@ -146,10 +152,11 @@ def _scatter(reading: ChannelReading, reference_v: float, max_noise_factor: floa
         yield f"{reading.channel}: stuck: standard deviation {scatter_v:.3g} V, expected about {reference_v:.3g} V"
 
 
-def _position(look: Look, limits: Limits, when: str) -> Iterable[str]:
-    for axis, target_deg in limits.targets_deg.items():
-        state = look.axes[axis]
-        if abs(state.position_deg - target_deg) > limits.tolerance_deg[axis]:
+def at_rest(look: Look, limits: Limits, when: str, expected_deg: Mapping[str, float]) -> Iterable[str]:
+    """Every axis at rest and trusted, and where it is expected, if it is."""
+    for axis in limits.targets_deg:
+        state, target_deg = look.axes[axis], expected_deg.get(axis)
+        if target_deg is not None and abs(state.position_deg - target_deg) > limits.tolerance_deg[axis]:
             yield (
                 f"{axis}: at {state.position_deg:g} deg {when} the readings, allowed within "
                 f"{limits.tolerance_deg[axis]:g} deg of {target_deg:g} deg"
@@ -164,7 +171,8 @@ def _position(look: Look, limits: Limits, when: str) -> Iterable[str]:
                 yield f"{axis}: {what} {when} the readings"
 
 
-def _temperature(look: Look, limits: Limits, when: str) -> Iterable[str]:
+def temperature(look: Look, limits: Limits, when: str) -> Iterable[str]:
+    """Finite, and inside its band where the plan has one."""
     for name, degc in look.temperature_degc.items():
         band = limits.bands.get(name)
         if not isfinite(degc):

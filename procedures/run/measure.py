@@ -1,7 +1,7 @@
 """One attempt at one dwell: settle, look, read every channel, look again. Nothing is judged here."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from procedures.plan.plan import Plan
@@ -9,9 +9,10 @@ from procedures.plan.steps import Dwell
 from procedures.run.judge import Look, Measurement
 from procedures.run.records import ChannelReading
 from procedures.run.settle import Settled, settle
+from procedures.run.streamed import StreamedReadout
 from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
-from rig.devices.abilities import Axis, Environment, Readout, TwinChance, Wait
+from rig.devices.abilities import Axis, Environment, Field, Readout, Stream, TwinChance, Wait
 from rig.link.counts import ExchangeCounts
 from rig.motion import Tell, move_and_arrive
 
@@ -25,6 +26,10 @@ class OpenRig(Protocol):
     def readouts(self) -> Mapping[str, Readout]: ...
     @property
     def environments(self) -> Mapping[str, Environment]: ...
+    @property
+    def streams(self) -> Mapping[str, Stream]: ...
+    @property
+    def fields(self) -> Mapping[str, Field]: ...
     @property
     def chance(self) -> TwinChance: ...
     @property
@@ -50,6 +55,10 @@ class Announcement:
     def read(self, chance: TwinChance) -> None:
         chance.announce(self.step, self.read_phase, self.attempt, self.replications)
 
+    def of_sweep(self, number: int) -> "Announcement":
+        """Every sweep of a dwell has chance of its own."""
+        return replace(self, read_phase=f"{self.read_phase}-sweep-{number}")
+
 
 def move(rig: OpenRig, dwell: Dwell, wait: Wait, tell: Tell = lambda _told: None) -> dict[str, float]:
     """Bring every axis of the dwell to its target, in its order; their read-backs, degrees. ``tell`` hears of a move
@@ -66,10 +75,10 @@ def move(rig: OpenRig, dwell: Dwell, wait: Wait, tell: Tell = lambda _told: None
 def measure(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, wait: Wait) -> Measurement:
     """Settle and read at the attitude the axes have reached. Raises: RigError of the device that failed, WaitEnded."""
     announcement.settle(rig.chance)
-    settled = _settle(rig, plan, wait)
+    settled = settle_at(rig, plan, wait)
     announcement.read(rig.chance)
     before = look(rig, dwell.targets_deg)
-    readings = {channel: _read(rig, channel, plan.dwell.samples, wait) for channel in plan.channels}
+    readings = {channel: read_channel(rig, channel, plan.dwell.samples, wait) for channel in plan.channels}
     after = look(rig, dwell.targets_deg)
     return Measurement(before, after, readings, settled.is_settled, settled.took_s)
 
@@ -82,20 +91,23 @@ def look(rig: OpenRig, axes: Mapping[str, object]) -> Look:
     )
 
 
-def _settle(rig: OpenRig, plan: Plan, wait: Wait) -> Settled:
+def settle_at(rig: OpenRig, plan: Plan, wait: Wait) -> Settled:
+    """Wait until the package is at rest, by the channel that decides it. Raises as the readout, WaitEnded."""
     channel = plan.settle_channel
     settings = plan.dwell
-    return settle(_readout(rig, channel), channel, settings.settle, settings.settle_nplc, rig.clock, wait)
+    return settle(readout_of(rig, channel), channel, settings.settle, settings.settle_nplc, rig.clock, wait)
 
 
-def _read(rig: OpenRig, channel: str, samples: int, wait: Wait) -> ChannelReading:
-    burst = _readout(rig, channel).read(channel, samples, wait)
+def read_channel(rig: OpenRig, channel: str, samples: int, wait: Wait) -> ChannelReading:
+    """One burst, overloaded readings as NaN."""
+    burst = readout_of(rig, channel).read(channel, samples, wait)
     crash_point(CrashPoint.ACQUIRING)
     values_v = burst.values_v.copy()
     values_v[burst.overload] = float("nan")
     return ChannelReading(channel, values_v, burst.started_s, burst.interval_s)
 
 
-def _readout(rig: OpenRig, channel: str) -> Readout:
-    """The instrument behind a full channel name, ``readout.channel``."""
-    return rig.readouts[channel.partition(".")[0]]
+def readout_of(rig: OpenRig, channel: str) -> Readout:
+    """What answers for a full channel name: ``readout.channel``, or ``stream.channel`` read on demand."""
+    name = channel.partition(".")[0]
+    return rig.readouts[name] if name in rig.readouts else StreamedReadout(rig.streams[name], rig.clock)

@@ -1,7 +1,7 @@
 """What the journal holds, as values: the vocabulary between engine, journal, report and solver."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 
 import numpy as np
@@ -26,6 +26,44 @@ class ChannelReading:
     @property
     def standard_deviation_v(self) -> float:
         return float(self.samples_v.std(ddof=1)) if self.samples_v.size > 1 else float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class StreamTiming:
+    """How the samples of one stream lie in rig time, and what is missing among them."""
+
+    stream: str
+    samples: int
+    offset_s: float
+    """Rig time less device time at the middle of the dwell, by the stamps of least delay."""
+    offset_uncertainty_s: float
+    drift: float
+    """How much faster rig time runs than the device's, as part of it."""
+    drift_uncertainty: float
+    missing: int
+    doubled: int
+    doubtful: int
+    """Gaps of unknown length, and lines that were no sample."""
+    first_gap: str
+    """Where and why; empty where there is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class MotionRecord:
+    """What a dwell with motion, a field or a reference has beside its readings."""
+
+    rates_dps: Mapping[str, float] = field(default_factory=dict)
+    """Axis to its mean rate while it was read, from position and time."""
+    rate_uncertainty_dps: Mapping[str, float] = field(default_factory=dict)
+    """Standard."""
+    turned_deg: float = 0.0
+    attitude_uncertainty_deg: Mapping[str, float] = field(default_factory=dict)
+    """Standard, of a measured attitude that a reference sensor told."""
+    commanded_deg: Mapping[str, float] = field(default_factory=dict)
+    """Where the axes stood by their own read-back when a reference told where they are."""
+    field_ut: Mapping[str, float] = field(default_factory=dict)
+    """Coil to the field that stood."""
+    streams: tuple[StreamTiming, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +97,7 @@ class DwellRecord:
     """Over everything but itself, as stored; empty before it is stored."""
     mounting: int = 1
     """1-based; a package that was moved begins a new one, with a coning angle and azimuth of its own."""
+    motion: MotionRecord | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ class Suspects:
         self._dropped: set[str] = set()
         for name in history.dropped:
             self.drop(name)
-        self._fit = RunningFit(plan.sensors, increments_deg)
+        self._fit = RunningFit(plan.sensors if plan.is_at_rest else {}, increments_deg)
         for dwell in () if plan.soaks else history.visits:
             self._fit.learn(dwell)
 

@@ -122,6 +122,12 @@ class CsvImuSettings(StreamSettings):
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
 
+    def channel_units(self) -> dict[str, str]:
+        return {name: entry.unit_name for name, entry in self.channels.items()}
+
+    def samples_hz(self) -> float:
+        return self.rate_hz
+
     def shape(self) -> RowShape:
         """How a line is written."""
         return RowShape(len(self.columns), self.separator.encode("ascii"), self.prefix.encode("ascii"), self.checksum)

@@ -21,7 +21,9 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, field_validator, model_validator
 
-from rig.devices.abilities import AxisState, Wait
+from rig.clock import Clock
+from rig.devices import rates
+from rig.devices.abilities import AxisState, TurnLook, Wait
 from rig.devices.targets import check_target, nearest_step
 from rig.devices.watchdog import prove
 from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
@@ -92,10 +94,29 @@ class MaestroSettings(AxisSettings):
             )
         return self
 
+    @property
+    def turning(self) -> Literal["no", "revolves", "sweeps"]:
+        return "sweeps"
 
-def speed_units(settings: MaestroSettings, calibration: PulseCalibration) -> float:
-    """The controller's units of speed that turn the servo at ``speed_dps`` where it turns farthest."""
-    quarters_per_s = settings.speed_dps * calibration.smallest_us_per_deg * wire.QUARTERS_PER_US
+    def refuse_rate(self, name: str, rate_dps: float) -> None:
+        refuse_speed(name, self, rate_dps)
+
+
+def refuse_speed(name: str, settings: MaestroSettings, rate_dps: float) -> None:
+    """The controller knows whole units of speed, one at least. Raises: RequestRefused."""
+    rates.check_rate(name, rate_dps, settings.speed_dps)
+    units = speed_units(settings, PulseCalibration(settings.points), abs(rate_dps))
+    if round(units, 6) < 1.0:
+        raise RequestRefused(
+            f"{name}: cross at {rate_dps:g} deg/s: one unit of the servo's speed is {abs(rate_dps) / units:.3g} deg/s;"
+            " nothing moved; ask for that or more"
+        )
+
+
+def speed_units(settings: MaestroSettings, calibration: PulseCalibration, rate_dps: float | None = None) -> float:
+    """The controller's units of speed for a rate, by default ``speed_dps``, where the servo turns farthest."""
+    rate_dps = settings.speed_dps if rate_dps is None else rate_dps
+    quarters_per_s = rate_dps * calibration.smallest_us_per_deg * wire.QUARTERS_PER_US
     return quarters_per_s * wire.unit_s(settings.period_ms)
 
 
@@ -176,7 +197,8 @@ class MaestroController:
 
 
 class MaestroAxis:
-    """One servo: a :class:`rig.devices.abilities.Axis` and a :class:`rig.devices.abilities.Watchdog`."""
+    """One servo: an :class:`rig.devices.abilities.Axis`, a :class:`rig.devices.abilities.SweepAxis` and a
+    :class:`rig.devices.abilities.Watchdog`."""
 
     def __init__(self, name: str, settings: MaestroSettings, controller: MaestroController, place: int) -> None:
         """``place`` among the axes of the controller, from 1."""
@@ -193,6 +215,7 @@ class MaestroAxis:
         step_deg = 1.0 / (self._calibration.smallest_us_per_deg * wire.QUARTERS_PER_US)
         self.arrival_tolerance_deg = max(settings.arrival_tolerance_deg, step_deg)
         self._speed = min(math.floor(speed_units(settings, self._calibration)), wire.HIGHEST_NUMBER)
+        self.top_rate_dps = settings.speed_dps
         self._target: int | None = None
         self._trusted_failures: int | None = None
         """The controller's failures when the servo was homed; None before."""
@@ -205,7 +228,23 @@ class MaestroAxis:
     def check_target(self, target_deg: float) -> None:
         check_target(self.name, target_deg, self._table_deg(target_deg), self.limits_deg, self.increment_deg)
 
+    def check_rate(self, rate_dps: float) -> None:
+        refuse_speed(self.name, self._settings, rate_dps)
+
     def start_move(self, target_deg: float) -> None:
+        self._start(target_deg, self._speed)
+
+    def start_sweep(self, target_deg: float, rate_dps: float) -> None:
+        """As :meth:`start_move`, at a rate; the controller takes the whole units of speed below it."""
+        self.check_rate(rate_dps)
+        self._start(target_deg, math.floor(speed_units(self._settings, self._calibration, abs(rate_dps)) + 1e-6))
+
+    def turn_look(self, clock: Clock) -> TurnLook:
+        return rates.look(
+            lambda: self._attitude_deg(self._controller.position(self._settings.axis, self._place)), clock
+        )
+
+    def _start(self, target_deg: float, speed: int) -> None:
         self.check_target(target_deg)
         state = self.state()
         if state.fault:
@@ -214,7 +253,7 @@ class MaestroAxis:
             raise RequestRefused(
                 f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
             )
-        self._aim(target_deg)
+        self._aim(target_deg, speed)
 
     def home(self) -> None:
         """Go to ``home_deg``, error bits cleared. A servo without pulses jumps there at its own speed."""
@@ -225,7 +264,7 @@ class MaestroAxis:
             )
         self._controller.poll_errors()
         self._trusted_failures = self._controller.failures
-        self._aim(self._settings.home_deg)
+        self._aim(self._settings.home_deg, self._speed)
 
     def state(self) -> AxisState:
         self._controller.poll_errors()
@@ -259,14 +298,14 @@ class MaestroAxis:
     def disarm_watchdog(self) -> None:
         """It cannot be told; the servos go to their homes."""
 
-    def _aim(self, target_deg: float) -> None:
+    def _aim(self, target_deg: float, speed: int) -> None:
         """Speed and acceleration go along every time: a controller that lost power forgot them."""
         channel = self._settings.axis
         limits = self._quarters(self.limits_deg[0]), self._quarters(self.limits_deg[1])
         target = nearest_step(self._quarters(target_deg), limits)
         self._target = target
         self._controller.tell(
-            wire.set_speed(channel, self._speed),
+            wire.set_speed(channel, speed),
             wire.set_acceleration(channel, self._settings.acceleration),
             wire.set_target(channel, target),
         )

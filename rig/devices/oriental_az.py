@@ -55,6 +55,16 @@ class OrientalAzSettings(AxisSettings):
     watchdog_register: Annotated[int, Field(ge=0, le=0xFFFE)] = wire.SILENCE_MS
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
 
+    @property
+    def turning(self) -> Literal["no", "revolves", "sweeps"]:
+        return "no" if self.top_rate_dps is None else "revolves"
+
+    def refuse_rate(self, name: str, rate_dps: float) -> None:
+        if self.top_rate_dps is None:
+            super().refuse_rate(name, rate_dps)
+        else:
+            rates.check_rate(name, rate_dps, self.top_rate_dps)
+
 
 class OrientalAzAxis:
     """One driver: an Axis, a RateAxis and a Watchdog of :mod:`rig.devices.abilities`.

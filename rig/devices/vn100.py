@@ -64,6 +64,12 @@ class Vn100Settings(StreamSettings):
     def channel_names(self) -> tuple[str, ...]:
         return tuple(name for name, _ in wire.OUTPUTS[self.output][1])
 
+    def channel_units(self) -> dict[str, str]:
+        return dict(wire.OUTPUTS[self.output][1])
+
+    def samples_hz(self) -> float:
+        return float(self.rate_hz)
+
 
 class Vn100:
     """A :class:`rig.devices.abilities.Stream`. ``clock`` is the rig's; the line has its own for time-outs."""

@@ -44,6 +44,16 @@ class ZaberSettings(AxisSettings):
     """Refuse replies without a checksum; the stage sends one where its ``comm.checksum`` is 1."""
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
 
+    @property
+    def turning(self) -> Literal["no", "revolves", "sweeps"]:
+        return "no" if self.top_rate_dps is None else "revolves"
+
+    def refuse_rate(self, name: str, rate_dps: float) -> None:
+        if self.top_rate_dps is None:
+            super().refuse_rate(name, rate_dps)
+        else:
+            rates.check_rate(name, rate_dps, self.top_rate_dps)
+
 
 class ZaberChain:
     """The devices of one line: ids run through all of them."""

@@ -34,8 +34,8 @@ class CsvImuTwin:
         banner: bytes = b"",
         reading: Callable[[str, float], float | None] = lambda _column, _at_s: None,
     ) -> None:
-        """``banner``: what it says when it starts, such as a header line. ``reading``: what a declared sensor puts into a
-        column, in the channel's unit; None where the column carries what the package feels."""
+        """``banner``: what it says when it starts, such as a header line. ``reading``: what a declared sensor puts
+        into a column, in the channel's unit; None where the column carries what the package feels."""
         self._stream = stream
         self._source = source
         self._shape = shape

@@ -25,6 +25,9 @@ class AxisErrors:
     zero_error_arcsec: float = 0.0
     creep_arcsec: float = 0.0
     creep_s: float = 1.0
+    rate_error: float = 0.0
+    """Part by which it turns too fast."""
+    runaway_after_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +125,10 @@ class AxisBody:
         """From this instant on the body is at rest, creep included."""
         creeping = self._errors.creep_arcsec != 0.0
         return self._path.arrival_s + self._lag_s + (_CREEP_TAIL * self._errors.creep_s if creeping else 0.0)
+
+    @property
+    def errors(self) -> AxisErrors:
+        return self._errors
 
     def rotate(self, target_deg: float, start_s: float) -> float:
         """Turn to a table angle from where the body is at ``start_s``; returns the arrival in rig seconds."""

@@ -133,3 +133,23 @@ class Spin:
 
     def _leg(self, now_s: float) -> _Leg:
         return self._ramp if now_s < self._ramp.end_s else self._cruise
+
+
+class Runaway:
+    """A :class:`Path` that leaves another at ``from_s`` and gets faster and faster, the same way round."""
+
+    arrival_s = math.inf
+
+    def __init__(self, path: Path, from_s: float, acceleration: float) -> None:
+        self._path = path
+        speed = path.speed_at(from_s)
+        self._away = _Leg(from_s, path.at(from_s), speed, math.copysign(acceleration, speed), math.inf)
+
+    def at(self, now_s: float) -> float:
+        return self._leg(now_s).at(now_s)
+
+    def speed_at(self, now_s: float) -> float:
+        return self._leg(now_s).speed_at(now_s)
+
+    def _leg(self, now_s: float) -> "Path | _Leg":
+        return self._path if now_s < self._away.start_s else self._away

@@ -7,9 +7,10 @@ the home is found, so a lost home makes it wrong by what the axis stood away fro
 import math
 
 from rig.twins.motion import AxisBody
-from rig.twins.ramp import Path, Ramp, Spin
+from rig.twins.ramp import Path, Ramp, Runaway, Spin
 from rig.twins.world import World
 
+RUNAWAY_DPS2 = 2.0
 ACCELERATION_DPS2 = 40.0
 """Of every motor here: a table is at its speed within a fraction of a second."""
 
@@ -45,13 +46,16 @@ class ServoAxis:
 
     def spin(self, rate_dps: float, now_s: float) -> None:
         """Turn at a rate until told otherwise."""
-        path = Spin(
+        errors = self._body.errors
+        path: Path = Spin(
             self._body.table_deg(now_s),
-            rate_dps,
+            rate_dps * (1.0 + errors.rate_error),
             now_s,
             speed=self.rate_dps(now_s),
             acceleration=self.acceleration_dps2,
         )
+        if errors.runaway_after_s is not None:
+            path = Runaway(path, now_s + errors.runaway_after_s, RUNAWAY_DPS2)
         self._follow(path)
 
     def home(self, now_s: float) -> None:

@@ -24,7 +24,9 @@ class StrappedDown:
         return Motion(
             force_g=self._noisy(f"{stream}.force", self._world.stage_force_g(now_s), truth.noise_g),
             rate_dps=self._noisy(f"{stream}.rate", rate_dps, truth.noise_dps),
-            field_ut=self._noisy(f"{stream}.field", self._world.stage_field_ut(np.array(truth.field_ut), now_s), truth.noise_ut),
+            field_ut=self._noisy(
+                f"{stream}.field", self._world.stage_field_ut(np.array(truth.field_ut), now_s), truth.noise_ut
+            ),
             attitude_deg=self._attitude_deg(now_s),
         )
 

@@ -19,6 +19,7 @@ from rig.description import (
     TwinBase,
     TwinEnvironment,
     TwinSection,
+    TwinStream,
 )
 from rig.settings import AxisSettings
 from rig.twins.chain import ChainTruth
@@ -42,26 +43,27 @@ class SensorTruth:
     """One sensor axis: what it really gives, without noise."""
 
     def __init__(self, axis: str, truth: AxisTruth, mount: Matrix) -> None:
-        self.noise_v = truth.noise_v
+        self.noise_v = truth.noise
+        """In the unit of the channel, V behind a readout."""
         self._truth = truth
         self._mount = mount
         """From stage axes into package axes, the mounting's small rotation included."""
         self._direction = sensitive_direction(axis, math.radians(truth.coning_deg), math.radians(truth.azimuth_deg))
         self._q = _soft_mount(truth.q_v_per_g2)
 
-    def mean_v(self, stage_force_g: Vector, temperature_degc: float | None, replications: float) -> float:
-        """v = b + S (u·f) + fᵀQf."""
+    def mean_v(self, stage_sensed: Vector, temperature_degc: float | None, replications: float) -> float:
+        """v = b + S (u·f) + fᵀQf, with f what the sensor senses, in stage axes: g, °/s or µT."""
         truth = self._truth
         warmer_degc = 0.0 if temperature_degc is None else temperature_degc - truth.reference_temperature_degc
         drift_v = truth.offset_drift_v_per_replication * replications
-        offset_v = truth.offset_v + truth.offset_tc_v_per_degc * warmer_degc + drift_v
-        sensitivity_v_per_g = (
-            truth.sensitivity_v_per_g
+        offset_v = truth.at_zero + truth.offset_tc_v_per_degc * warmer_degc + drift_v
+        sensitivity = (
+            truth.per_unit
             * (1.0 + truth.sensitivity_tc_per_degc * warmer_degc)
             * (1.0 + truth.sensitivity_drift_per_replication * replications)
         )
-        force_g = self._mount @ stage_force_g
-        return float(offset_v + sensitivity_v_per_g * (self._direction @ force_g) + force_g @ self._q @ force_g)
+        sensed = self._mount @ stage_sensed
+        return float(offset_v + sensitivity * (self._direction @ sensed) + sensed @ self._q @ sensed)
 
 
 class World:
@@ -69,10 +71,12 @@ class World:
 
     def __init__(self, description: RigDescription) -> None:
         twin = description.twin or TwinSection()
-        self._chance = Chance(twin.seed)
+        self.chance = self._chance = Chance(twin.seed)
         self._base = twin.base
         self.meters = twin.readouts
         """By the names of the rig file: what their own checks find."""
+        self._twin = twin
+        self._applied_ut: dict[str, Vector] = {}
         self.axes = {name: _body(name, axis, description, self._chance) for name, axis in description.axes.items()}
         """By the names of the rig file."""
         self._environments = {name: twin.environment.get(name, TwinEnvironment()) for name in description.environment}
@@ -81,6 +85,9 @@ class World:
             for name, truth in self._environments.items()
         }
         self._sensors = _sensors(description.sensors, twin, self._chance)
+        self._senses = {
+            channel: sensor.measures for sensor in description.sensors.values() for channel in sensor.channels.values()
+        }
         thermometers = (sensor.temperature for sensor in description.sensors.values())
         self._thermometers = {thermometer.channel: thermometer for thermometer in thermometers if thermometer}
         self._chains = ChainTruth(description)
@@ -155,7 +162,7 @@ class World:
         sensor = self._sensors.get(channel)
         if sensor is not None:
             replications = self._chance.announcement.replications
-            return sensor.mean_v(self.stage_force_g(now_s), self._sensor_degc(now_s), replications)
+            return sensor.mean_v(self._sensed(channel, now_s), self._sensor_degc(now_s), replications)
         thermometer = self._thermometers.get(channel)
         degc = self._sensor_degc(now_s)
         if thermometer is not None and degc is not None:
@@ -177,6 +184,48 @@ class World:
         force_g: Vector = about_x(angles.get("roll", 0.0)) @ about_z(yaw) @ about_y(pitch) @ _tilt(self._base) @ UP
         return force_g
 
+    def stage_rate_dps(self, now_s: float) -> Vector:
+        """Angular velocity of the stage in its own axes: pitch, yaw, roll from outside in."""
+        roll, yaw = (self._angle_rad(name, now_s) for name in ("roll", "yaw"))
+        pitch_dps, yaw_dps, roll_dps = (
+            self.axes[name].attitude_rate_dps(now_s) if name in self.axes else 0.0 for name in ("pitch", "yaw", "roll")
+        )
+        by_pitch_and_yaw = about_z(yaw) @ np.array([0.0, pitch_dps, 0.0]) + np.array([0.0, 0.0, yaw_dps])
+        rate_dps: Vector = about_x(roll) @ by_pitch_and_yaw + np.array([roll_dps, 0.0, 0.0])
+        return rate_dps
+
+    def stage_field_ut(self, surroundings_ut: Vector, now_s: float) -> Vector:
+        """Magnetic field in stage axes: of the surroundings, in level axes, and what is applied."""
+        roll, yaw, pitch = (self._angle_rad(name, now_s) for name in ("roll", "yaw", "pitch"))
+        level_ut = sum(self._applied_ut.values(), surroundings_ut)
+        turned: Vector = about_x(roll) @ about_z(yaw) @ about_y(pitch) @ level_ut
+        return turned
+
+    def apply_field(self, name: str, level_ut: Vector) -> None:
+        """Switch the field of one coil or magnet, in level axes; zeros take it away."""
+        self._steady_v.clear()
+        self._applied_ut[name] = level_ut
+
+    def read_stream(self, channel: str, now_s: float) -> float | None:
+        """One sample of a streamed sensor, in the unit of the channel; None where no sensor is declared."""
+        sensor = self._sensors.get(channel)
+        if sensor is None:
+            return None
+        noise = sensor.noise_v * self._chance.normal(channel) if sensor.noise_v else 0.0
+        return self.mean_v(channel, now_s) + noise
+
+    def _sensed(self, channel: str, now_s: float) -> Vector:
+        match self._senses[channel]:
+            case "rate":
+                return self.stage_rate_dps(now_s)
+            case "field":
+                surroundings = self._twin.streams.get(channel.partition(".")[0], TwinStream())
+                return self.stage_field_ut(np.array(surroundings.field_ut), now_s)
+        return self.stage_force_g(now_s)
+
+    def _angle_rad(self, axis: str, now_s: float) -> float:
+        return self.axes[axis].attitude_rad(now_s) if axis in self.axes else 0.0
+
     def _sensor_degc(self, now_s: float) -> float | None:
         """The sensors sit in the first environment of the file."""
         for air in self.air.values():
@@ -196,6 +245,8 @@ def _body(name: str, axis: AxisSettings, description: RigDescription, chance: Ch
         zero_error_arcsec=truth.zero_error_arcsec,
         creep_arcsec=truth.creep_arcsec,
         creep_s=truth.creep_s,
+        rate_error=truth.rate_error,
+        runaway_after_s=truth.runaway_after_s,
     )
     return AxisBody(
         name,

@@ -11,6 +11,7 @@ CANNOT = "no"
 
 _SET = re.compile(r"([^:\n]+): set the axis to (-?\d+(?:\.\d+)?) deg\b.*")
 _HOME = re.compile(r"([^:\n]+): set the axis to its zero\b.*")
+_FIELD = re.compile(r"([^:\n]+): apply a field of (-?\d+(?:\.\d+)?) uT\b.*")
 _STOP = re.compile(r"([^:\n]+): stop\b.*")
 _ANGLE = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)", re.ASCII)
 
@@ -33,7 +34,16 @@ class LeaveIt:
     axis: str
 
 
-Order = SetTo | SetToZero | LeaveIt
+@dataclass(frozen=True, slots=True)
+class ApplyField:
+    """Bring a coil or a magnet to a field; 0 is none."""
+
+    axis: str
+    """Name of the coil."""
+    field_ut: float
+
+
+Order = SetTo | SetToZero | LeaveIt | ApplyField
 
 
 def encode(order: Order) -> bytes:
@@ -46,6 +56,10 @@ def encode(order: Order) -> bytes:
             )
         case SetToZero():
             text = f"{order.axis}: set the axis to its zero, then press Enter (or type '{CANNOT}')"
+        case ApplyField():
+            off = " (none: switch it off or take it away)" if order.field_ut == 0.0 else ""
+            shown = shown_deg(order.field_ut)
+            text = f"{order.axis}: apply a field of {shown} uT{off}, then press Enter (or type '{CANNOT}')"
         case LeaveIt():
             text = f"{order.axis}: stop; leave the axis as it is"
     return text.encode("utf-8") + TERMINATOR
@@ -57,6 +71,8 @@ def decode(line: str) -> Order | None:
         return SetTo(found[1], float(found[2]))
     if found := _HOME.fullmatch(line):
         return SetToZero(found[1])
+    if found := _FIELD.fullmatch(line):
+        return ApplyField(found[1], float(found[2]))
     found = _STOP.fullmatch(line)
     return None if found is None else LeaveIt(found[1])
 
