@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import minimalmodbus
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -103,7 +104,6 @@ def test_pymodbus_drives_it(serve: Callable[[OrientalAzTwin, Clock], TwinServer]
 
 
 def test_minimalmodbus_drives_it() -> None:
-    minimalmodbus = pytest.importorskip("minimalmodbus")
     clock = ScaledClock(100.0)
     with serve_pty(_twin_of_now(clock), clock) as server:
         unit = minimalmodbus.Instrument(server.address, 1, close_port_after_each_call=False)

@@ -4,6 +4,7 @@ import warnings
 from typing import Any
 
 import pytest
+import pyvisa
 from daq_rig import daq_rig
 from hypothesis import given
 from hypothesis import strategies as st
@@ -122,10 +123,9 @@ def test_a_message_may_come_in_pieces(data: st.DataObject) -> None:
 
 
 def _visa() -> Any:
-    visa = pytest.importorskip("pyvisa", reason="PyVISA is an extra")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # pyvisa-py tells of transports that are not installed
-        return visa.ResourceManager("@py")
+        return pyvisa.ResourceManager("@py")
 
 
 def test_pyvisa_py_takes_it_for_the_unit() -> None:

@@ -2,9 +2,10 @@
 
 import struct
 
-import pytest
+import minimalmodbus
 from hypothesis import given
 from hypothesis import strategies as st
+from pyModbusTCP.client import ModbusClient
 
 from rig.clock import SystemClock
 from rig.twins.modbus_slave import ModbusSlave
@@ -112,11 +113,10 @@ def test_pymodbus_reads_and_writes() -> None:
 
 
 def test_pymodbustcp_reads_and_writes() -> None:
-    client_module = pytest.importorskip("pyModbusTCP.client", reason="pyModbusTCP is not installed")
     room = Room()
     with serve_tcp(_tcp(room), SystemClock()) as server:
         host, port = _address(server.address)
-        client = client_module.ModbusClient(host=host, port=port, unit_id=1, timeout=5.0)
+        client = ModbusClient(host=host, port=port, unit_id=1, timeout=5.0)
         assert _float(client.read_holding_registers(2820, 2)) == 25.0
         assert client.write_multiple_registers(2782, [0x0000, 0xC221])
         client.close()
@@ -124,7 +124,6 @@ def test_pymodbustcp_reads_and_writes() -> None:
 
 
 def test_minimalmodbus_reads_and_writes() -> None:
-    minimalmodbus = pytest.importorskip("minimalmodbus", reason="minimalmodbus is not installed")
     from rig.twins.servers import serve_pty
 
     room = Room()

@@ -3,9 +3,11 @@
 from collections.abc import Callable
 
 import pytest
+import zaber_motion
 from hypothesis import given
 from hypothesis import strategies as st
 from motion_bench import motion_bench
+from zaber_motion.ascii import Connection
 
 from rig.clock import Clock, ScaledClock
 from rig.twins.servers import TwinServer, serve_pty, serve_tcp
@@ -84,10 +86,8 @@ def test_rubbish_never_breaks_it(rubbish: list[bytes]) -> None:
 @pytest.mark.parametrize("serve", [serve_tcp, serve_pty], ids=["tcp", "pty"])
 def test_the_makers_library_drives_it(serve: Callable[[ZaberTwin, Clock], TwinServer]) -> None:
     """zaber-motion's generic commands: ids and checksums are its own."""
-    zaber_motion = pytest.importorskip("zaber_motion")
-    ascii_api = pytest.importorskip("zaber_motion.ascii")
     twin: ZaberTwin = motion_bench("zaber").twin
-    with serve(twin, ScaledClock(100.0)) as server, _open(ascii_api.Connection, server.address) as connection:
+    with serve(twin, ScaledClock(100.0)) as server, _open(Connection, server.address) as connection:
         stage = connection.get_device(1)
         assert stage.generic_command("get deviceid").data == "50952"
         axis = stage.get_axis(1)
