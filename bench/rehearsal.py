@@ -1,7 +1,8 @@
 """A rehearsal as a user asks for it, ``calrig run … --rehearse``: 481 points × 6 replications × 3 axes.
 
 Everything is in it: twins answering bytes in virtual time, journal, solution, report, coefficient set, exports. A
-process of its own tells its time and the most memory it held.
+process of its own tells its time and the most memory it held. Then the run is solved again: solution, figures, report
+as page and as PDF, sets.
 """
 
 import resource
@@ -34,8 +35,12 @@ def figures() -> Iterator[Figure]:
     with TemporaryDirectory() as folder:
         procedure = Path(folder) / "procedure.toml"
         procedure.write_text(PROCEDURE, encoding="utf-8")
+        runs = Path(folder) / "runs"
+        rehearse = ["run", str(procedure), "--rig", str(RIG), "--rehearse", "--out", str(runs), "--json"]
         told: list[float] = []
-        seconds = Timer(lambda: told.append(peak_mb(procedure, Path(folder) / "runs"))).timeit(1)
+        seconds = Timer(lambda: told.append(peak_mb(rehearse))).timeit(1)
+        again = Timer(lambda: told.append(peak_mb(["solve", str(runs), "--json"]))).timeit(1)
+        paper_mb = next(runs.glob("*/report.pdf")).stat().st_size / 1e6
     yield Figure(
         "rehearsal of 481 × 6, three axes",
         seconds,
@@ -45,14 +50,17 @@ def figures() -> Iterator[Figure]:
         note=f"{seconds / DWELLS * 1e3:.1f} ms a dwell",
     )
     yield Figure("  peak memory", told[0], "MB", 300.0, at_most=True)
+    yield Figure("the same solved again, with its report", again, "s", 10.0, at_most=True)
+    yield Figure("  peak memory", told[1], "MB", 400.0, at_most=True)
+    yield Figure("  report.pdf", paper_mb, "MB", 5.0, at_most=True)
 
 
-def peak_mb(procedure: Path, out: Path) -> float:
-    """Rehearse in a new process; it writes the most memory it held as the last line of standard error."""
-    command = [sys.executable, "-m", "bench.rehearsal", "run", str(procedure), "--rig", str(RIG), "--rehearse"]
-    done = subprocess.run([*command, "--out", str(out), "--json"], capture_output=True, text=True, check=False)
+def peak_mb(arguments: list[str]) -> float:
+    """Run a command in a new process; it writes the most memory it held as the last line of standard error."""
+    command = [sys.executable, "-m", "bench.rehearsal", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise SystemExit(f"the rehearsal failed with status {done.returncode}:\n{done.stderr}")
+        raise SystemExit(f"{arguments[0]} failed with status {done.returncode}:\n{done.stderr}")
     return float(done.stderr.splitlines()[-1])
 
 
