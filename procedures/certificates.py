@@ -74,13 +74,13 @@ def _chain(rig: RigDescription, channel: str) -> "Iterator[SharedError]":
         yield SharedError("multimeter zero", "reading", u_v, meter[1].kind, told)
         range_v = _range_v(rig, readout, name)
         if range_v:
-            yield SharedError("multimeter gain", "gain", u_v / range_v, meter[1].kind, f"{told} of {range_v:g} V")
+            yield SharedError("multimeter gain", "gain", u_v / range_v, meter[1].kind, f"{told}, over {range_v:g} V")
     chain = rig.chain.get(channel)
     resistor = None if chain is None else _standard(rig, chain.standard)
     if chain is not None and chain.load_resistor_ohm and resistor is not None and resistor[1].uncertainty_ohm:
         u = resistor[1].uncertainty_ohm / divisor(resistor[1]) / chain.load_resistor_ohm
         told = _told(resistor, resistor[1].uncertainty_ohm, "Ω")
-        yield SharedError("load resistor", "gain", u, resistor[1].kind, f"{told} of {chain.load_resistor_ohm:g} Ω")
+        yield SharedError("load resistor", "gain", u, resistor[1].kind, f"{told}, of {chain.load_resistor_ohm:g} Ω")
 
 
 def _level(rig: RigDescription) -> "Iterator[SharedError]":
@@ -119,7 +119,8 @@ def _standard(rig: RigDescription, name: str | None) -> tuple[str, Standard] | N
 def _told(standard: tuple[str, Standard], stated: float, unit: str) -> str:
     name, declared = standard
     coverage = f", k = {declared.k:g}" if declared.kind == "expanded" else ""
-    return f"standards.{name}: {declared.kind} {stated:g} {unit}{coverage}"
+    size = f"{1e6 * stated:g} µV" if unit == "V" else f"{stated:g} {unit}"
+    return f"standards.{name}: {declared.kind} {size}{coverage}"
 
 
 def _range_v(rig: RigDescription, readout: str, channel: str) -> float | None:
