@@ -11,12 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.attitude.spread import Part
 from ams.errors import OutsideValidity
 from ams.models.extended import Q_NAMES, quadratic_basis
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.sets.canonical import Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.fields import PER_G
+from ams.sets.package_section import package_of
+from ams.solve.result import VarianceComponent
 
 FloatArray = NDArray[np.float64]
 
@@ -33,6 +36,8 @@ class CalibratedSensor:
     reading_sd_v: float
     rise_degc: FloatArray
     """(N,) or (1,) temperature above the reference."""
+    components: Sequence[VarianceComponent] = ()
+    """(P, P) independent parts of the covariance; empty: it is known as it stands."""
 
     @property
     def offset_v(self) -> float:
@@ -58,6 +63,20 @@ class CalibratedSensor:
 
     def output_variance_v2(self, force: FloatArray) -> FloatArray:
         """Of :meth:`line_output_v` less its prediction, calibration and reading together. Source: TP (52), (73)."""
+        rows = self.rows(force)
+        return np.asarray(_quadratic(rows, self.covariance) + self.reading_variance_v2(force))
+
+    def calibration_parts(self, force: FloatArray) -> Sequence[Part]:
+        """(N,) parts of the prediction's variance."""
+        rows, parts = self.rows(force), self.components or (VarianceComponent("", self.covariance, np.inf),)
+        return [(_quadratic(rows, part.covariance), part.dof) for part in parts]
+
+    def reading_variance_v2(self, force: FloatArray) -> FloatArray:
+        """(N,)"""
+        return np.broadcast_to((self.reading_sd_v / self._gain()) ** 2, force.shape[:-1])
+
+    def rows(self, force: FloatArray) -> FloatArray:
+        """(N, P) derivatives of :meth:`line_output_v` by the primary parameters."""
         gain, rise = np.broadcast_arrays(self._gain(), self.rise_degc)
         sensed = force @ self.k_v_per_g + self.quadratic_v(force)
         ones = np.ones(force.shape[:-1])
@@ -65,15 +84,45 @@ class CalibratedSensor:
         columns |= dict(zip(PER_G, np.moveaxis(force, -1, 0), strict=True))
         columns |= dict(zip(Q_NAMES, np.moveaxis(quadratic_basis(force), -1, 0), strict=True))
         columns |= dict(zip(TEMPERATURE_NAMES, (ones * rise / gain, rise * sensed / gain), strict=True))
-        rows = np.stack([columns[name] for name in self.names], axis=-1)
-        variance = np.einsum("...i,ij,...j->...", rows, self.covariance, rows)
-        return np.asarray(variance + (self.reading_sd_v / gain) ** 2)
+        return np.stack([columns[name] for name in self.names], axis=-1)
 
     def _gain(self) -> FloatArray:
         return np.asarray(1.0 + self._value(TEMPERATURE_NAMES[1]) * self.rise_degc)
 
     def _value(self, name: str) -> float:
         return float(self.primary[list(self.names).index(name)]) if name in self.names else 0.0
+
+
+@dataclass(frozen=True)
+class CalibratedPackage:
+    """The axes of a package, with what their calibrations have in common."""
+
+    sensors: Sequence[CalibratedSensor]
+    components: Sequence[VarianceComponent]
+    """(Q, Q) over the primary parameters of all sensors in turn."""
+
+    def output_parts(self, force: FloatArray) -> Sequence[Part]:
+        """(N, S, S) parts of the covariance of the predictions."""
+        rows = np.zeros((*force.shape[:-1], len(self.sensors), sum(len(sensor.names) for sensor in self.sensors)))
+        start = 0
+        for place, sensor in enumerate(self.sensors):
+            rows[..., place, start : start + len(sensor.names)] = sensor.rows(force)
+            start += len(sensor.names)
+        return [(rows @ part.covariance @ np.swapaxes(rows, -1, -2), part.dof) for part in self.components]
+
+
+def package_of_set(
+    coefficients: CoefficientSet, axes: Sequence[str], sensors: Sequence[CalibratedSensor]
+) -> CalibratedPackage | None:
+    """Some axes of a set; None where the set does not state what they have in common."""
+    section = package_of(coefficients.document)
+    if section is None or len(axes) < 2:
+        return None
+    order = [str(name) for name in listed(section["order"])]
+    wanted = [f"{axis}.{name}" for axis, sensor in zip(axes, sensors, strict=True) for name in sensor.names]
+    places = [order.index(name) for name in wanted]
+    sense = np.concatenate([_senses(coefficients, sensor.names) for sensor in sensors])
+    return CalibratedPackage(sensors, _components(table(section["components"]), places, sense))
 
 
 def sensor_of_set(
@@ -87,12 +136,33 @@ def sensor_of_set(
     primary = table(section["primary"])
     names = [str(name) for name in listed(primary["order"])]
     values = np.array([number(table(primary["values"])[name]) for name in names])
-    sense = np.array([-1.0 if coefficients.convention == "CR" and name in PER_G else 1.0 for name in names])
+    sense = _senses(coefficients, names)
     covariance = _matrix(primary["covariance"]) * np.outer(sense, sense)
     return CalibratedSensor(
         names, values * sense, covariance, _reading_sd_v(coefficients, axis, section, reading_sd_v),
         _rise_degc(coefficients, axis, section, temperature_degc),
+        _components(table(primary["components"]), list(range(len(names))), sense),
     )  # fmt: skip
+
+
+def _senses(coefficients: CoefficientSet, names: Sequence[str]) -> FloatArray:
+    """CR's sets sense gravity: their k change sign."""
+    return np.array([-1.0 if coefficients.convention == "CR" and name in PER_G else 1.0 for name in names])
+
+
+def _components(stated: Mapping[str, Json], places: Sequence[int], sense: FloatArray) -> tuple[VarianceComponent, ...]:
+    """Parts of a covariance for some of its rows; degrees of freedom of null are infinite."""
+    parts = []
+    for name, value in stated.items():
+        part = table(value)
+        covariance = _matrix(part["covariance"])[np.ix_(places, places)] * np.outer(sense, sense)
+        dof = part["degrees_of_freedom"]
+        parts.append(VarianceComponent(name, covariance, np.inf if dof is None else number(dof)))
+    return tuple(parts)
+
+
+def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("...i,ij,...j->...", rows, covariance, rows))
 
 
 def _reading_sd_v(

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.attitude.calibrated import CalibratedSensor, sensor_of_set
+from ams.attitude.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
 from ams.attitude.packages import SpreadAngles, angles_from_packages, angles_from_sting
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.errors import OutsideValidity
@@ -43,6 +43,10 @@ class Package:
     def sensors(self, readings: Mapping[str, FloatArray], reading_sd_v: float | None) -> list[CalibratedSensor]:
         temperature = readings.get("temperature_degc")
         return [sensor_of_set(self.coefficients, axis, reading_sd_v, temperature) for axis in self.columns]
+
+    def together(self, sensors: Sequence[CalibratedSensor]) -> CalibratedPackage | None:
+        """What the calibrations of the axes have in common, where the set states it."""
+        return package_of_set(self.coefficients, tuple(self.columns), sensors)
 
     def outputs_v(self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]) -> FloatArray:
         """(N, A) readings brought to the reference temperature."""
@@ -96,20 +100,24 @@ class Inference:
         outputs = self.package.outputs_v(sensors, readings)
         if self.model_package is not None:
             second = self.model_package.sensors(readings, self.reading_sd_v)
-            return angles_from_packages(sensors, second, outputs, self.model_package.outputs_v(second, readings))
+            together = self.package.together(sensors), self.model_package.together(second)
+            return angles_from_packages(
+                sensors, second, outputs, self.model_package.outputs_v(second, readings), together
+            )
         if self.package.model == STING:
-            alone = angles_from_sting(sensors, outputs)
+            alone = angles_from_sting(sensors, outputs, self.package.together(sensors))
             return replace(alone, flags=tuple("; ".join(filter(None, (flag, NO_ROLL))) for flag in alone.flags))
         return _unbent(sensors, outputs, self._geometry(sensors, readings))
 
     def _geometry(
         self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]
     ) -> Callable[[FloatArray], Angles]:
+        together = self.package.together(sensors)
         if len(sensors) == 3:
-            return lambda outputs: pitch_roll_from_three(sensors, outputs)
+            return lambda outputs: pitch_roll_from_three(sensors, outputs, together)
         if len(sensors) == 2:
             return lambda outputs: pitch_roll_from_two(
-                sensors, outputs, upright=self.upright, right_wing_down=self.right_wing_down
+                sensors, outputs, upright=self.upright, right_wing_down=self.right_wing_down, package=together
             )
         roll_deg = readings.get("roll_deg", np.zeros(1)) if self.package.model != "pitch-only" else np.zeros(1)
         return lambda outputs: pitch_with_known_roll(sensors[0], outputs[:, 0], np.deg2rad(roll_deg))

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.attitude.spread import OutputErrors, PackageErrors, Spread, output_errors, side_by_side
 from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Sensor, onto_unit_sphere, tangents
 from ams.attitude.two_package import angles_from_gravity
 from ams.errors import DesignError
@@ -38,9 +39,15 @@ class SpreadAngles:
     roll_rad: FloatArray
     roll_sd_rad: FloatArray
     flags: tuple[str, ...]
+    pitch_half_95_rad: FloatArray
+    """Half-width of the 95 % interval, with Student's factor for what the calibrations rest on."""
+    yaw_half_95_rad: FloatArray
+    roll_half_95_rad: FloatArray
 
 
-def angles_from_sting(sensors: Sequence[Sensor], outputs_v: FloatArray) -> SpreadAngles:
+def angles_from_sting(
+    sensors: Sequence[Sensor], outputs_v: FloatArray, package: PackageErrors | None = None
+) -> SpreadAngles:
     """Pitch and yaw from three sting outputs, (N, 3); roll does not reach the sting and is NaN, not flagged.
 
     The sensors are lines in the specific force, minus gravity. Raises: DesignError where they lie in one plane.
@@ -50,13 +57,17 @@ def angles_from_sting(sensors: Sequence[Sensor], outputs_v: FloatArray) -> Sprea
     weights = 1.0 / _variances(sensors, force)
     unit, _ = onto_unit_sphere(k, volts, weights, force)
     columns = -np.einsum("ij,njs->nis", k, _slopes(-unit))
-    covariance = _covariance(columns, weights)
+    spread = _spread(columns, weights, output_errors(sensors, unit, package))
     none = np.full(unit.shape[0], np.nan)
-    return _read_off(-unit, none, covariance)
+    return _read_off(-unit, none, spread)
 
 
 def angles_from_packages(
-    sting: Sequence[Sensor], model: Sequence[Sensor], sting_v: FloatArray, model_v: FloatArray
+    sting: Sequence[Sensor],
+    model: Sequence[Sensor],
+    sting_v: FloatArray,
+    model_v: FloatArray,
+    packages: tuple[PackageErrors | None, PackageErrors | None] = (None, None),
 ) -> SpreadAngles:
     """All three angles from three sting and three model outputs, (N, 3) each, all six weighted together.
 
@@ -81,8 +92,10 @@ def angles_from_packages(
         roll = roll + step[:, 2]
         if np.all(np.abs(step) < 1e-13):
             break
-    covariance = _covariance(_columns(k_s, k_m, gravity, roll, _slopes(gravity)), weights)
-    return _read_off(gravity, roll, covariance)
+    errors = side_by_side(
+        output_errors(sting, -gravity, packages[0]), output_errors(model, -model_gravity_g(gravity, roll), packages[1])
+    )
+    return _read_off(gravity, roll, _spread(_columns(k_s, k_m, gravity, roll, _slopes(gravity)), weights, errors))
 
 
 def _stacked(sensors: Sequence[Sensor], outputs_v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -135,27 +148,31 @@ def _step(columns: FloatArray, weights: FloatArray, residual: FloatArray) -> Flo
     return np.asarray((np.linalg.pinv(normal, rcond=1e-12) @ gradient[..., None])[..., 0])
 
 
-def _covariance(columns: FloatArray, weights: FloatArray) -> FloatArray:
-    """(N, s, s); infinite where the outputs do not tell a direction."""
-    normal = np.einsum("nis,ni,nit->nst", columns, weights, columns)
+def _spread(columns: FloatArray, weights: FloatArray, errors: OutputErrors) -> Spread:
+    """Of two turns of gravity and, with a model package, of roll, (N, s).
+
+    Where the outputs do not tell a direction, all is put on the last.
+    """
+    weighted = np.swapaxes(columns, -1, -2) * weights[:, None, :]
+    normal = weighted @ columns
     values = np.linalg.eigvalsh(normal)
-    lost = values[:, 0] < SMALLEST_SLOPE**2 * values[:, -1]
-    covariance = np.linalg.inv(np.where(lost[:, None, None], np.eye(normal.shape[-1]), normal))
-    lost_only = np.zeros_like(covariance)
-    lost_only[:, -1, -1] = np.inf
-    return np.where(lost[:, None, None], lost_only, covariance)
+    lost = (values[:, 0] < SMALLEST_SLOPE**2 * values[:, -1])[:, None]
+    told = np.where(lost[..., None], np.eye(normal.shape[-1]), normal)
+    spread = errors.of_angles(np.asarray(np.linalg.solve(told, weighted), dtype=np.float64))
+    nothing = np.where(np.arange(normal.shape[-1]) == normal.shape[-1] - 1, np.inf, 0.0)
+    return Spread(np.where(lost, nothing, spread.sd), np.where(lost, nothing, spread.half_95))
 
 
-def _read_off(gravity: FloatArray, roll: FloatArray, covariance: FloatArray) -> SpreadAngles:
+def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAngles:
     found = angles_from_gravity(gravity, gravity)
-    sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    sd, half = spread.sd, spread.half_95
     sine = np.hypot(gravity[:, 0], gravity[:, 1])
     with np.errstate(divide="ignore"):
-        yaw_sd = sd[:, 1] / sine
+        yaw_sd, yaw_half = sd[:, 1] / sine, half[:, 1] / sine
     level = ~(yaw_sd <= LARGEST_SD_RAD)
     sideways = ~level & ~(np.abs(gravity[:, 0]) > np.maximum(CLEARANCE_SD * sd[:, :2].max(axis=1), SMALLEST_SLOPE))
-    has_roll = covariance.shape[-1] == 3
-    roll_sd = sd[:, 2] if has_roll else np.full(roll.size, np.nan)
+    has_roll = sd.shape[-1] == 3
+    roll_sd, roll_half = (sd[:, 2], half[:, 2]) if has_roll else np.full((2, roll.size), np.nan)
     on_end = ~(roll_sd <= LARGEST_SD_RAD) if has_roll else np.zeros(roll.size, dtype=bool)
     rows = zip(level.tolist(), sideways.tolist(), on_end.tolist(), strict=True)
     wrapped = np.pi - np.mod(np.pi - roll, 2.0 * np.pi)
@@ -167,6 +184,9 @@ def _read_off(gravity: FloatArray, roll: FloatArray, covariance: FloatArray) -> 
         np.where(on_end, np.nan, wrapped),
         np.where(on_end, np.nan, roll_sd),
         tuple("; ".join(_reasons(*row)) for row in rows),
+        np.where(sideways, np.nan, half[:, 0]),
+        np.where(level | sideways, np.nan, yaw_half),
+        np.where(on_end, np.nan, roll_half),
     )
 
 

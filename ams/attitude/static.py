@@ -16,9 +16,10 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.attitude.spread import PackageErrors, Spread, UncertainSensor, output_errors
 from ams.errors import DesignError
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
-from ams.solve.result import AxisCalibration
+from ams.uncertainty.intervals import reading_halfwidth, t_quantile
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -30,39 +31,21 @@ SMALLEST_SLOPE: Final = 1e-6
 CLEARANCE_SD: Final = 3.0
 """An angle closer to the singular attitude than this many of its standard deviations is called singular."""
 _ITERATIONS: Final = 20
-_WITH_ROLL: Final = ["offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g"]
-_WITHOUT_ROLL: Final = ["offset_v", "k_x_v_per_g", "k_z_v_per_g"]
 
 
-class Sensor(Protocol):
+class Sensor(UncertainSensor, Protocol):
     """A calibrated accelerometer as the inference sees it."""
 
     @property
-    def offset_v(self) -> float: ...
+    def offset_v(self) -> float | FloatArray:
+        """Volts; (N,) where every reading is of a sensor of its own."""
+
     @property
     def k_v_per_g(self) -> FloatArray:
-        """(3,) in package axes, per local g of specific force."""
+        """(3,), or (N, 3), in package axes, per local g of specific force."""
 
     def output_variance_v2(self, force: FloatArray) -> FloatArray:
         """(N,) variance of prediction plus reading at (N, 3) specific force."""
-
-
-@dataclass(frozen=True)
-class SensorLine:
-    """One calibrated accelerometer: v = b + k·f."""
-
-    offset_v: float
-    k_v_per_g: FloatArray
-    """(3,) in package axes, per local g of specific force."""
-    covariance: FloatArray
-    """(4, 4) of (b, k_x, k_y, k_z) from the calibration; zeros where it is not to be counted."""
-    reading_sd_v: float
-    """Standard deviation of one (averaged) reading where the set is used."""
-
-    def output_variance_v2(self, force: FloatArray) -> FloatArray:
-        """Variance of prediction plus reading at (N, 3) specific force. Source: TP (52), (73)."""
-        basis = np.concatenate([np.ones((*force.shape[:-1], 1)), force], axis=-1)
-        return np.asarray(np.einsum("...i,ij,...j->...", basis, self.covariance, basis) + self.reading_sd_v**2)
 
 
 @dataclass(frozen=True)
@@ -75,27 +58,9 @@ class Angles:
     roll_sd_rad: FloatArray
     flags: tuple[str, ...]
     """Empty where all is well, else the reason in words; roll alone may be missing."""
-
-
-def sensor_line(solved: AxisCalibration, reading_sd_v: float) -> SensorLine:
-    """The sensor as a calibration found it; ``reading_sd_v`` is that of the place of use, not of the calibration.
-
-    CR's models sense gravity, the opposite of the specific force, so their sensitivities change sign here.
-    Raises: DesignError for a model with further terms (extended, temperature), which a straight line cannot hold.
-    """
-    names = list(solved.primary_names)
-    if names not in (_WITH_ROLL, _WITHOUT_ROLL):
-        raise DesignError(
-            f"attitude: axis {solved.axis}: model {solved.model} has the parameters {', '.join(names)}: only offset "
-            "and sensitivities can be inverted here; apply its further terms to the outputs first"
-        )
-    places = [_WITH_ROLL.index(name) for name in names]
-    primary, covariance = np.zeros(4), np.zeros((4, 4))
-    primary[places] = solved.primary
-    covariance[np.ix_(places, places)] = solved.primary_covariance
-    sense = np.array([1.0, -1.0, -1.0, -1.0]) if solved.model.startswith("pitch-yaw-roll") else np.ones(4)
-    signed = primary * sense
-    return SensorLine(float(signed[0]), signed[1:], covariance * np.outer(sense, sense), reading_sd_v)
+    pitch_half_95_rad: FloatArray
+    """Half-width of the 95 % interval, with Student's factor for what the calibration rests on."""
+    roll_half_95_rad: FloatArray
 
 
 def pitch_with_known_roll(
@@ -106,28 +71,43 @@ def pitch_with_known_roll(
     The branch is the one on which the sensor's own axis stays within 90° of the horizontal.
     """
     output, roll = np.broadcast_arrays(np.asarray(output_v, dtype=float), np.asarray(roll_rad, dtype=float))
-    k_x, k_y, k_z = sensor.k_v_per_g
-    sign = -1.0 if k_x < 0 else 1.0
+    k_x, k_y, k_z = np.moveaxis(sensor.k_v_per_g, -1, 0)
+    sign = np.where(k_x < 0, -1.0, 1.0)
     along, across = sign * k_x, sign * (k_y * np.sin(roll) + k_z * np.cos(roll))
     amplitude = np.hypot(along, across)
     sine = sign * (output - sensor.offset_v) / amplitude
     beyond = np.abs(sine) > 1.0
     pitch = np.arcsin(np.where(beyond, np.nan, sine)) + np.arctan2(across, along)
     force = specific_force(pitch, roll)
-    slope = specific_force_by_pitch(pitch, roll) @ sensor.k_v_per_g
-    by_roll = specific_force_by_roll(pitch, roll) @ sensor.k_v_per_g
-    variance = sensor.output_variance_v2(force) + (by_roll * roll_sd_rad) ** 2
+    slope = np.sum(specific_force_by_pitch(pitch, roll) * sensor.k_v_per_g, axis=-1)
+    by_roll = np.sum(specific_force_by_roll(pitch, roll) * sensor.k_v_per_g, axis=-1)
+    by_roll_v2 = (by_roll * roll_sd_rad) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
-        sd = np.sqrt(variance) / np.abs(slope)
+        sd = np.sqrt(sensor.output_variance_v2(force) + by_roll_v2) / np.abs(slope)
+        half_95 = _known_roll_halfwidth(sensor, force, by_roll_v2) / np.abs(slope)
     from_vertical = np.abs(slope) / amplitude
     flat = (from_vertical < np.maximum(SMALLEST_SLOPE, CLEARANCE_SD * sd)) | (sd > LARGEST_SD_RAD)
     flags = _flags((beyond, "output beyond one g"), (flat, "pitch singular: sensor axis vertical"))
     lost = beyond | flat
-    return Angles(_blank(pitch, lost), _blank(sd, lost), np.array(roll), np.full(roll.shape, float(roll_sd_rad)), flags)
+    roll_sd = np.full(roll.shape, float(roll_sd_rad))
+    halves = (_blank(half_95, lost), t_quantile(0.95, np.inf) * roll_sd)
+    return Angles(_blank(pitch, lost), _blank(sd, lost), np.array(roll), roll_sd, flags, *halves)
+
+
+def _known_roll_halfwidth(sensor: Sensor, force: FloatArray, by_roll_v2: FloatArray) -> FloatArray:
+    """(N,) volts."""
+    parts = sensor.calibration_parts(force)
+    reading = sensor.reading_variance_v2(force) + by_roll_v2
+    return reading_halfwidth([variance for variance, _ in parts], [dof for _, dof in parts], reading)
 
 
 def pitch_roll_from_two(
-    sensors: Sequence[Sensor], outputs_v: FloatArray, *, upright: bool = True, right_wing_down: bool = True
+    sensors: Sequence[Sensor],
+    outputs_v: FloatArray,
+    *,
+    upright: bool = True,
+    right_wing_down: bool = True,
+    package: PackageErrors | None = None,
 ) -> Angles:
     """Pitch and roll from two sensors, ``outputs_v`` (N, 2). Source: TP (83) to (98), solved in closed form.
 
@@ -135,47 +115,51 @@ def pitch_roll_from_two(
     two differ in f_y rather than in f_z (an x-z package), the one with f_y < 0 for ``right_wing_down``.
     """
     K, offsets = _stack(sensors, 2)
-    normal = np.cross(K[0], K[1])
-    area = float(np.linalg.norm(normal))
-    if area < SMALLEST_SLOPE * float(np.linalg.norm(K[0]) * np.linalg.norm(K[1])):
+    normal = np.cross(K[..., 0, :], K[..., 1, :])
+    area = np.linalg.norm(normal, axis=-1, keepdims=True)
+    if np.any(area[..., 0] < SMALLEST_SLOPE * np.prod(np.linalg.norm(K, axis=-1), axis=-1)):
         raise DesignError("two-axis package: the two sensitive axes are parallel: they resolve one direction only")
     normal = normal / area
-    nearest = (np.atleast_2d(outputs_v) - offsets) @ np.linalg.pinv(K).T
+    nearest = _times(np.asarray(np.linalg.pinv(K), dtype=np.float64), np.atleast_2d(outputs_v) - offsets)
     rest = 1.0 - np.sum(nearest**2, axis=1)
     beyond = rest < 0.0
     length = np.sqrt(np.where(beyond, np.nan, rest))
-    by_z = abs(normal[2]) >= abs(normal[1])
-    leading = normal[2] if by_z else normal[1]
-    downward = upright if by_z else right_wing_down
-    side = np.sign(leading) * (-1.0 if downward else 1.0)
+    by_z = np.abs(normal[..., 2]) >= np.abs(normal[..., 1])
+    leading = np.where(by_z, normal[..., 2], normal[..., 1])
+    side = np.sign(leading) * np.where(np.where(by_z, upright, right_wing_down), -1.0, 1.0)
     force = nearest + (side * length)[:, None] * normal
-    return _judged(sensors, force, beyond, clearance_rad=length)
+    return _judged(sensors, package, force, beyond, clearance_rad=length)
 
 
-def pitch_roll_from_three(sensors: Sequence[Sensor], outputs_v: FloatArray) -> Angles:
+def pitch_roll_from_three(
+    sensors: Sequence[Sensor], outputs_v: FloatArray, package: PackageErrors | None = None
+) -> Angles:
     """Pitch and roll from three sensors, ``outputs_v`` (N, 3), by weighted least squares. Source: TP (99) to (108)."""
     K, offsets = _stack(sensors, 3)
     volts = np.atleast_2d(outputs_v) - offsets
-    if abs(np.linalg.det(K)) < SMALLEST_SLOPE * float(np.prod(np.linalg.norm(K, axis=1))):
+    if np.any(np.abs(np.linalg.det(K)) < SMALLEST_SLOPE * np.prod(np.linalg.norm(K, axis=-1), axis=-1)):
         raise DesignError("three-axis package: the three sensitive axes lie in one plane: use two of them")
-    force = np.linalg.solve(K, volts.T).T
+    force = np.linalg.solve(K, volts[..., None])[..., 0]
     length = np.linalg.norm(force, axis=1, keepdims=True)
     weights = 1.0 / np.maximum(_variances(sensors, force / length), np.finfo(float).tiny)
     unit, settled = onto_unit_sphere(K, volts, weights, force / length)
     everywhere = np.full(unit.shape[0], np.pi)
-    return _judged(sensors, unit, np.zeros_like(settled), clearance_rad=everywhere, unsettled=~settled)
+    return _judged(sensors, package, unit, np.zeros_like(settled), clearance_rad=everywhere, unsettled=~settled)
 
 
 def onto_unit_sphere(
     K: FloatArray, volts: FloatArray, weights: FloatArray, force: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """Gauss-Newton for the unit f that fits best, in tangent coordinates: regular even at α = ±90°."""
+    """Gauss-Newton for the unit f that fits best, in tangent coordinates: regular even at α = ±90°.
+
+    ``K`` is (S, 3), or (N, S, 3) where every reading is of a package of its own.
+    """
     relative = weights / weights.max(axis=1, keepdims=True)
     change = np.full(force.shape[0], np.inf)
     for _ in range(_ITERATIONS):
         tangent = tangents(force)
-        J = np.einsum("ij,njt->nit", K, tangent)
-        residual = volts - force @ K.T
+        J = K @ tangent
+        residual = volts - _times(K, force)
         normal = np.einsum("nis,ni,nit->nst", J, relative, J)
         gradient = np.einsum("nis,ni,ni->ns", J, relative, residual)
         step = np.linalg.solve(normal, gradient[..., None])[..., 0]
@@ -185,6 +169,11 @@ def onto_unit_sphere(
         if np.all(change < 1e-13):
             break
     return force, np.asarray(change < 1e-9)
+
+
+def _times(K: FloatArray, vectors: FloatArray) -> FloatArray:
+    """(N, i) from (i, j) or (N, i, j) and (N, j)."""
+    return np.asarray((K @ vectors[..., None])[..., 0])
 
 
 def tangents(force: FloatArray) -> FloatArray:
@@ -198,6 +187,7 @@ def tangents(force: FloatArray) -> FloatArray:
 
 def _judged(
     sensors: Sequence[Sensor],
+    package: PackageErrors | None,
     force: FloatArray,
     beyond: BoolArray,
     *,
@@ -207,7 +197,8 @@ def _judged(
     """Angles of the unit force with their standard deviations, by TP (89), (90), (103), (104)."""
     pitch = np.arctan2(force[:, 0], np.hypot(force[:, 1], force[:, 2]))
     roll = np.arctan2(-force[:, 1], -force[:, 2])
-    pitch_sd, roll_sd, pitch_lost, roll_lost = _spread(sensors, pitch, roll, beyond)
+    spread, pitch_lost, roll_lost = _spread(sensors, package, pitch, roll, beyond)
+    pitch_sd, roll_sd = spread.sd.T
     pitch_lost = pitch_lost | ~(CLEARANCE_SD * pitch_sd <= clearance_rad)
     roll_lost = roll_lost | ~(CLEARANCE_SD * roll_sd * np.cos(pitch) <= clearance_rad)
     unsettled = np.zeros_like(beyond) if unsettled is None else unsettled
@@ -226,37 +217,41 @@ def _judged(
         _blank(roll, lost_roll),
         _blank(roll_sd, lost_roll),
         flags,
+        _blank(spread.half_95[:, 0], lost_pitch),
+        _blank(spread.half_95[:, 1], lost_roll),
     )
 
 
 def _spread(
-    sensors: Sequence[Sensor], pitch: FloatArray, roll: FloatArray, beyond: BoolArray
-) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
-    """Standard deviations and where pitch or roll is singular.
+    sensors: Sequence[Sensor], package: PackageErrors | None, pitch: FloatArray, roll: FloatArray, beyond: BoolArray
+) -> tuple[Spread, BoolArray, BoolArray]:
+    """Standard deviations and intervals, and where pitch or roll is singular.
 
     The angles are taken as turns of f: pitch along the meridian, cos α·roll along the parallel. These stay regular at
     α = ±90° when the sensors resolve both, and roll alone is lost there.
     """
     K, _ = _stack(sensors, len(sensors))
     safe_pitch, safe_roll = np.where(beyond, 0.0, pitch), np.where(beyond, 0.0, roll)
+    force = specific_force(safe_pitch, safe_roll)
     along_roll = np.stack([np.zeros_like(roll), -np.cos(safe_roll), np.sin(safe_roll)], axis=-1)
-    J = np.stack([specific_force_by_pitch(safe_pitch, safe_roll) @ K.T, along_roll @ K.T], axis=-1)
-    variances = _variances(sensors, specific_force(safe_pitch, safe_roll))
+    J = np.stack([_times(K, specific_force_by_pitch(safe_pitch, safe_roll)), _times(K, along_roll)], axis=-1)
     floor = np.max(K**2) * np.finfo(float).tiny / np.finfo(float).eps
-    weights = 1.0 / np.maximum(variances, floor)
-    singular_values = np.linalg.svd(J / np.linalg.norm(K, axis=1)[:, None], compute_uv=False)
+    weights = 1.0 / np.maximum(_variances(sensors, force), floor)
+    singular_values = np.linalg.svd(J / np.linalg.norm(K, axis=-1)[..., None], compute_uv=False)
     rank_lost = singular_values[:, 1] < SMALLEST_SLOPE * singular_values[:, 0]
-    normal = np.einsum("nis,ni,nit->nst", J, weights, J)
+    weighted = np.swapaxes(J, -1, -2) * weights[:, None, :]
+    normal = weighted @ J
     normal[rank_lost] = np.eye(2)
-    covariance = np.linalg.inv(normal)
-    pitch_sd = np.where(np.all(variances == 0.0, axis=1), 0.0, np.sqrt(covariance[:, 0, 0]))
-    turn_sd = np.where(np.all(variances == 0.0, axis=1), 0.0, np.sqrt(covariance[:, 1, 1]))
+    turns = output_errors(sensors, force, package).of_angles(
+        np.asarray(np.linalg.solve(normal, weighted), dtype=np.float64)
+    )
     cos_pitch = np.cos(safe_pitch)
     with np.errstate(divide="ignore", invalid="ignore"):
-        roll_sd = turn_sd / cos_pitch
-    pitch_lost = rank_lost | (pitch_sd > LARGEST_SD_RAD)
-    roll_lost = rank_lost | ~(roll_sd <= LARGEST_SD_RAD) | (cos_pitch < SMALLEST_SLOPE)
-    return pitch_sd, roll_sd, pitch_lost, roll_lost
+        in_angles = np.stack([np.ones_like(cos_pitch), 1.0 / cos_pitch], axis=-1)
+        spread = Spread(turns.sd * in_angles, turns.half_95 * in_angles)
+    pitch_lost = rank_lost | (spread.sd[:, 0] > LARGEST_SD_RAD)
+    roll_lost = rank_lost | ~(spread.sd[:, 1] <= LARGEST_SD_RAD) | (cos_pitch < SMALLEST_SLOPE)
+    return spread, pitch_lost, roll_lost
 
 
 def _variances(sensors: Sequence[Sensor], force: FloatArray) -> FloatArray:
@@ -266,7 +261,8 @@ def _variances(sensors: Sequence[Sensor], force: FloatArray) -> FloatArray:
 def _stack(sensors: Sequence[Sensor], count: int) -> tuple[FloatArray, FloatArray]:
     if len(sensors) != count:
         raise DesignError(f"attitude: got {len(sensors)} sensors, needed {count}")
-    return np.stack([sensor.k_v_per_g for sensor in sensors]), np.array([sensor.offset_v for sensor in sensors])
+    K = np.stack([sensor.k_v_per_g for sensor in sensors], axis=-2)
+    return K, np.stack([np.asarray(sensor.offset_v) for sensor in sensors], axis=-1)
 
 
 def _blank(values: FloatArray, lost: BoolArray) -> FloatArray:

@@ -13,6 +13,7 @@ from ams.sets.axis_section import axis_numbers, axis_section
 from ams.sets.canonical import Document, Json, listed, plain, seal, table
 from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
 from ams.sets.fields import FIELDS
+from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
 from ams.sets.schema import FORMAT, check_document, version_of
 from ams.sets.use import use_section
@@ -96,6 +97,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
         "inputs": _inputs(numbers),
         "use": use_section(numbers, provenance.mount, provenance.chain, provenance.temperature_conversion),
         "axes": dict(axes),
+        **({} if calibration.package is None else {"package": package_section(calibration.package)}),
         "test_vectors": make_vectors(numbers, _validity_of(provenance)),
         "warnings": plain(calibration.warnings, "warnings"),
         **record_sections(provenance),

@@ -112,11 +112,8 @@ def _unreplicated(
     variance = ss_ordinary / free if free > 0 else np.full(ss_ordinary.size, np.nan)
     dof = np.full(variance.size, free if free > 0 else np.nan)
     if joined:
-        columns = zip(outputs_v.T, joined, strict=True)
-        scatters = [
-            own_scatter(form.basis, output, np.tile(known, (form.repeats, 1)), weights) for output, known in columns
-        ]
-        variance, dof = (np.array([getattr(s, name) for s in scatters]) for name in ("variance", "dof"))
+        scatter = own_scatter(form.basis, outputs_v, np.tile(np.stack(joined), (1, form.repeats, 1)), weights)
+        variance, dof = scatter.variance, scatter.dof
     estimator, found = _weighted(form, outputs_v, ordinary, [v / weights for v in variance], joined)
     spread = variance[:, None, None] * ((estimator / weights) @ np.swapaxes(estimator, -1, -2))
     residuals = np.sqrt(weights)[:, None] * (outputs_v - form.basis @ ordinary)
@@ -158,11 +155,9 @@ def _variances(
     readings = layout.sum_by_point(np.ones(layout.rows) if alone.weights is None else alone.weights)
     typical, basis = float(readings.mean()), layout.mean_by_point(alone.basis)
     known = [columns if alone.repeats > 1 else layout.mean_by_point(columns) for columns in joined]
-    known = known or [np.zeros((layout.points, 0))] * size
-    columns = zip(sums.point_effects.T, known, strict=True)
-    scatters = [own_scatter(basis, effects, common, readings / typical) for effects, common in columns]
-    variance, dof = (np.array([getattr(scatter, name) for scatter in scatters]) for name in ("variance", "dof"))
-    return precision, np.maximum(0.0, variance - precision / typical), dof
+    common = np.stack(known) if known else np.zeros((size, layout.points, 0))
+    scatter = own_scatter(basis, sums.point_effects, common, readings / typical)
+    return precision, np.maximum(0.0, scatter.variance - precision / typical), scatter.dof
 
 
 def _own_variance(form: LinearForm, layout: Layout, precision: float, beyond: float) -> FloatArray:
@@ -183,19 +178,20 @@ def _weighted(
     if not joined:
         return form.estimator, ordinary
     basis = form.basis[: joined[0].shape[0]]
-    of_block = [_generalised(basis, pair[0][: basis.shape[0]], pair[1]) for pair in zip(own, joined, strict=True)]
-    estimator = np.tile(np.stack(of_block) / form.repeats, form.repeats)
+    of_block = _generalised(basis, np.stack(own)[:, : basis.shape[0]], np.stack(joined))
+    estimator = np.tile(of_block / form.repeats, form.repeats)
     residuals = outputs_v - form.basis @ ordinary
     return estimator, ordinary + (estimator @ residuals.T[:, :, None])[..., 0].T
 
 
 def _generalised(basis: FloatArray, own: FloatArray, joined: FloatArray) -> FloatArray:
-    """(P, N) generalised least squares for the row covariance diag(own) + joined·joinedᵀ, by Woodbury's identity."""
-    own = np.maximum(own, _SMALLEST_OWN_VARIANCE * float(np.mean(np.sum(joined**2, axis=1))))
-    weighted_basis, weighted = basis / own[:, None], joined / own[:, None]
-    inner = np.eye(joined.shape[1]) + joined.T @ weighted
-    weighted_basis = weighted_basis - weighted @ np.linalg.solve(inner, joined.T @ weighted_basis)
-    return np.asarray(np.linalg.solve(basis.T @ weighted_basis, weighted_basis.T))
+    """(m, P, N) generalised least squares for the row covariances diag(own) + joined·joinedᵀ, (m, N) and (m, N, q), by
+    Woodbury's identity."""
+    own = np.maximum(own, _SMALLEST_OWN_VARIANCE * np.mean(np.sum(joined**2, axis=-1), axis=-1)[:, None])[..., None]
+    weighted_basis, weighted, turned = basis / own, joined / own, np.swapaxes(joined, -1, -2)
+    inner = np.eye(joined.shape[-1]) + turned @ weighted
+    weighted_basis = weighted_basis - weighted @ np.linalg.solve(inner, turned @ weighted_basis)
+    return np.asarray(np.linalg.solve(basis.T @ weighted_basis, np.swapaxes(weighted_basis, -1, -2)))
 
 
 def _spread(

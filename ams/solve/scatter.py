@@ -27,64 +27,73 @@ _FEW_POINTS = 20
 
 @dataclass(frozen=True)
 class Scatter:
-    """Variance of a row of unit weight with its degrees of freedom."""
+    """Variances of a row of unit weight of m outputs, with their degrees of freedom."""
 
-    variance: float
-    dof: float
-    """At least 1: where the common errors drown the points' own variance, it is no chi-square any more (it may be
+    variance: FloatArray
+    """(m,)"""
+    dof: FloatArray
+    """(m,) at least 1: where the common errors drown the points' own variance, it is no chi-square any more (it may be
     zero), and Student's factor for a part of a degree of freedom would be beyond all bounds."""
 
 
-def own_scatter(basis: FloatArray, output: FloatArray, common: FloatArray, weights: FloatArray) -> Scatter:
-    """From (K, P), (K,), (K, q) and (K,); NaN where no degrees of freedom are left."""
-    dof = basis.shape[0] - basis.shape[1]
+def own_scatter(basis: FloatArray, outputs: FloatArray, common: FloatArray, weights: FloatArray) -> Scatter:
+    """From (K, P), (K, m), (m, K, q) and (K,); NaN where no degrees of freedom are left."""
+    dof, size = basis.shape[0] - basis.shape[1], outputs.shape[1]
     if dof <= 0:
-        return Scatter(float("nan"), float("nan"))
-    root = np.sqrt(weights)
-    q, _ = np.linalg.qr(root[:, None] * basis)
-    residuals = _across(q, root * output)
-    square = float(residuals @ residuals)
-    if common.shape[1] == 0 or square == 0.0:
-        return Scatter(square / dof, float(dof))
-    spread, along = _principal(_across(q, root[:, None] * common), residuals)
-    rest = max(square - float(along.sum()), 0.0)
-    variance = _balance(spread, along, rest, square, dof)
-    information = float(np.sum((variance / (variance + spread)) ** 2)) if variance > 0.0 else 0.0
-    told = information + dof - spread.size
-    if told < _TOLD_APART and dof <= _FEW_POINTS:
-        return Scatter(square / dof, float(dof))
-    return Scatter(variance, max(told, _SMALLEST_DOF))
+        return Scatter(np.full(size, np.nan), np.full(size, np.nan))
+    root = np.sqrt(weights)[:, None]
+    q, _ = np.linalg.qr(root * basis)
+    residuals = _across(q, root * outputs)
+    square = np.einsum("km,km->m", residuals, residuals)
+    whole = Scatter(square / dof, np.full(size, float(dof)))
+    if common.shape[-1] == 0 or not square.any():
+        return whole
+    spread, along = _principal(_across(q, root * common), residuals)
+    directions = np.isfinite(spread).sum(axis=1)
+    free = dof - directions
+    rest = np.maximum(square - along.sum(axis=1), 0.0)
+    variance = _balance(spread, along, rest, np.where(square > 0.0, square, 1.0), free)
+    told = np.sum((variance[:, None] / (variance[:, None] + spread)) ** 2, axis=1) + free
+    drowned = (told < _TOLD_APART) & (dof <= _FEW_POINTS) | (square == 0.0)
+    return Scatter(
+        np.where(drowned, whole.variance, variance), np.where(drowned, whole.dof, np.maximum(told, _SMALLEST_DOF))
+    )
 
 
 def _across(q: FloatArray, columns: FloatArray) -> FloatArray:
-    """What is left of columns when those of the orthonormal q are taken out, twice for rounding."""
+    """What is left of (…, K, n) columns when those of the orthonormal q are taken out, twice for rounding."""
     once = columns - q @ (q.T @ columns)
     return np.asarray(once - q @ (q.T @ once))
 
 
 def _principal(common: FloatArray, residuals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Variances along the principal directions of the common errors, and the residuals' squares along them."""
-    variances, vectors = np.linalg.eigh(common.T @ common)
-    kept = variances > _NEGLIGIBLE * variances[-1]
-    along = (residuals @ common @ vectors[:, kept]) ** 2 / variances[kept]
-    return variances[kept], along
+    """(m, q) variances along the principal directions of the common errors, and the residuals' squares along them;
+    infinite and zero for directions that are none."""
+    turned = np.swapaxes(common, -1, -2)
+    variances, vectors = np.linalg.eigh(turned @ common)
+    none = variances <= _NEGLIGIBLE * variances[:, -1:]
+    projected = np.swapaxes(vectors, -1, -2) @ (turned @ residuals.T[..., None])
+    variances = np.where(none, np.inf, variances)
+    return variances, projected[..., 0] ** 2 / variances
 
 
-def _balance(spread: FloatArray, along: FloatArray, rest: float, square: float, dof: int) -> float:
-    """The t at which the restricted likelihood has no slope; 0 where it falls from there on."""
-    low, high = _NEGLIGIBLE * square, square + float(spread[-1])
-    if _slope(low, spread, along, rest, dof) <= 0.0:
-        return 0.0
+def _balance(
+    spread: FloatArray, along: FloatArray, rest: FloatArray, square: FloatArray, free: NDArray[np.int64]
+) -> FloatArray:
+    """(m,) the t at which the restricted likelihood has no slope; 0 where it falls from there on."""
+    low = _NEGLIGIBLE * square
+    falls = _slope(low, spread, along, rest, free) <= 0.0
+    high = square + np.max(np.where(np.isfinite(spread), spread, 0.0), axis=1)
     for _ in range(_BISECTIONS):
-        middle = float(np.sqrt(low * high))
-        if _slope(middle, spread, along, rest, dof) > 0.0:
-            low = middle
-        else:
-            high = middle
-    return float(np.sqrt(low * high))
+        middle = np.sqrt(low * high)
+        rises = _slope(middle, spread, along, rest, free) > 0.0
+        low, high = np.where(rises, middle, low), np.where(rises, high, middle)
+    return np.where(falls, 0.0, np.sqrt(low * high))
 
 
-def _slope(variance: float, spread: FloatArray, along: FloatArray, rest: float, dof: int) -> float:
-    """Twice the slope of the restricted log-likelihood by the variance."""
-    whole = variance + spread
-    return float(np.sum(along / whole**2 - 1.0 / whole)) + (rest / variance - (dof - spread.size)) / variance
+def _slope(
+    variance: FloatArray, spread: FloatArray, along: FloatArray, rest: FloatArray, free: NDArray[np.int64]
+) -> FloatArray:
+    """(m,) twice the slope of the restricted log-likelihood by the variance."""
+    whole = variance[:, None] + spread
+    return np.asarray(np.sum(along / whole**2 - 1.0 / whole, axis=1) + (rest / variance - free) / variance)

@@ -170,21 +170,35 @@ def prediction_halfwidth(
 ) -> FloatArray:
     """TP (73), and TP (74) where the roll angle is known on its own: half-width for a new reading.
 
-    The reading's own variance is that of the place where the calibration is used, not of the calibration. It brings
-    degrees of freedom with it: where the calibration has one or two, Student's factor would fall faster than the
-    variance grows, and a reading would be told better than its mean. The interval is never narrower than that.
+    The reading's own variance is that of the place where the calibration is used, not of the calibration.
     """
     variances = [_quadratic(directions, component.covariance) for component in components]
     dof = [np.asarray(component.dof, dtype=float) for component in components]
-    calibration = _halfwidth(variances, dof, level)
-    variances.append(np.full(variances[0].shape, reading_standard_deviation**2))
-    dof.append(np.full(dof[0].shape, reading_dof))
+    roll = np.zeros(directions.shape[0])
     if roll_slope_v_per_rad is not None:
-        variances.append(
-            np.broadcast_to((roll_slope_v_per_rad * roll_standard_uncertainty_rad) ** 2, variances[0].shape)
-        )
-        dof.append(np.full(dof[0].shape, np.inf))
-    return np.fmax(_halfwidth(variances, dof, level), calibration)
+        roll = np.broadcast_to((roll_slope_v_per_rad * roll_standard_uncertainty_rad) ** 2, roll.shape)
+    return reading_halfwidth(variances, dof, reading_standard_deviation**2, level, reading_dof, roll)
+
+
+def reading_halfwidth(
+    variances: Sequence[FloatArray],
+    dof: Sequence[float | FloatArray],
+    reading_variance: float | FloatArray,
+    level: float = 0.95,
+    reading_dof: float = np.inf,
+    known_variance: float | FloatArray = 0.0,
+) -> FloatArray:
+    """Half-width from the parts of a calibration's variance and that of a reading; ``known_variance`` besides.
+
+    A reading brings degrees of freedom with it: where the calibration has one or two, Student's factor would fall
+    faster than the variance grows, and a reading would be told better than its mean. It never is.
+    """
+    of_reading, known = (np.broadcast_to(more, variances[0].shape) for more in (reading_variance, known_variance))
+    degrees = [np.asarray(own, dtype=float) for own in dof]
+    more = [np.full(degrees[0].shape, reading_dof), np.full(degrees[0].shape, np.inf)]
+    return np.fmax(
+        _halfwidth([*variances, of_reading, known], [*degrees, *more], level), _halfwidth(variances, degrees, level)
+    )
 
 
 def _halfwidth(variances: Sequence[FloatArray], dof: Sequence[FloatArray], level: float) -> FloatArray:

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib import pyplot as plt
 
-from ams.attitude.static import SensorLine, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
+from ams.attitude.lines import SensorLine
+from ams.attitude.static import pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.frames import specific_force
 from ams.models.accelerometer import vector_from_angles
 from ams.uncertainty.design_variance import variance_function

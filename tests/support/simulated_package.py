@@ -27,10 +27,23 @@ class SolvedPackages:
         """(m, 3, 4)"""
         return self.solved.primary.reshape(-1, 3, 4)
 
-    def components(self) -> dict[str, tuple[FloatArray, float]]:
+    def components(self) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Part to its (m, 12, 12) covariance over the package and its degrees of freedom: all causes of all axes side
         by side, multiplied out at once."""
-        return {part.name: (self._stacked(part), float(part.dof.min())) for part in self.solved.components}
+        return {
+            part.name: (self._stacked(part), part.dof.reshape(-1, 3).min(axis=1)) for part in self.solved.components
+        }
+
+    def lines(self, axes: str, reading_sd_v: float) -> "list[ManyLines]":
+        """Of some axes, each with every campaign's own calibration."""
+        covariance = self.solved.primary_covariance
+        return [ManyLines(self.primary[:, place], covariance[place::3], reading_sd_v) for place in map("xyz".index, axes)]
+
+    def together(self, axes: str) -> "ManyPackages":
+        """What the calibrations of some axes have in common."""
+        places = np.concatenate([np.arange(4) + 4 * "xyz".index(axis) for axis in axes])
+        parts = [(c[:, places[:, None], places], dof) for c, dof in self.components().values()]
+        return ManyPackages(len(axes), parts)
 
     def _stacked(self, part) -> FloatArray:
         causes, count = part.causes, part.dof.size // 3
@@ -83,3 +96,48 @@ def _stood(scene: Scene, pitch: FloatArray, roll: FloatArray, campaigns: int, rn
         limit = scene.index_limit_arcsec * ARCSEC
         true.append(angle[:, None] + rng.uniform(-limit, limit, (place.max() + 1, campaigns))[place])
     return force_of(true[0].ravel(), true[1].ravel()).reshape(pitch.size, campaigns, 4)
+
+
+def with_one(force: FloatArray) -> FloatArray:
+    return np.concatenate([np.ones((force.shape[0], 1)), force], axis=1)
+
+
+@dataclass(frozen=True)
+class ManyLines:
+    """One axis of m packages, for m readings: each reading is of a package of its own."""
+
+    primary: FloatArray
+    """(m, 4)"""
+    covariance: FloatArray
+    """(m, 4, 4)"""
+    reading_sd_v: float
+
+    @property
+    def offset_v(self) -> FloatArray:
+        return self.primary[:, 0]
+
+    @property
+    def k_v_per_g(self) -> FloatArray:
+        return self.primary[:, 1:]
+
+    def output_variance_v2(self, force: FloatArray) -> FloatArray:
+        phi = with_one(force)
+        return np.einsum("mi,mij,mj->m", phi, self.covariance, phi) + self.reading_sd_v**2
+
+    def calibration_parts(self, force: FloatArray) -> list[tuple[FloatArray, float]]:
+        return [(self.output_variance_v2(force) - self.reading_sd_v**2, np.inf)]
+
+    def reading_variance_v2(self, force: FloatArray) -> FloatArray:
+        return np.full(force.shape[0], self.reading_sd_v**2)
+
+
+@dataclass(frozen=True)
+class ManyPackages:
+    """What the axes of m packages have in common, for m readings."""
+
+    axes: int
+    parts: list[tuple[FloatArray, FloatArray]]
+
+    def output_parts(self, force: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        rows = np.einsum("st,mi->msti", np.eye(self.axes), with_one(force)).reshape(force.shape[0], self.axes, -1)
+        return [(rows @ covariance @ np.swapaxes(rows, 1, 2), dof) for covariance, dof in self.parts]

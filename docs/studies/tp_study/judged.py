@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tp_study.laboratory import REFERENCE_DEGC, VOLTS, Temperature
 
-from ams.attitude.static import Angles, SensorLine, pitch_roll_from_three, pitch_with_known_roll
+from ams.attitude.lines import SensorLine
+from ams.attitude.static import Angles, pitch_roll_from_three, pitch_with_known_roll
 from ams.calibrate import calibrate
 from ams.frames import Attitude, wrap_rad
 from ams.models.thermal import TemperatureCoefficients

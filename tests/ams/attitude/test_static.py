@@ -8,12 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated_campaign import OFFSET_V, VECTOR_V_PER_G, Campaign
 
+from ams.attitude.lines import SensorLine, sensor_line
 from ams.attitude.static import (
-    SensorLine,
     pitch_roll_from_three,
     pitch_roll_from_two,
     pitch_with_known_roll,
-    sensor_line,
 )
 from ams.calibrate import calibrate
 from ams.errors import DesignError

@@ -28,19 +28,16 @@ def restricted_log_likelihood(variance: float, output: np.ndarray) -> float:
 
 def test_the_answer_is_where_the_restricted_likelihood_is_largest() -> None:
     output = draw(np.random.default_rng(1), 0.3, 1.0)
-    found = own_scatter(BASIS, output, COMMON, WEIGHTS).variance
+    found = own_scatter(BASIS, output[:, None], COMMON[None], WEIGHTS).variance[0]
     best = minimize_scalar(lambda t: -restricted_log_likelihood(t, output), (0.01, 0.1), tol=1e-12).x
     assert found == pytest.approx(best, rel=1e-5)
 
 
 @pytest.mark.parametrize("common", [0.3, 1.0, 30.0])
 def test_variance_and_its_degrees_of_freedom_are_right_however_large_the_common_errors(common: float) -> None:
-    found = []
-    for seed in range(1500):
-        output = draw(np.random.default_rng(seed), 0.3, common)
-        found.append(own_scatter(BASIS, output, common * COMMON, WEIGHTS))
-    variances = np.array([scatter.variance for scatter in found])
-    dof = float(np.mean([scatter.dof for scatter in found]))
+    outputs = np.stack([draw(np.random.default_rng(seed), 0.3, common) for seed in range(1500)], axis=1)
+    found = own_scatter(BASIS, outputs, np.broadcast_to(common * COMMON, (1500, 40, 7)), WEIGHTS)
+    variances, dof = found.variance, float(found.dof.mean())
     assert variances.mean() == pytest.approx(0.09, rel=0.03)
     assert 2.0 * variances.mean() ** 2 / variances.var() == pytest.approx(dof, rel=0.15)
 
@@ -49,26 +46,29 @@ def test_without_common_errors_it_is_the_mean_square_of_the_residuals() -> None:
     output = draw(np.random.default_rng(1), 0.3, 0.0)
     root = np.sqrt(WEIGHTS)
     square = np.linalg.lstsq(root[:, None] * BASIS, root * output, rcond=None)[1][0]
-    found = own_scatter(BASIS, output, np.zeros((40, 0)), WEIGHTS)
-    assert found.variance == pytest.approx(square / 38)
-    assert found.dof == 38
+    found = own_scatter(BASIS, output[:, None], np.zeros((1, 40, 0)), WEIGHTS)
+    assert found.variance[0] == pytest.approx(square / 38)
+    assert found.dof[0] == 38
 
 
 def test_nothing_left_over_says_so() -> None:
-    assert np.isnan(own_scatter(BASIS[:2], np.ones(2), COMMON[:2], WEIGHTS[:2]).variance)
-    assert own_scatter(BASIS, np.zeros(40), COMMON, WEIGHTS).variance == 0.0
+    assert np.isnan(own_scatter(BASIS[:2], np.ones((2, 1)), COMMON[None, :2], WEIGHTS[:2]).variance[0])
+    nothing = np.stack([np.zeros(40), draw(np.random.default_rng(1), 0.3, 1.0)], axis=1)
+    found = own_scatter(BASIS, nothing, np.stack([COMMON, COMMON]), WEIGHTS)
+    assert (found.variance[0], found.dof[0]) == (0.0, 38.0)
+    assert found.variance[1] > 0.0
 
 
 def test_few_points_that_common_errors_drown_count_the_whole_scatter() -> None:
     """Five points, each with a common error of its own: nothing tells the two apart."""
     basis, output = BASIS[:5], np.array([1.0, -2.0, 0.5, 0.2, -1.0])
-    found = own_scatter(basis, output, 3.0 * np.eye(5), np.ones(5))
+    found = own_scatter(basis, output[:, None], 3.0 * np.eye(5)[None], np.ones(5))
     square = np.linalg.lstsq(basis, output, rcond=None)[1][0]
-    assert (found.variance, found.dof) == (pytest.approx(square / 3.0), 3.0)
+    assert (found.variance[0], found.dof[0]) == (pytest.approx(square / 3.0), 3.0)
 
 
 def test_degrees_of_freedom_never_fall_below_one() -> None:
     rng = np.random.default_rng(4)
-    found = [own_scatter(BASIS, rng.standard_normal(40), 30.0 * np.eye(40), WEIGHTS) for _ in range(50)]
-    assert min(scatter.dof for scatter in found) == 1.0
-    assert min(scatter.variance for scatter in found) == 0.0
+    found = own_scatter(BASIS, rng.standard_normal((40, 50)), np.tile(30.0 * np.eye(40), (50, 1, 1)), WEIGHTS)
+    assert found.dof.min() == 1.0
+    assert found.variance.min() == 0.0

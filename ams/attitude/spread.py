@@ -1,0 +1,90 @@
+"""From errors of outputs to errors of angles: standard deviations and 95 % intervals.
+
+An inferred angle takes from several outputs, δ = A (v − v̂). What the calibration leaves uncertain of them comes in
+independent parts with degrees of freedom of their own, and the axes of a package have much of it in common (an index of
+the table turns all of them), so every part is a covariance between the outputs. The readings' own errors are
+independent of one another and of all that. Source: TP (73), (89), (90), (103), (104); GUM G.4.1.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.uncertainty.intervals import reading_halfwidth
+
+FloatArray = NDArray[np.float64]
+Part = tuple[FloatArray, float | FloatArray]
+"""A variance or covariance, and the degrees of freedom that it was estimated with."""
+
+
+class UncertainSensor(Protocol):
+    """What is not known of one output at (N, 3) specific force."""
+
+    def calibration_parts(self, force: FloatArray) -> Sequence[Part]:
+        """(N,) independent parts of the prediction's variance."""
+
+    def reading_variance_v2(self, force: FloatArray) -> FloatArray:
+        """(N,) of a reading where the sensor is used."""
+
+
+class PackageErrors(Protocol):
+    """What is not known of the outputs of a package together."""
+
+    def output_parts(self, force: FloatArray) -> Sequence[Part]:
+        """(N, S, S) independent parts of the covariance of the predictions at (N, 3) specific force."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Of s angles."""
+
+    sd: FloatArray
+    """(N, s)"""
+    half_95: FloatArray
+    """(N, s)"""
+
+
+@dataclass(frozen=True)
+class OutputErrors:
+    """Errors of S outputs less their predictions."""
+
+    calibration: Sequence[Part]
+    """(N, S, S)"""
+    reading: FloatArray
+    """(N, S)"""
+
+    def of_angles(self, gain: FloatArray) -> Spread:
+        """(N, s, S) angles per output."""
+        calibration = [np.einsum("nsi,nij,nsj->ns", gain, covariance, gain) for covariance, _ in self.calibration]
+        dof = [
+            np.broadcast_to(np.asarray(d, dtype=float)[..., None], calibration[0].shape) for _, d in self.calibration
+        ]
+        reading = np.einsum("nsi,ni->ns", gain**2, self.reading)
+        return Spread(np.sqrt(sum(calibration, reading)), reading_halfwidth(calibration, dof, reading))
+
+
+def output_errors(
+    sensors: Sequence[UncertainSensor], force: FloatArray, package: PackageErrors | None = None
+) -> OutputErrors:
+    """Without a package's covariance every axis' calibration counts as independent of the others'."""
+    reading = np.stack([sensor.reading_variance_v2(force) for sensor in sensors], axis=-1)
+    if package is not None:
+        return OutputErrors(package.output_parts(force), reading)
+    parts: list[Part] = []
+    for place, sensor in enumerate(sensors):
+        for variance, dof in sensor.calibration_parts(force):
+            covariance = np.zeros((*reading.shape, len(sensors)))
+            covariance[:, place, place] = variance
+            parts.append((covariance, dof))
+    return OutputErrors(parts, reading)
+
+
+def side_by_side(first: OutputErrors, second: OutputErrors) -> OutputErrors:
+    """Of two packages that were calibrated apart."""
+    size, more = first.reading.shape[1], second.reading.shape[1]
+    padded = [(np.pad(c, ((0, 0), (0, more), (0, more))), dof) for c, dof in first.calibration]
+    padded += [(np.pad(c, ((0, 0), (size, 0), (size, 0))), dof) for c, dof in second.calibration]
+    return OutputErrors(padded, np.concatenate([first.reading, second.reading], axis=1))
