@@ -21,6 +21,8 @@ STALL_S = 2.0
 """Rig seconds without progress after which an axis that says it moves is stalled."""
 STANDSTILL_S = 1.0
 _FIRST_LOOK_S, _LAST_LOOK_S = 0.1, 0.5
+_LONGEST_LOOK_S = 0.8
+"""Between two looks at an axis on its way: what it reports is answered within a second."""
 _ALLOWANCE_S = 5.0
 _STOP_LIMIT_S = 20.0
 _AGAIN = 2
@@ -170,6 +172,8 @@ def _stop_one(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str]
         _see_standstill(axis, clock, limit_s)
     except RigError as error:
         failures[axis.name] = str(error)
+    except Exception as error:  # noqa: BLE001  the rim of a thread: a defect of a driver is told like any failure
+        failures[axis.name] = f"a defect of calrig: {type(error).__name__}: {error}"
 
 
 def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
@@ -222,7 +226,7 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
         if asked_s - started_s > limit_s:
             raise _stalled(axis, f"{task}: still moving at {last_deg:g} deg after {limit_s:.3g} s, the time allowed")
         left_s = 0.0 if target_deg is None else abs(target_deg - state.position_deg) / axis.speed_dps
-        _wait_or_stop(axis, min(max(left_s, look_s), STALL_S), wait)
+        _wait_or_stop(axis, min(max(left_s, look_s), _LONGEST_LOOK_S), wait)
         look_s = look_s if left_s > 0.0 else min(2.0 * look_s, _LAST_LOOK_S)
 
 

@@ -58,6 +58,8 @@ def _told(work: Callable[[], None], failures: list[str]) -> None:
         work()
     except RigError as error:
         failures.append(str(error))
+    except Exception as error:  # noqa: BLE001  the rim of a thread: no defect may keep the others from their stop
+        failures.append(f"stop: a defect of calrig: {type(error).__name__}: {error}")
 
 
 def resting_deg(rig: OpenRig) -> dict[str, float]:
@@ -66,8 +68,8 @@ def resting_deg(rig: OpenRig) -> dict[str, float]:
     for name, axis in rig.axes.items():
         try:
             state = axis.state()
-        except RigError:
-            continue  # its stop has failed as well, and that is told
+        except Exception:  # noqa: BLE001, S112  its stop has failed as well, and that is told
+            continue
         if not state.is_moving:
             found[name] = state.position_deg
     return found
