@@ -1,0 +1,127 @@
+"""What ``calrig fit`` and ``calrig solve`` tell beyond the numbers, as a user asks for it, also wrongly."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import call
+from package_outputs import write_observations
+from planning_files import rig_file
+
+DRIFT_V_PER_H = 30e-6
+SOFT_V = 40e-6
+METER = ("nplc = 10", 'nplc = 10\nstandard = "meter"')
+STANDARD = """
+[standards.meter]
+serial = "1"
+certificate = "1"
+due = 2030-01-01
+kind = "limit"
+uncertainty_v = 2e-5
+"""
+
+
+@pytest.fixture(scope="module")
+def drifting(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A minute a dwell; x drifts by 30 µV an hour and repeats as sin 2α·cos R with 40 µV."""
+    path = tmp_path_factory.mktemp("fit") / "obs.csv"
+    write_observations(path, range(-90, 91, 15), range(-180, 180, 30), 5, noise_v=6e-6)
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for place, row in enumerate(rows):
+        pitch, roll = np.deg2rad(float(row["pitch_deg"])), np.deg2rad(float(row["roll_deg"]))
+        row["time_s"] = str(60.0 * place)
+        added = DRIFT_V_PER_H * place / 60.0 + SOFT_V * np.sin(2 * pitch) * np.cos(roll)
+        row["sx_v"] = repr(float(row["sx_v"]) + float(added))
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    return path
+
+
+def test_advice_names_the_term_and_the_drift(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    axis = call(capsys, "fit", drifting, "--axis", "x=sx_v", "--json").document["axes"]["x"]
+    assert axis["advice"]["lack_of_fit"][0]["name"] == "sin 2α·cos R"
+    assert axis["advice"]["lack_of_fit"][0]["amplitude_v"] == pytest.approx(SOFT_V, rel=0.1)
+    text = call(capsys, "fit", drifting, "--axis", "x=sx_v").out
+    assert "advice: The residuals repeat as sin 2α·cos R with 3.3″ (40 µV;" in text
+    assert "advice: Offset drifts by +78 µV a replication" in text
+    assert ", +30 µV an hour." in text
+
+
+def test_a_time_term_takes_the_drift_with_its_interval(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = call(capsys, "fit", drifting, "--axis", "x=sx_v", "--time-term", "linear", "--json").document
+    drift = asked["axes"]["x"]["parameters"]["offset_drift_v_per_h"]
+    assert drift["value"] == pytest.approx(DRIFT_V_PER_H, abs=4.0 * drift["standard_uncertainty"])
+    assert drift["standard_uncertainty"] < 1e-6
+    assert any("never applied" in warning for warning in asked["axes"]["x"]["warnings"])
+    text = call(capsys, "fit", drifting, "--axis", "x=sx_v", "--time-term", "linear").out
+    assert "offset drift" in text
+    assert "V/h" in text
+
+
+def test_a_time_term_without_times_is_refused_with_the_column(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    untimed = write_observations(tmp_path / "obs.csv", range(-90, 91, 30), range(-180, 181, 60), 2, noise_v=6e-6)
+    done = call(capsys, "fit", untimed, "--axis", "x=sx_v", "--time-term", "linear")
+    assert done.status == 2
+    assert "no times were recorded" in done.err
+    assert "column time_s" in done.err
+
+
+def test_the_extended_model_is_told_whatever_the_verdict(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    axes = ("--axis", "x=sx_v", "--axis", "y=sy_v")
+    text = call(capsys, "fit", drifting, *axes, "--extended", "test").out
+    assert "extended model accepted: F = " in text
+    assert "extended model not needed: F = " in text
+    assert "V/g²" in text
+
+
+def test_a_rig_brings_its_meter_into_result_and_budget(
+    drifting: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig_file(tmp_path, METER, more=STANDARD)
+    found = call(capsys, "fit", drifting, "--axis", "y=sy_v", "--rig", tmp_path / "rig.toml", "--json").document
+    axis = found["axes"]["y"]
+    (zero,) = [line for line in axis["budget"]["lines"] if line["source"] == "multimeter zero"]
+    assert (zero["type"], zero["stated"]) == ("B", "standards.meter: limit 20 µV")
+    assert zero["standard_uncertainty"]["offset_v"] == pytest.approx(2e-5 / 3**0.5)
+    assert axis["parameters"]["offset_v"]["standard_uncertainty"] > 2e-5 / 3**0.5
+    text = call(capsys, "fit", drifting, "--axis", "y=sy_v", "--rig", tmp_path / "rig.toml").out
+    assert "type B: multimeter zero (standards.meter: limit 20 µV)" in text
+
+
+def test_monte_carlo_stands_beside_the_budget(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = call(capsys, "fit", drifting, "--axis", "y=sy_v", "--monte-carlo", 20_000, "--json").document
+    check = asked["axes"]["y"]["budget"]["monte_carlo"]
+    assert (check["trials"], check["seed"]) == (20_000, 0)
+    low, high = check["parameters"]["sensitivity_v_per_g"]["interval_95"]
+    assert low < asked["axes"]["y"]["parameters"]["sensitivity_v_per_g"]["value"] < high
+    assert "Monte Carlo, 20000 trials" in call(capsys, "fit", drifting, "--axis", "y=sy_v", "--monte-carlo", 20_000).out
+
+
+@pytest.mark.parametrize(("trials", "sentence"), [(5, "allowed 1000 to 10000000"), (-1, "got -1 trials")])
+def test_a_number_of_trials_that_says_nothing_is_refused(
+    trials: int, sentence: str, drifting: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = call(capsys, "fit", drifting, "--axis", "y=sy_v", f"--monte-carlo={trials}")
+    assert done.status == 2
+    assert sentence in done.err
+
+
+def test_the_hessian_is_told_on_request(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "H_E is zero: the model is linear" in call(capsys, "fit", drifting, "--axis", "x=sx_v", "--hessian").out
+
+
+def test_millivolts_are_named_by_their_column(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    truth = {"x": (5.0, 2500.0, 0.5, 35.0)}
+    path = write_observations(tmp_path / "mv.csv", range(-90, 91, 30), range(-180, 181, 60), 2, 1e-3, truth=truth)
+    (warning,) = [
+        text
+        for text in call(capsys, "fit", path, "--axis", "x=sx_v", "--json").document["axes"]["x"]["warnings"]
+        if "millivolts" in text
+    ]
+    assert "column sx_v: up to 25" in warning
