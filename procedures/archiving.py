@@ -10,7 +10,7 @@ from procedures.solving import SolvedSensor
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from ams.sets.archive_runs import Override, PublishedRun, RunEntry
+    from ams.sets.archive_runs import MeasuredSensor, Override, PublishedRun, RunEntry
     from ams.sets.coefficients import CoefficientSet
 
 
@@ -22,19 +22,30 @@ def publish_solved(
     sets: "Mapping[str, CoefficientSet]",
     override: "Override | None" = None,
 ) -> "PublishedRun":
-    """Published at the moment the run ended, by its own clock: publishing again changes nothing.
+    """Publishing again changes nothing; of several solutions of one run the one published last counts.
 
     Raises: ams.errors.ArchiveError where the archive or an expired standard refuses.
     """
-    from ams.sets.archive_runs import MeasuredSensor, publish_run
+    from ams.sets.archive_runs import publish_run
+    from rig.clock import SystemClock
 
     entry = run_entry(folder, record)
-    measured = [
+    measured = measured_sensors(record, solved, sets)
+    usage = record.plan.usage_pitch_deg
+    now = SystemClock().now_utc()
+    return publish_run(archive_url, entry, measured, now, usage_pitch_deg=usage, override=override)
+
+
+def measured_sensors(
+    record: RunRecord, solved: Mapping[str, SolvedSensor], sets: "Mapping[str, CoefficientSet]"
+) -> "list[MeasuredSensor]":
+    """Every sensor that has a set, with its rows."""
+    from ams.sets.archive_runs import MeasuredSensor
+
+    return [
         MeasuredSensor(one, solved[name].observations, record.plan.sensors[name].check_sensor)
         for name, one in sets.items()
     ]
-    usage = record.plan.usage_pitch_deg
-    return publish_run(archive_url, entry, measured, entry.ended_utc, usage_pitch_deg=usage, override=override)
 
 
 def run_entry(folder: "Path", record: RunRecord) -> "RunEntry":

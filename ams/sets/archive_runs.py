@@ -150,6 +150,21 @@ def list_runs(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> tuple
     return tuple(RunEntry(*tuple(row)) for row in rows)
 
 
+def run_documents(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> dict[str, dict[str, str]]:
+    """Run to sensor to its set as JSON text, of several solutions of a run the last published. Raises: ArchiveError."""
+    from sqlalchemy import select
+
+    from ams.sets.archive_tables import SETS
+
+    columns = (SETS.c.run_id, SETS.c.sensor, SETS.c.document)
+    query = select(*columns).where(SETS.c.run_id.is_not(None)).order_by(SETS.c.published_utc, SETS.c.sha256)
+    found: dict[str, dict[str, str]] = {}
+    with reading(archive_url, busy_timeout_s) as connection:
+        for run_id, sensor, document in connection.execute(query):
+            found.setdefault(run_id, {})[sensor] = document
+    return found
+
+
 def standards_used(
     archive_url: str, journal_sha256: str, busy_timeout_s: float = BUSY_TIMEOUT_S
 ) -> tuple[tuple[StandardUse, Override | None], ...]:
