@@ -1,0 +1,297 @@
+"""Catalogue 4.3: motion. Each entry of FAULTS 39 to 56 that is not tested beside the code that meets it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from grumbling import Grumbling
+from night import Night, asks, events, spend, states
+from plagued import faults, plagued
+from small_run import Bench, bench, dwells_of, measured
+from standstill import STRIKES, Plagued, Unreachable, standstill_s
+
+from procedures.delivery import solve_run
+from procedures.errors import PlanError
+from procedures.run.begin import begin
+from procedures.run.care import Care
+from procedures.run.resume import resume_on
+from procedures.run.states import State
+from rig.assembly import Rig, open_rig
+from rig.devices.abilities import AxisState
+from rig.errors import RequestRefused
+from rig.jog import jog_to
+from rig.twins.world import World
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return bench(tmp_path_factory.mktemp("bench"))
+
+
+@pytest.fixture(scope="module")
+def clean(small: Bench) -> Path:
+    assert small.run(small.folder / "clean").state is State.FINISHED
+    return small.folder / "clean"
+
+
+def _world(rig: Rig) -> World:
+    assert isinstance(rig.chance, World)
+    return rig.chance
+
+
+def test_fault_39_a_plan_beyond_a_limit_is_refused_whole_before_the_first_move(tmp_path: Path) -> None:
+    """Detected: in the plan, and once more in the driver just before the bytes go.
+    Response: the whole plan is refused before any port is opened; a jog beyond a limit moves nothing.
+    """
+    narrow = (
+        (
+            "limits_deg = [-180.0, 180.0]\nspeed_dps = 20.0\naxis = 1",
+            "limits_deg = [-20.0, 20.0]\nspeed_dps = 20.0\naxis = 1",
+        ),
+    )
+    with pytest.raises(PlanError, match=r"pitch.* -30.*-20 to 20"):
+        bench(tmp_path, rig=narrow)
+
+
+@pytest.mark.parametrize("target_deg", [180.5, 181.0, -1e9, float("nan"), float("inf"), 57.3 * 90.0])
+def test_fault_39_no_target_beyond_a_limit_reaches_the_machine(small: Bench, target_deg: float) -> None:
+    with open_rig(small.rig) as rig:
+        rig.axes["pitch"].home()
+        rig.clock.sleep(60.0)
+        with pytest.raises(RequestRefused):
+            jog_to(rig, "pitch", target_deg, rig.clock.sleep)
+        assert _world(rig).axes["pitch"].reached_deg == (0.0, 0.0)
+
+
+def _from_reading(number: int, change: Callable[[AxisState], AxisState], looks: int = 10**9) -> type[Grumbling]:
+    """The pitch axis says something else from the n-th dwell reading on, for so many looks."""
+
+    class Changed(Grumbling):
+        def __init__(self, rig: Rig) -> None:
+            super().__init__(rig, look=self._changed)
+            self.looks = 0
+
+        def _changed(self, state: AxisState) -> AxisState:
+            if self.meter.read_so_far < number or self.looks >= looks:
+                return state
+            self.looks += 1
+            return change(state)
+
+    return Changed
+
+
+def test_fault_43_a_moving_flag_that_stays_set_trips_and_nothing_is_sent_on_top(small: Bench, tmp_path: Path) -> None:
+    """Detected: the axis says that it moves though nothing told it to, or its read-back stands still for 2 s.
+    Response: trip; no command goes out on top of a move that may be real.
+    """
+    moving = _from_reading(60, lambda state: replace(state, is_moving=True))
+    night = Night(tmp_path / "run")
+    outcome = spend(small, night, rig_of=moving)
+    assert outcome.state is State.TRIPPED
+    assert "pitch" in outcome.reason
+    last = max(event.sequence for event in events(night.run_dir, "dwell"))
+    assert not [e for e in events(night.run_dir, "intent") if e.sequence > last + 1]
+
+
+def test_fault_44_a_read_back_that_misses_once_is_approached_anew(small: Bench, clean: Path, tmp_path: Path) -> None:
+    """Detected: read-back against target after every move, before and after every dwell; never the command.
+    Response: the dwell is void; approached anew at most twice, each on record; then a trip.
+    """
+    rule = {"line": "axes.pitch", "kind": "slip", "slip_deg": 0.05, "seen": True, "at_s": 90.0}
+    night = Night(tmp_path / "run")
+    outcome, _ = plagued(small, night, faults(once=rule))
+    assert outcome.state in (State.FINISHED, State.TRIPPED), outcome.reason
+    if outcome.state is State.TRIPPED:
+        assert "was moved, though nothing told it to" in outcome.reason
+        with open_rig(small.rig) as rig:
+            assert resume_on(night.run_dir, rig, "carla", "looked").state is State.FINISHED
+    assert all(
+        abs(dwell.measured_deg["pitch"] - dwell.targets_deg["pitch"]) <= 0.001
+        for dwell in dwells_of(night.run_dir) if dwell.accepted
+    )  # fmt: skip
+
+
+def test_fault_44_stuck_a_read_back_that_always_misses_trips(small: Bench, tmp_path: Path) -> None:
+    off = _from_reading(60, lambda state: replace(state, position_deg=state.position_deg + 0.05))
+    outcome = spend(small, Night(tmp_path / "run"), rig_of=off)
+    assert outcome.state is State.TRIPPED
+
+
+@pytest.mark.parametrize("by_deg", [1.0, -10.0])
+def test_fault_46_a_home_that_is_a_tooth_off_is_found_by_the_check_set(
+    small: Bench, tmp_path: Path, by_deg: float
+) -> None:
+    """Detected: the check set after every home against that of the start.
+    Response: trip; nothing is measured from a false zero.
+    """
+    night = Night(tmp_path / "run", after={8: asks("stop")})
+    spend(small, night)
+    with open_rig(small.rig) as rig:
+        _world(rig).slip("pitch", by_deg, rig.clock.monotonic_s(), seen=False)
+        outcome = resume_on(night.run_dir, rig, "carla")
+    assert outcome.state is State.TRIPPED
+    assert "the restart made a step" in outcome.reason
+    assert {dwell.purpose for dwell in dwells_of(night.run_dir) if dwell.epoch == 2} == {"check"}
+
+
+def test_fault_47_a_coupling_that_seats_late_is_seated_anew_and_the_numbers_stay(
+    small: Bench, clean: Path, tmp_path: Path
+) -> None:
+    """Detected: seat and lock of the machine, after every move, before and after every dwell.
+    Response: seated anew from the next tooth at most twice, each on record; then a trip. A flicker voids the dwell.
+    """
+
+    class Late(Grumbling):
+        def __init__(self, rig: Rig) -> None:
+            super().__init__(rig, look=self._unseated)
+            self.is_late = self.was_moving = False
+
+        def _unseated(self, state: AxisState) -> AxisState:
+            """Once, at the end of a move."""
+            arrives = self.was_moving and not state.is_moving and self.meter.read_so_far >= 60
+            self.was_moving = state.is_moving
+            if not arrives or self.is_late:
+                return state
+            self.is_late = True
+            return replace(state, is_seated=False)
+
+    night = Night(tmp_path / "run")
+    assert spend(small, night, rig_of=Late).state is State.FINISHED
+    assert "approached anew" in str([event.detail for event in events(night.run_dir, "again")])
+    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+
+
+def test_fault_47_stuck_a_coupling_that_never_seats_trips_and_measures_nothing(small: Bench, tmp_path: Path) -> None:
+    lifted = _from_reading(60, lambda state: replace(state, is_seated=False))
+    night = Night(tmp_path / "run")
+    outcome = spend(small, night, rig_of=lifted)
+    assert outcome.state is State.TRIPPED
+    assert "the coupling is not seated and locked" in outcome.reason
+    assert len(events(night.run_dir, "again")) <= 2
+    assert all(dwell.accepted for dwell in dwells_of(night.run_dir)[:-1])
+
+
+def test_fault_47_a_seat_that_flickers_during_a_dwell_voids_it(small: Bench, tmp_path: Path) -> None:
+    flicker = _from_reading(63, lambda state: replace(state, is_seated=False), looks=1)
+    night = Night(tmp_path / "run")
+    assert spend(small, night, rig_of=flicker).state is State.FINISHED
+    rejected = [dwell for dwell in dwells_of(night.run_dir) if not dwell.accepted]
+    assert "not seated" in str([dwell.reasons for dwell in rejected])
+
+
+class Backlash(Grumbling):
+    """The package lags behind by the play of the gear: where the last move went down, it stands too high."""
+
+    PLAY_DEG = 0.05
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig)
+        body = _world(rig).axes["pitch"]
+        rotate, attitude_rad, down = body.rotate, body.attitude_rad, [False]
+
+        def turned(target_deg: float, start_s: float) -> float:
+            down[0] = target_deg < body.table_deg(start_s)
+            return rotate(target_deg, start_s)
+
+        body.rotate = turned  # type: ignore[method-assign]
+        body.attitude_rad = lambda now_s: attitude_rad(now_s) + np.deg2rad(self.PLAY_DEG) * down[0]  # type: ignore[method-assign]
+
+
+def _away_in_u(run_dir: Path) -> float:
+    """Largest distance of x' and z's parameters from the truth, in standard uncertainties."""
+    solved = solve_run(run_dir).sensors["SN1"].calibration
+    assert solved is not None
+    truth = {"x": (0.005, 2.5, 0.5, 35.0), "z": (0.008, 2.52, 0.4, 160.0)}
+    return max(
+        abs(float(one.value or 0.0) - true) / float(one.standard_uncertainty or 1.0)
+        for axis, values in truth.items()
+        for one, true in zip(solved.axes[axis].parameters, values, strict=True)
+    )
+
+
+MANY = (("replications = 2", "replications = 4"), ("samples = 5", "samples = 20"))
+
+
+@pytest.mark.parametrize("approach_deg", [0.0, -3.0])
+def test_fault_49_a_one_sided_approach_keeps_backlash_out_of_the_parameters(
+    tmp_path: Path, approach_deg: float
+) -> None:
+    """Detected: it cannot be; the rig file says on which side the machine must arrive (`approach_deg`).
+    Response: the last approach always comes from that side; without it there-and-back shows as lack of fit and drift.
+    """
+    text = (
+        (
+            "limits_deg = [-180.0, 180.0]\nspeed_dps = 20.0\naxis = 1",
+            f"limits_deg = [-180.0, 180.0]\nspeed_dps = 20.0\naxis = 1\napproach_deg = {approach_deg}",
+        ),
+    )
+    small = bench(tmp_path, rig=text, procedure=MANY)
+    night = Night(tmp_path / "run", at={n: asks("continue") for n in range(20, 2000, 20)})
+    assert spend(small, night, rig_of=Backlash).state is State.FINISHED
+    scatter_v = {
+        axis: one.standard_error_v
+        for axis, one in solve_run(night.run_dir).sensors["SN1"].calibration.axes.items()  # type: ignore[union-attr]
+    }
+    if approach_deg:
+        assert _away_in_u(night.run_dir) < 5.0
+        assert scatter_v["x"] < 2e-5
+    else:
+        assert scatter_v["x"] > 20.0 * 2e-5, "a play of 0.05 deg is 2 mV"
+
+
+def test_fault_51_a_servo_that_follows_late_is_waited_for(small: Bench, clean: Path, tmp_path: Path) -> None:
+    """Detected: the sensors themselves: settling sees them move on, the running fit sees them elsewhere.
+    Response: waited for within `max_s`; a servo that stays away fails dwell after dwell and holds or trips the run.
+    """
+    rule = {"line": "axes.pitch", "kind": "lag", "lag_s": 6.0, "at_s": 1.0}
+    night = Night(tmp_path / "run", at={n: asks("continue") for n in range(20, 2000, 20)})
+    outcome, told = plagued(small, night, faults(late=rule))
+    assert outcome.state is State.FINISHED
+    assert told
+    late = {dwell.step: dwell for dwell in dwells_of(night.run_dir) if dwell.accepted and dwell.purpose == "design"}
+    for dwell in dwells_of(clean):
+        if dwell.accepted and dwell.purpose == "design":
+            for channel, reading in dwell.readings.items():
+                assert late[dwell.step].readings[channel].mean_v == pytest.approx(reading.mean_v, abs=2e-4)
+
+
+@pytest.mark.parametrize("entry", sorted(STRIKES))
+def test_fault_55_no_axis_moves_once_it_was_seen_at_rest(entry: int) -> None:
+    """Detected: after every stop each axis is seen at rest for a second.
+    Response: an axis that moves on is named, and the run is tripped (aborted: failed).
+    """
+    assert standstill_s(entry) < (1.0 if entry != 21 else 20.0)
+
+
+def test_fault_55_stuck_an_axis_that_creeps_on_after_abort_is_told(small: Bench, tmp_path: Path) -> None:
+    class Creeps(Grumbling):
+        def __init__(self, rig: Rig) -> None:
+            super().__init__(rig, look=self._crept)
+            self.by_deg = 0.0
+
+        def _crept(self, state: AxisState) -> AxisState:
+            self.by_deg += 0.01 * (self.pitch.stops > 0)
+            return replace(state, position_deg=state.position_deg + self.by_deg)
+
+    night = Night(tmp_path / "run", after={5: asks("abort")})
+    outcome = spend(small, night, rig_of=Creeps)
+    assert outcome.state is State.FAILED
+    assert "not every axis is known to stand still: pitch: still moving" in outcome.reason
+
+
+def test_fault_19_a_termination_in_mid_move_stops_the_axes_within_a_second(small: Bench, tmp_path: Path) -> None:
+    """Detected: signals leave a mark that every slice of every wait reads.
+    Response: once: stop after the dwell; twice, or SIGTERM: axes stop now; none skips the stop or the last line.
+    """
+    run = Plagued(tmp_path / "run", STRIKES[19])
+    run.run_dir.mkdir()
+    with open_rig(small.rig) as rig:
+        run.rig = rig
+        outcome = begin(
+            run.run_dir, small.header(run.run_dir), small.plan, Unreachable(rig, run), care=Care(pulse=run.pulse)
+        )
+        assert outcome.state is State.ABORTED
+        assert run.still_after_s() < 1.0
+    assert states(run.run_dir)[-1] == "aborted"
