@@ -24,6 +24,8 @@ _OBSERVABLE_CONING_U = 4.0
 """Standard uncertainties of the vector across the axis, as estimated. From a true coning angle of five on, what is then
 reported is covered in 95 %; asking for five leaves the campaigns that happen to look sharp, and 90 % (simulated)."""
 _ROUNDING_CONING_RAD = 1e-10
+_ROUNDING_SENSITIVITY = 1e-12
+"""Of the offset, per g: what a constant output leaves by rounding."""
 _DEG_PER_RAD = degrees(1.0)
 
 
@@ -60,6 +62,17 @@ def primary_from_parameters_jacobian(nominal_axis: str, parameters: FloatArray) 
     columns[j, 3] = -sensitivity * np.sin(coning_rad) * np.sin(azimuth_rad)
     columns[m, 3] = sensitivity * np.sin(coning_rad) * np.cos(azimuth_rad)
     return columns
+
+
+def _not_following(k: FloatArray, covariance: FloatArray, offset_v: float) -> str:
+    """Why angles say nothing: an output that gravity does not move (unplugged, stuck); empty where it does."""
+    length, u = sqrt(float(k @ k)), sqrt(max(float(np.trace(covariance)), 0.0) / k.size)
+    if length > max(_OBSERVABLE_CONING_U * u, _ROUNDING_SENSITIVITY * abs(offset_v)):
+        return ""
+    return (
+        f"the output does not follow gravity: its sensitivity {length:.3g} V/g is within {_OBSERVABLE_CONING_U:g} "
+        f"standard uncertainties ({u:.3g} V/g) of zero; look for an unplugged or stuck channel"
+    )
 
 
 @dataclass(frozen=True)
@@ -121,6 +134,8 @@ class PitchRoll:
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
         """Coning and azimuth, where the coning angle is within about five of its standard uncertainties of zero."""
+        if unmoved := _not_following(primary[1:4], covariance[1:4, 1:4], float(primary[0])):
+            return dict.fromkeys(("coning_deg", "azimuth_deg"), unmoved)
         i, j, m = (1 + index for index in cyclic(self.nominal_axis))
         k = primary.tolist()
         across, length = hypot(k[j], k[m]), hypot(*k[1:]) or nan
@@ -208,5 +223,6 @@ class PitchOnly:
         rows[1:, 1:] = by_turned @ turn
         return rows
 
-    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:  # noqa: ARG002
-        return {}
+    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
+        unmoved = _not_following(primary[1:], covariance[1:, 1:], float(primary[0]))
+        return {"pitch_misalignment_deg": unmoved} if unmoved else {}

@@ -22,6 +22,8 @@ from ams.uncertainty.replication import quantity
 FloatArray = NDArray[np.float64]
 
 MOST_TERMS = 4
+_LARGEST_ANGLE_DEG = 10.0
+"""Beyond it amplitude over sensitivity is no angle any more."""
 _OF_TP = ("pitch-roll", "pitch-roll-extended", "pitch-only")
 _SHARED_WITH_THE_TABLE = ("sin 2α", "cos 2α")
 
@@ -145,6 +147,8 @@ def _line(at: FloatArray, values: FloatArray) -> tuple[float, tuple[float, float
 
 
 def _term_sentence(term: ResidualTerm) -> str:
+    if abs(term.amplitude_deg) > _LARGEST_ANGLE_DEG:
+        return f"The residuals repeat as {term.name} with {term.amplitude_v:.2g} V: no small error of a good model."
     low, high = map(_angle, term.interval_95_deg)
     return (
         f"The residuals repeat as {term.name} with {_angle(term.amplitude_deg)} ({_number(1e6 * term.amplitude_v)} µV; "

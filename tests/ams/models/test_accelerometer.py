@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ams.calibrate import calibrate
 from ams.errors import DesignError
 from ams.frames import Attitude
 from ams.models.accelerometer import (
@@ -14,6 +15,8 @@ from ams.models.accelerometer import (
     primary_from_parameters_jacobian,
 )
 from ams.models.registry import model_named
+from ams.observations import Observations
+from ams.request import CalibrationRequest
 
 sin, cos = np.sin, np.cos
 
@@ -142,3 +145,17 @@ def test_coning_within_five_uncertainties_of_zero_is_not_stated() -> None:
 def test_unknown_models_and_axes_are_refused_by_name(name: str, axis: str, match: str) -> None:
     with pytest.raises(DesignError, match=match):
         model_named(name, axis)
+
+
+@pytest.mark.parametrize("model", ["pitch-roll", "pitch-only"])
+def test_an_output_that_does_not_follow_gravity_has_no_angles(model: str) -> None:
+    """A constant output (unplugged, stuck) has a sensitivity of rounding, and an axis nowhere."""
+    rolls = np.deg2rad([0.0, 120.0, 240.0]) if model == "pitch-roll" else np.zeros(1)
+    pitch, roll = (part.ravel() for part in np.meshgrid(np.deg2rad(np.arange(-90.0, 91.0, 30.0)), rolls))
+    replication, point = np.repeat([1, 2, 3], pitch.size), np.tile(np.arange(pitch.size), 3)
+    outputs = {"x": np.full(point.size, 0.1)}
+    rows = Observations(replication, point, np.tile(pitch, 3), np.tile(roll, 3), outputs)
+    found = {item.name: item.value for item in calibrate(rows, CalibrationRequest(model=model)).axes["x"].parameters}
+    angles = ["coning_deg", "azimuth_deg"] if model == "pitch-roll" else ["pitch_misalignment_deg"]
+    assert [found[name] for name in angles] == [None] * len(angles)
+    assert found["offset_v"] == pytest.approx(0.1)
