@@ -73,15 +73,24 @@ def simulate(scene: Scene, campaigns: int, rng: np.random.Generator) -> Simulate
         kept = rng.uniform(size=observations.rows) >= scene.dropped
         observations, outputs_v = select_rows(observations, kept), outputs_v[kept]
     table = TableUncertainty(*[scene.index_limit_arcsec * ARCSEC] * 2, "limit") if scene.index_limit_arcsec else None
-    solved = solve_columns(observations, outputs_v, [_model(scene)] * campaigns, table=table)
+    solved = solve_columns(observations, outputs_v, [model_of(scene)] * campaigns, table=table)
     return Simulated(solved, scene.truth)
 
 
-def _model(scene: Scene) -> Model:
+def model_of(scene: Scene, axis: str = "x") -> Model:
     if not scene.temperature:
-        return PitchRoll("x")
+        return PitchRoll(axis)
     known = TemperatureCoefficients(OFFSET_TC, SENSITIVITY_TC, 0.1 * OFFSET_TC, 0.1 * SENSITIVITY_TC)
-    return WithTemperature(PitchRoll("x"), REFERENCE_DEGC, known)
+    return WithTemperature(PitchRoll(axis), REFERENCE_DEGC, known)
+
+
+def warmed(outputs: FloatArray, offset_v: FloatArray, rise_degc: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """(…, m) outputs with temperature coefficients that are off by a tenth, each column's its own."""
+    if not rise_degc.any():
+        return outputs
+    offset_tc = OFFSET_TC * (1.0 + 0.1 * rng.standard_normal(offset_v.size))
+    sensitivity_tc = SENSITIVITY_TC * (1.0 + 0.1 * rng.standard_normal(offset_v.size))
+    return outputs + offset_tc * rise_degc + sensitivity_tc * rise_degc * (outputs - offset_v)
 
 
 def _outputs_v(scene: Scene, observations: Observations, campaigns: int, rng: np.random.Generator) -> FloatArray:
@@ -95,14 +104,11 @@ def _outputs_v(scene: Scene, observations: Observations, campaigns: int, rng: np
     sensed = np.einsum("ki,mri->rkm", basis[:points], parameters).reshape(rows, campaigns)
     if scene.index_limit_arcsec:
         sensed = sensed + np.tile(_index_errors_v(scene, observations, points, campaigns, rng), (n, 1))
-    own = scene.lack_of_fit * NOISE_V * rng.standard_normal((points, campaigns))
-    output = sensed + np.tile(own, (n, 1)) + NOISE_V * rng.standard_normal((rows, campaigns))
     if observations.temperature_degc is not None:
         rise = (observations.temperature_degc - REFERENCE_DEGC)[:, None]
-        offset_tc = OFFSET_TC * (1.0 + 0.1 * rng.standard_normal(campaigns))
-        sensitivity_tc = SENSITIVITY_TC * (1.0 + 0.1 * rng.standard_normal(campaigns))
-        output = output + offset_tc * rise + sensitivity_tc * rise * (sensed - parameters[:, 0, 0])
-    return output
+        sensed = warmed(sensed, parameters[:, 0, 0], rise, rng)
+    own = scene.lack_of_fit * NOISE_V * rng.standard_normal((points, campaigns))
+    return sensed + np.tile(own, (n, 1)) + NOISE_V * rng.standard_normal((rows, campaigns))
 
 
 def _index_errors_v(

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from simulated_columns import ARCSEC, NOISE_V, Scene, force_of
+from simulated_columns import ARCSEC, NOISE_V, REFERENCE_DEGC, Scene, force_of, model_of, warmed
 
 from ams.columns import SolvedColumns, solve_columns
-from ams.models.accelerometer import PitchRoll
 from ams.observations import Observations
 from ams.request import select_rows
 from ams.uncertainty.table import TableUncertainty
@@ -22,10 +21,13 @@ class SolvedPackages:
     solved: SolvedColumns
     """Three neighbouring columns for every package."""
 
+    truth: FloatArray
+    """(3, 4)"""
+
     @property
     def primary(self) -> FloatArray:
         """(m, 3, 4)"""
-        return self.solved.primary.reshape(-1, 3, 4)
+        return self.solved.primary[:, :4].reshape(-1, 3, 4)
 
     def components(self) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Part to its (m, 12, 12) covariance over the package and its degrees of freedom: all causes of all axes side
@@ -36,8 +38,7 @@ class SolvedPackages:
 
     def lines(self, axes: str, reading_sd_v: float) -> "list[ManyLines]":
         """Of some axes, each with every campaign's own calibration."""
-        covariance = self.solved.primary_covariance
-        return [ManyLines(self.primary[:, place], covariance[place::3], reading_sd_v) for place in map("xyz".index, axes)]
+        return [many_lines(self.solved, reading_sd_v, "xyz".index(axis), 3) for axis in axes]
 
     def together(self, axes: str) -> "ManyPackages":
         """What the calibrations of some axes have in common."""
@@ -47,7 +48,10 @@ class SolvedPackages:
 
     def _stacked(self, part) -> FloatArray:
         causes, count = part.causes, part.dof.size // 3
-        effects = np.broadcast_to(causes.effects, (3 * count, *causes.effects.shape[-2:]))
+        if causes is None:
+            own = part.covariance[:, :4, :4].reshape(count, 3, 4, 4)
+            return np.einsum("msij,st->msitj", own, np.eye(3)).reshape(count, 12, 12)
+        effects = np.broadcast_to(causes.effects, (3 * count, *causes.effects.shape[-2:]))[:, :4]
         effects = (causes.scale[:, None, None] * effects).reshape(count, 12, -1)
         covariance = effects @ np.swapaxes(effects, -1, -2)
         if causes.signs is None:
@@ -63,15 +67,17 @@ def simulate_packages(scene: Scene, campaigns: int, rng: np.random.Generator) ->
     grid = np.meshgrid(np.deg2rad(np.arange(-90.0, 91.0, 30.0)), np.deg2rad(np.arange(-180.0, 121.0, 60.0)))
     pitch, roll = (angle.ravel() for angle in grid)
     n, points, columns = scene.replications, pitch.size, 3 * campaigns
-    truth = np.tile(PACKAGE, (campaigns, 1))
+    package = PACKAGE.copy()
+    package[0] = scene.truth
     basis = force_of(pitch, roll)
     spread = scene.drift * NOISE_V * np.sqrt(np.diag(np.linalg.inv(basis.T @ basis)))
-    parameters = truth[:, None] + spread * rng.standard_normal((columns, n, 4))
+    parameters = np.tile(package, (campaigns, 1))[:, None] + spread * rng.standard_normal((columns, n, 4))
     outputs = np.einsum("ki,mri->rkm", basis, parameters)
     if scene.index_limit_arcsec:
         stood = _stood(scene, pitch, roll, campaigns, rng)
-        moved = np.einsum("kci,ai->kca", stood - basis[:, None], PACKAGE)
-        outputs = outputs + moved.reshape(points, columns)
+        outputs = outputs + np.einsum("kci,ai->kca", stood - basis[:, None], package).reshape(points, columns)
+    rise = 4.0 + rng.uniform(-1.0, 1.0, points) if scene.temperature else np.zeros(points)
+    outputs = warmed(outputs, parameters[:, 0, 0], rise[:, None], rng)
     outputs = outputs + scene.lack_of_fit * NOISE_V * rng.standard_normal((points, columns))
     outputs_v = (outputs + NOISE_V * rng.standard_normal(outputs.shape)).reshape(n * points, columns)
     rows = Observations(
@@ -80,12 +86,14 @@ def simulate_packages(scene: Scene, campaigns: int, rng: np.random.Generator) ->
         pitch_rad=np.tile(pitch, n),
         roll_rad=np.tile(roll, n),
         outputs_v={},
+        temperature_degc=np.tile(REFERENCE_DEGC + rise, n) if scene.temperature else None,
     )
     if scene.dropped > 0.0:
         kept = rng.uniform(size=rows.rows) >= scene.dropped
         rows, outputs_v = select_rows(rows, kept), outputs_v[kept]
     table = TableUncertainty(*[scene.index_limit_arcsec * ARCSEC] * 2, "limit") if scene.index_limit_arcsec else None
-    return SolvedPackages(solve_columns(rows, outputs_v, [PitchRoll(a) for a in "xyz"] * campaigns, table=table))
+    models = [model_of(scene, axis) for axis in "xyz"] * campaigns
+    return SolvedPackages(solve_columns(rows, outputs_v, models, table=table), package)
 
 
 def _stood(scene: Scene, pitch: FloatArray, roll: FloatArray, campaigns: int, rng: np.random.Generator) -> FloatArray:
@@ -108,8 +116,8 @@ class ManyLines:
 
     primary: FloatArray
     """(m, 4)"""
-    covariance: FloatArray
-    """(m, 4, 4)"""
+    parts: list[tuple[FloatArray, FloatArray]]
+    """(m, 4, 4) and (m,)"""
     reading_sd_v: float
 
     @property
@@ -121,14 +129,20 @@ class ManyLines:
         return self.primary[:, 1:]
 
     def output_variance_v2(self, force: FloatArray) -> FloatArray:
-        phi = with_one(force)
-        return np.einsum("mi,mij,mj->m", phi, self.covariance, phi) + self.reading_sd_v**2
+        return sum(variance for variance, _ in self.calibration_parts(force)) + self.reading_variance_v2(force)
 
-    def calibration_parts(self, force: FloatArray) -> list[tuple[FloatArray, float]]:
-        return [(self.output_variance_v2(force) - self.reading_sd_v**2, np.inf)]
+    def calibration_parts(self, force: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        phi = with_one(force)
+        return [(np.einsum("mi,mij,mj->m", phi, covariance, phi), dof) for covariance, dof in self.parts]
 
     def reading_variance_v2(self, force: FloatArray) -> FloatArray:
         return np.full(force.shape[0], self.reading_sd_v**2)
+
+
+def many_lines(solved, reading_sd_v: float, first: int = 0, step: int = 1) -> ManyLines:
+    """Some of the columns that were solved together, at the reference temperature."""
+    parts = [(part.covariance[first::step, :4, :4], part.dof[first::step]) for part in solved.components]
+    return ManyLines(solved.primary[first::step, :4], parts, reading_sd_v)
 
 
 @dataclass(frozen=True)

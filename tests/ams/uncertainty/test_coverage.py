@@ -5,19 +5,24 @@ replications; four do as well. Two or three replications have one or two degrees
 drift are both estimated from so little the intervals are on the safe side, and they are held to that.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from estimated_temperature import Stacked, simulate_visits
 from simulated_columns import NOISE_V, TRUTH, Scene, Simulated, force_of, simulate
+from simulated_package import many_lines, simulate_packages
 
-from ams.attitude.calibrated import CalibratedSensor
-from ams.attitude.static import pitch_with_known_roll
+from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
+from ams.columns import SolvedColumns
 from ams.models.accelerometer import PitchRoll
 from ams.uncertainty.intervals import confidence_halfwidth, prediction_halfwidth, t_quantile
 
 READING_V = 0.5 * NOISE_V
 BATCHES = 8
+PRIMARY = ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
+PLATEAUS_DEGC = (10.0, 20.0, 30.0, 20.0, 10.0, 30.0, 20.0, 10.0)
 U_ACROSS_V_PER_G = 8.2e-7
 """Standard uncertainty of k_y and k_z from noise alone, six replications."""
 
@@ -43,19 +48,16 @@ def attitudes(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     return rng.uniform(-1.2, 1.2, 3), rng.uniform(-3.1, 3.1, 3)
 
 
-def directions(simulated: Simulated, pitch: np.ndarray, roll: np.ndarray) -> np.ndarray:
-    """Derivatives of the output by all primary parameters, at the reference temperature."""
-    phi = force_of(pitch, roll)
-    further = simulated.solved.primary.shape[1] - 4
-    return np.column_stack([phi, np.zeros((phi.shape[0], further))])
+def of_primary(solved: SolvedColumns | Stacked, truth: np.ndarray) -> dict[str, np.ndarray]:
+    """Whether each 95 % interval of b and k holds the truth, one entry a campaign."""
+    half = t_quantile(0.95, solved.primary_dof) * np.sqrt(np.diagonal(solved.primary_covariance, axis1=1, axis2=2))
+    return {name: abs(solved.primary[:, i] - truth[i]) < half[:, i] for i, name in enumerate(PRIMARY)}
 
 
 def of_parameters(simulated: Simulated) -> dict[str, np.ndarray]:
-    """Whether each 95 % interval holds the truth, one entry a campaign; NaN where the parameter is null."""
+    """Of b, k, S, coning and azimuth; NaN where the parameter is null."""
     solved, truth = simulated.solved, simulated.truth
-    half = t_quantile(0.95, solved.primary_dof) * np.sqrt(np.diagonal(solved.primary_covariance, axis1=1, axis2=2))
-    names = solved.problem.model.primary_names[:4]
-    hits = {name: abs(solved.primary[:, i] - truth[i]) < half[:, i] for i, name in enumerate(names)}
+    hits = of_primary(solved, truth)
     derived, edges = PitchRoll("x").parameters(truth), solved.parameters
     for i, name in ((1, "sensitivity"), (2, "coning"), (3, "azimuth")):
         inside = (abs(edges.values[:, i] - derived[i]) < edges.halfwidths_95[:, i]).astype(float)
@@ -63,10 +65,12 @@ def of_parameters(simulated: Simulated) -> dict[str, np.ndarray]:
     return hits
 
 
-def of_outputs(simulated: Simulated, rng: np.random.Generator) -> dict[str, np.ndarray]:
+def of_outputs(solved: SolvedColumns | Stacked, truth: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """Of the output and of new readings at three attitudes, at the reference temperature."""
     pitch, roll = attitudes(rng)
-    phi, components = directions(simulated, pitch, roll), simulated.solved.components
-    error = simulated.solved.primary[:, :4] @ phi[:, :4].T - simulated.truth @ phi[:, :4].T
+    phi, components = force_of(pitch, roll), solved.components
+    phi = np.column_stack([phi, np.zeros((3, solved.primary.shape[1] - 4))])
+    error = (solved.primary[:, :4] - truth) @ phi[:, :4].T
     reading = error + READING_V * rng.standard_normal(error.shape)
     return {
         "calibrated output": (abs(error) < confidence_halfwidth(phi, components)).mean(axis=1),
@@ -74,48 +78,106 @@ def of_outputs(simulated: Simulated, rng: np.random.Generator) -> dict[str, np.n
     }
 
 
-def of_angles(simulated: Simulated, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """Pitch from one new reading with the roll known, TP (76) to (82), by the public inference."""
-    pitch, roll = attitudes(rng)
-    solved, phi = simulated.solved, directions(simulated, pitch, roll)
-    half_v = prediction_halfwidth(phi, solved.components, READING_V, np.inf)
-    variance = np.einsum("ai,mij,aj->ma", phi, solved.primary_covariance, phi) + READING_V**2
-    names, hits = solved.problem.model.primary_names, []
-    for row in range(solved.primary.shape[0]):
-        reading = phi[:, :4] @ simulated.truth + READING_V * rng.standard_normal(pitch.size)
-        sensor = CalibratedSensor(
-            names, solved.primary[row], solved.primary_covariance[row], READING_V, np.zeros(pitch.size)
-        )
-        found = pitch_with_known_roll(sensor, sensor.line_output_v(reading), roll)
-        half = half_v[row] / np.sqrt(variance[row]) * found.pitch_sd_rad
-        hits.append(np.mean(abs(found.pitch_rad - pitch) < half))
-    return {"inferred pitch": np.array(hits)}
+def of_pitch(solved: SolvedColumns | Stacked, truth: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """Pitch from one new reading with the roll known, TP (76) to (82)."""
+    count = solved.primary.shape[0]
+    pitch, roll = rng.uniform(-1.2, 1.2, count), rng.uniform(-3.1, 3.1, count)
+    reading = force_of(pitch, roll) @ truth + READING_V * rng.standard_normal(count)
+    found = pitch_with_known_roll(many_lines(solved, READING_V), reading, roll)
+    return {"inferred pitch": abs(found.pitch_rad - pitch) < found.pitch_half_95_rad}
 
 
-def shares(scene: Scene, campaigns: int, seed: int = 0, angles: int = 8) -> dict[str, float]:
+def shares(scene: Scene, campaigns: int, seed: int = 0) -> dict[str, float]:
     """Share of intervals that hold the truth, by what they are of; a fresh pattern of missing rows in every batch."""
     rng = np.random.default_rng(seed)
     batches: list[dict[str, np.ndarray]] = []
-    for batch in range(BATCHES):
+    for _ in range(BATCHES):
         simulated = simulate(scene, campaigns // BATCHES, rng)
-        found = of_parameters(simulated) | of_outputs(simulated, rng)
-        batches.append(found | (of_angles(simulated, rng) if batch < angles else {}))
+        solved, truth = simulated.solved, simulated.truth
+        batches.append(of_parameters(simulated) | of_outputs(solved, truth, rng) | of_pitch(solved, truth, rng))
+    return means(batches)
+
+
+def means(batches: Sequence[Mapping[str, np.ndarray]]) -> dict[str, float]:
+    return {name: float(np.nanmean(np.concatenate([batch[name] for batch in batches]))) for name in batches[0]}
+
+
+def shares_of_angles(scene: Scene, campaigns: int, seed: int = 0) -> dict[str, float]:
+    """The same of pitch and roll from one reading each of two and three axes."""
+    rng = np.random.default_rng(seed)
+    return means([_of_angles(scene, campaigns // BATCHES, rng) for _ in range(BATCHES)])
+
+
+def _of_angles(scene: Scene, campaigns: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    simulated, hits = simulate_packages(scene, campaigns, rng), {}
+    for axes in ("xyz", "xy", "xz"):
+        low, high = (0.3, 2.8) if axes == "xz" else (-1.2, 1.2)
+        pitch, roll = rng.uniform(-1.2, 1.2, campaigns), rng.uniform(low, high, campaigns)
+        clean = force_of(pitch, roll) @ simulated.truth[["xyz".index(axis) for axis in axes]].T
+        readings = clean + READING_V * rng.standard_normal(clean.shape)
+        lines, package = simulated.lines(axes, READING_V), simulated.together(axes)
+        infer = pitch_roll_from_three if len(axes) == 3 else pitch_roll_from_two
+        hits |= _held(axes, infer(lines, readings, package=package), pitch, roll)
+    return hits
+
+
+def _held(axes: str, found: Angles, pitch: np.ndarray, roll: np.ndarray) -> dict[str, np.ndarray]:
+    assert set(found.flags) == {""}
     return {
-        name: float(np.nanmean(np.concatenate([batch[name] for batch in batches if name in batch])))
-        for name in batches[0]
+        f"pitch by {axes}": abs(found.pitch_rad - pitch) < found.pitch_half_95_rad,
+        f"roll by {axes}": abs(found.roll_rad - roll) < found.roll_half_95_rad,
     }
+
+
+def shares_of_visits(visits: int, campaigns: int, seed: int = 0, **errors: float) -> dict[str, float]:
+    """Temperature coefficients estimated from plateaus that were visited from both sides."""
+    rng = np.random.default_rng(seed)
+    solved = simulate_visits(PLATEAUS_DEGC[:visits], 1, campaigns, rng, **errors)
+    return means([of_primary(solved, TRUTH) | of_outputs(solved, TRUTH, rng) | of_pitch(solved, TRUTH, rng)])
 
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_intervals_hold_the_truth_in_95_percent_of_4000_campaigns(scene) -> None:
-    found = shares(SCENES[scene], 4000, angles=4)
+    found = shares(SCENES[scene], 4000)
     assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_angles_inferred_from_several_axes_hold_in_95_percent_of_4000_campaigns(scene) -> None:
+    found = shares_of_angles(SCENES[scene], 4000)
+    assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
+
+
+def test_with_estimated_temperature_coefficients_too() -> None:
+    """Six visits of three plateaus; across the axis Student's factor is that of along it, one degree of freedom less
+    than there is."""
+    found = shares_of_visits(6, 4000, lack_of_fit=3.0)
+    assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
+
+
+def test_axes_taken_as_independent_lose_what_the_table_does_to_all_of_them() -> None:
+    """Indices of ±10″ and hardly any noise: roll by y and z has the error of the index, not its part by √2."""
+    rng = np.random.default_rng(0)
+    simulated = simulate_packages(Scene(index_limit_arcsec=10.0), 2000, rng)
+    pitch, roll = rng.uniform(-0.5, 0.5, 2000), np.full(2000, np.pi / 4.0)
+    readings = force_of(pitch, roll) @ simulated.truth.T
+    lines = simulated.lines("xyz", 1e-9)
+    for package, low, high in ((simulated.together("xyz"), 0.93, 0.97), (None, 0.6, 0.9)):
+        found = pitch_roll_from_three(lines, readings, package)
+        assert low < np.mean(abs(found.roll_rad - roll) < found.roll_half_95_rad) < high
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("scene", SCENES)
 def test_intervals_hold_the_truth_in_95_percent_of_10000_campaigns(scene) -> None:
-    found = shares(SCENES[scene], 10_000, seed=1)
+    found = shares(SCENES[scene], 10_000, seed=1) | shares_of_angles(SCENES[scene], 10_000, seed=1)
+    assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.01), found
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("errors", [{}, {"lack_of_fit": 3.0}], ids=["visits", "visits and lack of fit"])
+def test_with_estimated_temperature_coefficients_in_10000_campaigns(errors) -> None:
+    found = shares_of_visits(8, 10_000, seed=1, **errors)
     assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.01), found
 
 
@@ -125,14 +187,14 @@ def test_four_replications_do_as_well(scene) -> None:
     four = replace(SCENES[scene], replications=4)
     if scene == "small coning":
         four = replace(four, truth=at_coning(5.0 * np.sqrt(6.0 / 4.0)))
-    found = shares(four, 10_000, seed=2)
+    found = shares(four, 10_000, seed=2) | shares_of_angles(four, 10_000, seed=2)
     assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
 
 
 @pytest.mark.parametrize("replications", [2, 3])
 def test_with_two_or_three_replications_intervals_err_on_the_safe_side(replications) -> None:
     for name in ("noise", "lack of fit", "drift", "lack of fit and drift", "unbalanced"):
-        found = shares(replace(SCENES[name], replications=replications), 2000, angles=0)
+        found = shares(replace(SCENES[name], replications=replications), 2000)
         assert min(found.values()) > 0.93, (name, found)
         assert max(found.values()) < 0.99, (name, found)
 
