@@ -1,0 +1,64 @@
+"""What every environment promises, by every driver and on every line: in memory, over TCP and over a pty."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from ported_rig import LINES, rig_on
+from wider_rig import CHAMBER, wider_rig_file
+
+from rig.assembly import Rig
+from rig.devices.abilities import Environment
+from rig.drivers import BUILT_IN
+from rig.errors import RequestRefused
+
+TABLES = {
+    "watlow-f4": CHAMBER.replace("watlow-f4t", "watlow-f4"),
+    "watlow-f4t": CHAMBER,
+    "watlow-f4t, rtu": f'{CHAMBER}transport = "rtu"\n',
+    "watlow-f4t, high word first": f'{CHAMBER}word_order = "high-first"\n',
+}
+"""Driver, and how it is set up, to its table."""
+FACTOR = 150.0
+LIMITS = "limits_degc = [-40.0, 85.0]\n"
+
+
+def test_every_environment_is_held_to_these_laws() -> None:
+    assert {name.partition(",")[0] for name in TABLES} == set(BUILT_IN["environments"])
+
+
+@pytest.fixture(params=LINES)
+def line(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture(params=sorted(TABLES))
+def rig(request: pytest.FixtureRequest, line: str, tmp_path: Path) -> Iterator[Rig]:
+    path = wider_rig_file(tmp_path, streams=False)
+    text = path.read_text(encoding="utf-8").replace(CHAMBER, TABLES[request.param] + LIMITS)
+    path.write_text(text, encoding="utf-8")
+    with rig_on(line, path, FACTOR) as opened:
+        assert opened.description.environment["air"].driver == request.param.partition(",")[0]
+        yield opened
+
+
+def _air(rig: Rig) -> Environment:
+    return rig.environments["air"]
+
+
+def test_an_environment_keeps_its_promises(rig: Rig) -> None:
+    air = _air(rig)
+    assert air.identify() == air.identify()
+    assert air.temperature_degc() == pytest.approx(20.0, abs=0.5)
+    before_degc = air.setpoint_degc()
+    for wrong_degc in (-41.0, 86.0, float("nan")):
+        with pytest.raises(RequestRefused, match="air: set ?point"):
+            air.hold(wrong_degc)
+    assert air.setpoint_degc() == before_degc
+    air.hold(22.5)
+    assert air.setpoint_degc() == 22.5
+    assert air.temperature_degc() < 22.3  # on its way: 0.05 °C/s
+    rig.clock.sleep(100.0)
+    assert air.temperature_degc() == pytest.approx(22.5, abs=0.2)
+    air.hold(-12.5)
+    assert air.setpoint_degc() == -12.5

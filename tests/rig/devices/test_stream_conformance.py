@@ -1,0 +1,86 @@
+"""What every stream promises, by every driver and on every line: in memory, over TCP and over a pseudo-terminal."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ported_rig import LINES, rig_on
+from wider_rig import wider_rig_file
+
+from rig.assembly import Rig
+from rig.devices.abilities import Stream, StreamBlock
+from rig.drivers import BUILT_IN
+
+STREAMS = {"vn100": "imu", "csv-imu": "board"}
+"""Driver to the stream of the wider rig that has it."""
+FACTOR = 4.0
+"""A terminal holds four kilobytes: what 200 Hz at this pace bring in the tenth of a second between two polls."""
+UNITS = {"g", "dps", "ut", "mps2", "v", "deg", "gauss", "radps", "degc", "kpa", "counts"}
+
+
+def test_every_stream_is_held_to_these_laws() -> None:
+    assert set(STREAMS) == set(BUILT_IN["streams"])
+
+
+@pytest.fixture(params=LINES)
+def line(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture
+def rig(line: str, tmp_path: Path) -> Iterator[Rig]:
+    with rig_on(line, wider_rig_file(tmp_path), FACTOR) as opened:
+        yield opened
+
+
+def _taken(stream: Stream, rig: Rig, duration_s: float) -> list[StreamBlock]:
+    """Polls until ``duration_s`` of rig time have passed."""
+    blocks = []
+    ends_s = rig.clock.monotonic_s() + duration_s
+    while rig.clock.monotonic_s() < ends_s:
+        rig.clock.sleep(0.1)
+        blocks.append(stream.poll())
+    return blocks
+
+
+@pytest.mark.parametrize("driver", sorted(STREAMS))
+def test_a_stream_keeps_its_promises(rig: Rig, driver: str) -> None:
+    name = STREAMS[driver]
+    stream = rig.streams[name]
+    assert rig.description.streams[name].driver == driver
+    assert stream.identify()
+    assert set(stream.units) == set(stream.channels)
+    assert set(stream.units.values()) <= UNITS
+    assert all(channel.startswith(f"{name}.") for channel in stream.channels)
+    stream.start()
+    blocks = _taken(stream, rig, 2.0)
+    assert [block.first for block in blocks] == list(np.cumsum([0, *(block.samples for block in blocks)])[:-1])
+    for block in blocks:
+        assert block.stream == name
+        assert set(block.values) == set(stream.channels)
+        assert {values.shape for values in block.values.values()} == {block.device_s.shape}
+        assert (block.gaps, block.refused) == ((), 0)
+    polled_s = [block.polled_s for block in blocks]
+    assert polled_s == sorted(polled_s)
+    got = sum(block.samples for block in blocks)
+    assert got == pytest.approx(stream.rate_hz * (polled_s[-1] - polled_s[0] + 0.1), rel=0.15)
+    stream.stop()
+
+
+@pytest.mark.parametrize("driver", sorted(STREAMS))
+def test_a_poll_never_waits_and_a_new_start_drops_what_was_under_way(tmp_path: Path, driver: str) -> None:
+    with rig_on("memory", wider_rig_file(tmp_path)) as rig:
+        stream = rig.streams[STREAMS[driver]]
+        stream.start()
+        rig.clock.sleep(1.0)
+        before_s = rig.clock.monotonic_s()
+        assert stream.poll().samples > 0
+        assert stream.poll().samples == 0
+        assert rig.clock.monotonic_s() == before_s
+        rig.clock.sleep(30.0)
+        stream.stop()
+        stream.start()
+        assert stream.poll().samples <= 1
+        rig.clock.sleep(1.0)
+        assert stream.poll().samples == pytest.approx(stream.rate_hz, abs=2)
