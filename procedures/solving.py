@@ -146,7 +146,7 @@ def _solve_sensor(
     try:
         request = request_of(name, rig, sensor, solve)
         solved = calibrate_mountings(observations, request)
-        told = replace(solved, warnings=(*solved.warnings, *_told(solve)))
+        told = replace(solved, warnings=(*solved.warnings, *_told(solve, with_it)))
         return SolvedSensor(name, observations, told, None, budgets_of(solved, request, rig))
     except AmsError as error:
         return SolvedSensor(name, observations, None, str(error))
@@ -169,8 +169,11 @@ def request_of(name: str, rig: RigDescription, sensor: Sensor, solve: Solve) -> 
     return request_for(name, sensor.channels, solve, table_uncertainty(rig), errors)
 
 
-def _told(solve: Solve) -> Iterator[str]:
+def _told(solve: Solve, rows: tuple[DwellRecord, ...]) -> Iterator[str]:
     """What a reader of the result must know about what was asked for."""
+    if solve.time_term == "linear":
+        first = min((row for row in rows if row.accepted and row.purpose == "design"), key=lambda row: row.step)
+        yield f"time term: the run's times count from {first.started_utc:%Y-%m-%d %H:%M:%S} UTC, its first dwell"
     if solve.model == "linear":
         yield "straight lines make no coefficient set: take them from this document or the report"
 

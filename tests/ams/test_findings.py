@@ -16,6 +16,7 @@ from ams.observations import Observations
 from ams.request import CalibrationRequest
 from ams.sets.apply import apply
 from ams.sets.coefficients import build_set
+from ams.sets.export.formats import FORMATS
 from ams.solve.residual_curvature import residual_curvature
 from ams.uncertainty.calibration_budget import axis_budget
 
@@ -126,3 +127,10 @@ def test_a_set_stands_at_the_reference_time_and_never_extrapolates_the_drift() -
     k, pitch, roll = axis.primary[1:4], rows.pitch_rad[:5], rows.roll_rad[:5]
     force = np.stack([np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)], axis=-1)
     np.testing.assert_allclose(found, axis.primary[0] + force @ k, rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", list(FORMATS))
+def test_every_format_takes_a_set_with_a_time_term(kind: str) -> None:
+    rows = soft_and_drifting()
+    made = build_set(calibrate(rows, CalibrationRequest(time_term=True)), provenance())
+    assert FORMATS[kind].to_bytes(made)

@@ -49,7 +49,7 @@ def test_a_gimbal_run_recovers_the_truth_in_cr_terms(tmp_path: Path) -> None:
 
 
 def test_a_model_without_yaw_is_refused_for_a_design_with_yaw(tmp_path: Path) -> None:
-    with pytest.raises(PlanError, match='solve.model.*"pitch-roll" has no yaw.*use "pitch-yaw-roll"'):
+    with pytest.raises(PlanError, match=r'solve.model.*"pitch-roll" has no yaw.*use "pitch-yaw-roll"'):
         bench(tmp_path, (YAW,), (GIMBAL, solve_table('model = "pitch-roll"')))
 
 
@@ -77,7 +77,7 @@ def test_a_straight_line_of_a_tumble_is_the_two_level_solution_of_the_twin(tmp_p
     found = values(axes["x"])
     assert list(found) == ["gain_g_per_v", "offset_g"]
     assert found["gain_g_per_v"][0] == pytest.approx(1.0 / slope, rel=3e-5)
-    # both levels of x are measured once, four attitudes lie across it: their mean is −b/S plus the shares of cos A, sin A
+    # four of the six attitudes lie across x: what the coning angle makes of gravity there is in the offset
     assert found["offset_g"][0] == pytest.approx(-0.005 / slope, abs=5e-3)
 
 
@@ -104,3 +104,37 @@ def test_straight_lines_leave_a_report_and_say_that_they_make_no_set(tmp_path: P
     assert "g/V" in delivery.report.read_text(encoding="utf-8")
     axis = sensors_document(run)["SN1"]["axes"]["z"]
     assert any("no coefficient set" in warning for warning in axis["warnings"])
+
+
+def test_a_time_term_of_a_run_takes_the_twins_drift_and_the_set_says_where_it_stands(tmp_path: Path) -> None:
+    """The twin's offset moves by 40 µV a replication; the drift found is that over the hours of a replication."""
+    from procedures.delivery import deliver, solve_run
+
+    drifting = ("azimuth_deg = 35.0,", "azimuth_deg = 35.0, offset_drift_v_per_replication = 4e-5,")
+    four = ("replications = 2", "replications = 4")
+    made = bench(tmp_path, (drifting,), (four, solve_table('time_term = "linear"')))
+    made.run(tmp_path / "run")
+    run = solve_run(tmp_path / "run")
+    solved = run.sensors["SN1"]
+    assert solved.calibration is not None
+    times_s = solved.observations.time_s
+    assert times_s is not None
+    hours = float(np.polyfit(solved.observations.replication, times_s / 3600.0, 1)[0])
+    found = values(solved.calibration.axes["x"])
+    assert found["offset_drift_v_per_h"][0] == pytest.approx(4e-5 / hours, rel=0.05)
+    document = json.loads(deliver(run, None).sets["SN1"].read_text(encoding="utf-8"))
+    assert "offset_drift_v_per_h" not in document["axes"]["x"]["primary"]["order"]
+    assert any("never applied" in warning for warning in document["axes"]["x"]["warnings"])
+    assert any("the run's times count from" in warning for warning in document["warnings"])
+
+
+def test_a_sensor_that_is_named_a_sting_package_is_solved_as_one(tmp_path: Path) -> None:
+    """With roll at rest both packages of CR feel the same gravity, so the twin's truth comes back from either."""
+    resting = (
+        (GIMBAL[0], "yaw_deg = [-30.0, 0.0, 30.0]\nroll_deg = {"),
+        ("from = -180.0, to = 90.0, step = 90.0", "from = 0.0, to = 0.0, count = 1"),
+    )
+    made = bench(tmp_path, (YAW,), (*resting, solve_table('model = "pitch-yaw-roll"\npackages = { SN1 = "sting" }')))
+    axes = solved_axes(made, tmp_path / "run")
+    assert axes["x"].model == "pitch-yaw-roll-sting"
+    assert values(axes["x"])["sensitivity_v_per_g"][0] == pytest.approx(-2.5, abs=2e-4)
