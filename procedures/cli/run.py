@@ -90,6 +90,7 @@ def resume(
     *,
     operator: str | None = None,
     reason: str | None = None,
+    accept_changes: Flag = False,
     archive: str | None = None,
     alerts: Path | None = None,
     allow_network_folder: Flag = False,
@@ -105,6 +106,9 @@ def resume(
         Who resumes; needed after a trip.
     reason
         Why; needed after a trip.
+    accept_changes
+        Go on though rig file, procedure file or software changed; needs operator and reason, which the record keeps.
+        The run keeps its own plan; of the rig file only ports are taken over.
     archive
         URL of the archive, as for `calrig run`.
     alerts
@@ -128,7 +132,14 @@ def resume(
         require_local(folder)
     title, is_virtual = title_and_time(folder)
     with attended(title, alerts, is_virtual=is_virtual) as (observer, care):
-        outcome = resume_run(folder, operator or login_name(), reason or "", observer, care=care)
+        outcome = resume_run(
+            folder,
+            operator or ("" if accept_changes else login_name()),
+            reason or "",
+            observer,
+            care=care,
+            accepts_changes=accept_changes,
+        )
     return conclude(folder, outcome, archive, json=json)
 
 

@@ -57,8 +57,13 @@ class Conduct:
         self.first_figures = self.first_figures or now
         grown = growth(self.first_figures, now)
         if grown:
-            told = f"this process has grown: {grown}; calrig resume goes on in a fresh one"
-            raise RunEnds(Ending(State.STOPPED, told, cause="process"))
+            raise RunEnds(
+                Ending(
+                    State.STOPPED,
+                    f"this process has grown: {grown}; calrig resume goes on in a fresh one",
+                    cause="process",
+                )
+            )
 
     def stop_if_asked(self) -> None:
         if self.wait.stop is not None:

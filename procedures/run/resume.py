@@ -2,21 +2,22 @@
 
 Nothing is re-used across a break in trust: every axis is homed anew, the six-attitude check set is measured again and
 compared with the one from the start, and only then the first missing dwell is measured. Changed files or software
-refuse the resume with the difference shown.
+refuse the resume with the difference shown, unless somebody answers for it (:mod:`procedures.run.changes`).
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from difflib import unified_diff
 from pathlib import Path
 
 from procedures.errors import RequestError
 from procedures.plan.plan import Plan
 from procedures.run.care import Care, with_precautions
+from procedures.run.changes import KIND as OVERRIDE
+from procedures.run.changes import Change, changes_since, require_unchanged, with_new_ports
 from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
-from procedures.run.header import RunHeader, calrig_version
+from procedures.run.header import RunHeader
 from procedures.run.history import History, read_history
 from procedures.run.journal import Journal
 from procedures.run.journal_reader import JournalReader
@@ -29,8 +30,6 @@ from procedures.run.storage import JOURNAL_FILE
 from rig.clock import Clock
 from rig.description import rig_from_json
 
-_DIFF_LINES = 40
-
 
 @dataclass(frozen=True)
 class Interrupted:
@@ -41,6 +40,20 @@ class Interrupted:
     state: State
     identities: dict[str, str] | None
     history: History
+    changes: tuple[Change, ...]
+    """That somebody has answered for, now or before."""
+    answered: tuple[str, ...]
+    """Of these, before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """Who resumes, and why."""
+
+    operator: str
+    reason: str = ""
+    accepts_changes: bool = False
+    """Goes on though files or software are not what the run began with; needs a name and a reason."""
 
 
 def resume(
@@ -50,18 +63,23 @@ def resume(
     observer: RunObserver | None = None,
     idle_clock: Clock | None = None,
     care: Care | None = None,
+    *,
+    accepts_changes: bool = False,
 ) -> Outcome:
     """Continue a run on its own rig, as the journal describes it, with its own plan.
 
+    ``accepts_changes``: go on though files or software changed; of the rig file only ports are taken over.
     Raises: RequestError (owner alive, not resumable, files or software changed, a trip without name and reason),
     JournalError (damaged), RigBusy and other rig errors before the first move.
     """
     from rig.assembly import open_rig
 
-    with _taken_over(run_dir, operator, reason, idle_clock) as found:
+    word = Word(operator, reason, accepts_changes)
+    with _taken_over(run_dir, word, idle_clock) as found:
         rig_file = None if found.header.is_rehearsal else Path(found.header.rig_path)
-        with open_rig(rig_from_json(found.header.rig_json), rig_file=rig_file, purpose="calrig resume") as rig:
-            return _go_on(run_dir, found, rig, operator, reason, observer, idle_clock, care)
+        description = rig_from_json(with_new_ports(found.header.rig_json, found.changes))
+        with open_rig(description, rig_file=rig_file, purpose="calrig resume") as rig:
+            return _go_on(run_dir, found, rig, word, observer, idle_clock, care)
 
 
 def resume_on(
@@ -74,35 +92,46 @@ def resume_on(
     care: Care | None = None,
 ) -> Outcome:
     """As :func:`resume`, on a rig that the caller has opened."""
-    with _taken_over(run_dir, operator, reason, idle_clock) as found:
-        return _go_on(run_dir, found, rig, operator, reason, observer, idle_clock, care)
+    word = Word(operator, reason)
+    with _taken_over(run_dir, word, idle_clock) as found:
+        return _go_on(run_dir, found, rig, word, observer, idle_clock, care)
 
 
 def _go_on(
     run_dir: Path,
     found: Interrupted,
     rig: OpenRig,
-    operator: str,
-    reason: str,
+    word: Word,
     observer: RunObserver | None,
     idle_clock: Clock | None,
     care: Care | None,
 ) -> Outcome:
     journal = Journal.open_for_append(run_dir / JOURNAL_FILE)
+    new = [told for change in found.changes if (told := str(change)) not in found.answered]
+    if new:
+        detail = {"by": word.operator, "reason": word.reason, "differences": new}
+        journal.append_event(OVERRIDE, detail, rig.clock)
     care = with_precautions(care, found.header)
-    start = Start(operator, found.state, reason, found.identities)
+    start = Start(word.operator, found.state, word.reason, found.identities)
     return run(found.plan, rig, journal, Spool(run_dir), start, found.history, observer, idle_clock, care)
 
 
 @contextmanager
-def _taken_over(run_dir: Path, operator: str, reason: str, clock: Clock | None) -> Iterator[Interrupted]:
+def _taken_over(run_dir: Path, word: Word, clock: Clock | None) -> Iterator[Interrupted]:
     """Own the run and know where it stands. Raises: RequestError, JournalError."""
     with JournalReader.open(run_dir):
         pass  # a folder without a journal is told before anything is written there
     with owning(run_dir, clock):
         found = _read(run_dir)
-        _require_resumable(run_dir, found, operator, reason)
-        require_unchanged(run_dir, found.header)
+        _require_resumable(run_dir, found, word.operator, word.reason)
+        require_unchanged(
+            run_dir,
+            found.changes,
+            found.answered,
+            is_accepted=word.accepts_changes,
+            operator=word.operator,
+            reason=word.reason,
+        )
         yield found
 
 
@@ -115,7 +144,16 @@ def _read(run_dir: Path) -> Interrupted:
             state=reader.state(),
             identities={key: str(value) for key, value in identities.detail.items()} if identities else None,
             history=read_history(reader, plan),
+            changes=changes_since(reader.header),
+            answered=tuple(_answered(reader)),
         )
+
+
+def _answered(reader: JournalReader) -> Iterator[str]:
+    for event in reader.events(OVERRIDE):
+        differences = event.detail["differences"]
+        assert isinstance(differences, list)
+        yield from map(str, differences)
 
 
 def _require_resumable(run_dir: Path, found: Interrupted, operator: str, reason: str) -> None:
@@ -129,37 +167,3 @@ def _require_resumable(run_dir: Path, found: Interrupted, operator: str, reason:
             f"{run_dir}: the run is tripped, so a person has to look first: operator got {operator!r}, reason got "
             f"{reason!r}, both are needed; nothing was changed; give --operator and --reason"
         )
-
-
-def require_unchanged(run_dir: Path, header: RunHeader) -> None:
-    """Raise RequestError with the difference where a file or the software is not what the run began with.
-
-    A file that is gone contradicts nothing: the journal holds its text.
-    """
-    for path, text in ((header.rig_path, header.rig_text), (header.procedure_path, header.procedure_text)):
-        found = _text_of(Path(path))
-        if found is not None and found != text:
-            lines = list(
-                unified_diff(text.splitlines(), found.splitlines(), "when the run began", path, lineterm="", n=0)
-            )
-            raise RequestError(
-                f"{run_dir}: {path} is not what the run began with; nothing was changed; put it back, or begin a new "
-                "run:\n" + "\n".join(lines[:_DIFF_LINES])
-            )
-    began, now = header.software.get("calrig"), calrig_version()
-    if began != now:
-        raise RequestError(
-            f"{run_dir}: the run began with calrig {began}, this is {now}; nothing was changed; resume it with the "
-            "version that began it, or begin a new run"
-        )
-
-
-def _text_of(path: Path) -> str | None:
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        return None
-    except (OSError, UnicodeDecodeError) as error:
-        raise RequestError(
-            f"{path}: cannot be read: {error}; nothing was changed; resume needs to compare it"
-        ) from None

@@ -1,5 +1,6 @@
 """Resume: what it takes, what it refuses with the difference shown, and what a break in trust leads to."""
 
+import json
 import os
 import resource
 import signal
@@ -12,6 +13,7 @@ from small_run import Bench, bench, dwells_of, in_child, measured
 
 from procedures.errors import ExitStatus, JournalError, RequestError
 from procedures.plan.steps import Dwell, Soak
+from procedures.run.changes import Change, with_new_ports
 from procedures.run.history import agenda, history_of, replications_before
 from procedures.run.journal import Journal
 from procedures.run.journal_reader import JournalReader
@@ -96,12 +98,21 @@ def test_the_record_tells_who_resumed_and_why(small: Bench) -> None:
 @pytest.mark.parametrize(
     ("file", "old", "new"), [("rig.toml", "seed = 7", "seed = 8"), ("procedure.toml", "samples = 5", "samples = 6")]
 )
-def test_resume_refuses_a_changed_file_and_shows_the_difference(small: Bench, file: str, old: str, new: str) -> None:
+def test_fault_70_resume_refuses_a_changed_file_and_shows_the_difference(
+    small: Bench, file: str, old: str, new: str
+) -> None:
+    """Detected: rig file, procedure file and version of the software against what the journal holds.
+    Response: refused, every difference shown field by field; with a name and a reason that the record keeps the run
+    goes on with its own plan, and of the rig file only ports are taken over.
+    """
     run_dir = _stopped(small)
     path = small.folder / file
     path.write_text(path.read_text().replace(old, new))
     before = (run_dir / JOURNAL_FILE).read_bytes()
-    with pytest.raises(RequestError, match=rf"{file} is not what the run began with.*\n(.*\n)*-{old}\n\+{new}") as told:
+    key, was, found = old.split(" = ")[0], old.split(" = ")[1], new.split(" = ")[1]
+    with pytest.raises(
+        RequestError, match=rf"not what the run began with.*\n .*\.{key}: was {was}, is {found}$"
+    ) as told:
         resume(run_dir, "carla")
     assert told.value.exit_status == ExitStatus.WRONG_REQUEST
     assert (run_dir / JOURNAL_FILE).read_bytes() == before
@@ -114,10 +125,51 @@ def test_a_file_that_is_gone_contradicts_nothing(small: Bench) -> None:
     assert resume(run_dir, "carla").state is State.FINISHED
 
 
-def test_resume_refuses_another_version_of_the_software(small: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_changed_comment_is_no_change(small: Bench) -> None:
     run_dir = _stopped(small)
-    monkeypatch.setattr("procedures.run.resume.calrig_version", lambda: "9.9.9")
-    with pytest.raises(RequestError, match=r"began with calrig .*, this is 9\.9\.9"):
+    path = small.folder / "rig.toml"
+    path.write_text("# the laboratory's own rig\n" + path.read_text())
+    assert resume(run_dir, "carla").state is State.FINISHED
+
+
+def test_fault_70_a_person_may_answer_for_a_change_and_the_record_keeps_it(small: Bench) -> None:
+    run_dir = _stopped(small)
+    path = small.folder / "procedure.toml"
+    path.write_text(path.read_text().replace("samples = 5", "samples = 6"))
+    with pytest.raises(RequestError, match=r"--accept-changes needs a name and a reason: .* reason got ' '"):
+        resume(run_dir, "carla", " ", accepts_changes=True)
+    assert resume(run_dir, "carla", "samples of tomorrow", accepts_changes=True).state is State.FINISHED
+    with JournalReader.open(run_dir) as reader:
+        reader.verify()
+        (override,) = reader.events("override")
+        sizes = {reading.samples_v.size for dwell in reader.dwells() for reading in dwell.readings.values()}
+    assert override.detail == {
+        "by": "carla",
+        "reason": "samples of tomorrow",
+        "differences": ["procedure file: dwell.samples: was 5, is 6"],
+    }
+    assert sizes == {5}, "the run keeps its own plan"
+
+
+def test_fault_70_what_was_answered_for_is_not_asked_again(small: Bench) -> None:
+    run_dir = _stopped(small)
+    path = small.folder / "rig.toml"
+    path.write_text(path.read_text().replace("seed = 7", "seed = 8"))
+    assert resume(run_dir, "carla", "typo", StopAt(run_dir, 14), accepts_changes=True).state is State.STOPPED
+    assert resume(run_dir, "carla").state is State.FINISHED
+
+
+def test_fault_70_of_a_changed_rig_file_only_ports_are_taken_over() -> None:
+    rig = json.dumps({"axes": {"pitch": {"port": "socket://a:1", "speed_dps": 20.0}}, "readouts": {}})
+    changes = (Change("rig file: axes.pitch.port", "socket://a:1", "socket://b:2"),
+               Change("rig file: axes.pitch.speed_dps", 20.0, 40.0))  # fmt: skip
+    assert json.loads(with_new_ports(rig, changes))["axes"]["pitch"] == {"port": "socket://b:2", "speed_dps": 20.0}
+
+
+def test_fault_70_resume_refuses_another_version_of_the_software(small: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_dir = _stopped(small)
+    monkeypatch.setattr("procedures.run.changes.calrig_version", lambda: "9.9.9")
+    with pytest.raises(RequestError, match=r"software: calrig: was .*, is .9\.9\.9"):
         resume(run_dir, "carla")
 
 
