@@ -52,7 +52,7 @@ def test_an_environment_keeps_its_promises(rig: Rig) -> None:
     assert air.temperature_degc() == pytest.approx(20.0, abs=0.5)
     before_degc = air.setpoint_degc()
     for wrong_degc in (-41.0, 86.0, float("nan")):
-        with pytest.raises(RequestRefused, match="air: set ?point"):
+        with pytest.raises(RequestRefused, match=r"air: set ?point"):
             air.hold(wrong_degc)
     assert air.setpoint_degc() == before_degc
     air.hold(22.5)

@@ -51,7 +51,7 @@ def test_a_rate_axis_keeps_its_promises(turning: tuple[Any, Clock]) -> None:
     home_and_arrive(axis, clock, clock.sleep)
     for wrong_dps in (0.0, float("nan"), float("inf"), 1.01 * axis.top_rate_dps, -1.01 * axis.top_rate_dps):
         for refused in (axis.check_rate, axis.start_rate):
-            with pytest.raises(RequestRefused, match="pitch: turn at .*nothing moved"):
+            with pytest.raises(RequestRefused, match=r"pitch: turn at .*nothing moved"):
                 refused(wrong_dps)
     for rate_dps in (25.0, -40.0):  # the second from within the first: both senses, no stop between
         axis.start_rate(rate_dps)

@@ -70,16 +70,12 @@ def test_a_readout_keeps_its_promises(rig: Rig) -> None:
     assert readout.reading_s(10.0) > readout.reading_s(1.0)
 
 
-def test_what_it_does_not_have_is_refused_and_harms_nothing(rig: Rig) -> None:
+def test_neither_a_refusal_nor_a_stop_harms_the_next_burst(rig: Rig) -> None:
     readout = _prepared(rig)
     for channel, samples in (("dmm.none", 3), ("x", 3), ("dmm.x", 0)):
         with pytest.raises(RequestRefused, match="dmm"):
             readout.read(channel, samples, rig.clock.sleep)
     assert readout.read("dmm.x", 1, rig.clock.sleep, nplc=1.0).values_v.size == 1
-
-
-def test_a_stop_in_mid_burst_leaves_it_ready_for_the_next(rig: Rig) -> None:
-    readout = _prepared(rig)
 
     def wait(duration_s: float) -> None:
         raise WaitEnded(f"stop, {duration_s:g} s early")
