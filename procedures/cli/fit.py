@@ -150,6 +150,7 @@ def fit(
             stated = check_joint(request, description, wish is not None)
             document = fit_jointly(file, columns, stated, parse_priors(prior), mount)
         elif name == "linear":
+            _refuse_curvature(hessian)
             document = _linear(file, columns, request)
         else:
             document = _solved(file, columns, request, wish, reference, description, monte_carlo)
@@ -211,6 +212,11 @@ def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_
     if model != "pitch-yaw-roll-model" or is_joint:
         raise RequestError(f"--sting {path}: belongs to --model pitch-yaw-roll --package model")
     return package_of(path, pairs, "--sting-axis", "sting_")
+
+
+def _refuse_curvature(hessian: bool) -> None:
+    if hessian:
+        raise RequestError("--hessian: a straight line has none; it belongs to the models of attitude and rates")
 
 
 def _linear(file: Path, columns: Mapping[str, str], request: "CalibrationRequest") -> dict[str, Any]:

@@ -39,6 +39,8 @@ def check_joint(request: "CalibrationRequest", rig: "RigDescription | None", has
         raise RequestError("--joint: needs --rig RIG: the table's uncertainties are the priors of its errors")
     if request.model != "pitch-roll" or request.temperature != "none" or request.extended != "no":
         raise RequestError("--joint: goes with --model pitch-roll, --temperature none and --extended no")
+    if request.time_term or request.residual_curvature:
+        raise RequestError("--joint: has no --time-term and no --hessian; fit without --joint for these")
     if has_set:
         raise RequestError("--set: a joint fit makes no coefficient set; fit without --joint for one")
     return rig

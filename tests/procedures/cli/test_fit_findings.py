@@ -125,3 +125,37 @@ def test_millivolts_are_named_by_their_column(tmp_path: Path, capsys: pytest.Cap
         if "millivolts" in text
     ]
     assert "column sx_v: up to 25" in warning
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--joint", "--rig", "RIG", "--time-term", "linear"), "--joint: has no --time-term"),
+        (("--joint", "--rig", "RIG", "--monte-carlo", "2000"), "not of linear and --joint"),
+        (("--model", "linear", "--hessian"), "--hessian: a straight line has none"),
+    ],
+)
+def test_what_a_fit_cannot_tell_is_refused_and_not_left_out(
+    options: tuple[str, ...], sentence: str, drifting: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig_file(tmp_path)
+    told = [str(tmp_path / "rig.toml") if option == "RIG" else option for option in options]
+    done = call(capsys, "fit", drifting, "--axis", "x=sx_v", *told)
+    assert done.status == 2
+    assert sentence in done.err
+
+
+def test_the_drift_of_a_straight_line_is_keyed_by_its_quantities(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chance = np.random.default_rng(0)
+    lines = ["replication,point,reference_g,sx_v"]
+    lines += [
+        f"{r},{p},{level},{0.01 + 2.5 * level + 1e-5 * float(chance.standard_normal())!r}"
+        for r in (1, 2, 3, 4)
+        for p, level in enumerate((-1.0, 0.0, 1.0))
+    ]
+    path = tmp_path / "levels.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    axis = call(capsys, "fit", path, "--model", "linear", "--axis", "x=sx_v", "--json").document["axes"]["x"]
+    assert set(axis["replication"]["drift"]) == {"gain", "offset"}
