@@ -51,6 +51,15 @@ def joint_document(fit: JointFit) -> Document:
         "axes": {axis: _axis(fit, axis) for axis in fit.axes},
         "nuisances": {nuisance.name: _nuisance(nuisance) for nuisance in fit.nuisances},
         "confounded": list(fit.confounded),
+        "package_covariance": _package(fit) if len(fit.axes) > 1 else None,
+    }
+
+
+def _package(fit: JointFit) -> Document:
+    """All axes' primary parameters together, as the table's errors that were left tie them to each other."""
+    return {
+        "order": [[axis, name] for axis in fit.axes for name in PitchRoll.primary_names],
+        "covariance": [[float(cell) if np.isfinite(cell) else None for cell in row] for row in fit.covariance],
     }
 
 

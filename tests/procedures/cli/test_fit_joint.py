@@ -77,3 +77,15 @@ def test_a_wrong_request_is_a_sentence(
     outcome = call(capsys, "fit", write_mounts(tmp_path / "one.csv", ("upright",), 0.0), *AXES, *options)
     assert (outcome.status, outcome.out) == (2, "")
     assert sentence in outcome.err
+
+
+def test_an_unknown_roll_zero_ties_y_and_z_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It turns both sensitive axes about x by the same angle: y's share along z and z's along y are one unknown."""
+    file = write_mounts(tmp_path / "one.csv", ("upright",), 0.0)
+    document = call(capsys, "fit", file, *AXES, "--joint", "--rig", RIG, "--prior", "roll-zero=30", "--json").document
+    package = document["package_covariance"]
+    covariance = np.array(package["covariance"])
+    one, other = (package["order"].index(entry) for entry in (["y", "k_z_v_per_g"], ["z", "k_y_v_per_g"]))
+    correlation = covariance[one, other] / np.sqrt(covariance[one, one] * covariance[other, other])
+    assert abs(correlation) > 0.99
+    assert np.sqrt(covariance[one, one]) == pytest.approx(2.48 * 30.0 * ARCSEC, rel=0.02)
