@@ -171,7 +171,8 @@ DECODED = (
     Decoded("csv_rows.parse_rows", _rows, b"$A,1,2*42\r\n", [[1.0, 2.0]], "XOR of A,1,2 by hand", b"\n"),
     Decoded("zaber.decode_reply", _with_checksum(zaber.decode_reply), b"@01 0 00 OK IDLE -- 0:0D",
             Reply(1, 0, True, False, "--", "0", 0, True), "checksum by hand"),
-    Decoded("zaber.decode_command", _with_checksum(zaber.decode_command), b"/1 0 00 get pos:2D", Command(1, 0, "get pos", 0), ZABER),
+    Decoded("zaber.decode_command", _with_checksum(zaber.decode_command), b"/1 0 00 get pos:2D",
+            Command(1, 0, "get pos", 0), ZABER),
     Decoded("zaber.decode_integer", _text(zaber.decode_integer), b"-4267", -4267, ZABER, b"-0123456789"),
     Decoded("zaber.decode_warnings", _text(zaber.decode_warnings), b"02 FS WR", ("FS", "WR"), ZABER, TEXT),
 )  # fmt: skip
