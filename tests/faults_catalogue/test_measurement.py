@@ -15,6 +15,7 @@ from procedures.delivery import solve_run
 from procedures.run.states import State
 from rig.assembly import Rig
 from rig.devices.abilities import Burst, Readout, Wait
+from rig.errors import DeviceNonsense
 
 
 @pytest.fixture(scope="module")
@@ -145,3 +146,161 @@ def test_fault_48_a_wrong_tooth_is_caught_by_the_running_fit_alone(
     assert "the restart made a step" in outcome.reason
     accepted = [dwell for dwell in dwells_of(night.run_dir) if dwell.accepted and dwell.purpose == "design"]
     assert len(accepted) <= 8
+
+
+@pytest.mark.parametrize("token", ["9.9E37", "-9.9E37", "9.91E37", "1E38", "OL", "OVLD"])
+def test_fault_57_no_mark_of_an_overload_is_ever_a_voltage(token: str) -> None:
+    """Detected: the meter's own mark, whatever its sign, or a word where a number should be.
+    Response: one overloaded reading rejects the dwell; the range never changes inside a run.
+    """
+    from rig.wire import hp3458a, scpi
+
+    for parse, is_overload in (
+        (hp3458a.parse_number, lambda volts: abs(volts) > 1e30),
+        (lambda line: scpi.parse_readings(line)[0], lambda volts: not np.isfinite(volts) or abs(volts) > 1e30),
+    ):
+        try:
+            volts = parse(token.encode())
+        except DeviceNonsense:
+            continue
+        assert is_overload(volts), f"{token} was read as {volts} V"
+
+
+@pytest.mark.parametrize("nth", [1, 3, 5])
+def test_fault_57_an_overloaded_reading_anywhere_in_a_dwell_rejects_it(small: Bench, tmp_path: Path, nth: int) -> None:
+    def overloaded(number: int, burst: Burst) -> Burst:
+        if number != 50:
+            return burst
+        marks, values_v = burst.overload.copy(), burst.values_v.copy()
+        marks[nth - 1], values_v[nth - 1] = True, np.nan
+        return replace(burst, values_v=values_v, overload=marks)
+
+    small.run(tmp_path / "clean")
+    night = Night(tmp_path / "run")
+    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=overloaded)).state is State.FINISHED
+    (rejected,) = [dwell for dwell in dwells_of(night.run_dir) if not dwell.accepted]
+    assert "1 of 5 readings overloaded" in rejected.reasons[0]
+    solved = solve_run(night.run_dir).sensors["SN1"]
+    assert solved.failure is None
+
+
+@pytest.mark.parametrize(
+    "line", [b"nan", b"NaN", b"inf", b"-Infinity", b"", b" ", b"1,234,", b"1.2.3", b"0x1F", b"1_0", b"--1", b"1e", b"1V"]
+)  # fmt: skip
+def test_fault_58_what_is_no_number_is_refused_by_every_parser(line: bytes) -> None:
+    """Detected: a strict pattern over the whole line; finite at every boundary; JSON without NaN.
+    Response: the reading is refused and asked for again; then the dwell is void.
+    """
+    from rig.wire import hp3458a, scpi
+
+    for parse in (hp3458a.parse_number, scpi.parse_number, scpi.parse_readings):
+        with pytest.raises(DeviceNonsense):
+            parse(line)
+
+
+@pytest.mark.parametrize("frozen", ["value", "burst"])
+def test_fault_59_a_reading_that_is_frozen_is_never_excellent_repeatability(
+    small: Bench, tmp_path: Path, frozen: str
+) -> None:
+    """Detected: scatter below what chance gives once in ten million; no response to a move: the running fit.
+    Response: the dwell is rejected and repeated, then the run is held, or the sensor dropped where others go on.
+    """
+    kept: dict[str, Burst] = {}
+
+    def freeze(number: int, burst: Burst) -> Burst:
+        if number < 60:
+            kept[burst.channel] = burst
+            return burst
+        old = kept[burst.channel]
+        values_v = np.full(burst.values_v.size, old.values_v.mean()) if frozen == "value" else old.values_v
+        return replace(burst, values_v=values_v)
+
+    night = Night(tmp_path / "run", at={200: asks("stop")})
+    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=freeze)).state is State.STOPPED
+    assert "held" in states(night.run_dir)
+    last = dwells_of(night.run_dir)[-1]
+    assert not last.accepted
+    assert ("stuck" if frozen == "value" else "from what the dwells before predict") in str(last.reasons)
+
+
+MANY = (("replications = 2", "replications = 5"),)
+
+
+def test_fault_63_bursts_of_noise_on_some_dwells_leave_the_parameters_unbiased(tmp_path: Path) -> None:
+    """Detected: scatter of the samples against the running median of accepted dwells.
+    Response: rejected, kept with its reason and repeated; too many in a row ask for a person.
+    """
+    chance = np.random.default_rng(5)
+
+    def burst_of_noise(number: int, burst: Burst) -> Burst:
+        hit = chance.random() < 0.05
+        return (
+            replace(burst, values_v=burst.values_v + 2e-3 * chance.standard_normal(burst.values_v.size))
+            if hit
+            else burst
+        )
+
+    longer = bench(tmp_path, procedure=MANY)
+    night = Night(tmp_path / "run", at={number: asks("continue") for number in range(20, 2000, 20)})
+    assert spend(longer, night, rig_of=lambda rig: Grumbling(rig, spoil=burst_of_noise)).state is State.FINISHED
+    rejected = [dwell for dwell in dwells_of(night.run_dir) if not dwell.accepted]
+    assert rejected
+    assert all("noise" in str(dwell.reasons) or "drift" in str(dwell.reasons) for dwell in rejected)
+    _holds_the_truth(night.run_dir, 6.0)
+
+
+TRUTH = {"x": (0.005, 2.5, 0.5, 35.0), "y": (-0.003, 2.48, 0.3, -110.0), "z": (0.008, 2.52, 0.4, 160.0)}
+
+
+def _holds_the_truth(run_dir: Path, most_u: float) -> None:
+    """Offset, sensitivity, coning and azimuth of the small bench's package."""
+    solved = solve_run(run_dir).sensors["SN1"].calibration
+    assert solved is not None
+    for axis, values in TRUTH.items():
+        for one, true in zip(solved.axes[axis].parameters, values, strict=True):
+            assert one.value == pytest.approx(true, abs=most_u * float(one.standard_uncertainty or 0.0)), one.name
+
+
+def test_fault_64_a_table_that_creeps_after_its_move_is_waited_for(tmp_path: Path) -> None:
+    """Detected: windows of readings that cannot be told apart, and the slope inside the dwell.
+    Response: waited for up to `max_s`, then rejected; what creeps on inside a dwell rejects it.
+    """
+    creep = (("[twin.truth.SN1]", "[twin.axes.pitch]\ncreep_arcsec = 60.0\ncreep_s = 10.0\n[twin.truth.SN1]"),)
+    patient = "[dwell]\nsettle = { window_s = 3.0, windows = 4, min_s = 2.0, max_s = 200.0 }\nsettle_nplc = 1.0\n"
+    procedure = (("[dwell]\n", patient), ("samples = 5", "samples = 20"))
+    small, night = bench(tmp_path, rig=creep, procedure=procedure), Night(tmp_path / "run")
+    assert spend(small, night).state is State.FINISHED
+    settled_s = [dwell.settle_s for dwell in dwells_of(night.run_dir) if dwell.accepted]
+    assert max(settled_s) > 2.0 * min(settled_s), "after a move of pitch it waits, after one of roll it does not"
+    solved = solve_run(night.run_dir).sensors["SN1"].calibration
+    assert solved is not None
+    for axis, (offset_v, sensitivity, coning_deg, _) in TRUTH.items():
+        found = {one.name: float(one.value or 0.0) for one in solved.axes[axis].parameters}
+        assert found["offset_v"] == pytest.approx(offset_v, abs=6e-5), "5 arc seconds of the 60"
+        assert found["sensitivity_v_per_g"] == pytest.approx(sensitivity, abs=6e-5)
+        assert found["coning_deg"] == pytest.approx(coning_deg, abs=5.0 / 3600.0)
+
+
+def test_fault_66_drift_from_replication_to_replication_is_found_and_told(tmp_path: Path) -> None:
+    """Detected: a reference attitude every so many dwells; the test of drift between replications.
+    Response: told in the report, contained in the stated uncertainties; a time term is there on demand.
+    """
+    steady = "azimuth_deg = 35.0, noise_v = 2e-5 }"
+    drifts = ((steady, steady.replace("2e-5 }", "2e-5, offset_drift_v_per_replication = 4e-4 }")),)
+    small = bench(tmp_path, rig=drifts, procedure=(("replications = 2", "replications = 4"),))
+    small.run(tmp_path / "run")
+    solved = solve_run(tmp_path / "run").sensors["SN1"].calibration
+    assert solved is not None
+    replication = solved.axes["x"].replication
+    assert replication is not None
+    assert replication.drift["offset"].is_significant
+    assert not solved.axes["y"].replication.drift["offset"].is_significant  # type: ignore[union-attr]
+    _holds_the_truth_of_sensitivity(tmp_path / "run")
+
+
+def _holds_the_truth_of_sensitivity(run_dir: Path) -> None:
+    solved = solve_run(run_dir).sensors["SN1"].calibration
+    assert solved is not None
+    for axis, (_, sensitivity, _, _) in TRUTH.items():
+        one = solved.axes[axis].parameters[1]
+        assert one.value == pytest.approx(sensitivity, abs=5.0 * float(one.standard_uncertainty or 0.0))
