@@ -4,9 +4,10 @@ intent → move → arrival by read-back → settle → look, read, look → jud
 
 * A rejected dwell is measured again, at most ``retries`` times; then the run is held until a person says continue
   (which grants the retries anew), stop or abort.
-* A reading that a device garbled or did not answer voids the attempt: nothing is judged, the readouts are prepared
-  again and the same attempt is repeated, at most ``retries`` times. Voids do not count as judged attempts, so a run
-  that met them draws the same chance as one that did not. After that the link counts as lost.
+* A reading that a device garbled, refused or did not answer voids the attempt (the line may have damaged the question
+  on its way): nothing is judged, the readouts are prepared again and the same attempt is repeated, at most ``retries``
+  times. Voids do not count as judged attempts, so a run that met them draws the same chance as one that did not. After
+  that the link counts as lost, and a refusal trips the run.
 * Between dwells everything is looked at. Dwells taken since a band was left are taken back and measured again.
 """
 
@@ -37,7 +38,7 @@ from procedures.run.voids import KIND as VOIDED
 from procedures.run.warm_up import warm_up
 from procedures.run.watch import suspended
 from rig.crash_points import CrashPoint, crash_point
-from rig.errors import DeviceNonsense, DeviceSilent
+from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent
 from rig.motion import home_and_arrive
 
 INTERLOCK = "interlock"
@@ -257,7 +258,7 @@ class Epoch:
         for void in count(1):
             try:
                 return perform(self._rig, self._suspects.plan, dwell, announcement, self._wait)
-            except (DeviceNonsense, DeviceSilent) as error:
+            except (DeviceNonsense, DeviceSilent, DeviceRefused) as error:
                 detail = {"step": dwell.step, "attempt": announcement.attempt, "void": void, "reason": str(error)}
                 self._trail.event("void", detail)
                 self._trail.tell("void", str(error))

@@ -32,6 +32,8 @@ from rig.wire.table_dialect import load_dialect
 
 _SAME_ANGLE_DEG = 1e-4
 """Half the last digit of a read-back, rounded up: closer than this is the commanded tooth."""
+_TIMES_REFUSED = 3
+"""So often the machine may refuse a question before it is believed: the line may have damaged it on its way."""
 
 
 class IndexingTableSettings(AxisSettings):
@@ -117,17 +119,25 @@ class IndexingTableAxis:
                 raise
 
     def _ask(self, command: Command) -> Reply:
+        """A question that the line damaged on its way is refused, and asked again; a command is sent once."""
+        is_question = isinstance(command, AskState | AskPosition | Identify)
+        refusal = ""
+        for _ in range(_TIMES_REFUSED if is_question else 1):
+            reply = self._ask_once(command)
+            if not isinstance(reply, Refused):
+                return reply
+            refusal = reply.text
+        raise DeviceRefused(
+            f"{self.name}: the table refused {command}: {refusal!r}; nothing moved;"
+            " look at the table's display and its manual"
+        )
+
+    def _ask_once(self, command: Command) -> Reply:
         idempotent = not isinstance(command, Move | Home)
         with self._turn:
-            reply = self._exchange.ask(
+            return self._exchange.ask(
                 self._codec.encode_command(command), lambda line: self._parse(line, command), idempotent=idempotent
             )
-        if isinstance(reply, Refused):
-            raise DeviceRefused(
-                f"{self.name}: the table refused {command}: {reply.text!r}; nothing moved;"
-                " look at the table's display and its manual"
-            )
-        return reply
 
     def _parse(self, line: bytes, command: Command) -> Reply:
         reply = self._codec.decode_reply(line, command)

@@ -2,6 +2,9 @@
 
 import os
 import signal
+import threading
+from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -10,7 +13,7 @@ from night import Night, asks, events, spend
 from small_run import bench
 
 from procedures.run.states import State
-from rig.devices.abilities import Environment
+from rig.devices.abilities import AxisState, Environment
 from rig.errors import DeviceFault
 
 PLATEAU = "[environment]\nplateaus_degc = [30.0]\nsoak_s = 60.0\n{end}[check]"
@@ -85,3 +88,26 @@ def test_signals_during_the_stop_of_the_axes_change_nothing(tmp_path: Path) -> N
     outcome = spend(small, night, rig_of=Nervous)
     assert (outcome.state, set(outcome.positions_deg)) == (State.STOPPED, {"pitch", "roll"})
     assert events(night.run_dir)[-1].detail["to"] == "stopped"
+
+
+def test_an_axis_that_moves_after_it_was_seen_at_rest_is_stopped_again(tmp_path: Path) -> None:
+    """The last question before the end can itself move something: a servo controller goes home at a damaged one."""
+    from procedures.run.safe_state import make_safe
+    from rig.assembly import open_rig
+
+    small = bench(tmp_path)
+    with open_rig(small.rig) as rig:
+        looks_after_the_stop = count()
+        has_moved = False
+
+        def look(state: AxisState) -> AxisState:
+            nonlocal has_moved
+            if threading.current_thread() is threading.main_thread():  # the stop itself looks in a thread of its own
+                has_moved = has_moved or next(looks_after_the_stop) == 1
+            return replace(state, position_deg=5.0 if has_moved else 0.0)
+
+        spoilt = Grumbling(rig, look=look)
+        safe = make_safe(spoilt, small.plan)
+    assert spoilt.pitch.stops == 2
+    assert safe.failures == ()
+    assert safe.positions_deg == {"pitch": 5.0, "roll": 0.0}

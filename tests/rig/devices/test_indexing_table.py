@@ -132,3 +132,22 @@ def test_a_fine_head_goes_to_a_ten_thousandth_of_a_degree() -> None:
     assert bench.pitch.state().position_deg == 12.3456
     with pytest.raises(RequestRefused, match=r"multiples of 0\.0001 deg"):
         bench.pitch.start_move(12.34565)
+
+
+def test_fault_24_a_question_that_the_line_damaged_is_refused_by_the_table_and_asked_again() -> None:
+    bench = table_bench()
+    bench.home_all()
+    next_written = bench.faults.written
+    bench.faults.writes = {next_written: faults.flip_bit(3, 0), next_written + 2: faults.flip_bit(3, 0)}
+    state = bench.pitch.state()
+    assert (state.position_deg, state.is_homed) == (0.0, True)
+
+
+def test_a_question_that_is_refused_again_and_again_is_a_refusal() -> None:
+    bench = table_bench()
+    bench.home_all()
+    next_written = bench.faults.written
+    bench.faults.writes = dict.fromkeys(range(next_written, next_written + 9), faults.flip_bit(3, 0))
+    with pytest.raises(DeviceRefused, match="the table refused AskState"):
+        bench.pitch.state()
+    assert bench.faults.written == next_written + 3
