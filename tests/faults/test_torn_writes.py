@@ -88,7 +88,11 @@ def test_fault_02_two_hundred_torn_disks_hold_an_intact_prefix(recording: Record
 
 @pytest.mark.parametrize("left", [b"", bytes(128)])
 def test_fault_02_a_count_whose_content_never_reached_the_disk_promises_nothing(tmp_path: Path, left: bytes) -> None:
-    """Its name is on the disk, its only sector is not: the journal beside it is whole and is read."""
+    """Its name is on the disk, its only sector is not: the journal beside it is whole and is read.
+
+    Detected: WAL checksums of SQLite, a SHA-256 for every dwell, the count beside the journal.
+    Response: the intact prefix is kept; the dwell in progress is measured again after homing.
+    """
     whole = journal_with(tmp_path / JOURNAL_FILE, 3)
     whole.with_name("journal.count").write_bytes(left)
     with JournalReader.open(whole) as reader:

@@ -201,6 +201,9 @@ def test_fault_38_a_second_controller_is_refused_and_told_who_has_the_rig(small:
 def test_fault_36_a_port_that_is_gone_is_noticed_at_the_next_question(
     small: Bench, clean: Path, tmp_path: Path
 ) -> None:
+    """Detected: age of the last good answer, never the port's own word.
+    Response: void, repeated, then held as a lost link; five restarts without a dwell trip.
+    """
     night = Night(tmp_path / "run")
     rule = {"line": METER, "kind": "hang-up", "at_s": 80.0, "away_s": 300.0}
     outcome, _ = plagued(small, night, faults(gone=rule))
@@ -212,6 +215,9 @@ def test_fault_36_a_port_that_is_gone_is_noticed_at_the_next_question(
 def test_fault_21_a_line_that_hangs_up_in_mid_move_is_held_and_goes_on(
     small: Bench, clean: Path, tmp_path: Path
 ) -> None:
+    """Detected: every way in which a port breaks, also while it calls itself open.
+    Response: axes told to stop, held; tried again after 1, 2, 4 … 60 s; then identities, home, check set, seam test.
+    """
     night = Night(tmp_path / "run")
     rule = {"line": TABLE, "kind": "hang-up", "nth": [150], "away_s": 20.0}
     outcome, _ = plagued(small, night, faults(gone=rule))

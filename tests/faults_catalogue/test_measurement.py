@@ -185,7 +185,7 @@ def test_fault_57_an_overloaded_reading_anywhere_in_a_dwell_rejects_it(small: Be
 
 
 @pytest.mark.parametrize(
-    "line", [b"nan", b"NaN", b"inf", b"-Infinity", b"", b" ", b"1,234,", b"1.2.3", b"0x1F", b"1_0", b"--1", b"1e", b"1V"]
+    "line", [b"nan", b"NaN", b"inf", b"-Infinity", b"", b" ", b"1,234,", b"1.2.3", b"0x1F", b"1_0", b"--1", b"1e"]
 )  # fmt: skip
 def test_fault_58_what_is_no_number_is_refused_by_every_parser(line: bytes) -> None:
     """Detected: a strict pattern over the whole line; finite at every boundary; JSON without NaN.

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from grumbling import Grumbling
+from motion_bench import motion_bench
 from night import Night, asks, events, spend, states
 from plagued import faults, plagued
 from small_run import Bench, bench, dwells_of, measured
@@ -20,9 +21,11 @@ from procedures.run.resume import resume_on
 from procedures.run.states import State
 from rig.assembly import Rig, open_rig
 from rig.devices.abilities import AxisState
-from rig.errors import RequestRefused
+from rig.errors import DeviceFault, RequestRefused
 from rig.jog import jog_to
+from rig.motion import move_and_arrive
 from rig.twins.world import World
+from rig.wire.maestro import Errors
 
 
 @pytest.fixture(scope="module")
@@ -295,3 +298,21 @@ def test_fault_19_a_termination_in_mid_move_stops_the_axes_within_a_second(small
         assert outcome.state is State.ABORTED
         assert run.still_after_s() < 1.0
     assert states(run.run_dir)[-1] == "aborted"
+
+
+@pytest.mark.parametrize("bit", list(Errors))
+def test_fault_50_an_error_bit_in_mid_dwell_is_seen_by_the_look_after_it(bit: Errors) -> None:
+    """Detected: the error register, read with every look, before and after every dwell; it is kept though reading
+    clears it.
+    Response: the servos went to their home: the dwell is void and the run trips; nothing moves before a home.
+    """
+    machine = motion_bench("maestro")
+    machine.home_all()
+    move_and_arrive(machine.pitch, 30.0, machine.clock, machine.clock.sleep)
+    before = machine.pitch.state()
+    assert (before.is_homed, before.fault) == (True, "")
+    machine.twin.fail(bit, machine.clock.monotonic_s())
+    after = machine.pitch.state()
+    assert (after.is_homed, "sent the servos home" in after.fault) == (False, True)
+    with pytest.raises(DeviceFault, match="nothing moved; clear it at the machine"):
+        move_and_arrive(machine.pitch, 30.0, machine.clock, machine.clock.sleep)

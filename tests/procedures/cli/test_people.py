@@ -51,6 +51,9 @@ def test_salvage_says_what_is_intact_and_leaves_the_original(
 def test_fault_09_a_synchronised_folder_is_refused_unless_insisted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """Detected: the kind of file system, names and marks of synchronisers.
+    Response: refused before anything is written, unless somebody insists.
+    """
     procedure, rig = job(tmp_path)
     refused = call(capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "Dropbox" / "runs")
     assert (refused.status, "kept by a synchroniser" in refused.err) == (2, True)

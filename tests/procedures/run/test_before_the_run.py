@@ -67,7 +67,11 @@ def test_fault_60_swapped_channels_are_both_named() -> None:
 
 
 def test_fault_62_a_declared_rotation_is_obeyed_and_an_undeclared_one_refused() -> None:
-    """Turned by 90° about z: body x points along the table's y, body y along −x."""
+    """Turned by 90° about z: body x points along the table's y, body y along −x.
+
+    Detected: the check set against the six signed table axes.
+    Response: trip before the first design dwell; axis and sign are named.
+    """
     turned = SENSOR.model_copy(update={"mount": Mount(x="+y", y="-x", z="+z")})
     as_turned = _tumble(axes="yxz", gains=(2.5, -2.5, 2.5))
     assert contradictions("SN1", turned, as_turned) == ()

@@ -129,6 +129,9 @@ def test_fault_65_stuck_air_stays_held_until_stop(tmp_path: Path) -> None:
 
 
 def test_fault_65_a_plateau_that_is_lost_is_waited_for_and_soaked_anew(tmp_path: Path) -> None:
+    """Detected: band at every look, before and after every dwell, with hysteresis and delay.
+    Response: held, goes on by itself; dwells since the band was last kept are taken back; a plateau is soaked anew.
+    """
     plateau = "[environment]\nplateaus_degc = [30.0]\nsoak_s = 300.0\nband_degc = 1.0\n[check]"
     small = bench(tmp_path, procedure=((CHECKS, plateau),))
 
@@ -182,6 +185,10 @@ def _free(night: Night, full_at: int, free_again_at: int) -> Callable[[Path], in
 def test_fault_03_a_disk_that_fills_up_holds_before_the_next_dwell_and_goes_on_with_space(
     small: Bench, tmp_path: Path
 ) -> None:
+    """Detected: a forecast for the whole plan, free space before every dwell, the system's refusal.
+    Response: held before the next dwell, goes on by itself when there is room; refused before the run where it
+    cannot fit.
+    """
     night = Night(tmp_path / "run")
     outcome = spend(small, night, Care(free_bytes=_free(night, 8, 100)))
     assert outcome.state is State.FINISHED
@@ -219,6 +226,10 @@ def test_fault_37_a_line_that_answers_badly_asks_for_a_person(small: Bench, tmp_
 
 
 def test_fault_13_a_step_of_the_wall_clock_is_recorded_and_changes_no_dwell(small: Bench, tmp_path: Path) -> None:
+    """Detected: wall clock against monotonic clock at every look.
+    Response: recorded; dwells are timed by the monotonic clock and do not notice.
+    """
+
     def step(night: Night) -> None:
         assert isinstance(night.rig.clock, VirtualClock)
         night.rig.clock.step_wall(-3600.0)
@@ -236,6 +247,9 @@ def test_fault_13_a_step_of_the_wall_clock_is_recorded_and_changes_no_dwell(smal
 def test_fault_15_no_dwell_spans_a_suspension_and_nothing_is_trusted_after_it(
     small: Bench, tmp_path: Path, is_in_a_dwell: bool
 ) -> None:
+    """Detected: boot clock against monotonic clock at every look; an inhibitor keeps the machine awake.
+    Response: the dwell is void; lines opened anew, home, check set, seam test, on with the first missing dwell.
+    """
     night = Night(tmp_path / "run")
 
     def suspend() -> None:
@@ -275,6 +289,9 @@ class Touched(Grumbling):
 
 
 def test_fault_52_an_axis_that_moves_though_nothing_told_it_to_trips(small: Bench, tmp_path: Path) -> None:
+    """Detected: read-back of every resting axis between dwells; a jog finds the rig locked.
+    Response: trip; what was measured is safe, the position is not trusted before the next home.
+    """
     night = Night(tmp_path / "run")
     outcome = spend(small, night, rig_of=lambda rig: Touched(rig, position_deg=12.5))
     assert outcome.state is State.TRIPPED
@@ -291,16 +308,26 @@ def _latched(small: Bench, run_dir: Path, fault: str) -> None:
 
 
 def test_fault_40_a_limit_switch_latches(small: Bench, tmp_path: Path) -> None:
+    """Detected: the device's own status at every look.
+    Response: the axis is stopped, trip, latched; resume with name and reason homes and checks first.
+    """
     _latched(small, tmp_path / "run", "limit switch")
 
 
 def test_fault_41_a_stop_button_latches_and_its_release_alone_starts_nothing(small: Bench, tmp_path: Path) -> None:
+    """Detected: the device's own status at every look.
+    Response: trip, latched also across power cuts; releasing the button starts nothing.
+    """
     _latched(small, tmp_path / "run", "stop button")
     with open_rig(small.rig) as rig, pytest.raises(RequestError, match="a person has to look first"):
         resume_on(tmp_path / "run", rig, "carla")
 
 
 def test_fault_42_a_stalled_axis_is_stopped_and_trips(small: Bench, tmp_path: Path) -> None:
+    """Detected: no progress in 2 s, or longer than distance/speed × 1.5 + 5 s.
+    Response: stopped, back to where it came from, once more; then a trip.
+    """
+
     class Stalled(Grumbling):
         def __init__(self, rig: Rig) -> None:
             super().__init__(rig, look=self._stuck)

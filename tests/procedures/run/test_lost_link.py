@@ -87,7 +87,11 @@ def test_fault_21_stuck_link_is_given_up_only_by_stop_or_abort(
 
 
 def test_fault_22_what_answers_after_the_replug_is_asked_who_it_is(small: Bench, tmp_path: Path) -> None:
-    """Addresses are stable ids; whatever sits there now is identified before anything moves."""
+    """Addresses are stable ids; whatever sits there now is identified before anything moves.
+
+    Detected: ports by stable names; every device is asked who it is after a reconnect.
+    Response: another device trips before anything moves.
+    """
     night = Night(tmp_path / "run")
 
     class Other(Unreachable):
@@ -103,6 +107,9 @@ def test_fault_22_what_answers_after_the_replug_is_asked_who_it_is(small: Bench,
 
 
 def test_fault_23_swapped_adapters_are_refused_by_what_the_devices_say(small: Bench, tmp_path: Path) -> None:
+    """Detected: every device is asked who it is.
+    Response: trip before anything moves; both are named.
+    """
     night = Night(tmp_path / "run")
 
     class Swapped(Unreachable):
@@ -141,7 +148,11 @@ def test_fault_36_a_device_that_never_gives_a_dwell_trips_in_the_end(small: Benc
 def test_fault_45_an_axis_that_lost_its_home_is_only_homed_and_the_check_set_comes_first(
     small: Bench, clean: Path, tmp_path: Path
 ) -> None:
-    """A controller that was switched off and on: no absolute move from a false zero, nothing but the reference move."""
+    """A controller that was switched off and on: no absolute move from a false zero, nothing but the reference move.
+
+    Detected: homed flag of the machine at every look.
+    Response: held; nothing but the reference move, then check set and seam test.
+    """
     told: list[str] = []
 
     class PowerCycled(Grumbling):

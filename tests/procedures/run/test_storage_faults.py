@@ -59,6 +59,9 @@ def _damaged(clean: Path, folder: Path, steps: tuple[int, ...]) -> Path:
 def test_fault_06_a_damaged_dwell_is_quarantined_by_name_and_never_solved_with(
     small: Bench, clean: Path, tmp_path: Path
 ) -> None:
+    """Detected: a SHA-256 for every dwell, chained in the audit trail, checked at open and at solve.
+    Response: neither solved nor resumed: salvage names the dwell and leaves it out, a resume measures it again.
+    """
     folder = _damaged(clean, tmp_path / "rotten", (10, 20))
     with JournalReader.open(folder) as reader:
         assert reader.quarantined() == ("step 10, attempt 1, epoch 1", "step 20, attempt 1, epoch 1")
@@ -90,6 +93,9 @@ def test_fault_06_a_quarantined_dwell_is_measured_again_after_salvage_and_the_nu
 
 @pytest.mark.parametrize("length", [0.3, 0.6, 0.9])
 def test_fault_07_a_truncated_journal_gives_an_intact_prefix_in_a_new_file(tmp_path: Path, length: float) -> None:
+    """Detected: head, quick check, chain of events, SHA-256 of every dwell.
+    Response: refused and left untouched; salvage takes what is provably intact into a new file.
+    """
     whole = journal_with(tmp_path / JOURNAL_FILE, 30)
     with JournalReader.open(whole) as reader:
         kept = {dwell.step: dwell.sha256 for dwell in reader.dwells()}
@@ -139,6 +145,9 @@ def test_fault_07_salvage_never_writes_over_a_journal(tmp_path: Path) -> None:
 
 
 def test_fault_08_a_journal_without_its_wal_keeps_what_is_there_and_says_what_is_lost(tmp_path: Path) -> None:
+    """Detected: a count of committed dwells and events beside the journal.
+    Response: refused; says how many are missing; salvage takes what is there.
+    """
     whole = journal_with(tmp_path / JOURNAL_FILE, 5)
     count = whole.with_name("journal.count")
     count.write_text(count.read_text().replace('"events": 11', '"events": 19').replace('"dwells": 5', '"dwells": 9'))
@@ -151,7 +160,11 @@ def test_fault_08_a_journal_without_its_wal_keeps_what_is_there_and_says_what_is
 def test_fault_04_a_disk_that_turns_read_only_leaves_a_copy_in_the_second_place(
     small: Bench, clean: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The n-th commit of a dwell is refused as a read-only file system refuses it."""
+    """The n-th commit of a dwell is refused as a read-only file system refuses it.
+
+    Detected: the system's refusal of a write.
+    Response: stopped; what is intact and the dwell that found no room go to a second place; resume goes on.
+    """
     import apsw
 
     commit, commits = Journal.commit_dwell, 0
@@ -188,7 +201,11 @@ def test_fault_04_a_second_place_that_fails_as_well_is_told(clean: Path, tmp_pat
 
 
 def test_fault_05_a_sync_that_fails_is_not_believed(tmp_path: Path, small: Bench) -> None:
-    """EIO of a commit ends the process' use of the journal: the next one verifies all of it before it appends."""
+    """EIO of a commit ends the process' use of the journal: the next one verifies all of it before it appends.
+
+    Detected: the return code of the sync.
+    Response: the journal counts as failed: stopped, never tried again and believed; resume verifies everything.
+    """
     folder = tmp_path / "run"
 
     class Stops:
@@ -248,6 +265,9 @@ def test_fault_09_a_synchronised_folder_is_refused_by_what_lies_in_it(tmp_path: 
 
 
 def test_fault_10_a_journal_of_a_newer_version_is_read_by_nobody_and_left_as_it_is(tmp_path: Path) -> None:
+    """Detected: the version in the journal's head.
+    Response: refused by name of both versions; read by nobody, left as it is.
+    """
     import apsw
 
     whole = journal_with(tmp_path / JOURNAL_FILE, 2)

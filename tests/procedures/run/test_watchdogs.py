@@ -35,6 +35,9 @@ def _events(run_dir: Path, kind: str) -> list[Event]:
 def test_fault_56_a_run_proves_the_watchdogs_feeds_them_through_a_soak_and_lets_go(
     tmp_path: Path, machine: str
 ) -> None:
+    """Detected: the device's own time-out, set and verified when the run begins.
+    Response: the device stops by itself within its time-out.
+    """
     one = _bench(tmp_path, machine)
     run_dir = tmp_path / "run"
     outcome = one.run(run_dir)

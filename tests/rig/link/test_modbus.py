@@ -130,7 +130,11 @@ def test_silence_is_told_with_the_register_and_the_deadline() -> None:
 
 @pytest.mark.parametrize("late_s", [1.05, 1.15, 1.5, 2.3])
 def test_fault_33_a_late_reply_is_never_the_value_of_another_register(late_s: float) -> None:
-    """f5: pymodbus' own client returns register 10's value for register 20 here, without an error."""
+    """f5: pymodbus' own client returns register 10's value for register 20 here, without an error.
+
+    Detected: after a time-out the line must be quiet and a sentinel be answered.
+    Response: the value is asked for anew; a late reply is never another register's.
+    """
     script = FaultScript()
     master, _ = _master(_registers, script)
     master.set_sentinel(606, 606)

@@ -78,6 +78,9 @@ def test_every_question_has_its_own_number() -> None:
 
 
 def test_fault_32_a_reply_with_another_number_is_passed_over_and_the_right_one_waited_for() -> None:
+    """Detected: transaction, unit, function and length of every reply.
+    Response: passed over, and the right one waited for until the deadline.
+    """
     other = bytes.fromhex("00 63 00 00 00 05 01 03 02 00 07")
     client, _ = _client(lambda asked: other + _registers(asked))
     assert client.read_holding(10) == (10,)
