@@ -117,7 +117,7 @@ def _on_client(client: "Client", parts: Sequence[Sequence[Job]]) -> Iterator[lis
 
     waiting = client.map(resolve_chunk, parts, pure=False)
     try:
-        for future, answers in as_completed(waiting, with_results=True):  # type: ignore[no-untyped-call]
+        for future, answers in as_completed(waiting, loop=client.loop, with_results=True):  # type: ignore[no-untyped-call]
             yield answers
             future.release()
     except (KilledWorker, CancelledError, OSError) as error:

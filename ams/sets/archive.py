@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from ams.errors import ArchiveError, ArchiveUnknown
+from ams.errors import ArchiveError, ArchiveUnknown, SetError
 from ams.sets.archive_chain import Written, write
 from ams.sets.archive_connection import reading, writing
 from ams.sets.canonical import Document, table
@@ -131,13 +131,19 @@ def find_set(connection: "Connection", key: str) -> str:
 
 
 def stored_set(connection: "Connection", sha256: str) -> CoefficientSet:
-    """A set by its whole checksum, every check of a file made. Raises: SetError where it is damaged."""
+    """A set by its whole checksum, every check of a file made. Raises: SetError where it is damaged or another's."""
     from sqlalchemy import select
 
     from ams.sets.archive_tables import SETS
 
     document = connection.execute(select(SETS.c.document).where(SETS.c.sha256 == sha256)).scalar_one()
-    return from_json(document.encode("utf-8"), f"archive: set {sha256[:12]}")
+    found = from_json(document.encode("utf-8"), f"archive: set {sha256[:12]}")
+    if found.sha256 != sha256:
+        raise SetError(
+            f"archive: set {sha256[:12]}: holds another set, {found.sha256[:12]} of {found.sensor}; the set is not "
+            "used; calrig archive verify tells what was changed"
+        )
+    return found
 
 
 def require_publishable(sets: Sequence[CoefficientSet], published_utc: datetime) -> None:

@@ -4,6 +4,7 @@ Where the rig has a permanent check sensor, what it says of a run stands beside 
 """
 
 from dataclasses import dataclass, replace
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 from ams.errors import ArchiveUnknown
@@ -18,7 +19,7 @@ from ams.sets.points import unpack
 from ams.sets.series import PointLabel, Population
 
 if TYPE_CHECKING:
-    from sqlalchemy import Connection, Row
+    from sqlalchemy import Connection
 
 
 @dataclass(frozen=True)
@@ -74,15 +75,10 @@ def population_of(archive_url: str, sensor: str, busy_timeout_s: float = BUSY_TI
     with reading(archive_url, busy_timeout_s) as connection:
         axes, name, simulated = _kind_of(connection, sensor)
         rows = _rows(connection, axes, name, simulated)
-    latest = {(row.sensor, row.run_id or row.sha256): row for row in rows}
-    kept = sorted(latest.values(), key=lambda row: (row.sensor, row.created_utc, row.sha256))
-    labels = [
-        PointLabel(
-            row.sha256, row.sensor, row.run_id, row.created_utc, row.rig, row.check_sensor, row.gravity_mps2
-        )
-        for row in kept
-    ]  # fmt: skip
-    return Population(labels, unpack(axes.split(","), [bytes(row.numbers) for row in kept], name))
+    latest = {(sensor, run_id or sha256): row for row in rows for sha256, sensor, run_id in (row[:3],)}
+    kept = sorted(latest.values(), key=lambda row: (row[1], row[3], row[0]))
+    labels = [PointLabel(*row[:-1]) for row in kept]
+    return Population(labels, unpack(axes.split(","), [row[-1] for row in kept], name))
 
 
 def _kind_of(connection: "Connection", sensor: str) -> tuple[str, str, bool]:
@@ -104,7 +100,10 @@ def _kind_of(connection: "Connection", sensor: str) -> tuple[str, str, bool]:
     return str(found.axes), str(found.sensitivity_name), bool(found.simulated)
 
 
-def _rows(connection: "Connection", axes: str, sensitivity_name: str, simulated: bool) -> "list[Row]":  # type: ignore[type-arg]
+def _rows(
+    connection: "Connection", axes: str, sensitivity_name: str, simulated: bool
+) -> list[tuple[str, str, str | None, datetime, str, bool, float, bytes]]:
+    """The fields of a label and the packed numbers, in the order in which they were published."""
     from sqlalchemy import select
 
     from ams.sets.archive_tables import POINTS, SETS
@@ -118,4 +117,4 @@ def _rows(connection: "Connection", axes: str, sensitivity_name: str, simulated:
         .where(POINTS.c.axes == axes, POINTS.c.sensitivity_name == sensitivity_name, SETS.c.simulated == simulated)
         .order_by(SETS.c.published_utc, SETS.c.sha256)
     )
-    return list(connection.execute(query).all())
+    return [tuple(row) for row in connection.execute(query)]

@@ -1,0 +1,92 @@
+"""An archive of ten thousand sets: how long a list and a sensor's history take, as the functions and as commands.
+
+The sets are one set's document under ten thousand checksums: listing and charting read rows, not documents.
+"""
+
+import hashlib
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from datetime import timedelta
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from ams.sets.archive import list_sets, publish
+from ams.sets.archive_connection import writing
+from ams.sets.archive_history import history
+from ams.sets.characteristics import PackageNumbers
+from ams.sets.export.json_text import from_json
+from ams.sets.points import pack
+from ams.sets.series import PointLabel, Population
+from ams.sets.synthetic import Story, synthetic_archive
+from bench.figure import Figure, best_s
+
+ONE_SET = Path(__file__).parents[1] / "tests" / "data" / "coefficient_set_v1.json"
+CALRIG = Path(sys.executable).with_name("calrig")
+STORY = Story(sensors=249, years=20)
+
+
+def figures() -> Iterator[Figure]:
+    """Seconds of list and history over 10 000 sets."""
+    with TemporaryDirectory() as folder:
+        url = f"sqlite:///{folder}/archive.sqlite"
+        population = synthetic_archive(np.random.default_rng(1), STORY).population
+        fill(url, population)
+        sensor = population.labels[0].sensor
+        count = len(list_sets(url))
+        assert count == len(population.labels)
+        yield Figure(f"list of {count} sets", best_s(lambda: list_sets(url)), "s", 0.2, at_most=True)
+        seconds = best_s(lambda: history(url, sensor))
+        yield Figure(f"history of one sensor of {count} sets", seconds, "s", 0.2, at_most=True)
+        for name, command in {
+            "  calrig archive list --sensor": ["list", "--sensor", sensor],
+            "  calrig archive history": ["history", sensor],
+        }.items():
+            whole = [str(CALRIG), "archive", *command, "--archive", url]
+            yield Figure(name, _process_s(whole), "s", 1.5, at_most=True, note="a whole process")
+
+
+def _process_s(command: list[str]) -> float:
+    return best_s(lambda: subprocess.run(command, check=True, capture_output=True), least_total_s=0.0, repeats=3)
+
+
+def fill(url: str, population: Population) -> None:
+    """One row a calibration, as publishing would write them; the first sensor's last one keeps the set's checksum."""
+    from sqlalchemy import insert, select
+
+    from ams.sets.archive_tables import COEFFICIENTS, POINTS, SETS
+
+    first = from_json(ONE_SET.read_bytes(), str(ONE_SET))
+    publish(url, [first], first.created_utc)
+    with writing(url, 10.0) as connection:
+        one = dict(connection.execute(select(SETS)).mappings().one())
+        point = dict(connection.execute(select(POINTS)).mappings().one())
+        for table in (COEFFICIENTS, POINTS, SETS):
+            connection.execute(table.delete())
+        kept = population.rows_of(population.labels[0].sensor).stop - 1
+        names = [hashlib.sha256(str(place).encode()).hexdigest() for place in range(len(population.labels))]
+        names[kept] = first.sha256
+        rows = list(zip(names, population.labels, strict=True))
+        connection.execute(insert(SETS), [_set_row(one, name, label) for name, label in rows])
+        connection.execute(
+            insert(POINTS),
+            [
+                {**point, "sha256": name, "check_sensor": label.is_check, "numbers": pack(_one(population, place))}
+                for place, (name, label) in enumerate(rows)
+            ],
+        )
+
+
+def _set_row(one: Mapping[str, Any], sha256: str, label: PointLabel) -> dict[str, Any]:
+    when = {"created_utc": label.created_utc, "published_utc": label.created_utc + timedelta(hours=1)}
+    return {**one, "sha256": sha256, "sensor": label.sensor, "run_id": label.run_id, **when}
+
+
+def _one(population: Population, place: int) -> PackageNumbers:
+    numbers, rows = population.numbers, slice(place, place + 1)
+    columns = {name: getattr(numbers, name)[rows] for name in ("primary", "covariance", "scatter")}
+    return replace(numbers, **columns)
