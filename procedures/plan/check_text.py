@@ -9,8 +9,10 @@ if TYPE_CHECKING:
     from rich.console import Group
     from rich.table import Table
 
-UNITS = {"_v": "V", "_v_per_g": "V/g", "_deg": "°"}
-IN_SMALL = {"V": (1e6, "µV"), "V/g": (1e6, "µV/g"), "°": (3600.0, "″")}
+UNITS = {"_v": "V", "_v_per_g": "V/g", "_deg": "°", "_g": "g", "_g_per_v": "g/V"}
+IN_SMALL = {
+    "V": (1e6, "µV"), "V/g": (1e6, "µV/g"), "°": (3600.0, "″"), "g": (1e6, "µg"), "g/V": (1e6, "µg/V"),
+}  # fmt: skip
 
 
 def render(report: CheckReport) -> "Group":
@@ -26,7 +28,8 @@ def _facts(report: CheckReport) -> "Table":
     plan = report.plan
     table = _bare_table()
     roll = f" × {len(plan.design.roll_values_deg)} roll" if plan.design.has_roll else ", without roll"
-    counts = f"{len(plan.design.points)} points ({len(plan.design.pitch_values_deg)} pitch{roll})"
+    yaw = f" × {len(plan.design.yaw_values_deg)} yaw" if len(plan.design.yaw_values_deg) > 1 else ""
+    counts = f"{len(plan.design.points)} points ({len(plan.design.pitch_values_deg)} pitch{yaw}{roll})"
     seed = "" if plan.seed is None else f", seed {plan.seed}"
     others = len(plan.dwells) - len(plan.design_dwells)
     usage = report.usage_figure_of_merit_sqrt
@@ -72,7 +75,8 @@ def _expected(report: CheckReport) -> "Table":
 def _noise(report: CheckReport) -> str:
     sources = ", ".join(dict.fromkeys(axis.noise_source for axis in report.expected))
     conings = ", ".join(dict.fromkeys(f"{axis.coning_deg:g}°" for axis in report.expected))
-    azimuth = f"; the azimuth's holds for a coning angle of {conings}" if report.plan.design.has_roll else ""
+    has_azimuth = report.plan.design.has_roll and report.plan.solve.model != "linear"
+    azimuth = f"; the azimuth's holds for a coning angle of {conings}" if has_azimuth else ""
     return f"u: expected standard uncertainty from noise ({sources}) and table alone{azimuth}"
 
 

@@ -12,10 +12,8 @@ import numpy as np
 
 from procedures.description import ProcedureDescription
 from procedures.plan.evaluation import attitudes_rad
-from procedures.plan.felt import equivalent_rad
 from procedures.plan.plan import Plan
-from procedures.plan.refusals import basis
-from procedures.solving import table_uncertainty
+from procedures.solving import model_name, table_uncertainty
 from rig.description import AxisTruth, RigDescription
 
 if TYPE_CHECKING:
@@ -71,12 +69,9 @@ def _expected_axis(
     pitch_rad, roll_rad = attitudes_rad(plan.design)
     if plan.solve.model == "pitch-only":
         values = expected_without_roll(pitch_rad, plan.replications, noise_v, sensitivity, axis, table=table)
-    elif plan.solve.model == "linear":
-        values = _expected_line(plan, axis, noise_v, sensitivity)
+    elif plan.solve.model in ("linear", "pitch-yaw-roll"):
+        values = _expected_on_gimbal(plan, serial, axis, noise_v, (sensitivity, coning_deg, azimuth_deg), table)
     else:
-        if plan.solve.model == "pitch-yaw-roll":
-            pitch_rad, roll_rad = equivalent_rad(plan.design.points, plan.solve.packages.get(serial, "model"))
-            table, source = None, f"{source}, table errors not in it"
         coning_rad, azimuth_rad = np.deg2rad(coning_deg), np.deg2rad(azimuth_deg)
         values = expected_standard_uncertainty(
             pitch_rad, roll_rad, plan.replications, noise_v, sensitivity, axis, coning_rad, azimuth_rad, table
@@ -84,14 +79,39 @@ def _expected_axis(
     return ExpectedAxis(serial, axis, noise_v, source, coning_deg, values)
 
 
-def _expected_line(plan: Plan, axis: str, noise_v: float, sensitivity_v_per_g: float) -> dict[str, float | None]:
-    """Of real = A·measured + B with A = 1/S, for an offset of nothing."""
-    columns = basis("linear", plan.design.points, axis=axis)
-    offset, slope = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)) / plan.replications) * noise_v
-    return {
-        "gain_g_per_v": float(slope) / sensitivity_v_per_g**2,
-        "offset_g": float(offset) / abs(sensitivity_v_per_g),
+def _expected_on_gimbal(
+    plan: Plan,
+    serial: str,
+    axis: str,
+    noise_v: float,
+    sensor: tuple[float, float, float],
+    table: "TableUncertainty | None",
+) -> Mapping[str, float | None]:
+    """Of models that know yaw. ``sensor``: sensitivity (V/g), coning and azimuth (degrees) in TP's terms."""
+    from ams.frames import Attitude
+    from ams.models.accelerometer import vector_from_angles
+    from ams.models.registry import model_named
+    from ams.solve.linear_form import factor
+    from ams.uncertainty.table import index_columns
+
+    angles = {
+        name: np.deg2rad([getattr(point, f"{name}_deg") for point in plan.design.points])
+        for name in ("pitch", "yaw", "roll")
     }
+    model = model_named(model_name(plan.solve, serial), axis)
+    attitude = Attitude(angles["pitch"], angles["roll"], angles["yaw"])
+    k = vector_from_angles(axis, sensor[0], radians(sensor[1]), radians(sensor[2]))
+    primary = np.array([0.0, k["xyz".index(axis)]]) if plan.solve.model == "linear" else np.array([0.0, *-k])
+    form = factor(model.basis(attitude), model.primary_names, attitude)
+    covariance = noise_v**2 / plan.replications * form.unscaled_covariance
+    if table is not None:
+        columns = form.estimator @ index_columns(table, angles, model.angle_jacobian(primary, attitude))
+        covariance = covariance + columns @ columns.T
+    rows = model.parameters_jacobian(primary)
+    values = np.sqrt(np.einsum("mi,ij,mj->m", rows, covariance, rows))
+    null = model.undetermined(primary, covariance)
+    named = zip(model.parameter_names, values.tolist(), strict=True)
+    return {name: None if name in null else float(value) for name, value in named}
 
 
 def _truth(rig: RigDescription, serial: str, axis: str) -> AxisTruth | None:

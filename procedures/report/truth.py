@@ -10,6 +10,9 @@ from ams.observations import Observations
 from ams.solve.result import AxisCalibration
 from rig.description import AxisTruth, Mount, RigDescription
 
+QUARTER_TURN_DEG = 90.0
+"""CR's azimuth less TP's, and CR's sensitivity is minus TP's: it senses gravity (mathematics, section 1)."""
+
 
 def truth_of(
     rig: RigDescription, sensor: str, axis: str, observations: Observations, calibration: AxisCalibration
@@ -29,10 +32,13 @@ def truth_of(
         "offset_tc_v_per_degc": truth.offset_tc_v_per_degc,
         "sensitivity_tc_per_degc": truth.sensitivity_tc_per_degc / warming,
     }
+    if calibration.model.startswith("pitch-yaw-roll"):
+        values["azimuth_deg"] = 180.0 - (180.0 - truth.azimuth_deg - QUARTER_TURN_DEG) % 360.0
     if truth.offset_drift_v_per_replication == 0.0:
         values["offset_v"] = truth.offset_v + truth.offset_tc_v_per_degc * warmer_degc
     if truth.sensitivity_drift_per_replication == 0.0:
-        values["sensitivity_v_per_g"] = truth.sensitivity_v_per_g * warming
+        sense = -1.0 if calibration.model.startswith("pitch-yaw-roll") else 1.0
+        values["sensitivity_v_per_g"] = sense * truth.sensitivity_v_per_g * warming
     return values
 
 

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from small_run import Bench, bench, dwells_of
 
+from procedures.description import read_procedure
 from procedures.errors import PlanError
+from procedures.plan.expected import expected_uncertainties
 from procedures.solving import solve_sensors
 
 YAW = (
@@ -91,6 +93,8 @@ def test_delivery_of_a_gimbal_run_leaves_a_set_with_its_yaw_range(tmp_path: Path
     assert document["validity"]["yaw_deg"] == [-30.0, 30.0]
     assert document["convention"]["name"] == "CR"
     assert delivery.report.exists()
+    rows = {row.name: row for row in delivery.view.sensors[0].axes[0].parameters}
+    assert (rows["sensitivity_v_per_g"].truth, rows["azimuth_deg"].truth) == (-2.5, pytest.approx(125.0))
 
 
 def test_straight_lines_leave_a_report_and_say_that_they_make_no_set(tmp_path: Path) -> None:
@@ -138,3 +142,47 @@ def test_a_sensor_that_is_named_a_sting_package_is_solved_as_one(tmp_path: Path)
     axes = solved_axes(made, tmp_path / "run")
     assert axes["x"].model == "pitch-yaw-roll-sting"
     assert values(axes["x"])["sensitivity_v_per_g"][0] == pytest.approx(-2.5, abs=2e-4)
+
+
+@pytest.mark.parametrize("model", ["pitch-yaw-roll", "linear"])
+def test_what_to_expect_of_a_gimbal_is_what_noise_and_table_leave(tmp_path: Path, model: str) -> None:
+    """Straight from the definition: many noisy campaigns on tables of other teeth, each solved by least squares."""
+    teeth = (
+        "increment_deg = 1.0\nlimits_deg = [-180.0, 180.0]",
+        "increment_deg = 1.0\nlimits_deg = [-180.0, 180.0]\nuncertainty_arcsec = 3.0",
+    )
+    made = bench(tmp_path, (YAW, teeth), (GIMBAL, solve_table(f'model = "{model}"')))
+    procedure = read_procedure(tmp_path / "procedure.toml")
+    expected = expected_uncertainties(made.rig, procedure, made.plan)[0]
+    chance, points = np.random.default_rng(3), made.plan.design.points
+    pitch, yaw, roll = (np.deg2rad([getattr(p, f"{name}_deg") for p in points]) for name in ("pitch", "yaw", "roll"))
+    basis = np.column_stack([np.ones(len(points)), felt(pitch, yaw, roll)])
+    columns = basis if model == "pitch-yaw-roll" else basis[:, :2]
+    k = 2.5 * np.array(
+        [np.cos(np.deg2rad(0.5)), *(np.sin(np.deg2rad(0.5)) * f(np.deg2rad(35.0)) for f in (np.cos, np.sin))]
+    )
+    k = k if model == "pitch-yaw-roll" else k * [1.0, 0.0, 0.0]
+    found = []
+    for _ in range(1500):
+        moved = [angle + errors_of_teeth(angle, chance) for angle in (pitch, roll)]
+        output = 0.005 + felt(moved[0], yaw, moved[1]) @ k + 2e-5 / np.sqrt(5 * 2) * chance.standard_normal(len(points))
+        found.append(np.linalg.lstsq(columns, output, rcond=None)[0])
+    spread = np.std(found, axis=0)
+    first = expected.standard_uncertainty["offset_v" if model == "pitch-yaw-roll" else "offset_g"]
+    second = expected.standard_uncertainty["sensitivity_v_per_g" if model == "pitch-yaw-roll" else "gain_g_per_v"]
+    scale = (1.0, 1.0) if model == "pitch-yaw-roll" else (1.0 / 2.5, 1.0 / 2.5**2)
+    assert first == pytest.approx(spread[0] * scale[0], rel=0.08)
+    assert second == pytest.approx(spread[1] * scale[1], rel=0.08)
+
+
+def felt(pitch: np.ndarray, yaw: np.ndarray, roll: np.ndarray) -> np.ndarray:
+    """(K, 3) by the passive rotations of the gimbal, written out."""
+    x = np.sin(pitch) * np.cos(yaw)
+    y, z = -np.sin(pitch) * np.sin(yaw), -np.cos(pitch)
+    return np.stack([x, y * np.cos(roll) + z * np.sin(roll), -y * np.sin(roll) + z * np.cos(roll)], axis=-1)
+
+
+def errors_of_teeth(angle: np.ndarray, chance: np.random.Generator) -> np.ndarray:
+    """One error an index, rectangular within three arc seconds; a whole turn is the same index."""
+    _, index = np.unique(np.round(np.mod(angle, 2.0 * np.pi), 6), return_inverse=True)
+    return chance.uniform(-3.0, 3.0, index.max() + 1)[index] * np.pi / 180.0 / 3600.0
