@@ -107,10 +107,11 @@ def test_a_part_is_the_shift_that_the_error_makes(
 
 def test_the_sting_package_does_not_see_roll_in_a_tilt(yawed: Observations) -> None:
     still = replace(yawed, roll_rad=np.zeros(yawed.rows))
-    rows = with_outputs(still, felt(still, np.eye(3)))
+    rows = replace(with_outputs(still, felt(still, np.eye(3))), roll_rad=yawed.roll_rad)
     told = solved(rows, "pitch-yaw-roll-sting", SharedError("it", "base-tilt", TILT_RAD))
     before = solved(rows, "pitch-yaw-roll-sting")
-    after = solved(with_outputs(still, felt(still, about_x(TILT_RAD))), "pitch-yaw-roll-sting")
+    tilted = replace(with_outputs(still, felt(still, about_x(TILT_RAD))), roll_rad=yawed.roll_rad)
+    after = solved(tilted, "pitch-yaw-roll-sting")
     for axis in "xyz":
         assert_same_up_to_sign(part(told[axis], "it"), after[axis].primary - before[axis].primary, 1e-3)
 
