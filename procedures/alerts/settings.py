@@ -10,6 +10,25 @@ from rig.settings import Positive
 from rig.toml_file import StrictTable, as_tuple, read_toml
 
 
+class Escalation(StrictTable):
+    """``[escalate]``: who is told when nobody has acknowledged an alarm for so long."""
+
+    after_min: Positive = 30.0
+    urls: tuple[str, ...] = ()
+    command: tuple[str, ...] = ()
+
+    @field_validator("urls", "command", mode="before")
+    @classmethod
+    def _lists_are_tuples(cls, value: object) -> object:
+        return as_tuple(value)
+
+    @model_validator(mode="after")
+    def _tells_somebody(self) -> Self:
+        if not self.urls and not self.command:
+            raise ValueError("give urls or a command: an escalation to nobody is none")
+        return self
+
+
 class AlertSettings(StrictTable):
     """The whole file; everything in it is optional."""
 
@@ -24,6 +43,9 @@ class AlertSettings(StrictTable):
     heartbeat_every_s: Annotated[float, Field(ge=5.0)] = 60.0
     least_gap_s: Positive = 600.0
     """The same alert is not told again sooner."""
+    repeat_every_s: Annotated[float, Field(ge=10.0)] = 900.0
+    """An alarm (held, tripped, failed) that nobody acknowledged is told again so often."""
+    escalate: Escalation | None = None
     deadline_s: Annotated[float, Field(gt=0.0, le=300.0)] = 30.0
     """So long a message may take before it counts as lost."""
 
@@ -46,7 +68,7 @@ def is_web(address: str) -> bool:
 def read_alerts(path: Path) -> AlertSettings:
     """Raises: DescriptionError naming every mistake; also where apprise is asked for and not installed."""
     settings = read_toml(path).validate(AlertSettings)
-    if settings.urls:
+    if settings.urls or (settings.escalate is not None and settings.escalate.urls):
         from importlib.util import find_spec
 
         if find_spec("apprise") is None:

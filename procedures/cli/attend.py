@@ -3,18 +3,44 @@
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from procedures.cli.output import note
+from procedures.cli.places import login_name
 
 if TYPE_CHECKING:
+    from procedures.alerts.desk import AlertDesk
     from procedures.run.care import Care, Pulse
     from procedures.run.progress import RunObserver
 
 
+@dataclass(frozen=True, slots=True)
+class Attendance:
+    """What surrounds one run."""
+
+    observer: "RunObserver"
+    care: "Care"
+    desk: "AlertDesk | None" = None
+
+    def ring_out(self, folder: Path) -> None:
+        """After everything is delivered: an alarm that others are to be told of rings on until it is acknowledged.
+
+        Ctrl-C acknowledges it: somebody is there.
+        """
+        from procedures.run.take_back import acknowledge, is_acknowledged
+
+        if self.desk is None:
+            return
+        try:
+            _tell_losses(self.desk.ring_out(lambda: is_acknowledged(folder)))
+        except KeyboardInterrupt:
+            acknowledge(folder, login_name(), "Ctrl-C")
+
+
 @contextmanager
-def attended(title: str, alerts: Path | None, *, is_virtual: bool) -> "Iterator[tuple[RunObserver, Care]]":
+def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) -> Iterator[Attendance]:
     """Observer and care of a run. In virtual time nobody is told and nothing is kept awake.
 
     Raises: DescriptionError where the file of alerts is wrong.
@@ -26,13 +52,13 @@ def attended(title: str, alerts: Path | None, *, is_virtual: bool) -> "Iterator[
 
     with ExitStack() as opened:
         if is_virtual:
-            yield opened.enter_context(shown_on(sys.stderr)), Care()
+            yield Attendance(opened.enter_context(shown_on(sys.stderr)), Care())
             return
-        screen, pulse = _told(title, alerts, opened)
-        yield screen, Care(pulse=pulse, second_place=user_state_path("calrig") / "emergency")
+        desk, pulse = _told(title, alerts, run, opened)
+        yield Attendance(desk, Care(pulse=pulse, second_place=user_state_path("calrig") / "emergency"), desk)
 
 
-def _told(title: str, alerts: Path | None, opened: ExitStack) -> "tuple[RunObserver, Pulse]":
+def _told(title: str, alerts: Path | None, run: Path, opened: ExitStack) -> "tuple[AlertDesk, Pulse]":
     from procedures.alerts.desk import AlertDesk
     from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
     from procedures.run.inhibit import awake
@@ -42,7 +68,7 @@ def _told(title: str, alerts: Path | None, opened: ExitStack) -> "tuple[RunObser
     settings = read_alerts(alerts) if alerts is not None else default_alerts()
     refusal = opened.enter_context(awake(title))
     screen = opened.enter_context(shown_on(sys.stderr))
-    desk = AlertDesk(settings or AlertSettings(), title, SystemClock(), screen)
+    desk = AlertDesk(settings or AlertSettings(), title, SystemClock(), screen, str(run))
     opened.callback(lambda: _tell_losses(desk.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]
 

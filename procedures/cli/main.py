@@ -26,6 +26,7 @@ COMMANDS = (
     ("stop", "steer:stop", "Stop a run after the dwell in progress."),
     ("abort", "steer:abort", "Abort a run: axes stop now."),
     ("note", "people:note", "Write a note into the journal of a run."),
+    ("ack", "people:ack", "Acknowledge the alarm of a run: repeats and escalation end."),
     ("void", "people:void", "Take back a dwell and everything after it; a resume measures it again."),
     ("redo", "people:redo", "Take back one replication; a resume measures it again."),
     ("handover", "people:handover", "The whole state of a run on one page."),

@@ -1,4 +1,4 @@
-"""``calrig note``, ``void``, ``redo``, ``handover``, ``salvage``: what people do with a run beside steering it."""
+"""``calrig note``, ``ack``, ``void``, ``redo``, ``handover``, ``salvage``: what people do beside steering a run."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -34,6 +34,30 @@ def note(run: str, text: str, /, *, operator: str | None = None) -> None:
     else:
         add_note(folder, by, text)
     say(f"{folder}: noted")
+
+
+def ack(run: str, text: str = "", /, *, operator: str | None = None) -> None:
+    """Acknowledge the alarm of a run: repeats and escalation end; the run stays as it is.
+
+    Parameters
+    ----------
+    run
+        The run.
+    text
+        What is being done about it.
+    operator
+        Who knows of it; by default the login name.
+    """
+    from procedures.run.owner import is_owned
+    from procedures.run.spool import ask
+    from procedures.run.take_back import acknowledge
+
+    folder, by = find_run(run), operator or login_name()
+    if is_owned(folder):
+        ask(folder, "ack", by, datetime.now(UTC), text)
+    else:
+        acknowledge(folder, by, text)
+    say(f"{folder}: acknowledged")
 
 
 def void(

@@ -79,9 +79,11 @@ def run(
             folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
         )
         is_virtual = isinstance(opened.clock, VirtualClock)
-        with attended(plan.title, alerts, is_virtual=is_virtual) as (observer, care):
-            outcome = begin(folder, header, plan, opened, observer, care=care)
-    return conclude(folder, outcome, archive, json=json)
+        with attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance:
+            outcome = begin(folder, header, plan, opened, attendance.observer, care=attendance.care)
+    exit_status = conclude(folder, outcome, archive, json=json)
+    attendance.ring_out(folder)
+    return exit_status
 
 
 def resume(
@@ -131,16 +133,18 @@ def resume(
     if not allow_network_folder:
         require_local(folder)
     title, is_virtual = title_and_time(folder)
-    with attended(title, alerts, is_virtual=is_virtual) as (observer, care):
+    with attended(title, alerts, folder, is_virtual=is_virtual) as attendance:
         outcome = resume_run(
             folder,
             operator or ("" if accept_changes else login_name()),
             reason or "",
-            observer,
-            care=care,
+            attendance.observer,
+            care=attendance.care,
             accepts_changes=accept_changes,
         )
-    return conclude(folder, outcome, archive, json=json)
+    exit_status = conclude(folder, outcome, archive, json=json)
+    attendance.ring_out(folder)
+    return exit_status
 
 
 def title_and_time(folder: Path) -> tuple[str, bool]:

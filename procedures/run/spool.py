@@ -17,7 +17,7 @@ from typing import Literal, get_args
 from procedures.errors import RequestError, StorageFailed
 from rig.clock import Clock, SystemClock
 
-Kind = Literal["pause", "continue", "stop", "abort", "note"]
+Kind = Literal["pause", "continue", "stop", "abort", "note", "ack"]
 FOLDER = "requests"
 _SUFFIX = ".json"
 _MAX_BYTES = 65_536

@@ -81,11 +81,11 @@ class Steering:
         return min(self._clock.slice_s, self._pulse_within_s)
 
     def discard_pending(self, since: datetime | None) -> None:
-        """Requests that a dead process left behind are journalled and, but for notes, not obeyed; what was asked
+        """Requests that a dead process left behind are journalled and, but for words, not obeyed; what was asked
         ``since`` this process owns the run was asked of it."""
         for taken in self._spool.take():
             request = taken.request
-            if request is None or request.kind == "note" or _is_asked_since(request, since):
+            if request is None or request.kind in ("note", "ack") or _is_asked_since(request, since):
                 self._take(taken)
             else:
                 self._record(Taken(taken.file, request, "asked of the process before this one"))

@@ -64,6 +64,22 @@ def add_note(run_dir: Path, operator: str, text: str, clock: Clock | None = None
         journal.append_event("note", {"by": operator, "text": text, "at_utc": clock.now_utc().isoformat()}, clock)
 
 
+def acknowledge(run_dir: Path, operator: str, text: str, clock: Clock | None = None) -> None:
+    """Somebody knows of the alarm of a run that no process runs. Raises as :func:`add_note`."""
+    clock = clock or SystemClock()
+    with _owned_journal(run_dir, clock) as journal:
+        journal.append_event("ack", {"by": operator, "text": text, "at_utc": clock.now_utc().isoformat()}, clock)
+
+
+def is_acknowledged(run_dir: Path) -> bool:
+    """Whether somebody acknowledged the last state of a run, or took the run up again."""
+    with JournalReader.open(run_dir) as reader:
+        state, known = reader.last_event("state"), reader.last_event("ack")
+        is_alarm = reader.state() in (State.HELD, State.TRIPPED, State.FAILED)
+    assert state is not None
+    return not is_alarm or (known is not None and known.sequence > state.sequence)
+
+
 def _accepted(run_dir: Path) -> list[DwellRecord]:
     """In the order of commitment, check sets of the past left out: each epoch measures its own."""
     with JournalReader.open(run_dir) as reader:

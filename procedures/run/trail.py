@@ -41,12 +41,14 @@ class Trail:
         self._journal.append_event(kind, detail, self._clock)
 
     def request(self, taken: Taken) -> None:
-        """A request that was taken; a note is an event of its own."""
-        note = taken.request if taken.request is not None and taken.request.kind == "note" else None
-        if note is None:
-            self.event("request", taken.detail())
+        """A request that was taken; a note and an acknowledgement are events of their own."""
+        asked = taken.request
+        if asked is not None and asked.kind in ("note", "ack"):
+            self.event(asked.kind, {"by": asked.by, "text": asked.text, "at_utc": asked.at_utc})
         else:
-            self.event("note", {"by": note.by, "text": note.text, "at_utc": note.at_utc})
+            self.event("request", taken.detail())
+        if asked is not None and asked.kind in ("ack", "continue"):
+            self.tell("ack", f"acknowledged by {asked.by}")
 
     def commit(self, record: DwellRecord) -> DwellRecord:
         """Store a judged dwell and tell of it."""

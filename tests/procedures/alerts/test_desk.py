@@ -178,3 +178,76 @@ def test_what_became_of_an_alert_is_in_the_journal(tmp_path: Path) -> None:
     with JournalReader.open(tmp_path / "run") as reader:
         (event,) = reader.events("alert")
     assert event.detail["failed"] == "apprise: ntfy://… did not take it"
+
+
+def _escalating(clock: VirtualClock, folder: Path, **settings: object) -> AlertDesk:
+    others = {"after_min": 30.0, "command": [sys.executable, "-c", WRITES, str(folder / "others.txt")]}
+    return _desk(clock, folder / "told.txt", escalate=others, **settings)
+
+
+def _let_pass(desk: AlertDesk, clock: VirtualClock, minutes: int) -> None:
+    for _ in range(minutes):
+        clock.sleep(60.0)
+        desk.pulse()
+        for thread in desk._threads:
+            thread.join()
+
+
+def test_an_alarm_that_nobody_acknowledges_is_told_again_and_then_to_others(
+    clock: VirtualClock, tmp_path: Path
+) -> None:
+    desk = _escalating(clock, tmp_path, repeat_every_s=600.0)
+    desk.on_event(HOLD)
+    _let_pass(desk, clock, 29)
+    assert (tmp_path / "told.txt").read_text().count("calrig: night: still held\n") == 2
+    assert not (tmp_path / "others.txt").exists()
+    _let_pass(desk, clock, 31)
+    others = (tmp_path / "others.txt").read_text()
+    assert others.count("calrig: night: still held, unacknowledged") == 1
+    assert "Nobody has acknowledged it for 30 min: calrig ack RUN" in others
+    assert (tmp_path / "told.txt").read_text().count("calrig: night: still held\n") == 6
+
+
+@pytest.mark.parametrize(
+    "word",
+    [
+        Progress("ack", State.HELD, 3, 24, 1, 2, None, None, "acknowledged by anna"),
+        Progress("state", State.RUNNING, 3, 24, 1, 2, None, None, ""),
+    ],
+    ids=["acknowledged", "over by itself"],
+)
+def test_an_alarm_that_is_known_or_over_rings_no_more(clock: VirtualClock, tmp_path: Path, word: Progress) -> None:
+    desk = _escalating(clock, tmp_path)
+    desk.on_event(HOLD)
+    _let_pass(desk, clock, 5)
+    desk.on_event(word)
+    _let_pass(desk, clock, 120)
+    assert (tmp_path / "told.txt").read_text().count("held") == 2, "subject and text of the first message"
+    assert not (tmp_path / "others.txt").exists()
+
+
+def test_a_run_that_ended_in_a_trip_rings_on_until_others_are_told(clock: VirtualClock, tmp_path: Path) -> None:
+    desk = _escalating(clock, tmp_path)
+    desk.on_event(Progress("state", State.TRIPPED, 3, 24, 1, 2, None, None, "stop button"))
+    began_s = clock.monotonic_s()
+    desk.ring_out(lambda: False)
+    assert clock.monotonic_s() - began_s == pytest.approx(1800.0, abs=2.0)
+    assert "stop button" in (tmp_path / "others.txt").read_text()
+
+
+def test_a_run_that_ended_rings_no_longer_than_to_its_acknowledgement(clock: VirtualClock, tmp_path: Path) -> None:
+    desk = _escalating(clock, tmp_path)
+    desk.on_event(Progress("state", State.TRIPPED, 3, 24, 1, 2, None, None, "stop button"))
+    looks = iter([False] * 5 + [True])
+    desk.ring_out(lambda: next(looks))
+    assert not (tmp_path / "others.txt").exists()
+    quiet = _desk(clock, tmp_path / "told.txt")
+    quiet.on_event(Progress("state", State.TRIPPED, 3, 24, 1, 2, None, None, "stop button"))
+    quiet.ring_out(lambda: pytest.fail("there is nobody else to tell, so nobody waits"))
+
+
+def test_an_escalation_to_nobody_is_refused_by_line(tmp_path: Path) -> None:
+    path = tmp_path / "alerts.toml"
+    path.write_text("[escalate]\nafter_min = 5.0\n")
+    with pytest.raises(DescriptionError, match=r"alerts.toml:\d+: escalate: .*an escalation to nobody is none"):
+        read_alerts(path)

@@ -1,11 +1,13 @@
 """Notes, dwells taken back and replications redone: superseded, never edited; a moved package has its own mounting."""
 
 import json
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
 import pytest
-from night import events, states
+from grumbling import Grumbling
+from night import Degrading, Night, asks, events, spend, states
 from small_run import Bench, bench, dwells_of, measured, resumed
 
 from procedures.delivery import deliver, solve_run
@@ -19,9 +21,10 @@ from procedures.run.spool import Request, Spool
 from procedures.run.states import State
 from procedures.run.status import status
 from procedures.run.storage import JOURNAL_FILE
-from procedures.run.take_back import Word, add_note, redo, void_from
-from rig.assembly import open_rig
+from procedures.run.take_back import Word, acknowledge, add_note, is_acknowledged, redo, void_from
+from rig.assembly import Rig, open_rig
 from rig.description import LevelReading, RigDescription, Standard
+from rig.devices.abilities import AxisState
 
 BUMPED = Word("anna", "the table was bumped")
 
@@ -181,3 +184,32 @@ def test_a_request_for_a_note_reaches_a_running_run_by_its_spool(whole: Path) ->
     redo(whole, 2, BUMPED)
     resumed(whole)
     assert [event.detail["text"] for event in events(whole, "note")] == ["later"]
+
+
+def test_an_acknowledgement_at_rest_and_in_a_held_run_is_on_record_and_known(small: Bench, tmp_path: Path) -> None:
+    night = Night(small.folder / "held", at={30: asks("ack"), **{at: asks("continue") for at in range(60, 2000, 20)}})
+    outcome = spend(small, night, rig_of=Degrading)
+    assert outcome.state in (State.FINISHED, State.STOPPED)
+    (ack,) = events(night.run_dir, "ack")
+    assert (ack.detail["by"], any(one.event == "ack" for one in night.told)) == ("bert", True)
+
+
+def test_a_tripped_run_is_acknowledged_by_a_word_after_its_trip_or_by_a_resume(small: Bench, tmp_path: Path) -> None:
+    night = Night(small.folder / "tripped", after={5: asks("ack")})
+    spend(small, night, rig_of=lambda rig: Pressed(rig))
+    assert status(night.run_dir).state is State.TRIPPED
+    assert not is_acknowledged(night.run_dir), "a word from before the trip does not speak of it"
+    acknowledge(night.run_dir, "anna", "on my way")
+    assert is_acknowledged(night.run_dir)
+    with JournalReader.open(night.run_dir) as reader:
+        reader.verify()
+
+
+class Pressed(Grumbling):
+    """The stop button is pressed in mid-run."""
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig, look=self._pressed)
+
+    def _pressed(self, state: AxisState) -> AxisState:
+        return replace(state, fault="stop button" if self.meter.read_so_far >= 60 else "")
