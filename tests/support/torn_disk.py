@@ -182,7 +182,7 @@ class Image:
 
 
 def image_at(operations: Sequence[Operation], moment: int, chance: np.random.Generator | None = None) -> Image:
-    """The disk after ``operations[:moment]``. Without ``chance`` every one of them arrived, with it only what was synced
+    """The disk after ``operations[:moment]``. Without ``chance`` all of them arrived, with it only what was synced
     and a random part of the rest."""
     done = operations[:moment]
     files: dict[str, bytearray] = {}
