@@ -39,7 +39,7 @@ class Connected:
     streams: Mapping[str, Stream]
     fields: Mapping[str, Field]
     chance: TwinChance
-    counts: Mapping[str, ExchangeCounts]
+    counts: Callable[[], Mapping[str, ExchangeCounts]]
     lines: ExitStack
 
 
@@ -85,8 +85,9 @@ class Rig:
         return self._devices.chance
 
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
-        """What happened on every line since it was opened, by the table that it belongs to (``axes.pitch``)."""
-        return self._devices.counts
+        """What happened on every line since it was opened, by the table that it belongs to (``axes.pitch``), and by
+        device where several share one (``axes.pitch, unit 2``)."""
+        return self._devices.counts()
 
     def reconnect(self) -> None:
         """Close every line and open it again, with drivers that remember nothing; locks and twins stay.

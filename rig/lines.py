@@ -25,7 +25,7 @@ class Lines:
         self._source = source or _as_it_is
         self._opened = opened
         self._streams: dict[str, ByteStream] = {}
-        self.counts: dict[str, ExchangeCounts] = {}
+        self._counted: dict[str, CountedStream] = {}
         """By the table that opened the line."""
         self._buses: dict[tuple[str, str], GpibBus] = {}
 
@@ -38,8 +38,12 @@ class Lines:
             stream = CountedStream(self._source(key, lambda: self._open(key, port, baud_rate, parity, rts_cts)))
             self._opened.callback(stream.close)
             self._streams[name] = stream
-            self.counts[key] = stream.counts
+            self._counted[key] = stream
         return self._streams[name]
+
+    def counts(self) -> dict[str, ExchangeCounts]:
+        """What happened so far, by the table that opened the line, and by device where there are several on it."""
+        return {name: one for key, stream in self._counted.items() for name, one in stream.by_slave(key).items()}
 
     def bus(self, key: str, resource: GpibResource) -> GpibBus:
         """The controller that carries an instrument. Raises as :meth:`stream`, and DeviceSilent, DeviceNonsense."""

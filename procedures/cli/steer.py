@@ -28,6 +28,8 @@ def status(run: Run, /, *, json: Json = False) -> None:
         say(f"should end {found.eta_utc:%Y-%m-%d %H:%M} UTC")
     if found.held_by is not None:
         say(f"held by: {found.held_by}")
+    for name, line in found.lines.items():
+        say(f"line of {name}: {line.told()}")
 
 
 def pause(run: Run, /, *, operator: Operator = None) -> None:

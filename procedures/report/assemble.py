@@ -12,6 +12,7 @@ import numpy as np
 
 from procedures.plan.plan import Plan
 from procedures.report.conclusions import axis_view
+from procedures.report.conditions import condition_sections
 from procedures.report.declared import declared_sections, device_rows, standard_rows
 from procedures.report.stability import check_comparisons, reference_traces, temperature_traces
 from procedures.report.trail import identities_in, interruptions_in, notes_in, seam_steps_in
@@ -92,7 +93,7 @@ def assemble_view(
         temperature=temperature_traces(dwells),
         reference=reference_traces(dwells, labels),
         checks=checks,
-        declared=declared_sections(record.rig),
+        declared={**declared_sections(record.rig), **condition_sections(record.events)},
         hashes=record.hashes,
         versions=record.versions,
     )

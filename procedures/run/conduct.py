@@ -8,6 +8,8 @@ from procedures.plan.plan import Plan
 from procedures.run.alarm import Alarm
 from procedures.run.care import Care
 from procedures.run.ending import Ending, RunEnds
+from procedures.run.links import KIND as LINKS
+from procedures.run.links import link_detail
 from procedures.run.measure import OpenRig
 from procedures.run.process import PROCESS_EVERY, growth, process_figures
 from procedures.run.spool import Request
@@ -54,6 +56,7 @@ class Conduct:
             return
         now = process_figures()
         self.trail.event("process", now)
+        self.record_lines()
         self.first_figures = self.first_figures or now
         grown = growth(self.first_figures, now)
         if grown:
@@ -64,6 +67,10 @@ class Conduct:
                     cause="process",
                 )
             )
+
+    def record_lines(self) -> None:
+        """What happened on every line since it was opened."""
+        self.trail.event(LINKS, link_detail(self.rig.link_counts()))
 
     def stop_if_asked(self) -> None:
         if self.wait.stop is not None:

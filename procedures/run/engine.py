@@ -170,6 +170,7 @@ class _Engine:
                 self._trail.event("defect", {"traceback": "".join(traceback.format_exception(defect))})
             if self._trail.state not in RESUMABLE:
                 self._conduct.watchdogs.disarm()
+                self._conduct.record_lines()
                 self._trail.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
                 self._trail.enter(state, "; ".join(reasons), ending.by, cause)
         except StorageFailed as error:
@@ -228,6 +229,7 @@ class _Engine:
         self._conduct.watchdogs.forget()
         safe = make_safe(self._rig, self._conduct.plan, is_over=False)
         self._trail.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
+        self._conduct.record_lines()
         if restarts > MOST_RESTARTS:
             raise RunEnds(
                 Ending(State.TRIPPED, f"{lost.reason}; lost {restarts} times without a dwell between", cause=lost.cause)

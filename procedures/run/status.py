@@ -1,11 +1,13 @@
 """Where a run stands, read from its journal by any process at any time."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 from procedures.run.journal_reader import JournalReader
+from procedures.run.links import LineFigures, lines_in
 from procedures.run.owner import is_owned
 from procedures.run.states import ACTIVE, State
 
@@ -27,6 +29,8 @@ class RunStatus:
     """None where nothing goes on."""
     held_by: str | None
     """What holds or tripped the run."""
+    lines: Mapping[str, LineFigures]
+    """What happened on every line, as last recorded; no part of the JSON form."""
 
     def to_document(self) -> dict[str, Any]:
         """The JSON form of ``calrig status --json``."""
@@ -58,6 +62,7 @@ def status(run_dir: Path) -> RunStatus:
             dwells_planned=len(plan.design_dwells),
             eta_utc=_eta_utc(reader, left, each_s) if state in _GOING else None,
             held_by=(reason or str(state)) if state in (State.HELD, State.TRIPPED) else None,
+            lines=lines_in(reader.events()),
         )
 
 

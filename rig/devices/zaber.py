@@ -20,6 +20,7 @@ from rig.devices.targets import check_target, nearest_step
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
 from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
+from rig.link.counts import counts_of
 from rig.settings import AxisSettings, Positive
 from rig.wire import zaber as wire
 from rig.wire.zaber import Command, Reply
@@ -68,6 +69,7 @@ class ZaberChain:
         """Send a command and return its reply. Raises: DeviceRefused where the device rejects it."""
         with self._turn:
             self._next_id = (self._next_id + 1) % wire.IDS
+            self.exchange.counts = counts_of(self.exchange.stream, f"device {device}")
             command = Command(device, axis, text, self._next_id)
             reply = self.exchange.ask(
                 wire.encode_command(command), lambda line: self._parse(line, command), idempotent=idempotent

@@ -23,18 +23,33 @@ class ExchangeCounts:
 
 
 class CountedStream:
-    """A line that carries the counts of the conversation over it, for whoever watches all lines of a rig."""
+    """A line that carries the counts of the conversation over it, for whoever watches all lines of a rig.
+
+    Several devices on one line each have counts of their own: one that fails shows, and the others do not hide it.
+    """
 
     def __init__(self, stream: ByteStream) -> None:
         self.name = stream.name
         self.clock: Clock = stream.clock
         self.counts = ExchangeCounts()
+        self.slaves: dict[str, ExchangeCounts] = {}
+        """By what tells them apart on the line, such as ``unit 2``; empty where nothing has to."""
         self.write = stream.write
         self.read = stream.read
         self.discard_input = stream.discard_input
         self.close = stream.close
 
 
-def counts_of(stream: ByteStream) -> ExchangeCounts:
-    """Those of the line where it carries some, else new ones."""
-    return stream.counts if isinstance(stream, CountedStream) else ExchangeCounts()
+    def by_slave(self, name: str) -> dict[str, ExchangeCounts]:
+        """What ``name`` is called where it is one of several; a single device is the line."""
+        if len(self.slaves) <= 1 and not self.counts.asked:
+            return {name: next(iter(self.slaves.values()), self.counts)}
+        line = {name: self.counts} if self.counts.asked or not self.slaves else {}
+        return line | {f"{name}, {slave}": counts for slave, counts in self.slaves.items()}
+
+
+def counts_of(stream: ByteStream, slave: str = "") -> ExchangeCounts:
+    """Those of the line, or of one device of several on it, where it carries some, else new ones."""
+    if not isinstance(stream, CountedStream):
+        return ExchangeCounts()
+    return stream.slaves.setdefault(slave, ExchangeCounts()) if slave else stream.counts

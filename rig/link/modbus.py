@@ -47,7 +47,7 @@ class ModbusRtu:
 
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # it logs whole frames as errors
         self.stream = stream
-        self.counts = counts_of(stream)
+        self.counts = counts_of(stream, f"unit {unit}")
         self._unit = unit
         self._patience = patience or Patience()
         self._framer = FramerRTU(DecodePDU(False))

@@ -35,7 +35,7 @@ class ModbusTcp:
 
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # it logs whole frames as errors
         self.stream = stream
-        self.counts = counts_of(stream)
+        self.counts = counts_of(stream, f"unit {unit}")
         self._unit = unit
         self._patience = patience or Patience()
         self._framer = FramerSocket(DecodePDU(False))

@@ -1,0 +1,71 @@
+"""Under which conditions a run was measured, out of its journal: meters' proofs, watchdogs, lines."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from procedures.run import meter_checks, watchdogs
+from procedures.run.links import lines_in
+from procedures.run.records import Event
+
+
+def condition_sections(events: Sequence[Event]) -> dict[str, dict[str, str]]:
+    """Heading to rows of text; what a run has not, has no section."""
+    sections = {
+        **_meters(event for event in events if event.kind == meter_checks.KIND),
+        "watchdogs of the axes": _watchdogs(event for event in events if event.kind == watchdogs.KIND),
+        "lines": {name: figures.told() for name, figures in lines_in(events).items()},
+    }
+    return {heading: rows for heading, rows in sections.items() if rows}
+
+
+def _watchdogs(events: Iterable[Event]) -> dict[str, str]:
+    """The latest word on each axis."""
+    return {str(event.detail["axis"]): str(event.detail["told"]) for event in events}
+
+
+def _meters(events: Iterable[Event]) -> dict[str, dict[str, str]]:
+    found: dict[str, list[Event]] = {}
+    for event in events:
+        found.setdefault(f"checks of {event.detail['readout']}", []).append(event)
+    return {heading: _meter(checks) for heading, checks in found.items()}
+
+
+def _meter(checks: Sequence[Event]) -> dict[str, str]:
+    occasions = [str(check.detail["occasion"]) for check in checks]
+    rows = {"checked": f"{len(checks)} times ({', '.join(_counted(occasions))})"}
+    temperatures = [float(str(degc)) for check in checks if (degc := check.detail["temperature_degc"]) is not None]
+    if temperatures:
+        rows["own temperature"] = f"{min(temperatures):.1f} to {max(temperatures):.1f} degC"
+    if calibrated := [check for check in checks if check.detail["is_calibrated_anew"]]:
+        rows["calibrated itself"] = f"{len(calibrated)} times, last {calibrated[-1].utc:%Y-%m-%d %H:%M} UTC"
+    return rows | _proofs(checks)
+
+
+def _counted(words: Sequence[str]) -> list[str]:
+    return [f"{words.count(word)} × {word}" for word in dict.fromkeys(words)]
+
+
+def _proofs(checks: Sequence[Event]) -> dict[str, str]:
+    """Of every short and reference how far it was off at most, and what was allowed."""
+    read: dict[str, list[Mapping[str, object]]] = {}
+    for check in checks:
+        proofs = check.detail["proofs"]
+        assert isinstance(proofs, list)
+        for proof in proofs:
+            read.setdefault(str(proof["what"]), []).append(proof)
+    return {what: _proof(proofs) for what, proofs in read.items()}
+
+
+def _proof(proofs: Sequence[Mapping[str, object]]) -> str:
+    read = [proof for proof in proofs if proof["value_v"] is not None]
+    offs_v = [_number(proof["value_v"]) - _number(proof["expected_v"]) for proof in read]
+    overloaded = len(proofs) - len(offs_v)
+    limit = proofs[-1]["limit_v"]
+    told = f"off by {min(offs_v):+.3g} to {max(offs_v):+.3g} V" if offs_v else "never read"
+    told += "" if limit is None else f", allowed ±{_number(limit):.3g} V"
+    bad = sum(not proof["is_good"] for proof in proofs)
+    return told + (f", {bad} beyond it" if bad else "") + (f", {overloaded} overloaded" if overloaded else "")
+
+
+def _number(value: object) -> float:
+    assert isinstance(value, int | float)
+    return float(value)
