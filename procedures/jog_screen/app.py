@@ -16,7 +16,7 @@ from typing import ClassVar
 from textual import events
 from textual.app import App, ComposeResult
 from textual.binding import Binding
-from textual.widgets import Input, Static
+from textual.widgets import Static
 
 from procedures.jog_screen import panels
 from procedures.jog_screen.bench import Bench
@@ -26,6 +26,7 @@ from procedures.jog_screen.values import AxisView, ClearStatistics, GoTo, Home, 
 from rig.jog_steps import nearest_step_deg
 
 DRAW_S = 0.1
+STOPS = ("space", "ctrl+c")
 ASK_TERMINAL = "\x1b[6n"
 """Device status report: where is the cursor? Every terminal answers it."""
 _LOST = (signal.SIGHUP, signal.SIGTERM, signal.SIGINT)
@@ -54,30 +55,12 @@ class JogApp(App[None]):
     #head { height: 2; padding: 0 1; background: #182028; }
     .panel { border: round #2c3844; border-title-color: #5fd7d7; padding: 0 1; height: auto; }
     #told { height: 1fr; min-height: 4; }
-    #prompt { display: none; height: 3; border: round #ffd75f; border-title-color: #ffd75f; background: #10151a; }
+    #prompt { display: none; height: 3; padding: 0 1; border: round #ffd75f; border-title-color: #ffd75f; }
     #prompt.asked { display: block; }
     #keys { height: 2; padding: 0 1; background: #182028; }
     """
     BINDINGS: ClassVar = [
-        Binding("space", "stop", "stop", priority=True),
-        Binding("ctrl+c", "stop", "stop", priority=True),
-        Binding("escape", "leave_prompt", "back", priority=True),
-        Binding("left", "step(-1)"),
-        Binding("right", "step(1)"),
-        Binding("shift+left", "turn(-1)"),
-        Binding("shift+right", "turn(1)"),
-        Binding("up", "select(-1)"),
-        Binding("down", "select(1)"),
-        Binding("plus,equals_sign,right_square_bracket", "size(1)"),
-        Binding("minus,left_square_bracket", "size(-1)"),
-        Binding("g", "ask('goto')"),
-        Binding("r", "ask('rate')"),
-        Binding("p", "ask('pulse')"),
-        Binding("c", "ask('chamber')"),
-        Binding("h", "home"),
-        Binding("n", "clear"),
-        Binding("s", "snapshot"),
-        Binding("q", "leave"),
+        Binding("escape", "leave_prompt", priority=True),
     ]
 
     def __init__(self, bench: Bench, heading: Heading) -> None:
@@ -88,7 +71,28 @@ class JogApp(App[None]):
         self.held_rate_dps = 1.0
         self._heading = heading
         self._prompt: Prompt | None = None
+        self._typed = ""
+        self._stopped_at = 0.0
         self._drawn: tuple[object, ...] = ()
+        self._commands: dict[str, Callable[[], object]] = {
+            "left": lambda: self._step(-1),
+            "right": lambda: self._step(1),
+            "shift+left": lambda: self._turn(-1),
+            "shift+right": lambda: self._turn(1),
+            "up": lambda: self._select(-1),
+            "down": lambda: self._select(1),
+            "-": lambda: self._resize_step(-1),
+            "+": lambda: self._resize_step(1),
+            "=": lambda: self._resize_step(1),
+            "g": lambda: self._ask("goto"),
+            "r": lambda: self._ask("rate"),
+            "p": lambda: self._ask("pulse"),
+            "c": lambda: self._ask("chamber"),
+            "h": lambda: bench.ask(Home(self.selected)),
+            "n": lambda: bench.ask(ClearStatistics()),
+            "s": lambda: bench.ask(Snapshot()),
+            "q": self.exit,  # whoever closes the bench stops every axis first
+        }
         self._loop_of_screen: asyncio.AbstractEventLoop | None = None
 
     def compose(self) -> ComposeResult:
@@ -97,7 +101,7 @@ class JogApp(App[None]):
             panel = Static(id=name, classes="panel")
             panel.border_title = title
             yield panel
-        yield Input(id="prompt", type="number", disabled=True)
+        yield Static(id="prompt")
         yield Static(id="keys")
 
     def on_mount(self) -> None:
@@ -131,74 +135,66 @@ class JogApp(App[None]):
     def on_cursor_position(self, event: events.CursorPosition) -> None:  # noqa: ARG002  that it came is the answer
         self.bench.guard.answer()
 
-    # Keys.
+    # Keys. None goes to a field that might not have the focus yet: a digit is a digit of the number that was asked for.
 
-    def action_stop(self) -> None:
-        self.bench.stop("the operator pressed stop")
-        self.action_leave_prompt()
+    async def on_event(self, event: events.Event) -> None:
+        """A key that stops overtakes every key before it, which then count for nothing: they wait in queues."""
+        if isinstance(event, events.Key) and event.key in STOPS:
+            self._stopped_at = event.time
+            self.bench.stop("the operator pressed stop")
+            self.action_leave_prompt()
+        else:
+            await super().on_event(event)
 
-    def action_step(self, way: int) -> None:
+    def action_leave_prompt(self) -> None:
+        self._prompt, self._typed = None, ""
+        self._draw()
+
+    def on_key(self, event: events.Key) -> None:
+        if event.time <= self._stopped_at:
+            return
+        key = event.character if event.character is not None and event.character.isprintable() else event.key
+        if self._prompt is not None:
+            self._type(self._prompt, key)
+        elif command := self._commands.get(key):
+            command()
+        self._draw()
+
+    def _type(self, prompt: Prompt, key: str) -> None:
+        if key == "enter":
+            request = prompt.request_of(self._typed)
+            self.action_leave_prompt()
+            if isinstance(request, str):
+                self.bench.refuse(request)
+            else:
+                self.bench.ask(request)
+        elif key == "backspace":
+            self._typed = self._typed[:-1]
+        elif len(key) == 1:
+            self._typed += key
+
+    def _step(self, way: int) -> None:
         self.bench.ask(GoTo(self.selected, way * self.step_deg, is_step=True))
 
-    def action_turn(self, way: int) -> None:
+    def _turn(self, way: int) -> None:
         self.bench.turn_while_pressed(self.selected, way * min(self.held_rate_dps, self.axis.top_rate_dps or 1.0))
 
-    def action_select(self, way: int) -> None:
+    def _select(self, way: int) -> None:
         names = [axis.name for axis in self.bench.view.axes]
         self.selected = names[(names.index(self.selected) + way) % len(names)]
         self.step_deg = nearest_step_deg(self.axis.steps_deg, self.step_deg)
-        self._draw()
 
-    def action_size(self, way: int) -> None:
+    def _resize_step(self, way: int) -> None:
         steps = self.axis.steps_deg
         self.step_deg = steps[min(max(steps.index(self.step_deg) + way, 0), len(steps) - 1)]
-        self._draw()
 
-    def action_home(self) -> None:
-        self.bench.ask(Home(self.selected))
-
-    def action_clear(self) -> None:
-        self.bench.ask(ClearStatistics())
-
-    def action_snapshot(self) -> None:
-        self.bench.ask(Snapshot())
-
-    def action_leave(self) -> None:
-        """Whoever closes the bench stops every axis first."""
-        self.exit()
-
-    # Prompts.
-
-    def action_ask(self, what: str) -> None:
+    def _ask(self, what: str) -> None:
         """Ask for a number; what is wrong with the question itself is told instead."""
         prompt = prompt_for(what, self.axis, self.bench.view, self._set_held_rate)
         if isinstance(prompt, str):
             self.bench.refuse(prompt)
-            return
-        self._prompt = prompt
-        field = self.query_one("#prompt", Input)
-        field.border_title = f"{prompt.title}  (enter: do it, esc: back)"
-        field.value, field.disabled = "", False
-        field.add_class("asked")
-        field.focus()
-
-    def action_leave_prompt(self) -> None:
-        self._prompt = None
-        field = self.query_one("#prompt", Input)
-        field.remove_class("asked")
-        field.disabled = True
-        self.set_focus(None)
-
-    def on_input_submitted(self, event: Input.Submitted) -> None:
-        prompt, text = self._prompt, event.value
-        self.action_leave_prompt()
-        if prompt is None:
-            return
-        request = prompt.request_of(text)
-        if isinstance(request, str):
-            self.bench.refuse(request)
         else:
-            self.bench.ask(request)
+            self._prompt, self._typed = prompt, ""
 
     def _set_held_rate(self, rate_dps: float) -> None:
         self.held_rate_dps = abs(rate_dps)
@@ -212,16 +208,20 @@ class JogApp(App[None]):
 
     def _draw(self) -> None:
         view = self.bench.view
-        now = (view, self.selected, self.step_deg, self.size)
+        now = (view, self.selected, self.step_deg, self.size, self._prompt, self._typed)
         if now == self._drawn:
             return
         self._drawn = now
+        field = self.query_one("#prompt", Static)
+        field.set_class(self._prompt is not None, "asked")
+        field.border_title = self._prompt.title if self._prompt else ""
         drawn: dict[str, Callable[[], object]] = {
             "#head": lambda: panels.head(self._heading, view),
             "#axes": lambda: panels.axes_panel(view, self.selected, self.step_deg),
             "#channels": lambda: panels.channels_panel(view),
             "#around": lambda: panels.surroundings_panel(view),
             "#told": lambda: panels.told_panel(view.told, self.query_one("#told").size.height),
+            "#prompt": lambda: panels.prompt_line(self._typed),
             "#keys": lambda: panels.keys_line(KEYS),
         }
         for place, text in drawn.items():

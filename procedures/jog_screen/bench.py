@@ -182,7 +182,7 @@ class Bench:
                 return self._move(axis, jog.attitude_of_pulse(self._rig, axis, pulse_us))
             case Home(axis):
                 self._looks.clear_statistics()
-                return f"{axis}: homed, at rest at {jog.home(self._rig, axis, self._watched_wait):+.6g}°"
+                return f"{axis}: homed, at rest at {jog.home(self._rig, axis, self._watched_wait):+.4f}°"
             case Turn(axis, rate_dps, is_held):
                 return self._turn(axis, rate_dps, is_held=is_held)
             case HoldTemperature(chamber, setpoint_degc):
@@ -201,7 +201,7 @@ class Bench:
         self._looks.clear_statistics()
         at_rest_deg = jog.jog_to(self._rig, axis, target_deg, self._watched_wait)
         self._looks.clear_statistics()
-        return f"{axis}: at rest at {at_rest_deg:+.6g}°"
+        return f"{axis}: at rest at {at_rest_deg:+.4f}°"
 
     def _turn(self, axis: str, rate_dps: float, *, is_held: bool) -> str:
         device = jog.rate_axis(self._rig, axis)

@@ -12,7 +12,7 @@ from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, Cham
 ACCENT, GOOD, WARM, BAD, QUIET, FAINT = "#5fd7d7", "#87d787", "#ffd75f", "#ff5f5f", "#9aa5b1", "#5b6672"
 TONES = {"done": GOOD, "refused": WARM, "failed": BAD, "stopped": BAD, "note": QUIET}
 _BLOCKS = "▁▂▃▄▅▆▇█"
-_GAUGE = 29
+_GAUGE = 25
 _ARCSEC = 3600.0
 
 
@@ -34,6 +34,11 @@ def keys_line(keys: Sequence[tuple[str, str]]) -> Text:
     return text
 
 
+def prompt_line(typed: str) -> Text:
+    hint = Text("   enter: do it   esc: back   space: stop everything", FAINT)
+    return Text(typed, "bold white") + Text("█", WARM) + hint
+
+
 def _activity(view: BenchView) -> Text:
     if view.is_stopping:
         return Text(" STOPPING ", "bold white on #d70000")
@@ -42,13 +47,13 @@ def _activity(view: BenchView) -> Text:
 
 def axes_panel(view: BenchView, selected: str, step_deg: float) -> Table:
     table = Table.grid(expand=True, padding=(0, 1))
-    for width, justify in ((10, "left"), (15, "right"), (13, "left"), (_GAUGE + 2, "left")):
+    for width, justify in ((9, "left"), (12, "right"), (12, "left"), (_GAUGE + 10, "left")):
         table.add_column(width=width, justify=justify)  # type: ignore[arg-type]
     table.add_column(ratio=1, no_wrap=True, overflow="ellipsis")
     for axis in view.axes:
         is_selected = axis.name == selected
         mark = Text("▌" if is_selected else " ", ACCENT) + Text(axis.name, f"bold {ACCENT}" if is_selected else "bold")
-        table.add_row(mark, _position(axis), _state(axis), gauge(axis), _detail(axis, is_selected, step_deg))
+        table.add_row(mark, _position(axis), _state(axis), _between_limits(axis), _detail(axis, is_selected, step_deg))
     return table
 
 
@@ -125,6 +130,11 @@ def spread(value_v: float) -> str:
     return f"{value_v * 1e9:.2g} nV"
 
 
+def _between_limits(axis: AxisView) -> Text:
+    low_deg, high_deg = axis.limits_deg
+    return Text.assemble((f"{low_deg:>4g} ", FAINT), gauge(axis), (f" {high_deg:<+4g}", FAINT))
+
+
 def _position(axis: AxisView) -> Text:
     if axis.state is None:
         return Text("—", FAINT)
@@ -152,16 +162,15 @@ def _state(axis: AxisView) -> Text:
 def _detail(axis: AxisView, is_selected: bool, step_deg: float) -> Text:
     if axis.silence or (axis.state is not None and axis.state.fault):
         return Text(axis.silence or (axis.state.fault if axis.state else ""), BAD)
-    low_deg, high_deg = axis.limits_deg
-    parts = [Text(f"{low_deg:g}…{high_deg:+g}°", QUIET)]
+    parts = []
     if is_selected:
-        parts.append(Text(f"step {step_deg:g}°", f"bold {ACCENT}"))
+        parts.append(Text(f"step\u00a0{step_deg:g}°", f"bold {ACCENT}"))
     if axis.target_deg is not None:
         parts.append(Text(f"◇ {axis.target_deg:+g}°", WARM))
-    if axis.set_rate_dps is not None:
-        parts.append(Text(f"{axis.set_rate_dps:+g}°/s asked", WARM))
     if axis.measured is not None:
-        parts.append(Text(f"{axis.measured.rate_dps:+.4f}°/s measured", GOOD))
+        parts.append(Text(f"measured {axis.measured.rate_dps:+.4f}°/s", GOOD))
+    elif axis.set_rate_dps is not None:
+        parts.append(Text(f"asked {axis.set_rate_dps:+g}°/s", WARM))
     if axis.pulse_us is not None:
         parts.append(Text(f"{axis.pulse_us:.2f} µs", QUIET))
     return Text("  ").join(parts)

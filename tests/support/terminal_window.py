@@ -1,5 +1,5 @@
-"""A terminal window as a program sees one: a pseudo-terminal that is the program's controlling terminal, with an emulator
-(pyte) on the other side that draws what is written and answers what is asked."""
+"""A terminal window as a program sees one: a pseudo-terminal that is the program's controlling terminal, with an
+emulator (pyte) on the other side that draws what is written and answers what is asked."""
 
 import contextlib
 import fcntl
@@ -10,11 +10,14 @@ import struct
 import subprocess
 import termios
 import threading
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pyte
+
+from rig.clock import SystemClock
+
+_CLOCK = SystemClock()
 
 
 class _Screen(pyte.Screen):
@@ -66,19 +69,19 @@ class TerminalWindow:
 
     def wait_for(self, condition: Callable[[str], bool] | str, within_s: float = 20.0) -> str:
         """The screen when it shows a text or meets a condition."""
-        deadline = time.monotonic() + within_s
-        while time.monotonic() < deadline:
+        deadline = _CLOCK.monotonic_s() + within_s
+        while _CLOCK.monotonic_s() < deadline:
             text = self.text
             if (condition in text) if isinstance(condition, str) else condition(text):
                 return text
             if self.process.poll() is not None and not self._reader.is_alive():
                 break
-            time.sleep(0.02)
+            _CLOCK.sleep(0.02)
         raise AssertionError(f"not seen within {within_s} s: {condition!r}\n{self.text}")
 
     def hang_up(self) -> float:
         """Close the window, as a lost connection does; returns when, on the monotonic clock."""
-        closed_s = time.monotonic()
+        closed_s = _CLOCK.monotonic_s()
         self._close_master()
         return closed_s
 
