@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from rig.description import Sensor
 
 FloatArray = NDArray[np.float64]
+UP = np.array([0.0, 0.0, -1.0])
+"""Specific force of a body at rest in level axes, local g."""
 
 
 def to_stage(pitch_rad: float, yaw_rad: float, roll_rad: float) -> FloatArray:

@@ -236,6 +236,11 @@ class ProcedureDescription(StrictTable):
     _file: TomlFile = PrivateAttr()
 
     @property
+    def moves(self) -> bool:
+        """Whether it is of a kind with motion, applied fields or long rests."""
+        return self.procedure.kind not in ("grid", "tumble")
+
+    @property
     def path(self) -> Path:
         """Where it was read from; relative paths in it are relative to its folder."""
         return self._file.path

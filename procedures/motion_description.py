@@ -61,9 +61,10 @@ class Profile(StrictTable):
         if set(self.frequency_hz) != needs:
             told = "a frequency_hz for every axis of span_deg" if needs else "no frequency_hz"
             raise ValueError(f'shape = "{self.shape}" needs {told}')
-        for name, seconds in (("bin_s", self.bin_s), ("duration_s", self.duration_s)):
-            if abs(seconds / self.update_s - round(seconds / self.update_s)) > 1e-6:
-                raise ValueError(f"{name} = {seconds:g} is no whole number of update_s = {self.update_s:g}")
+        if abs(self.bin_s / self.update_s - round(self.bin_s / self.update_s)) > 1e-6:
+            raise ValueError(f"bin_s = {self.bin_s:g} is no whole number of update_s = {self.update_s:g}")
+        if self.duration_s < 10.0 * self.bin_s:
+            raise ValueError(f"duration_s = {self.duration_s:g} holds fewer than ten bins of {self.bin_s:g} s")
         return self
 
 

@@ -80,7 +80,9 @@ def _solve(
 
     channels = {str(axis): channel for axis, channel in sensor.channels.items()}
     if not rows:
-        return SolvedSensor(name, dwell_observations(rows, channels, source), None, "no dwell of the design is accepted")
+        return SolvedSensor(
+            name, dwell_observations(rows, channels, source), None, "no dwell of the design is accepted"
+        )
     if plan.kind == "profile":
         observations = profile_observations(rows, plan, channels, source)
     else:
@@ -95,9 +97,7 @@ def _solve(
         return SolvedSensor(name, observations, None, str(error))
 
 
-def _by_model(
-    name: str, observations: "Observations", rig: RigDescription, plan: Plan, sensor: Sensor
-) -> SolvedSensor:
+def _by_model(name: str, observations: "Observations", rig: RigDescription, plan: Plan, sensor: Sensor) -> SolvedSensor:
     """CR's gyros, or accelerometers on their way."""
     from ams.calibrate import calibrate
 
@@ -157,14 +157,10 @@ def _lines(
 
 
 def _static(sensor: Sensor, rows: list[DwellRecord], rig: RigDescription, plan: Plan) -> dict[str, StaticAxis]:
-    return {
-        str(axis): _static_axis(sensor, channel, rows, rig, plan) for axis, channel in sensor.channels.items()
-    }
+    return {str(axis): _static_axis(sensor, channel, rows, rig, plan) for axis, channel in sensor.channels.items()}
 
 
-def _static_axis(
-    sensor: Sensor, channel: str, rows: list[DwellRecord], rig: RigDescription, plan: Plan
-) -> StaticAxis:
+def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: RigDescription, plan: Plan) -> StaticAxis:
     """Of the longest look: the Allan deviation at the time of use says how far two neighbouring means lie apart."""
     from ams.uncertainty.noise import allan_deviation, read_coefficients
 
@@ -180,7 +176,9 @@ def _static_axis(
     return StaticAxis(
         unit=unit_of(rig, channel),
         mean=float(np.mean(means)),
-        mean_uncertainty=float(np.std(means, ddof=1) / sqrt(len(means))) if len(means) > 1 else float(allan.deviation[-1]),
+        mean_uncertainty=float(np.std(means, ddof=1) / sqrt(len(means)))
+        if len(means) > 1
+        else float(allan.deviation[-1]),
         tau_s=tuple(allan.tau_s.tolist()),
         allan_deviation=tuple(allan.deviation.tolist()),
         random_walk_per_sqrt_s=coefficients.random_walk_per_sqrt_s,

@@ -120,12 +120,9 @@ class Sensor(StrictTable):
     def _as_many_channels_as_the_model_has(self) -> "Sensor":
         if len(self.channels) != PACKAGES[self.model]:
             raise ValueError(f"a {self.model} has {PACKAGES[self.model]} channels, got {', '.join(self.channels)}")
-        stated = "nominal_sensitivity_v_per_g" in self.model_fields_set
-        if stated and (self.measures == "acceleration") == (self.nominal_sensitivity_v_per_g == 0.0):
+        if self.measures != "acceleration" and self.nominal_sensitivity_v_per_g != 0.0:
             raise ValueError(
-                "nominal_sensitivity_v_per_g must not be 0; its sign declares the polarity"
-                if self.measures == "acceleration"
-                else f"nominal_sensitivity_v_per_g has no meaning for a sensor that measures {self.measures}; remove it"
+                f"nominal_sensitivity_v_per_g has no meaning for a sensor that measures {self.measures}; remove it"
             )
         return self
 

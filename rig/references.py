@@ -82,7 +82,8 @@ def _undeclared_sensitivities(file: TomlFile, rig: "RigDescription", voltages: s
         read_in_volts = voltages & set(sensor.channels.values())
         if sensor.measures == "acceleration" and read_in_volts and sensor.nominal_sensitivity_v_per_g == 0.0:
             yield file.complaint(
-                ("sensors", serial, "nominal_sensitivity_v_per_g"), "is missing; its sign declares the polarity"
+                ("sensors", serial, "nominal_sensitivity_v_per_g"),
+                "nominal_sensitivity_v_per_g must not be 0; its sign declares the polarity",
             )
 
 

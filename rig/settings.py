@@ -55,8 +55,8 @@ class AxisSettings(StrictTable):
     def refuse_rate(self, name: str, rate_dps: float) -> None:
         """What the file can tell of a rate before any port is opened. Raises: RequestRefused."""
         raise RequestRefused(
-            f"{name}: turn at {rate_dps:g} deg/s: the axis only goes to positions; nothing moved; use an axis that turns"
-            f" (axes.{name}: top_rate_dps where the driver has it)"
+            f"{name}: turn at {rate_dps:g} deg/s: the axis only goes to positions; nothing moved; use an axis that"
+            f" turns (axes.{name}: top_rate_dps where the driver has it)"
         )
 
     @model_validator(mode="after")

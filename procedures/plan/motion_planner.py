@@ -36,6 +36,8 @@ LATENCY_S, LATENCY_SAMPLES = 1.0, 2.0
 """Of a sweep, lost before its first sample is read."""
 SWEEP_READ = 0.9
 """Of a sweep, between the margins at its ends where it gathers speed."""
+IN_STEP, MOST_IN_STEP = 0.15, 10.0
+"""Commands so close to a whole number of samples apart keep step with them; so many samples between do average."""
 ALONG = 0.999
 """Cosine of the angle within which an axis stands along a field."""
 
@@ -82,7 +84,14 @@ def make_motion_plan(rig: RigDescription, procedure: ProcedureDescription) -> Pl
         attitude_reference=rig.attitude_reference,
         levels=procedure.levels,
         static=procedure.static,
+        most_samples=_most_samples(rig, points),
     )
+
+
+def _most_samples(rig: RigDescription, points: Sequence[Point]) -> int:
+    fastest_hz = max((stream.samples_hz() for stream in rig.streams.values()), default=0.0)
+    seconds = [motion.rest_seconds if isinstance(motion, Rest) else motion.seconds for _, motion, _ in points if motion]
+    return ceil(max(seconds, default=0.0) * fastest_hz)
 
 
 def _sensors(rig: RigDescription, procedure: ProcedureDescription) -> dict[str, Sensor]:
@@ -229,6 +238,7 @@ def _refuse_profile(rig: RigDescription, procedure: ProcedureDescription, profil
                 f"the motion reaches {low:g}° to {high:g}°, allowed {settings.limits_deg[0]:g} to "
                 f"{settings.limits_deg[1]:g}° (axes.{axis}.limits_deg); nothing moved; make it smaller",
             )
+    _refuse_keeping_step(rig, procedure, profile)
     if procedure.solve.model != "gyro":
         return
     edges = np.arange(round(profile.duration_s / profile.bin_s) + 1) * profile.bin_s
@@ -247,6 +257,19 @@ def _refuse_profile(rig: RigDescription, procedure: ProcedureDescription, profil
             f"this motion does not turn the angular velocity in three dimensions (condition {condition:.3g}, allowed "
             "1000): a gyro's sensitive axis cannot be determined; use a harmonic motion with a frequency for each axis",
         )
+
+
+def _refuse_keeping_step(rig: RigDescription, procedure: ProcedureDescription, profile: Profile) -> None:
+    """Samples that always meet the same moment between two commands see a wrong mean rate."""
+    for name, stream in rig.streams.items():
+        samples = profile.update_s * stream.samples_hz()
+        if samples < MOST_IN_STEP and abs(samples - round(samples)) < IN_STEP:
+            raise procedure.error(
+                ("profile", "update_s"),
+                f"{profile.update_s:g} s are {samples:.3g} samples of {name}: commands and samples keep step, so every "
+                f"ramp between two commands is met at the same moments and its mean is wrong; choose one between, such "
+                f"as {(round(samples) + 0.7) / stream.samples_hz():.3g} s",
+            )
 
 
 def _level_points(rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor]) -> list[Point]:

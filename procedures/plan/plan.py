@@ -70,6 +70,8 @@ class Plan:
     """Of the kind ``two-level``."""
     static: Static | None = None
     """Of the kind ``static``."""
+    most_samples: int = 0
+    """Of one streamed channel in the longest dwell; 0 where ``[dwell]`` says it."""
 
     @property
     def is_at_rest(self) -> bool:

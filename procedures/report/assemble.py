@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from procedures.motion_solving import is_solved_here
 from procedures.plan.plan import Plan
 from procedures.report.conclusions import axis_view
 from procedures.report.conditions import condition_sections
 from procedures.report.declared import declared_sections, device_rows, standard_rows
+from procedures.report.motion_section import MotionSection, motion_section
 from procedures.report.stability import check_comparisons, reference_traces, temperature_traces
 from procedures.report.trail import identities_in, interruptions_in, notes_in, seam_steps_in
 from procedures.report.truth import truth_of
@@ -104,7 +106,8 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: "SolvedSe
     calibration = None if solved is None else solved.calibration
     failure = "it was not solved" if solved is None else solved.failure
     budgets = {} if solved is None else solved.budgets
-    axes = () if calibration is None or observations is None else tuple(
+    motion = _motion(record, name, sensor, solved)
+    axes = () if calibration is None or observations is None or motion is not None else tuple(
         axis_view(
             axis, sensor.channels[axis], result, observations,  # type: ignore[index]
             truth_of(record.rig, name, axis, observations, result), budgets.get(axis),
@@ -122,7 +125,14 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: "SolvedSe
         warnings=() if calibration is None else calibration.warnings,
         failure=failure,
         place=place,
+        motion=motion,
     )
+
+
+def _motion(record: RunRecord, name: str, sensor: Sensor, solved: "SolvedSensor | None") -> MotionSection | None:
+    if solved is None or not is_solved_here(record.plan):
+        return None
+    return motion_section(sensor, name, record.dwells, record.plan, record.rig, solved.calibration, solved.static)
 
 
 def _labels(record: RunRecord, sensors: Sequence[SensorView]) -> dict[str, tuple[str, float]]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from ams.sets.whole_file import write_whole
 from procedures.report.angle_figures import angle_error_figure
 from procedures.report.canvas import Figure, style
+from procedures.report.motion_figures import motion_figures
 from procedures.report.residual_figures import residual_figures
 from procedures.report.run_figures import drift_figure, run_figures
 from procedures.report.view import RunView, SensorView
@@ -42,5 +43,7 @@ def write_figures(figures: Figures, folder: Path) -> tuple[Path, ...]:
 
 
 def _of_sensor(view: RunView, sensor: SensorView) -> tuple[Figure, ...]:
+    if sensor.motion is not None:
+        return tuple(motion_figures(sensor.motion, sensor.slug))
     ends = (angle_error_figure(sensor), drift_figure(sensor)) if sensor.axes else ()
     return (*residual_figures(view, sensor), *(figure for figure in ends if figure is not None))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.observations import Observations
-from procedures.attitude_matrices import body_axis, to_stage
+from procedures.attitude_matrices import UP, body_axis, to_stage
 from procedures.errors import JournalError
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Follow
@@ -24,8 +24,6 @@ FloatArray = NDArray[np.float64]
 AXES = ("pitch", "yaw", "roll")
 LEAST_ALONG_GRAVITY = 0.5
 """SR's two positions: rows where an axis is less along gravity say nothing about it."""
-UP_LEVEL = np.array([0.0, 0.0, -1.0])
-"""Specific force of a body at rest in level axes, local g."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +63,7 @@ def profile_observations(
     parts = [_bins(row, plan, channels, source) for row in rows]
     place = {name: np.concatenate([part.angles_rad[name] for part in parts]) for name in AXES}
     return Observations(
-        replication=np.concatenate([np.full(part.count, row.replication) for part, row in zip(parts, rows, strict=True)]),
+        replication=np.repeat([row.replication for row in rows], [part.count for part in parts]),
         point=np.concatenate([np.arange(1, part.count + 1) for part in parts]),
         pitch_rad=place["pitch"],
         roll_rad=place["roll"],
@@ -102,7 +100,8 @@ def _level(
     sensor: Sensor,
     axis: str,
 ) -> float:
-    assert observations.yaw_rad is not None and observations.euler_rate_rad_s is not None
+    assert observations.yaw_rad is not None
+    assert observations.euler_rate_rad_s is not None
     angles = observations.pitch_rad[place], observations.yaw_rad[place], observations.roll_rad[place]
     along = body_axis(sensor, axis)
     if sensor.measures == "rate":
@@ -110,13 +109,14 @@ def _level(
 
         rate = body_rates_rad_s(np.array([angles]), observations.euler_rate_rad_s[place : place + 1])[0]
         return float(np.rad2deg(rate) @ along)
-    level = UP_LEVEL if sensor.measures == "acceleration" else _field_ut(row, plan, rig)
+    level = UP if sensor.measures == "acceleration" else _field_ut(row, plan, rig)
     return float(along @ to_stage(*angles) @ level)
 
 
 def _field_ut(row: DwellRecord, plan: Plan, rig: RigDescription) -> FloatArray:
     """In level axes: what stands without the coil, and what was applied."""
-    assert plan.levels is not None and row.motion is not None
+    assert plan.levels is not None
+    assert row.motion is not None
     total = np.array(plan.levels.surroundings_ut)
     for coil, field_ut in row.motion.field_ut.items():
         direction = np.array(rig.field[coil].direction)
@@ -188,25 +188,52 @@ class _Bins:
 
 
 def _bins(row: DwellRecord, plan: Plan, channels: Mapping[str, str], source: str) -> _Bins:
-    """Edges are looks of the first axis; the others are looked at moments later and interpolated."""
+    """Edges are looks of the first axis; the others are looked at moments later and interpolated.
+
+    The angular velocity of a bin is the mean over its updates: the mean of a product (a rate times the cosine of an
+    angle) is not the product of the means.
+    """
     motion = next(step.motion for step in plan.dwells if step.step == row.step)
     assert isinstance(motion, Follow)
     every = round(motion.bin_s / motion.update_s)
     looked = {name: (_samples(row, name, LOOKED), _samples(row, name, ANGLE)) for name in motion.span_deg}
-    edges_s = next(iter(looked.values()))[0][::every]
-    seconds = np.diff(edges_s)
-    angles = {name: np.full(edges_s.size, row.targets_deg.get(name, 0.0)) for name in AXES}
-    angles |= {name: np.interp(edges_s, times_s, places) for name, (times_s, places) in looked.items()}
+    first_s = next(iter(looked.values()))[0]
+    bins = (first_s.size - 1) // every
+    ticks_s = first_s[: bins * every + 1]
+    angles = np.stack([np.full(ticks_s.size, row.targets_deg.get(name, 0.0)) for name in AXES], axis=-1)
+    for place, name in enumerate(AXES):
+        if name in looked:
+            angles[:, place] = np.interp(ticks_s, *looked[name])
+    middles, rates = _mean_motion(np.deg2rad(angles), ticks_s, every)
+    edges_s = ticks_s[::every]
     return _Bins(
-        count=seconds.size,
+        count=bins,
         middle_s=(edges_s[1:] + edges_s[:-1]) / 2.0,
-        angles_rad={name: np.deg2rad((place[1:] + place[:-1]) / 2.0) for name, place in angles.items()},
-        rates_rad_s=np.deg2rad(np.stack([np.diff(angles[name]) / seconds for name in AXES], axis=-1)),
+        angles_rad=dict(zip(AXES, middles.T, strict=True)),
+        rates_rad_s=rates,
         outputs={
-            axis: _mean_between(row.readings[channel], row.readings[f"{channel.partition('.')[0]}.{TAKEN}"], edges_s, source)
+            axis: _mean_between(row.readings[channel], _taken(row, channel), edges_s, source)
             for axis, channel in channels.items()
         },
     )
+
+
+def _taken(row: DwellRecord, channel: str) -> ChannelReading:
+    """When the samples of a channel were taken."""
+    return row.readings[f"{channel.partition('.')[0]}.{TAKEN}"]
+
+
+def _mean_motion(angles_rad: FloatArray, ticks_s: FloatArray, every: int) -> tuple[FloatArray, FloatArray]:
+    """(M, 3) angles in the middle of every bin, and the rates of the angles that make its mean angular velocity."""
+    from ams.frames import body_rates_rad_s, euler_rates_rad_s
+
+    seconds = np.diff(ticks_s)[:, None]
+    velocity = body_rates_rad_s((angles_rad[1:] + angles_rad[:-1]) / 2.0, np.diff(angles_rad, axis=0) / seconds)
+    edges_s = ticks_s[::every]
+    mean = np.add.reduceat(velocity * seconds, np.arange(0, seconds.size, every)) / np.diff(edges_s)[:, None]
+    halves = (edges_s[1:] + edges_s[:-1]) / 2.0
+    middles = np.stack([np.interp(halves, ticks_s, angles_rad[:, place]) for place in range(3)], axis=-1)
+    return middles, euler_rates_rad_s(middles, mean)
 
 
 def _samples(row: DwellRecord, axis: str, what: str) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from procedures.report.motion_section import TextTable
 from procedures.report.numbers import with_uncertainty
 from procedures.report.view import ParameterRow, RunView, SensorView
 
@@ -21,9 +22,25 @@ def print_summary(view: RunView, console: "Console") -> None:
     for sensor in view.sensors:
         if sensor.axes:
             console.print(sensor_table(view, sensor))
+        for table in sensor.motion.tables[:1] if sensor.motion is not None else ():
+            console.print(text_table(sensor.name, table))
     console.print(Text(view.verdict.sentence, style=VERDICT_COLOURS[view.verdict.trust]))
     for ground in view.verdict.grounds:
         console.print(Text(f"  • {ground}"), highlight=False)
+
+
+def text_table(name: str, told: TextTable) -> "Table":
+    """What was turned, stood in a field or rested: the first table of its section."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=SIMPLE_HEAD, title=Text(name), title_justify="left", title_style="bold", pad_edge=False)
+    for heading in told.headings:
+        table.add_column(heading)
+    for row in told.rows:
+        table.add_row(*(Text(cell) for cell in row))
+    return table
 
 
 def sensor_table(view: RunView, sensor: SensorView) -> "Table":

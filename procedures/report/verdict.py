@@ -42,7 +42,8 @@ def judge(
     ]
     beyond = [text for sensor in sensors for text in _sentences(sensor, "as left", "fail")]
     facts = [*_explained(sensors, table_arcsec), *_went_on(interruptions), *_rejected(counts)]
-    result = _result([sensor for sensor in sensors if sensor.axes])
+    told = [sensor.motion.result for sensor in sensors if sensor.motion is not None]
+    result = "; ".join(told) if told else _result([sensor for sensor in sensors if sensor.axes])
     if failures:
         return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
     if beyond:
@@ -96,6 +97,9 @@ def _run_doubts(state: str, counts: Counts) -> Iterable[str]:
 
 
 def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[str]:
+    if sensor.motion is not None:
+        yield from sensor.motion.doubts
+        return
     if any(not axis.tests for axis in sensor.axes):
         yield f"{sensor.name}: one replication only, so lack of fit and drift could not be tested."
     found: dict[str, list[str]] = {}

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ams.observations import Observations
 from ams.sets.adjustment import Adjustment
 from ams.solve.result import AxisCalibration
+from procedures.report.motion_section import MotionSection
 
 FloatArray = NDArray[np.float64]
 Trust = Literal["sound", "reserved", "unusable"]
@@ -136,6 +137,8 @@ class SensorView:
     """1-based among the sensors of the run."""
     adjustment: Adjustment | None = None
     """As found and as left; None where there is no solution or its model tells no angles."""
+    motion: MotionSection | None = None
+    """Of a sensor that was turned, stood in a field or rested for long; it has no ``axes`` then."""
 
     @property
     def slug(self) -> str:

@@ -100,7 +100,7 @@ def follow(
     led = {name: _Led(cast("RateAxis", rig.axes[name]), before.axes[name].position_deg) for name in motion.span_deg}
     for name, one in led.items():
         one.axis.check_rate(top_rate_dps(motion, name))
-    with recording(streams_of(rig, plan), rig.clock, wait) as recorder:
+    with recording(streams_of(rig, plan), rig.clock, wait, is_timed=True) as recorder:
         recorder.start()
         announcement.read(rig.chance)
         recorder.wait(LEAD_S)
@@ -119,7 +119,7 @@ def follow(
 
 
 def _lead(rig: OpenRig, motion: Follow, led: Mapping[str, _Led], began_s: float, recorder: Recorder) -> None:
-    updates = round(motion.seconds / motion.update_s)
+    updates = int(motion.seconds / motion.update_s + 1e-6)
     for update in range(updates + 1):
         recorder.wait(max(began_s + update * motion.update_s - rig.clock.monotonic_s(), 0.0))
         now_s = rig.clock.monotonic_s() - began_s

@@ -1,4 +1,4 @@
-"""What is done at the attitude of a dwell: it rests and is read, it turns, it follows a motion, with a field or without.
+"""What is done at the attitude of a dwell: it rests and is read, it turns, it follows a motion, maybe in a field.
 
 A dwell with streams records them all at once. Where a reference sensor is declared, it tells the attitude, and where it
 closes the loop the axes are corrected until it does.
@@ -13,8 +13,8 @@ from procedures.run.alignment import align, timing
 from procedures.run.following import follow
 from procedures.run.judge import Measurement
 from procedures.run.measure import Announcement, OpenRig, look, measure, read_channel, settle_at
-from procedures.run.records import ChannelReading, MotionRecord, StreamTiming
 from procedures.run.recorder import recording
+from procedures.run.records import ChannelReading, MotionRecord, StreamTiming
 from procedures.run.reference import approach, told_attitude
 from procedures.run.turning import as_readings, streams_of, turn
 from rig.devices.abilities import Wait

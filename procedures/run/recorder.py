@@ -18,7 +18,8 @@ from rig.devices.abilities import Stream, StreamBlock, Wait
 from rig.errors import DeviceSilent, RigError
 
 FloatArray = NDArray[np.float64]
-LONGEST_POLL_S, SHORTEST_POLL_S, REAL_POLL_S = 0.1, 0.002, 0.005
+LONGEST_POLL_S, SHORTEST_POLL_S, REAL_POLL_S, LEISURELY_POLL_S = 0.1, 0.002, 0.005, 0.23
+GOLDEN = 0.6180339887498949
 _SILENT_AFTER_S, _SILENT_AFTER_SAMPLES = 5.0, 5.0
 
 
@@ -89,7 +90,8 @@ class _Tape:
 class Recorder:
     """Records from :meth:`start` to :meth:`stop`; :meth:`wait` instead of the run's own wait keeps it fed."""
 
-    def __init__(self, streams: Mapping[str, Stream], clock: Clock, wait: Wait) -> None:
+    def __init__(self, streams: Mapping[str, Stream], clock: Clock, wait: Wait, *, is_timed: bool = False) -> None:
+        """``is_timed``: when a sample was taken matters, so it is fetched as soon as it may be there."""
         self._streams = dict(streams)
         self._clock = clock
         self._wait = wait
@@ -97,8 +99,10 @@ class Recorder:
         self._lock = Lock()
         self._ends = Event()
         self._thread: Thread | None = None
+        self._polls = 0
         fastest_hz = max((stream.rate_hz for stream in streams.values()), default=1.0)
-        self.poll_s = min(max(0.2 / fastest_hz, SHORTEST_POLL_S), LONGEST_POLL_S)
+        often_s = min(max(0.2 / fastest_hz, SHORTEST_POLL_S), LONGEST_POLL_S)
+        self.poll_s = often_s if is_timed else LEISURELY_POLL_S
 
     def start(self) -> None:
         """Let every stream send; what came before is dropped. Raises as the streams."""
@@ -118,9 +122,14 @@ class Recorder:
             return
         ends_s = self._clock.monotonic_s() + duration_s
         while (left_s := ends_s - self._clock.monotonic_s()) > 0.0:
-            self._wait(min(left_s, self.poll_s))
+            self._wait(min(left_s, self._next_poll_s()))
             self._poll()
             self.look()
+
+    def _next_poll_s(self) -> float:
+        """Polls keep no step with the samples: some come right behind one, and these tell when it was taken."""
+        self._polls += 1
+        return self.poll_s * (0.6 + 0.8 * (self._polls * GOLDEN % 1.0))
 
     def look(self) -> None:
         """Raises: what a reader met, DeviceSilent where a stream sends nothing."""
@@ -177,9 +186,9 @@ class Recorder:
 
 
 @contextmanager
-def recording(streams: Mapping[str, Stream], clock: Clock, wait: Wait) -> Iterator[Recorder]:
+def recording(streams: Mapping[str, Stream], clock: Clock, wait: Wait, *, is_timed: bool = False) -> Iterator[Recorder]:
     """A recorder that is closed whatever happens inside."""
-    recorder = Recorder(streams, clock, wait)
+    recorder = Recorder(streams, clock, wait, is_timed=is_timed)
     try:
         yield recorder
     finally:

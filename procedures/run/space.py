@@ -15,7 +15,8 @@ _MARGIN = 1.5
 
 def needed_bytes(plan: Plan, dwells: int) -> float:
     """What so many more dwells take, with a margin."""
-    return _MARGIN * dwells * (_DWELL_BYTES + 2 * _SAMPLE_BYTES * plan.dwell.samples * len(plan.channels))
+    samples = max(plan.dwell.samples, plan.most_samples)
+    return _MARGIN * dwells * (_DWELL_BYTES + 2 * _SAMPLE_BYTES * samples * len(plan.channels))
 
 
 def free_bytes(folder: Path) -> int:

@@ -11,6 +11,7 @@ from procedures.plan.plan import Plan
 from procedures.run.history import History
 from procedures.run.records import DwellRecord
 from procedures.run.running_fit import Doubt, RunningFit
+from rig.description import Sensor
 
 
 class Suspects:
@@ -22,7 +23,7 @@ class Suspects:
         self._dropped: set[str] = set()
         for name in history.dropped:
             self.drop(name)
-        self._fit = RunningFit(plan.sensors if plan.is_at_rest else {}, increments_deg)
+        self._fit = RunningFit(_followed(plan), increments_deg)
         for dwell in () if plan.soaks else history.visits:
             self._fit.learn(dwell)
 
@@ -63,6 +64,13 @@ class Suspects:
     def _owner(self, reason: str) -> str | None:
         channel = reason.partition(": ")[0]
         return next((name for name in self.remaining if channel in _channels(self.plan, name)), None)
+
+
+def _followed(plan: Plan) -> dict[str, Sensor]:
+    """Sensors whose readings follow from the attitude: accelerometers of declared sensitivity, at rest."""
+    if not plan.is_at_rest:
+        return {}
+    return {name: sensor for name, sensor in plan.sensors.items() if sensor.nominal_sensitivity_v_per_g}
 
 
 def _channels(plan: Plan, sensor: str) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from procedures.run.recorder import Recorder, Recording, recording
 from procedures.run.records import ChannelReading, MotionRecord, StreamTiming
 from rig.devices.abilities import RateAxis, Stream, SweepAxis, TurnLook, Wait
 from rig.devices.rates import measured_rate
-from rig.errors import DeviceFault, RigError
+from rig.errors import DeviceFault
 from rig.motion import stop_all
 
 LOOK_S = 0.5
@@ -117,7 +117,7 @@ def turn(rig: OpenRig, plan: Plan, dwell: Dwell, motion: Turn, announcement: Ann
     before = look(rig, dwell.targets_deg)
     with recording(streams_of(rig, plan), rig.clock, wait) as recorder:
         if motion.sweep_deg is None:
-            done = _revolve(rig, plan, dwell, motion, announcement, recorder)
+            done = _revolve(rig, plan, motion, announcement, recorder)
         else:
             done = _sweep(rig, plan, dwell, motion, announcement, recorder, wait)
     rates, uncertainties = dict.fromkeys(dwell.targets_deg, 0.0), dict.fromkeys(dwell.targets_deg, 0.0)
@@ -135,9 +135,7 @@ class _Done:
     ramp_s: float
 
 
-def _revolve(
-    rig: OpenRig, plan: Plan, dwell: Dwell, motion: Turn, announcement: Announcement, recorder: Recorder
-) -> _Done:
+def _revolve(rig: OpenRig, plan: Plan, motion: Turn, announcement: Announcement, recorder: Recorder) -> _Done:
     axis = cast("RateAxis", rig.axes[motion.turned_axis])
     axis.check_rate(motion.rate_dps)
     looks = Looks(axis.name, motion, rig.axes[axis.name].arrival_tolerance_deg)

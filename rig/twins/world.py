@@ -92,6 +92,7 @@ class World:
         self._thermometers = {thermometer.channel: thermometer for thermometer in thermometers if thermometer}
         self._chains = ChainTruth(description)
         self._steady_v: dict[str, float] = {}
+        self._felt: tuple[tuple[str, str, float], Vector] | None = None
         self._noise_v = {channel: sensor.noise_v for channel, sensor in self._sensors.items()}
 
     @property
@@ -101,16 +102,21 @@ class World:
     def announce(self, step: int, phase: str, attempt: int, replications: float) -> None:
         """As :class:`rig.devices.abilities.TwinChance` asks."""
         self._chance.announce(Announcement(step, phase, attempt, replications))
+        self._forget()
+
+    def _forget(self) -> None:
+        """Something has changed: what was worked out before holds no more."""
         self._steady_v.clear()
+        self._felt = None
 
     def rotate(self, axis: str, target_deg: float, start_s: float) -> float:
         """Turn an axis to a table angle; returns the arrival in rig seconds."""
-        self._steady_v.clear()
+        self._forget()
         return self.axes[axis].rotate(target_deg, start_s)
 
     def follow(self, axis: str, path: Path) -> float:
         """Turn an axis along a path of table angles, degrees; returns the arrival in rig seconds."""
-        self._steady_v.clear()
+        self._forget()
         return self.axes[axis].follow(path)
 
     def stall(self, axis: str, for_s: float) -> None:
@@ -119,17 +125,17 @@ class World:
 
     def slip(self, axis: str, slip_deg: float, now_s: float, *, seen: bool) -> None:
         """An axis slips, with or without its read-back."""
-        self._steady_v.clear()
+        self._forget()
         self.axes[axis].slip(slip_deg, now_s, seen=seen)
 
     def lag(self, axis: str, lag_s: float) -> None:
         """What an axis turns follows its read-back later."""
-        self._steady_v.clear()
+        self._forget()
         self.axes[axis].lag(lag_s)
 
     def hold(self, environment: str, setpoint_degc: float, now_s: float) -> None:
         """Send an environment to a setpoint."""
-        self._steady_v.clear()
+        self._forget()
         self.air[environment].hold(setpoint_degc, now_s)
 
     def setpoint_degc(self, environment: str) -> float:
@@ -203,7 +209,7 @@ class World:
 
     def apply_field(self, name: str, level_ut: Vector) -> None:
         """Switch the field of one coil or magnet, in level axes; zeros take it away."""
-        self._steady_v.clear()
+        self._forget()
         self._applied_ut[name] = level_ut
 
     def read_stream(self, channel: str, now_s: float) -> float | None:
@@ -215,6 +221,13 @@ class World:
         return self.mean_v(channel, now_s) + noise
 
     def _sensed(self, channel: str, now_s: float) -> Vector:
+        """What the sensors of one kind feel at one moment is worked out once."""
+        key = (self._senses[channel], channel.partition(".")[0], now_s)
+        if self._felt is None or self._felt[0] != key:
+            self._felt = (key, self._felt_by(channel, now_s))
+        return self._felt[1]
+
+    def _felt_by(self, channel: str, now_s: float) -> Vector:
         match self._senses[channel]:
             case "rate":
                 return self.stage_rate_dps(now_s)
