@@ -134,3 +134,51 @@ def test_no_servo_is_sent_anywhere_before_it_was_homed() -> None:
     with pytest.raises(RequestRefused, match="not homed"):
         bench.pitch.start_move(10.0)
     assert bench.twin.channels[1].position(0.0) == 0
+
+
+def test_the_micros_moving_state_is_never_asked() -> None:
+    """The guide, page 58: on the Micro it may say 0 while a servo moves."""
+    bench = motion_bench("maestro", model="micro")
+    asked: list[bytes] = []
+    receive = bench.twin.receive
+
+    def listen(data: bytes, now_s: float) -> None:
+        asked.append(data)
+        receive(data, now_s)
+
+    bench.twin.receive = listen
+    bench.pitch.identify()
+    home_and_arrive(bench.pitch, bench.clock, bench.clock.sleep)
+    move_and_arrive(bench.pitch, 90.0, bench.clock, bench.clock.sleep)
+    bench.pitch.stop()
+    assert len(asked) > 10
+    assert not any(0x93 in packet for packet in asked)
+
+
+def test_fault_51_after_a_brown_out_of_the_controller_no_servo_has_a_position() -> None:
+    """It starts anew: no pulses, no limits of speed, and its error register empty."""
+    bench = motion_bench("maestro")
+    bench.home_all()
+    move_and_arrive(bench.pitch, 60.0, bench.clock, bench.clock.sleep)
+    bench.twin.power_cycle(bench.clock.monotonic_s())
+    for axis in bench.axes.values():
+        assert not axis.state().is_homed
+        with pytest.raises(RequestRefused, match="not homed; nothing moved"):
+            axis.start_move(10.0)
+    assert home_and_arrive(bench.pitch, bench.clock, bench.clock.sleep) == pytest.approx(0.0, abs=0.05)
+    assert move_and_arrive(bench.pitch, 60.0, bench.clock, bench.clock.sleep) == pytest.approx(60.0, abs=0.05)
+
+
+def test_fault_51_a_brown_out_in_mid_move_ends_it() -> None:
+    bench = motion_bench("maestro")
+    bench.home_all()
+    fails_s = bench.clock.monotonic_s() + 5.0
+
+    def wait(duration_s: float) -> None:
+        bench.clock.sleep(min(duration_s, 0.1))
+        if fails_s <= bench.clock.monotonic_s() < fails_s + 0.15:
+            bench.twin.power_cycle(bench.clock.monotonic_s())
+
+    with pytest.raises(RequestRefused, match="the axis is not homed; nothing moved; home it first"):
+        move_and_arrive(bench.pitch, 90.0, bench.clock, wait)
+    assert not bench.pitch.state().is_homed
