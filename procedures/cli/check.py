@@ -1,17 +1,31 @@
 """``calrig check``: is the rig file right, can the procedure be done, how long and how well. Opens no port."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from procedures.cli.output import print_json, say
+from procedures.cli.places import RUNS
+from procedures.errors import ExitStatus
 from rig.description import RigDescription
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+    from procedures.description import ProcedureDescription
+    from procedures.plan.plan import Plan
+    from procedures.run.beforehand import Beforehand
 
 
 def check(
-    rig: Path, procedure: Path | None = None, /, *, json: Annotated[bool, Parameter(negative=())] = False
-) -> None:
+    rig: Path,
+    procedure: Path | None = None,
+    /,
+    *,
+    out: Path = RUNS,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
     """Validate a rig and a procedure; print the plan, its duration and the uncertainty to expect. Opens no port.
 
     Parameters
@@ -20,6 +34,8 @@ def check(
         The rig file.
     procedure
         The procedure file; without it only the rig file is checked.
+    out
+        Where the run would be kept, as for `calrig run`: its disk and its place are looked at.
     json
         Print one JSON document.
     """
@@ -27,31 +43,54 @@ def check(
 
     described = read_rig(rig)
     if procedure is None:
-        _tell_rig(rig, described, json)
-        return
+        before = _beforehand(rig, described, None, out)
+        _tell_rig(rig, described, before, json)
+        return _tell(before, json)
     from procedures.description import read_procedure
+
+    asked = read_procedure(procedure)
+    document, page = (
+        _motion_told(described, asked) if asked.moves or asked.design.kind == "up-down" else _told(described, asked)
+    )
+    from procedures.plan.planner import make_plan
+
+    before = _beforehand(rig, described, make_plan(described, asked), out)
+    if json:
+        print_json(document | _document_of(before))
+        return _tell(before, json)
+    from rich.console import Console
+
+    Console().print(page)
+    return _tell(before, json)
+
+
+def _told(described: RigDescription, asked: "ProcedureDescription") -> "tuple[dict[str, Any], Group]":
     from procedures.plan.check import check as check_plan
     from procedures.plan.check import to_document
     from procedures.plan.check_text import render
 
-    report = check_plan(described, read_procedure(procedure))
-    if json:
-        print_json(to_document(report))
-        return
-    from rich.console import Console
-
-    Console().print(render(report))
+    report = check_plan(described, asked)
+    return to_document(report), render(report)
 
 
-def _tell_rig(path: Path, described: RigDescription, json: bool) -> None:
+def _motion_told(described: RigDescription, asked: "ProcedureDescription") -> "tuple[dict[str, Any], Group]":
+    from procedures.plan.motion_check import check_motion, render, to_document
+
+    report = check_motion(described, asked)
+    return to_document(report), render(report)
+
+
+def _tell_rig(path: Path, described: RigDescription, before: "Beforehand", json: bool) -> None:
     document: dict[str, Any] = {
         "rig": described.rig.name,
         "axes": {name: list(axis.limits_deg) for name, axis in described.axes.items()},
         "channels": [
-            f"{name}.{channel}" for name, item in described.readouts.items() for channel in item.channel_names()
+            *(f"{name}.{channel}" for name, item in described.readouts.items() for channel in item.channel_names()),
+            *(f"{name}.{channel}" for name, item in described.streams.items() for channel in item.channel_names()),
         ],
         "sensors": {name: sensor.model for name, sensor in described.sensors.items()},
         "simulated": described.is_simulated,
+        **_document_of(before),
     }
     if json:
         print_json(document)
@@ -62,3 +101,25 @@ def _tell_rig(path: Path, described: RigDescription, json: bool) -> None:
     say(f"channels: {', '.join(document['channels'])}")
     for name, model in document["sensors"].items():
         say(f"sensor {name}: {model}")
+
+
+def _beforehand(rig: Path, described: RigDescription, plan: "Plan | None", out: Path) -> "Beforehand":
+    from datetime import UTC, datetime
+
+    from procedures.run.beforehand import beforehand
+
+    return beforehand(rig, described, plan, out, datetime.now(UTC).date())
+
+
+def _document_of(before: "Beforehand") -> dict[str, Any]:
+    return {"refusals": list(before.refusals), "engineering": list(before.engineering)}
+
+
+def _tell(before: "Beforehand", json: bool) -> int:
+    """What a run would meet now; a refusal leaves with the status that the run would have."""
+    if not json:
+        for sentence in before.engineering:
+            say(f"engineering result: {sentence}")
+        for sentence in before.refusals:
+            say(f"a run would be refused now: {sentence}")
+    return ExitStatus.WRONG_REQUEST if before.refusals else ExitStatus.DONE

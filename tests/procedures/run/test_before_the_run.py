@@ -1,21 +1,23 @@
 """Before the long run: the mount as declared, the channels warm."""
 
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 
 import numpy as np
 import pytest
 from journals import a_dwell
 from night import Night, events, spend, states
-from small_run import Bench, bench, dwells_of
+from small_run import RIG, Bench, bench, dwells_of
 
 from procedures.errors import ExitStatus
+from procedures.run.beforehand import beforehand
 from procedures.run.mount_check import contradictions
 from procedures.run.records import ChannelReading, DwellRecord
 from procedures.run.resume import resume_on
 from procedures.run.states import State
 from rig.assembly import open_rig
-from rig.description import Mount, Sensor
+from rig.description import Mount, Sensor, read_rig
 from rig.devices.abilities import Burst, Readout, Wait
 
 LEVEL, ON_ITS_BACK, RIGHT_DOWN, NOSE_UP = (0.0, 0.0), (0.0, 180.0), (0.0, 90.0), (90.0, 0.0)
@@ -180,3 +182,27 @@ def test_a_channel_that_never_comes_to_rest_trips(tmp_path: Path) -> None:
     assert outcome.state is State.TRIPPED
     assert "dmm.z: still drifts by" in outcome.reason
     assert "allowed 1e-09 V/h (rig file: chain.dmm.z.warm_up_slope_v_per_h); nothing was measured" in outcome.reason
+
+
+def test_what_would_refuse_a_run_tonight_is_told_now(tmp_path: Path) -> None:
+    small = bench(tmp_path)
+    sound = beforehand(tmp_path / "rig.toml", small.rig, small.plan, tmp_path / "runs", date(2026, 3, 1))
+    assert (sound.refusals, sound.engineering) == ((), ()), "twins are no calibration anyway"
+    full = beforehand(
+        tmp_path / "rig.toml", small.rig, small.plan, tmp_path / "Dropbox" / "runs", date(2026, 3, 1), lambda _: 1000
+    )
+    assert "kept by a synchroniser" in full.refusals[0]
+    assert "MB are free, the run needs" in full.refusals[1]
+
+
+def test_a_rig_of_devices_is_told_what_its_results_will_lack(tmp_path: Path) -> None:
+    text = RIG.partition("[twin]")[0].replace("axis = 1\n", 'axis = 1\nstandard = "table"\n')
+    text = text.replace('resource = "twin"', 'resource = "prologix+socket://127.0.0.1:2#22"')
+    path = tmp_path / "rig.toml"
+    path.write_text(
+        text.replace('port = "twin"', 'port = "socket://127.0.0.1:1"')
+        + '[standards.table]\nserial = "1"\ncertificate = "K-17"\ndue = 2026-02-28\n'
+    )
+    found = beforehand(path, read_rig(path), None, tmp_path / "runs", date(2026, 3, 1))
+    assert "standards.table.due: 2026-02-28 is past" in found.refusals[0]
+    assert "readouts.dmm: no standard stands behind it" in found.engineering
