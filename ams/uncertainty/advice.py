@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.extended import CONFOUNDED
 from ams.observations import Observations
 from ams.solve.layout import Layout, layout_of
 from ams.solve.result import AxisCalibration, Replication
-from ams.uncertainty.causes import usual_cause
+from ams.uncertainty.causes import MISALIGNED, SHARES, usual_cause
 from ams.uncertainty.fourier_terms import FourierTerm, fourier_basis, largest_terms
 from ams.uncertainty.intervals import t_quantile
 from ams.uncertainty.predictions import model_of_solution
@@ -24,7 +25,8 @@ FloatArray = NDArray[np.float64]
 MOST_TERMS = 4
 _LARGEST_ANGLE_DEG = 10.0
 """Beyond it amplitude over sensitivity is no angle any more."""
-_OF_TP = ("pitch-roll", "pitch-roll-extended", "pitch-only")
+_STRAIGHT = ("linear-accelerometer",)
+"""Models without a term for a misalignment."""
 _SHARED_WITH_THE_TABLE = ("sin 2α", "cos 2α")
 
 
@@ -85,20 +87,30 @@ def advise(axis: AxisCalibration, observations: Observations) -> Advice:
 
 def _terms(axis: AxisCalibration, observations: Observations) -> tuple[ResidualTerm, ...]:
     sensitivity = float(np.sqrt(np.nansum(np.square(axis.sensitive_axis_v_per_g))))
-    if axis.model not in _OF_TP or sensitivity == 0.0:
+    if sensitivity == 0.0 or not any(name.endswith("_v_per_g") for name in axis.primary_names):
         return ()
     layout = layout_of(observations)
     jacobian = model_of_solution(axis).jacobian(axis.primary, observations)
     first = np.unique(layout.point, return_index=True)[1]
-    candidates = fourier_basis(observations.pitch_rad[first], observations.roll_rad[first])
+    pitch, roll = _felt_attitude(axis.model, observations)
+    candidates = fourier_basis(pitch[first], roll[first])
     residuals = layout.mean_by_point(axis.residuals_v)
     found = largest_terms(residuals, layout.mean_by_point(jacobian), candidates, MOST_TERMS)
-    return tuple(_in_degrees(term, sensitivity, axis.nominal_axis) for term in found)
+    return tuple(_in_degrees(term, sensitivity, axis) for term in found)
 
 
-def _in_degrees(term: FourierTerm, sensitivity: float, nominal_axis: str) -> ResidualTerm:
+def _felt_attitude(model: str, observations: Observations) -> tuple[FloatArray, FloatArray]:
+    """(N,) pitch and roll; with yaw those without it at which the package feels the same."""
+    if observations.yaw_rad is None or not observations.yaw_rad.any():
+        return observations.pitch_rad, observations.roll_rad
+    roll = np.zeros_like(observations.roll_rad) if model.endswith("-sting") else observations.roll_rad
+    x, y, z = -model_gravity_g(sting_gravity_g(observations.pitch_rad, observations.yaw_rad), roll).T
+    return np.arctan2(x, np.hypot(y, z)), np.arctan2(-y, -z)
+
+
+def _in_degrees(term: FourierTerm, sensitivity: float, axis: AxisCalibration) -> ResidualTerm:
     amplitude, low, high = np.rad2deg(np.array([term.amplitude_v, *term.interval_95_v]) / sensitivity).tolist()
-    cause = usual_cause(term.name, nominal_axis)
+    cause = MISALIGNED if axis.model in _STRAIGHT and term.name in SHARES else usual_cause(term.name, axis.nominal_axis)
     return ResidualTerm(term.name, term.amplitude_v, term.interval_95_v, amplitude, (low, high), cause)
 
 

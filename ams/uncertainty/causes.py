@@ -41,6 +41,9 @@ MECHANISMS: Mapping[str, Mapping[str, frozenset[str]]] = MappingProxyType(
     }
 )
 """Words for a mechanism to the terms that it leaves in the output of a sensor along each nominal axis."""
+SHARES = frozenset({"sin α", "cos α·sin R", "cos α·cos R"})
+"""Of gravity along the package's axes: what a straight line along one of them leaves of the others."""
+MISALIGNED = "a misalignment of the sensor, which a straight line has no term for"
 UNUSUAL = "no usual cause: look for something that moves with the table, such as cables or a magnetic field"
 
 

@@ -8,6 +8,7 @@ import pytest
 from simulated_campaign import ARCSEC, Campaign
 
 from ams.calibrate import calibrate
+from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.observations import Observations
 from ams.request import CalibrationRequest, select_rows
 from ams.uncertainty.advice import Advice, advise
@@ -136,3 +137,27 @@ def test_two_replications_have_a_rate_and_no_interval() -> None:
     rate = advice(replace(observations, outputs_v={"x": moved})).drift[0]
     assert rate.interval_95 is None
     assert rate.per_replication == pytest.approx(1e-5, rel=0.1)
+
+
+def test_on_a_gimbal_the_terms_are_those_of_what_the_package_feels() -> None:
+    """2 q_xz f_x f_z = −q_xz sin 2α cos R, α and R those of the specific force, whatever yaw it comes from."""
+    rows = WHOLE_TURN.observe(np.random.default_rng(0))
+    yawed = replace(rows, yaw_rad=np.deg2rad(25.0 * (rows.point % 3 - 1.0)))
+    force = -model_gravity_g(sting_gravity_g(yawed.pitch_rad, yawed.yaw_rad), yawed.roll_rad)
+    noise = 0.5 * ARCSEC_V * np.random.default_rng(1).standard_normal(rows.rows)
+    output = 0.005 + force @ [2.5, 0.02, -0.01] - 2.0 * 3.0 * ARCSEC_V * force[:, 0] * force[:, 2] + noise
+    measured = replace(yawed, outputs_v={"x": output})
+    axis = calibrate(measured, CalibrationRequest(model="pitch-yaw-roll-model")).axes["x"]
+    (term,) = advise(axis, measured).lack_of_fit
+    assert term.name == "sin 2α·cos R"
+    assert term.amplitude_deg * 3600.0 == pytest.approx(3.0, abs=0.15)
+
+
+def test_a_straight_line_is_told_of_the_misalignment_that_it_leaves_out() -> None:
+    rows = WHOLE_TURN.observe(np.random.default_rng(0))
+    axis = calibrate(rows, CalibrationRequest(model="linear-accelerometer", nominal_axes={"x": "x"})).axes["x"]
+    found = advise(axis, rows).lack_of_fit
+    assert {term.name for term in found} == {"cos α·sin R", "cos α·cos R"}
+    assert all("misalignment of the sensor" in term.cause for term in found)
+    sides = [term.amplitude_deg for term in found]
+    assert np.hypot(*sides) == pytest.approx(np.rad2deg(np.tan(np.deg2rad(0.5))), rel=0.05)
