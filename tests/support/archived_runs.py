@@ -1,0 +1,61 @@
+"""Runs for an archive: one sensor on a small grid, with a day, a gain and standards of one's choice."""
+
+from dataclasses import replace
+from datetime import UTC, date, datetime, timedelta
+
+import numpy as np
+from package_outputs import TRUTH, output_v
+
+from ams.calibrate import calibrate
+from ams.observations import Observations
+from ams.request import CalibrationRequest
+from ams.sets.archive_runs import MeasuredSensor, RunEntry
+from ams.sets.coefficients import build_set
+from ams.sets.provenance import Provenance, Standard
+
+GRID_DEG = [(p, r) for p in range(-60, 61, 30) for r in range(-180, 180, 90)]
+_PITCH, _ROLL = np.deg2rad(np.array(GRID_DEG, dtype=float)).T
+_CLEAN = {axis: np.array([output_v(axis, TRUTH[axis], p, r) for p, r in GRID_DEG]) for axis in TRUTH}
+TABLE = Standard("table", "AA-2216", "26-0117", date(2027, 6, 30), {"uncertainty_arcsec": 1.0, "kind": "limit", "k": 2})
+STARTED = datetime(2026, 1, 10, 18, 0, tzinfo=UTC)
+
+
+def a_run(day: int = 0, *, simulated: bool = False, version: str = "0.1.0") -> RunEntry:
+    """The run of a day; the same day is the same run."""
+    started = STARTED + timedelta(days=day)
+    return RunEntry(
+        f"{day:064x}", f"run-{day}", "small grid", "bench", "J. Doe", simulated, started,
+        started + timedelta(hours=9), f"/runs/run-{day}", version,
+    )  # fmt: skip
+
+
+def a_sensor(
+    day: int = 0,
+    sensor: str = "SN1",
+    *,
+    gain: float = 1.0,
+    standards: tuple[Standard, ...] = (TABLE,),
+    simulated: bool = False,
+    version: str = "0.1.0",
+    is_check: bool = False,
+) -> MeasuredSensor:
+    """A sensor as the run of that day measured it; ``gain`` is its x axis' against nominal."""
+    chance, count = np.random.default_rng(day), len(GRID_DEG)
+    grown = {**_CLEAN, "x": gain * _CLEAN["x"]}
+    outputs = {axis: np.tile(one, 3) + 1e-6 * chance.normal(size=3 * count) for axis, one in grown.items()}
+    rows = Observations(
+        np.repeat([1, 2, 3], count), np.tile(np.arange(count), 3), np.tile(_PITCH, 3), np.tile(_ROLL, 3), outputs
+    )
+    run = a_run(day)
+    provenance = Provenance(
+        sensor=sensor, gravity_mps2=9.79826, gravity_source="survey", pitch_range_deg=(-60.0, 60.0),
+        roll_range_deg=(-180.0, 180.0), created_utc=run.ended_utc, software_version=version, rig="bench",
+        procedure="small grid", simulated=simulated, run_id=run.run_id, serial=sensor.removeprefix("SN"),
+        journal_sha256=run.journal_sha256, standards=standards,
+        acceptance={"pitch_limit_deg": 0.02, "decision_rule": "guard-band"},
+    )  # fmt: skip
+    return MeasuredSensor(build_set(calibrate(rows, CalibrationRequest()), provenance), rows, is_check)
+
+
+def expired(standard: Standard = TABLE) -> Standard:
+    return replace(standard, due=date(2025, 12, 31))
