@@ -30,11 +30,7 @@ _WRITERS = 0x63616C726967
 def reading(archive_url: str, busy_timeout_s: float) -> "Iterator[Connection]":
     """A read transaction on an archive of the current schema. Raises: ArchiveError."""
     url = _parsed(archive_url)
-    path = _sqlite_path(url)
-    if path is not None and not os.path.exists(path):
-        raise ArchiveUnknown(
-            f"{path}: there is no archive: no such file; publish a set to it first, or give another URL"
-        )
+    _require_there(url)
     with _transaction(url, "BEGIN", busy_timeout_s) as connection:
         if url.get_backend_name() == POSTGRES:
             connection.exec_driver_sql("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY")
@@ -51,9 +47,8 @@ def writing(archive_url: str, busy_timeout_s: float, *, only_existing: bool = Fa
     Raises: ArchiveError.
     """
     url = _parsed(archive_url)
-    path = _sqlite_path(url)
-    if only_existing and path is not None and not os.path.exists(path):
-        raise ArchiveUnknown(f"{path}: there is no archive: no such file; {NOTHING}; give another URL")
+    if only_existing:
+        _require_there(url)
     with _transaction(url, "BEGIN IMMEDIATE", busy_timeout_s) as connection:
         if url.get_backend_name() == POSTGRES:
             connection.exec_driver_sql(f"SET LOCAL lock_timeout = {int(busy_timeout_s * 1000)}")
@@ -65,12 +60,22 @@ def writing(archive_url: str, busy_timeout_s: float, *, only_existing: bool = Fa
 def migrate(archive_url: str, busy_timeout_s: float = 10.0) -> tuple[str | None, str | None]:
     """Bring an archive that is there to this version's schema; the schema before and after. Raises: ArchiveError."""
     url = _parsed(archive_url)
+    _require_there(url)
     with _transaction(url, "BEGIN", busy_timeout_s) as connection:
         before = _revision(connection)
     if before is None:
         raise ArchiveUnknown(f"{_shown(url)}: is no archive: it has no schema version; {NOTHING}; give another URL")
     with writing(archive_url, busy_timeout_s, only_existing=True) as connection:
         return before, _revision(connection)
+
+
+def _require_there(url: "URL") -> None:
+    """A SQLite file that is not there would be made by looking at it."""
+    path = _sqlite_path(url)
+    if path is not None and not os.path.exists(path):
+        raise ArchiveUnknown(
+            f"{path}: there is no archive: no such file; {NOTHING}; publish a set to it first, or give another URL"
+        )
 
 
 @contextmanager
