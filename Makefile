@@ -12,7 +12,7 @@ demo: $(STAMP)          ## the whole job on the twin, into ./demo-out
 	$(BIN)/calrig demo
 
 test: $(STAMP)          ## every test that belongs to a change
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n auto --maxprocesses 4
 
 lint: $(STAMP)          ## style, types, import contracts
 	$(BIN)/ruff check .
