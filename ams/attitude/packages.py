@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.attitude.spread import OutputErrors, PackageErrors, Spread, output_errors, side_by_side
+from ams.attitude.spread import OutputErrors, PackageErrors, Spread, output_errors, side_by_side, weighing_variances
 from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Sensor, onto_unit_sphere, tangents
 from ams.attitude.two_package import angles_from_gravity
 from ams.errors import DesignError
@@ -115,8 +115,8 @@ def _resolved(k: FloatArray, volts: FloatArray) -> FloatArray:
 
 def _variances(sensors: Sequence[Sensor], force: FloatArray) -> FloatArray:
     tiny = float(np.finfo(float).tiny)
-    variances = np.stack([sensor.output_variance_v2(force) for sensor in sensors], axis=-1)
-    return np.asarray(np.maximum(variances, tiny**0.5))
+    k = np.stack([sensor.k_v_per_g for sensor in sensors])
+    return np.asarray(np.maximum(weighing_variances(sensors, k, force), tiny**0.5))
 
 
 def _slopes(gravity: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.attitude.spread import PackageErrors, Spread, UncertainSensor, output_errors
+from ams.attitude.spread import PackageErrors, Spread, UncertainSensor, output_errors, weighing_variances
 from ams.errors import DesignError
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.uncertainty.intervals import reading_halfwidth, t_quantile
@@ -141,7 +141,7 @@ def pitch_roll_from_three(
         raise DesignError("three-axis package: the three sensitive axes lie in one plane: use two of them")
     force = np.linalg.solve(K, volts[..., None])[..., 0]
     length = np.linalg.norm(force, axis=1, keepdims=True)
-    weights = 1.0 / np.maximum(_variances(sensors, force / length), np.finfo(float).tiny)
+    weights = 1.0 / np.maximum(weighing_variances(sensors, K, force / length), np.finfo(float).tiny)
     unit, settled = onto_unit_sphere(K, volts, weights, force / length)
     everywhere = np.full(unit.shape[0], np.pi)
     return _judged(sensors, package, unit, np.zeros_like(settled), clearance_rad=everywhere, unsettled=~settled)
@@ -236,7 +236,7 @@ def _spread(
     along_roll = np.stack([np.zeros_like(roll), -np.cos(safe_roll), np.sin(safe_roll)], axis=-1)
     J = np.stack([_times(K, specific_force_by_pitch(safe_pitch, safe_roll)), _times(K, along_roll)], axis=-1)
     floor = np.max(K**2) * np.finfo(float).tiny / np.finfo(float).eps
-    weights = 1.0 / np.maximum(_variances(sensors, force), floor)
+    weights = 1.0 / np.maximum(weighing_variances(sensors, K, force), floor)
     singular_values = np.linalg.svd(J / np.linalg.norm(K, axis=-1)[..., None], compute_uv=False)
     rank_lost = singular_values[:, 1] < SMALLEST_SLOPE * singular_values[:, 0]
     weighted = np.swapaxes(J, -1, -2) * weights[:, None, :]
@@ -252,10 +252,6 @@ def _spread(
     pitch_lost = rank_lost | (spread.sd[:, 0] > LARGEST_SD_RAD)
     roll_lost = rank_lost | ~(spread.sd[:, 1] <= LARGEST_SD_RAD) | (cos_pitch < SMALLEST_SLOPE)
     return spread, pitch_lost, roll_lost
-
-
-def _variances(sensors: Sequence[Sensor], force: FloatArray) -> FloatArray:
-    return np.stack([sensor.output_variance_v2(force) for sensor in sensors], axis=-1)
 
 
 def _stack(sensors: Sequence[Sensor], count: int) -> tuple[FloatArray, FloatArray]:

@@ -15,6 +15,7 @@ from ams.frames import specific_force
 from ams.models.accelerometer import PitchRoll, vector_from_angles
 from ams.models.cr import jacobian, model_gravity_g, predict_v, sting_gravity_g
 from ams.models.linear import Line, compose
+from ams.solve.gauss_newton import gauss_newton
 from ams.uncertainty.design_variance import gradient
 from ams.uncertainty.tp_replication import t_bias
 
@@ -83,6 +84,35 @@ def test_tp_74_divides_by_the_calibrations_variance():
     extra = sigma_0**2 + by_roll**2 * sigma_r**2
     assert sigma_e * np.sqrt(q + extra / sigma_e**2) == pytest.approx(spread, rel=0.02)
     assert sigma_e * np.sqrt(q + extra / sigma_0**2) != pytest.approx(spread, rel=0.5)  # σ_y: that of the output
+
+
+def test_tp_44_has_the_sign_of_the_residuals_curvature_lost():
+    # R is the second derivative of half the sum of squares; with the H_E of (45) in it print has R = F'F + H_E.
+    t = np.linspace(0.0, 2.0, 15)
+    observed = np.exp(-0.8 * t) + 0.3 * np.sin(7.0 * t)
+
+    def half_square(c):
+        return 0.5 * np.sum((observed - c[0] * np.exp(-c[1] * t)) ** 2)
+
+    found = gauss_newton(
+        lambda c: c[0] * np.exp(-c[1] * t),
+        lambda c: np.stack([np.exp(-c[1] * t), -c[0] * t * np.exp(-c[1] * t)], axis=1),
+        np.ones(2),
+        observed,
+        ("a", "b"),
+        residual_curvature=True,
+    )
+    h, e = 1e-4, np.eye(2)
+    signs = ((1, 1), (1, -1), (-1, 1), (-1, -1))
+    around = [
+        [[half_square(found.estimate + h * (s * e[i] + r * e[j])) for s, r in signs] for j in (0, 1)] for i in (0, 1)
+    ]
+    truth = np.array(around) @ np.prod(signs, axis=1) / (4 * h * h)
+    a, b = found.estimate
+    F = np.stack([np.exp(-b * t), -a * t * np.exp(-b * t)], axis=1)
+    H = found.residual_curvature
+    np.testing.assert_allclose(F.T @ F - H, truth, rtol=1e-5, atol=1e-6)
+    assert not np.allclose(F.T @ F + H, truth, rtol=0.02)
 
 
 def _at(pitch, roll):

@@ -39,6 +39,31 @@ def test_gum_h1_the_end_gauge():
         assert budget.contributions[0, place] == pytest.approx(nm, abs=0.06)
 
 
+def test_gum_h1_and_a_budget_of_correlated_inputs_are_those_of_gtc():
+    """GTC propagates through every arithmetic step by itself, with degrees of freedom and correlations."""
+    import GTC
+
+    inputs = [GTC.ureal(i.value, i.standard_uncertainty, i.degrees_of_freedom) for i in END_GAUGE]
+    theirs, ours = end_gauge_nm(inputs), combine(end_gauge_nm, END_GAUGE)
+    assert ours.values[0] == pytest.approx(theirs.x, rel=1e-14)
+    assert ours.standard_uncertainties[0] == pytest.approx(theirs.u, rel=1e-9)
+    assert ours.degrees_of_freedom[0] == pytest.approx(theirs.df, rel=1e-7)
+    for place, one in enumerate(inputs):
+        assert ours.contributions[0, place] == pytest.approx(abs(GTC.component(theirs, one)), rel=1e-8, abs=1e-12)
+    v, i, phi = GTC.multiple_ureal(
+        [H2_V.mean(), H2_I.mean(), H2_PHI.mean()], [column.std(ddof=1) / 5**0.5 for column in (H2_V, H2_I, H2_PHI)], 4
+    )
+    for one, other, columns in ((v, i, (H2_V, H2_I)), (v, phi, (H2_V, H2_PHI)), (i, phi, (H2_I, H2_PHI))):
+        GTC.set_correlation(np.corrcoef(*columns)[0, 1], one, other)
+    results = [v / i * GTC.cos(phi), v / i * GTC.sin(phi), v / i]
+    budget = h2_budget()
+    np.testing.assert_allclose(budget.values, [result.x for result in results], rtol=1e-14)
+    np.testing.assert_allclose(budget.standard_uncertainties, [result.u for result in results], rtol=1e-8)
+    r = budget.correlation()
+    for row, column in ((0, 1), (0, 2), (1, 2)):
+        assert r[row, column] == pytest.approx(GTC.get_correlation(results[row], results[column]), abs=1e-8)
+
+
 # GUM table H.2: V in V, I in mA, φ in rad, five simultaneous readings.
 H2_V = np.array([5.007, 4.994, 5.005, 4.990, 4.999])
 H2_I = np.array([19.663, 19.639, 19.640, 19.685, 19.678]) * 1e-3
