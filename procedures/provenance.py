@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from procedures.report.assemble import RunRecord
+from procedures.report.trail import missing_in
 from procedures.run.records import DwellRecord
 from procedures.solving import SolvedSensor
 from rig.description import RigDescription, Sensor
@@ -42,7 +43,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> "Provenance":
         operator=record.operator,
         run_id=record.run_id,
         journal_sha256=record.hashes["journal content"],
-        approved_by=rig.approved_by,
+        approved_by=_approved_by(record),
         environment=_environment(record.dwells),
         standards=tuple(_standards(rig)),
         mount=sensor.mount.model_dump(mode="json"),
@@ -53,6 +54,12 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> "Provenance":
         acceptance=rig.acceptance.model_dump(mode="json", exclude_none=True),
         laboratory=rig.laboratory.model_dump(mode="json", exclude_none=True) if rig.laboratory else None,
     )
+
+
+def _approved_by(record: RunRecord) -> str | None:
+    """An approval counts only where nothing was missing for a calibration when the run began; twins need nothing."""
+    lacks = not record.is_simulated and bool(missing_in(record.events))
+    return None if lacks else record.rig.approved_by
 
 
 def _chained(sensor: Sensor, rig: RigDescription) -> list[str]:

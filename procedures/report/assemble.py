@@ -17,7 +17,7 @@ from procedures.report.conditions import condition_sections
 from procedures.report.declared import declared_sections, device_rows, standard_rows
 from procedures.report.motion_section import MotionSection, motion_section
 from procedures.report.stability import check_comparisons, reference_traces, temperature_traces
-from procedures.report.trail import identities_in, interruptions_in, notes_in, seam_steps_in
+from procedures.report.trail import identities_in, interruptions_in, missing_in, notes_in, seam_steps_in
 from procedures.report.truth import truth_of
 from procedures.report.verdict import judge
 from procedures.report.view import Counts, DesignView, RejectedDwell, RunView, SensorView
@@ -98,6 +98,7 @@ def assemble_view(
         declared={**declared_sections(record.rig), **condition_sections(record.events)},
         hashes=record.hashes,
         versions=record.versions,
+        missing=() if record.is_simulated else missing_in(record.events),
     )
 
 

@@ -27,15 +27,43 @@ def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
         elif open_one is not None and state == GOING:
             found.append(replace(open_one, ended_utc=event.utc))
             open_one = None
+        elif open_one is not None and state == "checking" and _who(event):
+            open_one = replace(open_one, resumed_by=_who(event), resumed_because=_why(event))
         last_sign = last_sign if event.kind == "opened" else event
     return tuple(found if open_one is None else [*found, open_one])
 
 
 def notes_in(events: Iterable[Event]) -> tuple[Note, ...]:
-    """What the operator wrote down."""
+    """What people wrote down, and what a reader should know of: words, changes answered for, dwells taken back."""
+    return tuple(Note(event.utc, _who(event), text) for event in events if (text := _word(event)))
+
+
+def missing_in(events: Iterable[Event]) -> tuple[str, ...]:
+    """What the laboratory lacked for a calibration when the run began."""
     return tuple(
-        Note(event.utc, _who(event), str(event.detail.get("text", ""))) for event in events if event.kind == "note"
+        str(sentence) for event in events if event.kind == "readiness" for sentence in _listed(event, "engineering")
     )
+
+
+def _word(event: Event) -> str:
+    match event.kind:
+        case "note":
+            return str(event.detail.get("text", ""))
+        case "ack":
+            return f"acknowledged. {event.detail.get('text', '')}".strip()
+        case "override":
+            return f"went on over changes: {'; '.join(map(str, _listed(event, 'differences')))}: {_why(event)}"
+        case "dropped":
+            return f"{event.detail.get('sensor')} was dropped: {_why(event)}"
+        case "voided":
+            moved = "; the package was moved" if event.detail.get("remounted") else ""
+            return f"{len(_listed(event, 'dwells'))} dwells taken back: {_why(event)}{moved}"
+    return ""
+
+
+def _listed(event: Event, key: str) -> list[object]:
+    found = event.detail.get(key, [])
+    return list(found) if isinstance(found, list) else []
 
 
 def identities_in(events: Iterable[Event]) -> Mapping[str, str]:

@@ -158,6 +158,9 @@ class Interruption:
     """None where it never went on."""
     by: str
     reason: str
+    resumed_by: str = ""
+    """Who took the run up again; empty where it went on by itself."""
+    resumed_because: str = ""
 
 
 @dataclass(frozen=True)
@@ -308,8 +311,12 @@ class RunView:
     """What was hashed to its SHA-256."""
     versions: Mapping[str, str]
     """Software to its version."""
+    missing: tuple[str, ...] = ()
+    """What the laboratory lacked for a calibration when the run began; of a run on twins nothing is asked."""
 
     @property
     def stamps(self) -> tuple[str, ...]:
         """What must be read before any number is."""
-        return (("SIMULATED",) if self.is_simulated else ()) + (() if self.approved_by else ("ENGINEERING",))
+        return (("SIMULATED",) if self.is_simulated else ()) + (
+            () if self.approved_by and not self.missing else ("ENGINEERING",)
+        )

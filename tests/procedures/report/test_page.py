@@ -130,6 +130,24 @@ def test_a_simulated_and_an_unapproved_run_say_so_before_any_number() -> None:
     assert "Approved by: C. Metrologist" in bench.text
 
 
+def test_what_a_calibration_lacks_makes_it_an_engineering_one_and_is_listed() -> None:
+    lacking = replace(
+        run_view(Scene()), approved_by="QM", is_simulated=False, missing=("level.before: the base was not levelled",)
+    )
+    assert lacking.stamps == ("ENGINEERING",)
+    text = render_page(lacking, _without_figures(lacking))
+    assert "Something is missing for a calibration." in text
+    assert "<li>level.before: the base was not levelled</li>" in text
+    assert replace(lacking, missing=()).stamps == ()
+
+
+def test_whoever_took_the_run_up_again_stands_beside_the_reason() -> None:
+    view = run_view(Scene(interruptions=1))
+    taken_up = replace(view.interruptions[0], resumed_by="carla", resumed_because="<b>looked</b>")
+    text = render_page(replace(view, interruptions=(taken_up,)), _without_figures(view))
+    assert "carla: &lt;b&gt;looked&lt;/b&gt;" in text
+
+
 def test_the_twins_truth_stands_beside_the_estimate_only_when_simulated() -> None:
     assert "Twin’s truth" in _page(run_view(Scene())).text
     assert "Twin’s truth" not in _page(run_view(Scene(simulated=False))).text

@@ -1,6 +1,6 @@
 from report_dwells import event
 
-from procedures.report.trail import identities_in, interruptions_in, notes_in, seam_steps_in
+from procedures.report.trail import identities_in, interruptions_in, missing_in, notes_in, seam_steps_in
 
 
 def test_a_pause_lasts_from_leaving_running_to_coming_back() -> None:
@@ -37,6 +37,36 @@ def test_a_stretch_that_changes_its_name_is_one_interruption() -> None:
     (trip,) = interruptions_in(events)
     assert trip.what == "held"
     assert trip.ended_utc == events[-1].utc
+
+
+def test_whoever_takes_a_tripped_run_up_is_named_with_the_reason() -> None:
+    events = [
+        event(1, "state", 0, to="running"),
+        event(2, "state", 5, to="tripped", reason="stop button"),
+        event(3, "state", 60, to="checking", by="B", reason="button was leaned on"),
+        event(4, "state", 90, to="running"),
+    ]
+    (trip,) = interruptions_in(events)
+    assert (trip.reason, trip.resumed_by, trip.resumed_because) == ("stop button", "B", "button was leaned on")
+
+
+def test_what_people_answered_for_and_what_was_taken_back_stand_among_the_notes() -> None:
+    events = [
+        event(1, "override", 0, by="B", reason="typo", differences=["rig file: rig.name: was 1, is 2"]),
+        event(2, "dropped", 5, sensor="SN2", step=7, reason="step 7: rejected 3 times"),
+        event(3, "voided", 6, by="A", reason="bumped", dwells=[[1, 1, 1], [2, 1, 1]], remounted=True),
+        event(4, "ack", 7, by="A", text="on my way"),
+    ]
+    assert [(note.by, note.text) for note in notes_in(events)] == [
+        ("B", "went on over changes: rig file: rig.name: was 1, is 2: typo"),
+        ("", "SN2 was dropped: step 7: rejected 3 times"),
+        ("A", "2 dwells taken back: bumped; the package was moved"),
+        ("A", "acknowledged. on my way"),
+    ]
+
+
+def test_what_was_missing_at_the_start_is_read_from_its_event() -> None:
+    assert missing_in([event(1, "readiness", 0, engineering=["level.before: none"])]) == ("level.before: none",)
 
 
 def test_an_aborted_run_never_went_on() -> None:
