@@ -3,6 +3,10 @@
 ACAL DCV takes 2 minutes 45 seconds (3458A user's guide); the inputs must be open meanwhile.
 """
 
+import re
+import tomllib
+from pathlib import Path
+
 import pytest
 from daq_rig import WIRING as DAQ_WIRING
 from daq_rig import DaqRig, daq_rig
@@ -10,7 +14,7 @@ from gpib_rig import WIRING, GpibRig, gpib_rig, meter_settings
 from pydantic import ValidationError
 
 from rig.devices.abilities import SelfChecking
-from rig.devices.hp3458a import Hp3458aReadout
+from rig.devices.hp3458a import Hp3458aChecks, Hp3458aReadout
 from rig.errors import DeviceFault, WaitEnded
 
 SHORT_V, REFERENCE_V = 2e-6, 10.00003
@@ -153,3 +157,28 @@ def test_a_readout_whose_file_asks_for_nothing_is_not_checked() -> None:
 def test_checks_that_prove_nothing_are_refused(checks: dict[str, object], told: str) -> None:
     with pytest.raises(ValidationError, match=told):
         meter_settings(checks=checks)
+
+
+def test_the_example_on_the_page_is_what_the_driver_takes() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "meter-and-scanner.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```toml\n(checks = .*?)```", page, re.DOTALL)
+    checks = tomllib.loads(example)["checks"]
+    assert meter_settings(checks=checks).checks.asks_for_anything
+    assert set(checks) == set(Hp3458aChecks.model_fields)
+
+
+def test_no_burst_and_no_check_measures_a_channel_on_another_range() -> None:
+    rig = _meter()
+    readout = rig.prepared(checks={**CHECKS, "reference_limit_v": 1e-4})
+    told: list[bytes] = []
+    heard = rig.meter.listen
+
+    def listen(message: bytes, now_s: float) -> float:
+        told.extend(part for part in message.split(b";") if part.startswith((b"DCV", b"RANGE", b"ARANGE")))
+        return heard(message, now_s)
+
+    rig.meter.listen = listen
+    for channel in ("dmm.x", "dmm.y", "dmm.x"):
+        readout.check_itself(rig.wait)
+        readout.read(channel, 2, rig.wait)
+    assert set(told) == {b"DCV 10"}
