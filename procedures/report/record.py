@@ -2,6 +2,8 @@
 
 from procedures.report.assemble import RunRecord
 from procedures.run.journal_reader import JournalReader
+from procedures.run.owner import is_owned
+from procedures.run.states import ACTIVE, State
 from rig.description import rig_from_json
 
 
@@ -15,7 +17,7 @@ def read_record(reader: JournalReader) -> RunRecord:
     header = reader.header
     return RunRecord(
         run_id=header.run_id,
-        state=str(reader.state()),
+        state=str(_state(reader)),
         operator=header.operator,
         is_simulated=header.is_simulated,
         created_utc=header.created_utc,
@@ -31,3 +33,9 @@ def read_record(reader: JournalReader) -> RunRecord:
         },
         versions=header.software,
     )
+
+
+def _state(reader: JournalReader) -> State:
+    """A run whose process is gone does not run, whatever its last line says."""
+    written = reader.state()
+    return State.INTERRUPTED if written in ACTIVE and not is_owned(reader.path.parent) else written

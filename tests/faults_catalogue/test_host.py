@@ -14,6 +14,7 @@ from small_run import Bench, bench, dwells_of, in_child, measured, resumed
 
 from ams.sets.whole_file import write_whole
 from procedures.cli.places import new_run_folder
+from procedures.delivery import solve_run
 from procedures.errors import JournalError
 from procedures.run.journal_reader import JournalReader
 from procedures.run.process import growth
@@ -57,6 +58,7 @@ def test_fault_01_a_killed_process_loses_no_acknowledged_dwell_and_measures_none
     assert os.WIFSIGNALED(status_word)
     before = measured(dwells_of(tmp_path / "run"))
     assert status(tmp_path / "run").state is State.INTERRUPTED
+    assert solve_run(tmp_path / "run").record.state == State.INTERRUPTED, "a dead run is never shown as running"
     assert resumed(tmp_path / "run").state is State.FINISHED
     after = measured(dwells_of(tmp_path / "run"))
     assert before.items() <= after.items()

@@ -20,6 +20,7 @@ from procedures.run.progress import Progress
 from procedures.run.salvage import salvage
 from procedures.run.states import State
 from procedures.run.storage import JOURNAL_FILE
+from procedures.run.take_back import Word, redo
 
 MOUNTS = """\
 22 1 0:21 / / rw,relatime - ext4 /dev/vda rw
@@ -89,6 +90,23 @@ def test_fault_06_a_quarantined_dwell_is_measured_again_after_salvage_and_the_nu
     assert resumed(tmp_path / "saved").state is State.FINISHED
     assert measured(dwells_of(tmp_path / "saved")) == measured(dwells_of(clean))
     assert sensors_document(solve_run(tmp_path / "saved")) == sensors_document(solve_run(clean))
+
+
+def test_fault_06_redo_takes_nothing_back_in_a_damaged_journal_and_does_in_the_salvaged_one(
+    clean: Path, tmp_path: Path
+) -> None:
+    folder = _damaged(clean, tmp_path / "rotten", (10,))
+    word = Word("anna", "damaged on the disk")
+    with pytest.raises(JournalError, match=r"dwell of step 10, .* calrig salvage takes the rest into a new folder"):
+        redo(folder, 1, word)
+    salvage(folder, tmp_path / "saved")
+    assert redo(tmp_path / "saved", 1, word) > 0
+    assert resumed(tmp_path / "saved").state is State.FINISHED
+    assert {dwell.attempt for dwell in dwells_of(tmp_path / "saved") if dwell.accepted and dwell.replication == 1} <= {
+        1,
+        2,
+    }
+    assert solve_run(tmp_path / "saved").sensors["SN1"].failure is None
 
 
 @pytest.mark.parametrize("length", [0.3, 0.6, 0.9])
