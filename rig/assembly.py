@@ -8,12 +8,15 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
+from typing import cast
 
 from rig.bench import axis_lines, twin_lines
+from rig.cable_memory import memory_of
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
 from rig.crash_points import refuse_crash_points
 from rig.description import RigDescription
 from rig.devices.abilities import Axis, Environment, Field, NoChance, Readout, Stream, TwinChance
+from rig.devices.cable import CableGuard, TurningAxis
 from rig.errors import DescriptionError, LinkLost
 from rig.fault_file import FaultPlan
 from rig.faulty_lines import with_faults
@@ -179,6 +182,7 @@ def _connected(
         found: dict[str, Axis] = {}
         for names in axis_lines(description.axes):
             found |= open_axes({name: description.axes[name] for name in names}, lines)
+        found = {name: guarded(axis, description, name) for name, axis in found.items()}
         return Connected(
             axes={name: found[name] for name in description.axes},
             readouts={
@@ -195,6 +199,15 @@ def _connected(
             counts=lines.counts,
             lines=opened.pop_all(),
         )
+
+
+def guarded(axis: Axis, description: RigDescription, name: str) -> Axis:
+    """An axis whose cables wind up remembers how far. Raises: DescriptionError where the memory cannot be read."""
+    settings = description.axes[name]
+    if settings.wrap_turns is None or settings.turning != "revolves":
+        return axis
+    memory = memory_of(description.rig.name, name, settings)
+    return CableGuard(cast("TurningAxis", axis), settings.wrap_turns, memory)
 
 
 def choose_clock(description: RigDescription) -> Clock:

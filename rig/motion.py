@@ -15,6 +15,7 @@ from threading import Thread
 from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
 from rig.devices.abilities import Axis, AxisState, Wait
+from rig.devices.cable import CableGuard
 from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused, RigError, WaitEnded
 
 STALL_S = 2.0
@@ -138,7 +139,8 @@ def trusted_state(axis: Axis) -> AxisState:
 def home_and_arrive(axis: Axis, clock: Clock, wait: Wait) -> float:
     """Run the reference move and return the read-back at rest, degrees. Raises as :func:`move_and_arrive`."""
     axis.home()
-    limit_s = 360.0 / axis.speed_dps * 1.5 + _ALLOWANCE_S
+    wound_deg = abs(axis.wound_deg) if isinstance(axis, CableGuard) else 0.0
+    limit_s = (360.0 + wound_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
     state = _watch(axis, "home", None, limit_s, clock, wait)
     if not state.is_homed:
         raise DeviceFault(

@@ -20,6 +20,7 @@ from procedures.run.measure import Announcement, OpenRig, look, move, read_chann
 from procedures.run.recorder import Recorder, Recording, recording
 from procedures.run.records import ChannelReading, MotionRecord, StreamTiming
 from rig.devices.abilities import RateAxis, Stream, SweepAxis, TurnLook, Wait
+from rig.devices.cable import CableGuard
 from rig.devices.rates import measured_rate
 from rig.errors import DeviceFault
 from rig.motion import stop_all
@@ -138,6 +139,8 @@ class _Done:
 def _revolve(rig: OpenRig, plan: Plan, motion: Turn, announcement: Announcement, recorder: Recorder) -> _Done:
     axis = cast("RateAxis", rig.axes[motion.turned_axis])
     axis.check_rate(motion.rate_dps)
+    if isinstance(axis, CableGuard):
+        axis.require_room(360.0 * (motion.revolutions + SPARE_TURNS) * (1.0 if motion.rate_dps > 0.0 else -1.0))
     looks = Looks(axis.name, motion, rig.axes[axis.name].arrival_tolerance_deg)
     began_s = rig.clock.monotonic_s()
     try:
