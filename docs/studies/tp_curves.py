@@ -1,8 +1,9 @@
-"""TP's figures 1, 2, 7, 10 and 13 to 20 redrawn from this package, with what agrees with TP's text and what does not.
+"""TP's figures 7, 10 and 13 to 20 (standard deviations of inferred angles) redrawn, with what agrees with TP's text and
+what does not.
 
     python docs/studies/tp_curves.py OUTPUT_FOLDER
 
-Figures 22 to 54 are measured campaigns; they need the rig's twin and are not drawn here.
+Figures 1 to 5 and 22 to 54 are those of ``performance.py``.
 """
 
 import sys
@@ -15,13 +16,10 @@ from ams.attitude.lines import SensorLine
 from ams.attitude.static import pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.frames import specific_force
 from ams.models.accelerometer import vector_from_angles
-from ams.uncertainty.design_variance import variance_function
-from ams.uncertainty.design_without_roll import variance_without_roll
 
 DEG = np.pi / 180
 SIGMA = 1e-6
 PITCH_DEG = np.linspace(-89.0, 89.0, 179)
-CALIBRATION_RANGES_DEG = (30.0, 45.0, 90.0, 180.0)
 
 
 def sensor(axis, coning_deg, azimuth_deg, sd):
@@ -32,23 +30,6 @@ def sensor(axis, coning_deg, azimuth_deg, sd):
 def outputs(sensors, pitch_deg, roll_deg):
     force = specific_force(*np.broadcast_arrays(np.asarray(pitch_deg) * DEG, np.asarray(roll_deg) * DEG))
     return np.stack([force @ s.k_v_per_g for s in sensors], axis=-1)
-
-
-def design_curves(axes):
-    """Figures 1 (without roll, N = 65) and 2 (with roll, M = 64, N = 33): √(K σ_v²/σ_E²) over pitch."""
-    for limit in CALIBRATION_RANGES_DEG:
-        at = np.linspace(-limit, limit, 181) * DEG
-        alone = np.linspace(-limit, limit, 65) * DEG
-        axes[0].plot(at / DEG, np.sqrt(65 * variance_without_roll(alone, at)), label=f"±{limit:g}°")
-        pitch, roll = (
-            g.ravel()
-            for g in np.meshgrid(np.linspace(-limit, limit, 33) * DEG, -np.pi + 2 * np.pi * np.arange(64) / 64)
-        )
-        axes[1].plot(at / DEG, np.sqrt(pitch.size * variance_function(pitch, roll, at, 0.0 * at)), label=f"±{limit:g}°")
-    axes[0].axhline(3**0.5, ls=":", label="four-point tumble")
-    axes[1].axhline(2.0, ls=":", label="six-point tumble")
-    axes[0].set_title("figure 1: without roll")
-    axes[1].set_title("figure 2: with roll")
 
 
 def single_axis_curves(axis):
@@ -86,14 +67,13 @@ def three_axis_curves(axis):
 
 
 def main(folder):
-    figure, axes = plt.subplots(3, 2, figsize=(10, 11), constrained_layout=True)
-    design_curves(axes[0])
-    single_axis_curves(axes[1, 0])
-    two_axis_curves(axes[1, 1])
-    three_axis_curves(axes[2, 0])
-    axes[2, 1].axis("off")
-    axes[2, 1].text(0.0, 0.95, REMARKS, va="top", wrap=True, fontsize=9)
-    for axis in axes.flat[:5]:
+    figure, axes = plt.subplots(2, 2, figsize=(10, 7.5), constrained_layout=True)
+    single_axis_curves(axes[0, 0])
+    two_axis_curves(axes[0, 1])
+    three_axis_curves(axes[1, 0])
+    axes[1, 1].axis("off")
+    axes[1, 1].text(0.0, 0.95, REMARKS, va="top", wrap=True, fontsize=9)
+    for axis in axes.flat[:3]:
         axis.legend(fontsize=7)
         axis.set_xlabel("roll, degrees" if "10" in axis.get_title() else "pitch, degrees")
     folder.mkdir(parents=True, exist_ok=True)
@@ -101,10 +81,8 @@ def main(folder):
     print(folder / "tp_curves.svg")
 
 
-REMARKS = """Agrees with the text of TP: tumble levels √3 and 2; nearly constant at
-±180° without roll; concave up at 0° for ±45° and less, down for more;
-15 % more at 30° than at 0° from one axis; bounded pitch error of the
-x-y package near roll ±90°.
+REMARKS = """Agrees with the text of TP: 15 % more at 30° than at 0° from one axis;
+bounded pitch error of the x-y package near roll ±90°.
 
 Differs: TP (108) is the spread of ordinary least squares. With the
 weights that TP assumes for figures 13 to 20 pitch is better:
