@@ -80,7 +80,8 @@ def _chain(rig: RigDescription, channel: str) -> "Iterator[SharedError]":
     if chain is not None and chain.load_resistor_ohm and resistor is not None and resistor[1].uncertainty_ohm:
         u = resistor[1].uncertainty_ohm / divisor(resistor[1]) / chain.load_resistor_ohm
         told = _told(resistor, resistor[1].uncertainty_ohm, "Ω")
-        yield SharedError("load resistor", "gain", u, resistor[1].kind, f"{told}, of {chain.load_resistor_ohm:g} Ω")
+        told = f"{told}, of {chain.load_resistor_ohm:g} Ω"
+        yield SharedError("load resistor", "gain", u, resistor[1].kind, told, is_of_one_channel=True)
 
 
 def _level(rig: RigDescription) -> "Iterator[SharedError]":

@@ -35,9 +35,9 @@ class SolvedAxis:
         return next((part for part in self.components if part.name == name), None)
 
     def shares(self, name: str, other: "SolvedAxis") -> bool:
-        """Whether a part has the same causes in another axis. A gain (of a load resistor) is each channel's own."""
+        """Whether a part has the same causes in another axis; a load resistor is each channel's own."""
         own, others = ([e for e in axis.shared_errors if e.name == name] for axis in (self, other))
-        return own == others and not any(error.effect == "gain" for error in own)
+        return own == others and not any(error.is_of_one_channel for error in own)
 
 
 def package_covariance(axes: Sequence[SolvedAxis]) -> PackageCovariance | None:

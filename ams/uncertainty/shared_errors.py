@@ -35,7 +35,9 @@ class SharedError:
     kind: Kind = "standard"
     """Distribution, for the Monte Carlo check."""
     stated: str = ""
-    """Where it comes from and as what, such as ``standards.meter: limit 2e-05 V``."""
+    """Where it comes from and as what, such as ``standards.meter: limit 20 µV``."""
+    is_of_one_channel: bool = False
+    """A load resistor: other sensor axes have one of their own, as good and as wrong."""
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.standard_uncertainty) and self.standard_uncertainty >= 0.0):

@@ -81,13 +81,17 @@ def test_lack_of_fit_is_common_where_the_residuals_are() -> None:
         assert correlation(part.covariance)[0, 4] == pytest.approx(expected, abs=0.35 if not same else 0.02)
 
 
-def test_temperature_coefficients_and_gains_belong_to_one_axis_levels_to_all() -> None:
+def test_temperature_coefficients_and_resistors_belong_to_one_axis_levels_and_meters_to_all() -> None:
     observations = replace(
         (campaign := Campaign()).observe(np.random.default_rng(7)),
         temperature_degc=np.full(campaign.replications * 49, 24.0),
     )
     known = dict.fromkeys("xyz", TemperatureCoefficients(3e-6, 2e-5, 1e-6, 1e-5))
-    errors = (SharedError("load resistor", "gain", 1e-5), SharedError("level", "pitch", ARCSEC))
+    errors = (
+        SharedError("load resistor", "gain", 1e-5, is_of_one_channel=True),
+        SharedError("meter", "gain", 1e-5),
+        SharedError("level", "pitch", ARCSEC),
+    )
     request = CalibrationRequest(
         temperature="apply", known_temperature=known, reference_temperature_degc=20.0,
         shared_errors=dict.fromkeys("xyz", errors),
@@ -98,6 +102,7 @@ def test_temperature_coefficients_and_gains_belong_to_one_axis_levels_to_all() -
     size = package.covariance.shape[0] // 3
     between = {name: abs(covariance[:size, size:]).max() for name, covariance in parts.items()}
     assert between["temperature"] == between["load resistor"] == 0.0
+    assert correlation(parts["meter"] + 1e-30 * np.eye(3 * size))[1, size + 2] == pytest.approx(-1.0, abs=1e-3)
     assert correlation(parts["level"] + 1e-30 * np.eye(3 * size))[3, 2 * size + 1] == pytest.approx(-1.0, abs=1e-3)
 
 
