@@ -183,7 +183,7 @@ def _by_attitude(sensor: SensorView, observations: Observations) -> Figure:
     count = len(sensor.axes)
     figure = canvas(2.9)
     panels = figure.subplots(1, count, sharey=True, squeeze=False)[0]
-    figure.subplots_adjust(left=0.085, right=0.9, top=0.91, bottom=0.15, wspace=0.1)
+    figure.subplots_adjust(left=0.085, right=0.88, top=0.91, bottom=0.15, wspace=0.1)
     means = [mean_residuals(axis.calibration, observations) for axis in sensor.axes]
     arcsec = [
         residual_v / axis.sensitivity_v_per_g * ARCSEC_PER_RAD
@@ -194,14 +194,14 @@ def _by_attitude(sensor: SensorView, observations: Observations) -> Figure:
         plain_axes(panel)
         marks = panel.scatter(
             roll, pitch, c=values, cmap="PuOr", vmin=-limit, vmax=limit, s=_mark_size(pitch, roll, count),
-            marker="s", edgecolors=FAINT, linewidths=0.2, rasterized=pitch.size > RASTERISE_FROM,
+            marker="s", edgecolors=FAINT, linewidths=0.2, clip_on=False, rasterized=pitch.size > RASTERISE_FROM,
         )  # fmt: skip
         panel.set_title(f"{axis.axis} axis", loc="left", pad=3.0, fontweight="bold")
         panel.set_xlabel("roll (°)")
         angle_ticks(panel, roll, most=12.5 / count + 1.0)
         pitch_ticks(panel, pitch)
     panels[0].set_ylabel("pitch (°)")
-    bar = figure.colorbar(marks, cax=figure.add_axes((0.915, 0.15, 0.014, 0.76)))
+    bar = figure.colorbar(marks, cax=figure.add_axes((0.893, 0.15, 0.014, 0.76)))
     bar.set_label("mean residual (arc seconds)")
     bar.outline.set_linewidth(0.4)
     return Figure(
