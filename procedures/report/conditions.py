@@ -6,6 +6,8 @@ from procedures.run import meter_checks, watchdogs
 from procedures.run.links import lines_in
 from procedures.run.records import Event
 
+MILLIVOLT = 1e-3
+
 
 def condition_sections(events: Sequence[Event]) -> dict[str, dict[str, str]]:
     """Heading to rows of text; what a run has not, has no section."""
@@ -58,10 +60,14 @@ def _proofs(checks: Sequence[Event]) -> dict[str, str]:
 def _proof(proofs: Sequence[Mapping[str, object]]) -> str:
     read = [proof for proof in proofs if proof["value_v"] is not None]
     offs_v = [_number(proof["value_v"]) - _number(proof["expected_v"]) for proof in read]
-    overloaded = len(proofs) - len(offs_v)
-    limit = proofs[-1]["limit_v"]
-    told = f"off by {min(offs_v):+.3g} to {max(offs_v):+.3g} V" if offs_v else "never read"
-    told += "" if limit is None else f", allowed ±{_number(limit):.3g} V"
+    overloaded, limit = len(proofs) - len(offs_v), proofs[-1]["limit_v"]
+    limit_v = None if limit is None else _number(limit)
+    unit, per_v = ("µV", 1e6) if max(map(abs, [*offs_v, limit_v or 0.0])) < MILLIVOLT else ("V", 1.0)
+    told = "never read"
+    if offs_v:
+        low, high = (f"{end_v * per_v:+.3g}" for end_v in (min(offs_v), max(offs_v)))
+        told = f"off by {low if low == high else f'{low} to {high}'} {unit}"
+    told += "" if limit_v is None else f", allowed ±{limit_v * per_v:.3g} {unit}"
     bad = sum(not proof["is_good"] for proof in proofs)
     return told + (f", {bad} beyond it" if bad else "") + (f", {overloaded} overloaded" if overloaded else "")
 

@@ -1,5 +1,6 @@
 """Laws of the section on conditions: what the meters proved, in numbers, out of the journal alone."""
 
+import pytest
 from report_dwells import event
 
 from procedures.report.conditions import condition_sections
@@ -31,9 +32,18 @@ def test_the_meters_proofs_are_summed_up() -> None:
             "checked": "4 times (1 × start, 2 × time, 1 × temperature)",
             "own temperature": "36.4 to 37.5 degC",
             "calibrated itself": "2 times, last 2026-03-01 22:00 UTC",
-            "reference on 10 V": "off by -3e-05 to +0.0002 V, allowed ±0.0001 V, 2 beyond it, 1 overloaded",
+            "reference on 10 V": "off by -30 to +200 µV, allowed ±100 µV, 2 beyond it, 1 overloaded",
         }
     }
+
+
+@pytest.mark.parametrize(
+    ("off_v", "told"),
+    [(1e-5, "off by +10 µV, allowed ±100 µV"), (2.5, "off by +2.5 V, allowed ±0.0001 V, 1 beyond it")],
+)
+def test_small_voltages_are_told_in_microvolts(off_v: float, told: str) -> None:
+    sections = condition_sections([_check(1, "start", 36.4, anew=False, off_v=off_v)])
+    assert sections["checks of dmm"]["reference on 10 V"] == told
 
 
 def test_a_run_without_any_has_no_section() -> None:
