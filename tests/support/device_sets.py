@@ -85,6 +85,8 @@ settle = { window_s = 0.5, windows = 2, min_s = 0.5, max_s = 30.0 }
 [check]
 reference_every = 6
 """
+SHORTER = CAMPAIGN.replace("[-180.0, -90.0, 0.0, 90.0]", "[-120.0, 0.0, 120.0]")
+"""Where hundreds of campaigns are wanted: 12 dwells of the design."""
 
 
 def _axes(driver: str, extra: str = "", first: int = 1, tolerance_deg: float = 0.001) -> str:

@@ -134,6 +134,11 @@ def measured(dwells: list[DwellRecord]) -> dict[int, tuple[object, ...]]:
     return found
 
 
+def measured_in(run_dir: Path) -> dict[int, tuple[object, ...]]:
+    """As :func:`measured`, of a run's folder."""
+    return measured(dwells_of(run_dir))
+
+
 def in_child(work: Callable[[], object]) -> int:
     """Do ``work`` in a process of its own; returns its process id."""
     child = os.fork()
