@@ -1,0 +1,183 @@
+"""``calrig archive`` and ``calrig resolve`` as a user calls them, rightly and wrongly."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from command import Outcome, call
+from small_run import PROCEDURE, RIG
+
+from procedures.cli.main import run_command
+
+ACCEPTANCE = "\n[acceptance]\npitch_limit_deg = 0.02\n"
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """Two runs of one sensor, the second after a remount, in one archive."""
+
+    folder: Path
+    url: str
+    runs: tuple[Path, ...]
+
+
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Laboratory:
+    folder = tmp_path_factory.mktemp("laboratory")
+    url = f"sqlite:///{folder / 'archive.sqlite'}"
+    wider = PROCEDURE.replace("from = -180.0, to = 90.0, step = 90.0", "from = -180.0, to = 120.0, step = 60.0")
+    (folder / "procedure.toml").write_text(wider.replace("from = -30.0, to = 30.0", "from = -60.0, to = 60.0"))
+    for mounting in (1, 2):
+        rig = RIG.replace("seed = 7", f"seed = 7{mounting}\nmounting = {mounting}")
+        (folder / "rig.toml").write_text(rig + "[twin.base]\nremount_arcsec = 20.0\n" + ACCEPTANCE)
+        run = ["run", str(folder / "procedure.toml"), "--rig", str(folder / "rig.toml"), "--out", str(folder / "runs")]
+        assert run_command([*run, "--archive", url, "--json"]) == 0
+    return Laboratory(folder, url, tuple(sorted(path for path in (folder / "runs").iterdir() if path.is_dir())))
+
+
+@pytest.fixture
+def archive(laboratory: Laboratory, capsys: pytest.CaptureFixture[str]):  # type: ignore[no-untyped-def]
+    """``archive("list", …)`` on the laboratory's archive."""
+
+    def called(*arguments: object) -> Outcome:
+        return call(capsys, "archive", *arguments, "--archive", laboratory.url)
+
+    return called
+
+
+def checksums(archive) -> list[str]:  # type: ignore[no-untyped-def]
+    return [row["sha256"] for row in archive("list", "--json").document["sets"]]
+
+
+def test_a_run_ends_up_in_the_archive_found_and_left(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
+    rows = archive("list", "--json").document["sets"]
+    assert [(row["sensor"], row["run_id"], row["rig"]) for row in rows] == [
+        ("SN1", run.name, "bench of twins") for run in laboratory.runs
+    ]
+    assert rows[0]["as_found"] is None
+    assert rows[1]["as_found"] in ("pass", "conditional", "fail")
+    assert archive("list", "--sensor", "SN2").out.startswith("0 sets")
+    assert archive("list", "--since", "2999-01-01", "--json").document["sets"] == []
+
+
+def test_show_tells_coefficients_what_was_found_and_who_signed(archive) -> None:  # type: ignore[no-untyped-def]
+    told = archive("show", "SN1").out
+    assert "as found: " in told
+    assert "decision rule: pass where |error| + U is inside the limit" in told
+    assert ": unsigned" in told
+    assert archive("show", "SN1", "--json").document["sensor"]["name"] == "SN1"
+
+
+def test_compare_takes_the_remount_out(archive) -> None:  # type: ignore[no-untyped-def]
+    old, new = checksums(archive)
+    document = archive("compare", old[:12], new[:12], "--json").document
+    assert set(document["rotation_deg"]) == {"x", "y", "z"}
+    assert 0.001 < max(abs(one["value"]) for one in document["rotation_deg"].values()) < 0.05
+    assert abs(document["axes"]["x"]["sensitivity_relative"]["value"]) < 1e-4
+    assert "common rotation of the package (remount): x " in archive("compare", old[:12], new[:12]).out
+
+
+def test_history_is_told_and_drawn(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
+    plot = laboratory.folder / "history.svg"
+    told = archive("history", "SN1", "--plot", plot)
+    assert told.status == 0
+    assert "not judged yet" in told.out
+    assert "next calibration, as advice" in told.out
+    assert plot.read_bytes().startswith(b"<?xml")
+    charts = archive("history", "SN1", "--json").document["history"]["charts"]
+    assert [chart["name"] for chart in charts][:2] == ["offset_v.x", "offset_v.y"]
+
+
+def test_publishing_a_run_again_says_that_it_was_there(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
+    told = archive("publish", laboratory.runs[0])
+    assert (told.status, "was there already" in told.out) == (0, True)
+    assert archive("publish", laboratory.runs[0], "--json").document["sets"][0]["is_new"] is False
+
+
+def test_signing_and_verifying(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
+    first = checksums(archive)[0][:12]
+    refused = archive("sign", first, "approved", "--name", "A. Ray")
+    assert (refused.status, "is not its turn" in refused.err) == (1, True)
+    assert archive("sign", first, "prepared", "--name", "A. Ray", "--json").document["state"] == "prepared"
+    report = archive("verify", "--json").document
+    assert (report["verified"], report["faults"]) == (True, [])
+    assert "intact" in archive("verify").out
+
+
+def test_resolve_finds_the_same_numbers_and_writes_nothing(
+    laboratory: Laboratory, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = (laboratory.folder / "archive.sqlite").read_bytes()
+    told = call(capsys, "resolve", "--archive", laboratory.url, "--workers", 1, "--json")
+    assert told.status == 0
+    assert {name: told.document[name] for name in ("runs", "same", "published")} == {
+        "runs": 2, "same": 2, "published": 0
+    }  # fmt: skip
+    otherwise = call(capsys, "resolve", "--archive", laboratory.url, "--workers", 1, "--extended", "yes")
+    assert "0 same, 2 changed" in otherwise.out
+    assert "q_xx_v_per_g2 is new" in otherwise.out
+    assert (laboratory.folder / "archive.sqlite").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "sentence"),
+    [
+        (["list", "--since", "yesterday"], 2, "--since: got 'yesterday', needed is a day such as 2026-03-01"),
+        (["show", "SN9"], 2, "no single set for 'SN9': found nothing"),
+        (["history", "SN9"], 2, "sensor 'SN9': has no set here"),
+        (["compare", "SN1", "ffffff"], 2, "no single set for 'ffffff'"),
+        (["sign", "SN1", "blessed", "--name", "A"], 2, "role: got 'blessed', allowed are"),
+        (["publish", "nowhere"], 2, "nowhere: no run is there"),
+        (["demo", "--sensors", 3], 2, "a demonstration needs at least 8 sensors and 4 years: got 3 and 8"),
+    ],
+)
+def test_what_is_asked_wrongly_is_a_sentence(
+    arguments: list[object], status: int, sentence: str, laboratory: Laboratory, capsys: pytest.CaptureFixture[str]
+) -> None:
+    where = [] if arguments[0] == "demo" else ["--archive", laboratory.url]
+    told = call(capsys, "archive", *arguments, *where)
+    assert (told.status, told.out) == (status, "")
+    assert sentence in told.err
+
+
+def test_an_override_needs_its_name(laboratory: Laboratory, capsys: pytest.CaptureFixture[str]) -> None:
+    told = call(capsys, "archive", "publish", laboratory.runs[0], "--override", "why not", "--archive", laboratory.url)
+    assert (told.status, "--override REASON and --operator NAME together" in told.err) == (2, True)
+
+
+@pytest.mark.parametrize("command", ["list", "verify", "migrate"])
+def test_an_archive_that_is_not_there_is_a_wrong_request_and_is_not_made(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = call(capsys, "archive", command, "--archive", f"sqlite:///{tmp_path / 'none.sqlite'}")
+    assert (told.status, "there is no archive: no such file" in told.err) == (2, True)
+    assert not (tmp_path / "none.sqlite").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "sentence"),
+    [
+        (["--workers", 0], 2, "--workers: got 0, allowed are 1 and more"),
+        (["--workers", 2, "--dask", "tls://h:1"], 2, "give --workers or --dask, not both"),
+        (["--dask", "tcp://198.51.100.7:8786"], 2, "allowed are tls://HOST:PORT and, on this machine,"),
+    ],
+)
+def test_resolve_asked_wrongly_is_a_sentence(
+    arguments: list[object], status: int, sentence: str, laboratory: Laboratory, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = call(capsys, "resolve", *arguments, "--archive", laboratory.url)
+    assert (told.status, told.out) == (status, "")
+    assert sentence in told.err
+
+
+def test_a_synthetic_archive_is_made_once_and_tells_who_did_what(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "demo.sqlite"
+    made = call(capsys, "archive", "demo", "--out", path, "--sensors", 8, "--years", 4, "--json").document
+    assert made["sets"] == 9 * 8
+    (dropped,) = made["dropped"]
+    told = call(capsys, "archive", "history", dropped, "--archive", made["archive"], "--json").document
+    assert "step" in {finding["kind"] for finding in told["history"]["findings"]}
+    again = call(capsys, "archive", "demo", "--out", path)
+    assert (again.status, "is there already" in again.err) == (2, True)
