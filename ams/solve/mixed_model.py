@@ -23,7 +23,7 @@ from ams.solve.components import Causes, ComponentColumns
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums, replicated_sums
-from ams.solve.scatter import own_scatter
+from ams.solve.scatter import FEW_POINTS, own_scatter
 from ams.solve.whole_plots import WholePlots
 
 FloatArray = NDArray[np.float64]
@@ -156,7 +156,7 @@ def _variances(
     typical, basis = float(readings.mean()), layout.mean_by_point(alone.basis)
     known = [columns if alone.repeats > 1 else layout.mean_by_point(columns) for columns in joined]
     common = np.stack(known) if known else np.zeros((size, layout.points, 0))
-    scatter = own_scatter(basis, sums.point_effects, common, readings / typical)
+    scatter = own_scatter(basis, sums.point_effects, common, readings / typical, FEW_POINTS)
     return precision, np.maximum(0.0, scatter.variance - precision / typical), scatter.dof
 
 

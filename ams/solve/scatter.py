@@ -21,8 +21,8 @@ _NEGLIGIBLE = 1e-12
 _SMALLEST_DOF = 1.0
 _TOLD_APART = 3.0
 """Degrees of freedom from which on the points' own variance can be told from that of the common errors."""
-_FEW_POINTS = 20
-"""Degrees of freedom of the points up to which that makes a difference: with more the known common errors rule."""
+FEW_POINTS = 20
+"""Degrees of freedom of the points up to which that makes a difference where replications tell the precision."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,11 @@ class Scatter:
     zero), and Student's factor for a part of a degree of freedom would be beyond all bounds."""
 
 
-def own_scatter(basis: FloatArray, outputs: FloatArray, common: FloatArray, weights: FloatArray) -> Scatter:
-    """From (K, P), (K, m), (m, K, q) and (K,); NaN where no degrees of freedom are left."""
+def own_scatter(
+    basis: FloatArray, outputs: FloatArray, common: FloatArray, weights: FloatArray, few_points: float = np.inf
+) -> Scatter:
+    """From (K, P), (K, m), (m, K, q) and (K,); NaN where no degrees of freedom are left. With ``few_points`` degrees of
+    freedom or less the whole scatter counts where the common errors drown the points' own."""
     dof, size = basis.shape[0] - basis.shape[1], outputs.shape[1]
     if dof <= 0:
         return Scatter(np.full(size, np.nan), np.full(size, np.nan))
@@ -54,7 +57,7 @@ def own_scatter(basis: FloatArray, outputs: FloatArray, common: FloatArray, weig
     rest = np.maximum(square - along.sum(axis=1), 0.0)
     variance = _balance(spread, along, rest, np.where(square > 0.0, square, 1.0), free)
     told = np.sum((variance[:, None] / (variance[:, None] + spread)) ** 2, axis=1) + free
-    drowned = (told < _TOLD_APART) & (dof <= _FEW_POINTS) | (square == 0.0)
+    drowned = (told < _TOLD_APART) & (dof <= few_points) | (square == 0.0)
     return Scatter(
         np.where(drowned, whole.variance, variance), np.where(drowned, whole.dof, np.maximum(told, _SMALLEST_DOF))
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from ams.solve.scatter import own_scatter
+from ams.solve.scatter import FEW_POINTS, own_scatter
 
 RNG = np.random.default_rng(21)
 BASIS = np.column_stack([np.ones(40), np.linspace(-1, 1, 40)])
@@ -69,6 +69,8 @@ def test_few_points_that_common_errors_drown_count_the_whole_scatter() -> None:
 
 def test_degrees_of_freedom_never_fall_below_one() -> None:
     rng = np.random.default_rng(4)
-    found = own_scatter(BASIS, rng.standard_normal((40, 50)), np.tile(30.0 * np.eye(40), (50, 1, 1)), WEIGHTS)
+    found = own_scatter(
+        BASIS, rng.standard_normal((40, 50)), np.tile(30.0 * np.eye(40), (50, 1, 1)), WEIGHTS, FEW_POINTS
+    )
     assert found.dof.min() == 1.0
     assert found.variance.min() == 0.0

@@ -42,7 +42,7 @@ def halfwidths(found: SolvedColumns) -> np.ndarray:
 
 @pytest.mark.parametrize("lack_of_fit", [0.0, 3.0])
 @pytest.mark.parametrize("limit_arcsec", [1.0, 5.0])
-@pytest.mark.parametrize(("points", "replications"), [(5, 1), (5, 2), (7, 6), (13, 1)])
+@pytest.mark.parametrize(("points", "replications"), [(5, 1), (5, 2), (7, 6), (13, 1), (25, 1)])
 def test_few_points_on_indices_of_their_own_err_on_the_safe_side(
     points: int, replications: int, limit_arcsec: float, lack_of_fit: float
 ) -> None:
