@@ -129,6 +129,7 @@ def _lines(
 ) -> "Calibration":
     """Every axis by itself on the rows that tell it something: real = gain · reading + offset. Source: SR 4.1."""
     from ams.calibrate import calibrate
+    from ams.errors import DesignError
     from ams.models.straight_line import StraightLine
     from ams.observations import Observations
     from ams.request import CalibrationRequest
@@ -138,6 +139,11 @@ def _lines(
     for axis, channel in sensor.channels.items():
         label = str(axis)
         levels = known_levels(observations, rows, plan, rig, sensor, label)
+        if levels.level.size == 0 or float(np.ptp(levels.level)) == 0.0:
+            warnings[f"axis {label}: it was exposed to one level only: no line goes through it; it has no result"] = (
+                None
+            )
+            continue
         nothing = np.zeros(levels.rows.size)
         own = Observations(
             replication=observations.replication[levels.rows],
@@ -153,6 +159,8 @@ def _lines(
         solved = calibrate(own, CalibrationRequest(nominal_axes={label: label}, models={label: model}))
         axes[label] = solved.axes[label]
         warnings |= dict.fromkeys(solved.warnings)
+    if not axes:
+        raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
     return Calibration(axes, "linear", "SR", tuple(warnings))
 
 

@@ -139,7 +139,7 @@ def trusted_state(axis: Axis) -> AxisState:
 def home_and_arrive(axis: Axis, clock: Clock, wait: Wait) -> float:
     """Run the reference move and return the read-back at rest, degrees. Raises as :func:`move_and_arrive`."""
     axis.home()
-    wound_deg = abs(axis.wound_deg) if isinstance(axis, CableGuard) else 0.0
+    wound_deg = axis.home_travel_deg if isinstance(axis, CableGuard) else 0.0
     limit_s = (360.0 + wound_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
     state = _watch(axis, "home", None, limit_s, clock, wait)
     if not state.is_homed:

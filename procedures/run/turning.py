@@ -7,7 +7,7 @@ before the rate is inside its band.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import floor, hypot, sqrt
+from math import floor, hypot, inf, sqrt
 from typing import cast
 
 import numpy as np
@@ -29,6 +29,8 @@ LOOK_S = 0.5
 """Between two looks at a turning axis."""
 SPEED_LIMIT_S = 60.0
 """To be at speed, at the latest."""
+STEADY, STEADY_LOOKS = 0.25, 3
+"""An axis whose rate changes by less than this part of its band, so many looks in a row, gathers speed no more."""
 OVERSPEED, SLOWEST_BAND_DPS = 1.25, 0.02
 SPARE_TURNS = 0.25
 """Beyond the revolutions that were asked for, ramps included; after that the axis runs away."""
@@ -46,6 +48,8 @@ class Looks:
     """No read-back is finer."""
     taken: list[TurnLook] = field(default_factory=list)
     is_at_speed: bool = False
+    _last_dps: float = inf
+    _steady: int = 0
 
     def take(self, look: TurnLook) -> None:
         """Raises: DeviceFault where the rate left its band."""
@@ -59,10 +63,7 @@ class Looks:
         if abs(rate.rate_dps) > limit_dps + slack_dps:
             raise self.fault(f"turns at {rate.rate_dps:.4g} deg/s, over its limit of {limit_dps:.4g} deg/s")
         if self.is_at_speed and abs(rate.rate_dps - self.turn.rate_dps) > self.band_dps + slack_dps:
-            raise self.fault(
-                f"turns at {rate.rate_dps:.5g} deg/s, asked for {self.turn.rate_dps:.5g} deg/s, allowed within "
-                f"{self.band_dps:.3g} deg/s (procedure file: rates.tolerance)"
-            )
+            raise self.fault(f"turns at {rate.rate_dps:.5g} deg/s, {self._asked}")
 
     def reaches_speed(self, look: TurnLook) -> bool:
         """Whether this look shows the axis at its rate; from the next one on the band counts."""
@@ -71,7 +72,19 @@ class Looks:
         if before is not None:
             rate = measured_rate(before, look)
             self.is_at_speed = abs(rate.rate_dps - self.turn.rate_dps) <= self.band_dps + rate.uncertainty_dps
+            is_steady = abs(rate.rate_dps - self._last_dps) <= STEADY * self.band_dps
+            self._steady = self._steady + 1 if is_steady else 0
+            self._last_dps = rate.rate_dps
+            if self._steady >= STEADY_LOOKS and not self.is_at_speed:
+                raise self.fault(f"turns steadily at {rate.rate_dps:.5g} deg/s, {self._asked}")
         return self.is_at_speed
+
+    @property
+    def _asked(self) -> str:
+        return (
+            f"asked for {self.turn.rate_dps:.5g} deg/s, allowed within {self.band_dps:.3g} deg/s (procedure file: "
+            "rates.tolerance)"
+        )
 
     @property
     def band_dps(self) -> float:

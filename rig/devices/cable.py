@@ -52,6 +52,12 @@ class CableGuard:
         """How far the cables are wound, as last known; degrees, signed."""
         return 0.0 if self._kept is None else self._kept.wound_deg
 
+    @property
+    def home_travel_deg(self) -> float:
+        """How far a reference move may turn beyond one revolution."""
+        unknown = self._kept is not None and (self._kept.is_lost or self._kept.is_turning)
+        return self._limit_deg if unknown else abs(self.wound_deg)
+
     def identify(self) -> str:
         return self._axis.identify()
 

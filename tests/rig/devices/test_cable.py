@@ -1,0 +1,146 @@
+"""Cables that wind up. The twin's own body says how far they really are; FAULTS 54: three turns and a crash."""
+
+from pathlib import Path
+
+import pytest
+from motion_bench import MotionBench, motion_bench
+
+from rig.cable_memory import KeptInFile, Unkept, Winding
+from rig.devices.cable import CableGuard
+from rig.errors import DescriptionError, DeviceFault, RequestRefused
+from rig.motion import home_and_arrive, move_and_arrive
+
+
+def _bench() -> MotionBench:
+    bench = motion_bench("zaber", speed_dps=90.0)
+    bench.home_all()
+    return bench
+
+
+def _guard(bench: MotionBench, path: Path, wrap_turns: float = 4.0) -> CableGuard:
+    """A process that has just begun: a driver that remembers nothing, and the file."""
+    guard = CableGuard(bench.pitch, wrap_turns, KeptInFile(path))
+    guard.state()
+    return guard
+
+
+def _turn(bench: MotionBench, guard: CableGuard, rate_dps: float, seconds: float) -> None:
+    guard.start_rate(rate_dps)
+    for _ in range(int(seconds)):
+        bench.clock.sleep(1.0)
+        guard.turn_look(bench.clock)
+    guard.stop()
+    bench.clock.sleep(5.0)
+    guard.state()
+
+
+def _watch(bench: MotionBench, guard: CableGuard) -> None:
+    for _ in range(100):
+        bench.clock.sleep(0.5)
+        guard.turn_look(bench.clock)
+
+
+def test_it_counts_what_the_body_really_turned(tmp_path: Path) -> None:
+    bench = _bench()
+    guard = _guard(bench, tmp_path / "pitch.json")
+    _turn(bench, guard, 36.0, 20.0)
+    assert guard.wound_deg == pytest.approx(bench.true_deg, abs=1e-3)
+    assert guard.wound_deg > 700.0
+    move_and_arrive(guard, 0.0, bench.clock, bench.clock.sleep)
+    assert guard.wound_deg == pytest.approx(0.0, abs=1e-3)
+
+
+def test_fault_54_three_turns_and_a_crash_are_not_forgotten(tmp_path: Path) -> None:
+    bench, path = _bench(), tmp_path / "state" / "pitch.json"
+    before = _guard(bench, path)
+    before.start_rate(36.0)
+    bench.clock.sleep(31.0)  # killed here: nothing more was written, and the axis turned on
+    after = _guard(bench, path)
+    after.stop()
+    bench.clock.sleep(5.0)
+    after.state()
+    assert after.wound_deg == pytest.approx(bench.true_deg, abs=1e-3)
+    assert after.wound_deg > 3.0 * 360.0
+    with pytest.raises(RequestRefused, match=r"wound \+3\.\d\d revolutions, allowed 4 either way.*--to 0"):
+        after.require_room(360.0)
+    after.require_room(-360.0)  # the other way they unwind
+    again = _guard(bench, path)
+    assert again.wound_deg == pytest.approx(after.wound_deg, abs=1e-3)
+
+
+def test_fault_54_the_cables_end_stops_a_turn_that_goes_on(tmp_path: Path) -> None:
+    bench = _bench()
+    guard = _guard(bench, tmp_path / "pitch.json", wrap_turns=1.0)
+    guard.start_rate(90.0)
+    with pytest.raises(DeviceFault, match=r"wound \+1\.\d\d revolutions, allowed 1 either way.*unwind"):
+        _watch(bench, guard)
+    bench.clock.sleep(5.0)
+    rested_deg = bench.true_deg
+    assert rested_deg < 2.0 * 360.0
+    bench.clock.sleep(5.0)
+    assert bench.true_deg == rested_deg
+
+
+def test_a_wound_axis_unwinds_before_it_homes(tmp_path: Path) -> None:
+    bench = _bench()
+    guard = _guard(bench, tmp_path / "pitch.json")
+    _turn(bench, guard, -90.0, 12.0)
+    assert guard.wound_deg < -2.0 * 360.0
+    home_and_arrive(guard, bench.clock, bench.clock.sleep)
+    assert bench.true_deg == pytest.approx(0.0, abs=1e-3)
+    assert guard.wound_deg == pytest.approx(0.0, abs=1e-3)
+
+
+def test_power_lost_while_it_turned_means_that_nobody_knows(tmp_path: Path) -> None:
+    bench, path = _bench(), tmp_path / "pitch.json"
+    before = _guard(bench, path)
+    before.start_rate(36.0)
+    bench.clock.sleep(31.0)
+    bench.twin.stages[1].power_cycle(bench.clock.monotonic_s())
+    for _ in range(2):  # also for the process behind the next one
+        guard = _guard(bench, path)
+        home_and_arrive(guard, bench.clock, bench.clock.sleep)
+        with pytest.raises(RequestRefused, match=f"nobody knows how far they are wound.*remove {path}"):
+            guard.start_rate(10.0)
+        assert move_and_arrive(guard, 10.0, bench.clock, bench.clock.sleep) == pytest.approx(10.0, abs=0.01)
+    path.unlink()
+    guard = _guard(bench, path)
+    guard.start_rate(10.0)
+
+
+def test_power_lost_at_rest_and_unwound_is_no_doubt(tmp_path: Path) -> None:
+    bench, path = _bench(), tmp_path / "pitch.json"
+    guard = _guard(bench, path)
+    _turn(bench, guard, 36.0, 5.0)
+    move_and_arrive(guard, 5.0, bench.clock, bench.clock.sleep)
+    bench.twin.stages[1].power_cycle(bench.clock.monotonic_s())
+    after = _guard(bench, path)
+    home_and_arrive(after, bench.clock, bench.clock.sleep)
+    after.require_room(360.0)
+
+
+def test_the_memory_is_whole_or_what_it_was(tmp_path: Path) -> None:
+    memory = KeptInFile(tmp_path / "deep" / "yaw.json")
+    assert memory.read() is None
+    memory.write(Winding(1080.0, 0.5, is_turning=True))
+    assert KeptInFile(tmp_path / "deep" / "yaw.json").read() == Winding(1080.0, 0.5, is_turning=True)
+    assert [file.name for file in (tmp_path / "deep").iterdir()] == ["yaw.json"]
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"format": "calrig cable 9"}', '{"format": "calrig cable 1"}'])
+def test_a_damaged_memory_is_told_and_nothing_is_guessed(tmp_path: Path, text: str) -> None:
+    (tmp_path / "yaw.json").write_text(text)
+    with pytest.raises(DescriptionError, match=r"yaw\.json: cannot be read: .*unwind the cables by hand"):
+        CableGuard(_bench().pitch, 3.0, KeptInFile(tmp_path / "yaw.json"))
+
+
+def test_a_memory_that_cannot_be_kept_keeps_the_axis_from_turning() -> None:
+    bench = _bench()
+    guard = CableGuard(bench.pitch, 3.0, KeptInFile(Path("/proc/calrig/pitch.json")))
+    with pytest.raises(DescriptionError, match=r"cannot be written: .*nothing was turned"):
+        guard.start_rate(10.0)
+    assert not bench.pitch.state().is_moving
+
+
+def test_a_twin_begins_unwound_with_its_process() -> None:
+    assert Unkept().read() is None
