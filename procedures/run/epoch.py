@@ -15,6 +15,7 @@ from collections import defaultdict, deque
 from itertools import count
 
 from procedures.plan.steps import Dwell, Soak, Step
+from procedures.run.admission import require_declared_mounts, require_no_step
 from procedures.run.alarm import Alarm, TrustLost
 from procedures.run.conduct import LOOK_S, Conduct
 from procedures.run.ending import Ending, RunEnds
@@ -24,17 +25,14 @@ from procedures.run.judge import Band, Limits, Measurement
 from procedures.run.judge_motion import judge_dwell
 from procedures.run.measure import Announcement, move
 from procedures.run.meter_checks import PHASE, MeterWatch
-from procedures.run.mount_check import contradictions
 from procedures.run.perform import perform
 from procedures.run.records import DwellRecord
 from procedures.run.running_fit import Doubt
-from procedures.run.seam import compare
 from procedures.run.soak import soak
 from procedures.run.space import needed_bytes
 from procedures.run.states import State
 from procedures.run.suspects import Suspects
 from procedures.run.voids import DROPPED, void_detail
-from procedures.run.voids import KIND as VOIDED
 from procedures.run.warm_up import warm_up
 from procedures.run.watch import suspended
 from rig.crash_points import CrashPoint, crash_point
@@ -300,45 +298,16 @@ class Epoch:
 
     def _leave_checking(self) -> None:
         """The check set is measured: is the package mounted as declared, and was there a step since the start?"""
-        self._require_declared_mounts()
+        sensors = {name: sensor for name, sensor in self._plan.sensors.items() if name in self._suspects.remaining}
+        require_declared_mounts(sensors, self._checks, self._trail)
         before = self._history.baseline
         if before:
-            self._require_no_step(before)
+            is_alike = self._plateaus.get(min(before)) == self._plateau
+            require_no_step(self._history, self._checks, self._trail, is_alike=is_alike)
         elif self._history.epoch > 1 and self._history.mounting > 1:
             self._trail.event("seam", {"tested": False, "reason": "the package was mounted anew"})
         self._trail.enter(State.RUNNING)
         self._trail.begin_pace(self._plan.expected.p50_s / max(len(self._plan.design_dwells), 1))
-
-    def _require_declared_mounts(self) -> None:
-        found = [told for name, sensor in self._plan.sensors.items()
-                 if name in self._suspects.remaining
-                 for told in contradictions(name, sensor, tuple(self._checks.values()))]  # fmt: skip
-        if found:
-            told = f"mount check: {'; '.join(found)}; correct mount, wiring or rig file"
-            checks = list(self._checks.values())
-            self._trail.event(VOIDED, void_detail(checks, "", "the mount check found a contradiction", "mount"))
-            raise RunEnds(Ending(State.TRIPPED, told, cause="mount"))
-
-    def _require_no_step(self, before: dict[int, DwellRecord]) -> None:
-        plateau = self._plateaus.get(min(before))
-        if plateau != self._plateau:
-            self._trail.event("seam", {"tested": False, "reason": "the check set was measured at another plateau"})
-            return
-        found = compare(before, self._checks, self._history.visits)
-        steps = [one for one in found if one.is_step]
-        worst = max(found, key=lambda one: abs(one.t) / one.t_limit)
-        told = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"
-        detail = {"tested": True, "comparisons": len(found), "steps": len(steps), "worst": told}
-        self._trail.event("seam", {**detail, "against_epoch": self._history.baseline_epoch})
-        if steps:
-            raise RunEnds(
-                Ending(
-                    State.TRIPPED,
-                    f"the restart made a step: {told}, allowed {worst.t_limit:.3g}; look at mount, sensor and meter; "
-                    "a resume with a name and a reason accepts it",
-                    cause="seam",
-                )
-            )
 
     def _boundary(self, dwell: Dwell | None = None) -> bool:
         """Between dwells; True where earlier steps come first now and ``dwell`` was put behind them."""

@@ -258,7 +258,7 @@ def test_a_run_killed_after_its_last_dwell_is_finished_without_moving(small: Ben
         opened = reader.last_event("opened")
         assert opened is not None
         after = [event.kind for event in reader.events() if event.sequence > opened.sequence]
-    assert after == [*["state"] * 3, "safe", "state"]
+    assert after == [*["state"] * 3, "links", "safe", "state"]
 
 
 def test_nobody_takes_a_request_to_a_run_that_is_not_running(small: Bench) -> None:

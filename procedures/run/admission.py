@@ -1,0 +1,46 @@
+"""From checking to running: is the package mounted as declared, and did a restart make a step since the start?"""
+
+from collections.abc import Mapping
+
+from procedures.run.ending import Ending, RunEnds
+from procedures.run.history import History
+from procedures.run.mount_check import contradictions
+from procedures.run.records import DwellRecord
+from procedures.run.seam import compare
+from procedures.run.states import State
+from procedures.run.trail import Trail
+from procedures.run.voids import KIND as VOIDED
+from procedures.run.voids import void_detail
+from rig.description import Sensor
+
+
+def require_declared_mounts(sensors: Mapping[str, Sensor], checks: Mapping[int, DwellRecord], trail: Trail) -> None:
+    """Raises: RunEnds naming every axis that contradicts its declared mount; the check set is taken back."""
+    dwells = tuple(checks.values())
+    found = [told for name, sensor in sensors.items() for told in contradictions(name, sensor, dwells)]
+    if found:
+        told = f"mount check: {'; '.join(found)}; correct mount, wiring or rig file"
+        trail.event(VOIDED, void_detail(dwells, "", "the mount check found a contradiction", "mount"))
+        raise RunEnds(Ending(State.TRIPPED, told, cause="mount"))
+
+
+def require_no_step(history: History, checks: Mapping[int, DwellRecord], trail: Trail, *, is_alike: bool) -> None:
+    """``is_alike``: the check set before was measured at the same plateau. Raises: RunEnds where there is a step."""
+    if not is_alike:
+        trail.event("seam", {"tested": False, "reason": "the check set was measured at another plateau"})
+        return
+    found = compare(history.baseline, checks, history.visits)
+    steps = [one for one in found if one.is_step]
+    worst = max(found, key=lambda one: abs(one.t) / one.t_limit)
+    told = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"
+    detail = {"tested": True, "comparisons": len(found), "steps": len(steps), "worst": told}
+    trail.event("seam", {**detail, "against_epoch": history.baseline_epoch})
+    if steps:
+        raise RunEnds(
+            Ending(
+                State.TRIPPED,
+                f"the restart made a step: {told}, allowed {worst.t_limit:.3g}; look at mount, sensor and meter; "
+                "a resume with a name and a reason accepts it",
+                cause="seam",
+            )
+        )
