@@ -66,6 +66,14 @@ class AxisSettings(StrictTable):
             raise ValueError(f"limits_deg must be [low, high] with low < high, got [{low}, {high}]")
         return self
 
+    def table_deg(self, attitude_deg: float) -> float:
+        """What the machine is told for an attitude."""
+        return self.sign * attitude_deg + self.zero_deg
+
+    def attitude_deg(self, table_deg: float) -> float:
+        """What the machine's own angle is as an attitude."""
+        return self.sign * (table_deg - self.zero_deg)
+
 
 class ReadoutSettings(StrictTable):
     """One ``[readouts.NAME]`` table."""

@@ -159,7 +159,7 @@ class Esp301Axis:
         return f"{version}, axis {self._settings.axis}, own limits {low_deg:g} to {high_deg:g} deg"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
@@ -169,7 +169,7 @@ class Esp301Axis:
                 f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
             )
         self._pace()
-        self._command(wire.set_value("PA", self._settings.axis, self._table_deg(target_deg)))
+        self._command(wire.set_value("PA", self._settings.axis, self._settings.table_deg(target_deg)))
 
     def home(self) -> None:
         """Switch the motor on and start the home search. Errors that were kept are forgotten."""
@@ -192,7 +192,7 @@ class Esp301Axis:
         is_on = self._controller.ask_flag("MO", number)
         self._judge(self._controller.take_errors(number), is_moving=is_moving, is_on=is_on)
         return AxisState(
-            position_deg=self._attitude_deg(position_deg),
+            position_deg=self._settings.attitude_deg(position_deg),
             is_moving=is_moving,
             is_homed=self._home == "found",
             is_seated=True,
@@ -247,7 +247,7 @@ class Esp301Axis:
                     " (degrees); nothing moved; set its unit to degrees, or correct the axis' number"
                 )
             travel_deg = controller.ask_number("SL", number), controller.ask_number("SR", number)
-            low_deg, high_deg = (self._attitude_deg(table_deg) for table_deg in travel_deg)
+            low_deg, high_deg = (self._settings.attitude_deg(table_deg) for table_deg in travel_deg)
             require_travel(self.name, self.limits_deg, (low_deg, high_deg))
             self._travel_deg = travel_deg
         return self._travel_deg
@@ -273,12 +273,6 @@ class Esp301Axis:
                 f"{self.name}: the controller refused {wire.encode(*commands).decode('ascii').strip()!r}: {told};"
                 " look at its error list and at the axis"
             )
-
-    def _table_deg(self, attitude_deg: float) -> float:
-        return self._settings.sign * attitude_deg + self._settings.zero_deg
-
-    def _attitude_deg(self, table_deg: float) -> float:
-        return self._settings.sign * (table_deg - self._settings.zero_deg)
 
 
 def connect(axes: Mapping[str, Esp301Settings], stream: ByteStream) -> dict[str, Esp301Axis]:

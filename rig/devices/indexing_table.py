@@ -8,8 +8,9 @@ from typing import Literal
 from pydantic import Field
 
 from rig.devices.abilities import AxisState
+from rig.devices.starting import start_once
 from rig.devices.targets import check_target
-from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
+from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
 from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
 from rig.settings import AxisSettings
@@ -66,7 +67,7 @@ class IndexingTableAxis:
         self.approach_deg = settings.approach_deg
         self.arrival_tolerance_deg = settings.arrival_tolerance_deg
         self._number = settings.axis
-        self._sign, self._zero_deg = settings.sign, settings.zero_deg
+        self._settings = settings
         self._codec, self._exchange, self._turn = codec, exchange, turn
 
     def identify(self) -> str:
@@ -75,7 +76,7 @@ class IndexingTableAxis:
         return f"{reply.text}, axis {self._number}"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
@@ -84,7 +85,7 @@ class IndexingTableAxis:
                 f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
             )
         # Adding 0.0 turns −0.0 into 0.0, which the wire would show as -000.0000.
-        self._start(Move(self._number, round(self._table_deg(target_deg), 6) + 0.0), target_deg)
+        self._start(Move(self._number, round(self._settings.table_deg(target_deg), 6) + 0.0), target_deg)
 
     def home(self) -> None:
         self._start(Home(self._number), None)
@@ -95,7 +96,7 @@ class IndexingTableAxis:
         assert isinstance(told, TableState)
         assert isinstance(position, Position)
         return AxisState(
-            position_deg=self._sign * (position.position_deg - self._zero_deg),
+            position_deg=self._settings.attitude_deg(position.position_deg),
             is_moving=told.is_moving,
             is_homed=told.is_homed,
             is_seated=told.is_seated,
@@ -105,18 +106,13 @@ class IndexingTableAxis:
     def stop(self) -> None:
         self._ask(Stop(self._number))
 
-    def _table_deg(self, attitude_deg: float) -> float:
-        return self._sign * attitude_deg + self._zero_deg
-
     def _start(self, command: Move | Home, target_deg: float | None) -> None:
-        """Send a start once only. Where its acknowledgement is lost, the axis itself is asked whether it started."""
-        try:
-            self._ask(command)
-        except DeviceSilent:
-            state = self.state()
-            is_there = target_deg is not None and abs(state.position_deg - target_deg) < _SAME_ANGLE_DEG
-            if not (state.is_moving or is_there):
-                raise
+        start_once(lambda: self._ask(command), lambda: self._has_started(target_deg))
+
+    def _has_started(self, target_deg: float | None) -> bool:
+        state = self.state()
+        is_there = target_deg is not None and abs(state.position_deg - target_deg) < _SAME_ANGLE_DEG
+        return state.is_moving or is_there
 
     def _ask(self, command: Command) -> Reply:
         """A question that the line damaged on its way is refused, and asked again; a command is sent once."""

@@ -81,7 +81,7 @@ class MaestroSettings(AxisSettings):
         calibration = PulseCalibration(self.points)
         low_us, high_us = self.pulse_limits_us
         for attitude_deg in self.limits_deg:
-            pulse_us = calibration.pulse_us(self.sign * attitude_deg + self.zero_deg)
+            pulse_us = calibration.pulse_us(self.table_deg(attitude_deg))
             if not low_us <= pulse_us <= high_us:
                 raise ValueError(
                     f"limits_deg reach {attitude_deg:g} deg, a pulse of {pulse_us:g} us,"
@@ -226,7 +226,7 @@ class MaestroAxis:
         return f"Maestro ({self._settings.model}), channel {self._settings.axis}, script {script}"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
 
     def check_rate(self, rate_dps: float) -> None:
         refuse_speed(self.name, self._settings, rate_dps)
@@ -311,14 +311,11 @@ class MaestroAxis:
         )
 
     def _quarters(self, attitude_deg: float) -> float:
-        return self._calibration.pulse_us(self._table_deg(attitude_deg)) * wire.QUARTERS_PER_US
-
-    def _table_deg(self, attitude_deg: float) -> float:
-        return self._settings.sign * attitude_deg + self._settings.zero_deg
+        return self._calibration.pulse_us(self._settings.table_deg(attitude_deg)) * wire.QUARTERS_PER_US
 
     def _attitude_deg(self, position: int) -> float:
         table_deg = self._calibration.angle_deg(position / wire.QUARTERS_PER_US)
-        return self._settings.sign * (table_deg - self._settings.zero_deg)
+        return self._settings.attitude_deg(table_deg)
 
 
 def connect(axes: Mapping[str, MaestroSettings], stream: ByteStream) -> dict[str, MaestroAxis]:

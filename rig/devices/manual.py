@@ -74,7 +74,7 @@ class ManualAxis:
         self.speed_dps = settings.speed_dps
         self.approach_deg = settings.approach_deg
         self.arrival_tolerance_deg = settings.arrival_tolerance_deg
-        self._sign, self._zero_deg = settings.sign, settings.zero_deg
+        self._settings = settings
         self._prompt = prompt
         self._asked: SetTo | SetToZero | None = None
         self._table_deg = 0.0
@@ -85,7 +85,7 @@ class ManualAxis:
         return f"{self.name}, set by the operator"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._to_table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
 
     def start_move(self, target_deg: float) -> None:
         """Ask the operator. Raises also: RequestRefused while another question is open."""
@@ -94,7 +94,7 @@ class ManualAxis:
             raise RequestRefused(
                 f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing was asked; home it first"
             )
-        self._ask(SetTo(self.name, round(self._to_table_deg(target_deg), 6)))
+        self._ask(SetTo(self.name, round(self._settings.table_deg(target_deg), 6)))
 
     def home(self) -> None:
         """Ask the operator to set the zero of the machine's scale."""
@@ -103,7 +103,7 @@ class ManualAxis:
     def state(self) -> AxisState:
         self._take_answer()
         return AxisState(
-            position_deg=self._sign * (self._table_deg - self._zero_deg),
+            position_deg=self._settings.attitude_deg(self._table_deg),
             is_moving=self._asked is not None,
             is_homed=self._is_known,
             is_seated=True,
@@ -141,9 +141,6 @@ class ManualAxis:
             self._ask(asked)  # not understood: a person reads the line again
             return
         self._table_deg, self._is_known = told_deg, True
-
-    def _to_table_deg(self, attitude_deg: float) -> float:
-        return self._sign * attitude_deg + self._zero_deg
 
 
 def connect(axes: Mapping[str, ManualSettings], stream: ByteStream) -> dict[str, ManualAxis]:

@@ -18,9 +18,10 @@ from pydantic import Field
 from rig.clock import Clock
 from rig.devices import rates
 from rig.devices.abilities import AxisState, TurnLook, Wait
+from rig.devices.starting import start_once
 from rig.devices.targets import check_target, nearest_step
 from rig.devices.watchdog import prove
-from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused
+from rig.errors import DeviceFault, RequestRefused
 from rig.exchange import Patience
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
@@ -93,7 +94,7 @@ class OrientalAzAxis:
         return f"Oriental AZ, unit {self._settings.axis}, current {self._current() / 10:g} %"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
 
     def check_rate(self, rate_dps: float) -> None:
         rates.check_rate(self.name, rate_dps, self.top_rate_dps)
@@ -170,12 +171,7 @@ class OrientalAzAxis:
             )
 
     def _start(self, send: Callable[[], None], is_there: Callable[[], bool]) -> None:
-        """Send a start once only. Where its acknowledgement is lost, the driver itself is asked whether it started."""
-        try:
-            send()
-        except (DeviceSilent, DeviceNonsense):
-            if not (self.state().is_moving or is_there()):
-                raise
+        start_once(send, lambda: self.state().is_moving or is_there())
 
     def _operate(self, operation: Operation) -> None:
         self._current()
@@ -234,13 +230,10 @@ class OrientalAzAxis:
         return bool(outputs >> bit & 1)
 
     def _step(self, attitude_deg: float) -> float:
-        return self._table_deg(attitude_deg) / self._settings.step_deg
-
-    def _table_deg(self, attitude_deg: float) -> float:
-        return self._settings.sign * attitude_deg + self._settings.zero_deg
+        return self._settings.table_deg(attitude_deg) / self._settings.step_deg
 
     def _attitude_deg(self, steps: int) -> float:
-        return self._settings.sign * (steps * self._settings.step_deg - self._settings.zero_deg)
+        return self._settings.attitude_deg(steps * self._settings.step_deg)
 
 
 def connect(axes: Mapping[str, OrientalAzSettings], stream: ByteStream) -> dict[str, OrientalAzAxis]:

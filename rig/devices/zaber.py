@@ -16,8 +16,9 @@ from rig.clock import Clock
 from rig.devices import rates
 from rig.devices.abilities import AxisState, TurnLook
 from rig.devices.machine_limits import require_travel
+from rig.devices.starting import start_once
 from rig.devices.targets import check_target, nearest_step
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
@@ -115,7 +116,7 @@ class ZaberAxis:
         return f"Zaber device {told['deviceid']}, firmware {told['version']}, number {self._settings.axis}"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
 
     def check_rate(self, rate_dps: float) -> None:
         rates.check_rate(self.name, rate_dps, self.top_rate_dps)
@@ -177,12 +178,7 @@ class ZaberAxis:
             raise RequestRefused(f"{self.name}: {task}: the axis is not homed; nothing moved; home it first")
 
     def _start(self, text: str, is_there: Callable[[], bool]) -> None:
-        """Send a start once only. Where its acknowledgement is lost, the stage itself is asked whether it started."""
-        try:
-            self._ask(text, idempotent=False)
-        except (DeviceSilent, DeviceNonsense):
-            if not (self.state().is_moving or is_there()):
-                raise
+        start_once(lambda: self._ask(text, idempotent=False), lambda: self.state().is_moving or is_there())
 
     def _ask(self, text: str, *, idempotent: bool = True) -> Reply:
         return self._chain.ask(self._settings.axis, self._settings.device_axis, text, idempotent=idempotent)
@@ -203,13 +199,10 @@ class ZaberAxis:
         return round(rate_dps / self._settings.microstep_deg * self._settings.velocity_scale)
 
     def _step(self, attitude_deg: float) -> float:
-        return self._table_deg(attitude_deg) / self._settings.microstep_deg
-
-    def _table_deg(self, attitude_deg: float) -> float:
-        return self._settings.sign * attitude_deg + self._settings.zero_deg
+        return self._settings.table_deg(attitude_deg) / self._settings.microstep_deg
 
     def _attitude_deg(self, microsteps: int) -> float:
-        return self._settings.sign * (microsteps * self._settings.microstep_deg - self._settings.zero_deg)
+        return self._settings.attitude_deg(microsteps * self._settings.microstep_deg)
 
 
 def connect(axes: Mapping[str, ZaberSettings], stream: ByteStream) -> dict[str, ZaberAxis]:
