@@ -65,6 +65,8 @@ class Inference:
     """Standard deviation of a reading where the sets are used; None: that of the calibration."""
     upright: bool = True
     right_wing_down: bool = True
+    intervals: bool = False
+    """Whether the answer has half-widths of 95 % intervals as well."""
 
     @property
     def needed(self) -> tuple[str, ...]:
@@ -80,8 +82,9 @@ class Inference:
     @property
     def answers(self) -> tuple[str, ...]:
         """Columns of the answer, in order."""
-        yaw = ("yaw_deg", "yaw_sd_deg") if self.package.model == STING else ()
-        return ("pitch_deg", "pitch_sd_deg", "roll_deg", "roll_sd_deg", *yaw, "flag")
+        angles = ("pitch", "roll", *(["yaw"] if self.package.model == STING else []))
+        endings = ("_deg", "_sd_deg", *(["_half_95_deg"] if self.intervals else []))
+        return (*(f"{angle}{ending}" for angle in angles for ending in endings), "flag")
 
     def infer(self, readings: Mapping[str, FloatArray]) -> dict[str, FloatArray | tuple[str, ...]]:
         """Answers by column from (N,) readings by column, NaN where the flag says why.
@@ -144,6 +147,7 @@ def inference(
     *,
     upright: bool = True,
     right_wing_down: bool = True,
+    intervals: bool = False,
 ) -> Inference:
     """The inference that the sets allow. Raises: OutsideValidity where they allow none."""
     if reading_sd_v is not None and not (np.isfinite(reading_sd_v) and reading_sd_v >= 0.0):
@@ -166,7 +170,7 @@ def inference(
         )
     if model_package is not None:
         _check_pair(package, model_package)
-    return Inference(package, model_package, reading_sd_v, upright, right_wing_down)
+    return Inference(package, model_package, reading_sd_v, upright, right_wing_down, intervals)
 
 
 def _check_axes(package: Package) -> None:

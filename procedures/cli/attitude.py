@@ -28,6 +28,7 @@ def attitude(
     reading_sd_v: float | None = None,
     upright: bool = True,
     right_wing_down: bool = True,
+    intervals: bool = False,
 ) -> None:
     """Outputs to angles with standard deviations.
 
@@ -55,6 +56,9 @@ def attitude(
         Two axes have two answers: roll within ±90° (upright) or beyond.
     right_wing_down
         The same for a package of x and z.
+    intervals
+        Also pitch_half_95_deg and so on: half-widths of 95 % intervals, by Student's factor for what the calibration
+        rests on.
     """
     from ams.attitude.inference import MODEL, inference
 
@@ -62,7 +66,9 @@ def attitude(
     second = None if model_set is None else package_of(model_set, model_axis, "--model-axis", "model_")
     if model_set is None and model_axis:
         raise RequestError("--model-axis: belongs to --model-set, which is missing")
-    found = inference(package, second, reading_sd_v, upright=upright, right_wing_down=right_wing_down)
+    found = inference(
+        package, second, reading_sd_v, upright=upright, right_wing_down=right_wing_down, intervals=intervals
+    )
     if package.model == MODEL:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
     if data == "-":

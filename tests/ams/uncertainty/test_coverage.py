@@ -148,6 +148,12 @@ def test_angles_inferred_from_several_axes_hold_in_95_percent_of_4000_campaigns(
     assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
 
 
+def test_angles_by_three_axes_hold_with_four_replications_that_drift() -> None:
+    """Weights by each axis' own variance, from three degrees of freedom, made it 93 %."""
+    found = shares_of_angles(replace(SCENES["drift"], replications=4), 4000, seed=2)
+    assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
+
+
 def test_with_estimated_temperature_coefficients_too() -> None:
     """Six visits of three plateaus; across the axis Student's factor is that of along it, one degree of freedom less
     than there is."""
