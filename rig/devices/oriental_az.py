@@ -113,8 +113,10 @@ class OrientalAzAxis:
         self._start(lambda: self._operate(operation), lambda: False)
 
     def home(self) -> None:
-        """Return to home at speed (ZHOME). The alarm of a host that fell silent is reset: its cause is known."""
-        self._has_noticed()
+        """Return to home at speed (ZHOME). The alarm of a host that fell silent is reset, since its cause is known,
+        and what is left of that host's watchdog is taken away."""
+        if self._has_noticed() and self.watchdog_s is not None:
+            self.disarm_watchdog()
         self._require_no_alarm("home")
         self._start(lambda: self._input(wire.ZHOME, idempotent=False), lambda: False)
 

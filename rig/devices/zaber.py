@@ -112,8 +112,9 @@ class ZaberAxis:
 
     def identify(self) -> str:
         """Raises: DeviceSilent, DeviceNonsense, LinkLost."""
-        told = {name: self._chain.ask(self._settings.axis, 0, f"get {name}").data for name in ("deviceid", "version")}
-        return f"Zaber device {told['deviceid']}, firmware {told['version']}, number {self._settings.axis}"
+        names = ("deviceid", "system.serial", "version")
+        device_id, serial, version = (self._chain.ask(self._settings.axis, 0, f"get {name}").data for name in names)
+        return f"Zaber device {device_id}, serial {serial}, firmware {version}, number {self._settings.axis}"
 
     def check_target(self, target_deg: float) -> None:
         check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)

@@ -140,6 +140,8 @@ def test_the_alarm_that_a_dead_host_left_is_reset_by_the_next_and_no_other_is() 
     assert bench.pitch.state().fault == ""
     _let_the_twin_notice(bench, 60.0)
     assert home_and_arrive(bench.pitch, bench.clock, bench.clock.sleep) == 0.0
+    _let_the_twin_notice(bench, 3600.0)  # by hand, from command to command, nobody feeds it
+    assert bench.pitch.state().fault == ""
     bench.twin.units[1].alarm = 0x30
     with pytest.raises(DeviceFault, match="arm the watchdog: alarm 0x30"):
         bench.pitch.arm_watchdog(bench.clock.sleep)

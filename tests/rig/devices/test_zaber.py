@@ -153,3 +153,12 @@ def test_an_axis_that_only_positions_turns_at_no_rate() -> None:
     bench = motion_bench("zaber", top_rate_dps=None)
     with pytest.raises(RequestRefused, match="allowed up to 0 deg/s"):
         bench.pitch.start_rate(1.0)
+
+
+def test_fault_23_two_stages_that_change_places_have_other_identities() -> None:
+    bench = motion_bench("zaber")
+    before = {name: axis.identify() for name, axis in bench.axes.items()}
+    assert before["pitch"] == "Zaber device 50952, serial 12345, firmware 7.38, number 1"
+    bench.twin.stages[1].settings["system.serial"] = 54321  # another stage at the same number
+    assert bench.pitch.identify() == "Zaber device 50952, serial 54321, firmware 7.38, number 1"
+    assert bench.axes["roll"].identify() == before["roll"]
