@@ -37,7 +37,7 @@ def _holder(folder: Path, resource: str) -> Iterator[subprocess.Popen[str]]:
             process.kill()
 
 
-def test_a_second_process_is_refused_and_told_who_holds_it(tmp_path: Path) -> None:
+def test_fault_38_a_second_process_is_refused_and_told_who_holds_it(tmp_path: Path) -> None:
     with _holder(tmp_path, "/dev/null") as process:
         with pytest.raises(
             RigBusy, match=rf"/dev/null: in use by process {process.pid} \(run night.toml\) since .*nothing was opened"

@@ -251,7 +251,7 @@ def test_a_suspect_dwell_holds_a_real_run_until_a_person_says_continue(tmp_path:
     assert [event.detail["by"] for event in _events(run_dir, "request")] == ["bert"]
 
 
-def test_an_axis_that_slips_during_a_dwell_voids_it(small: Bench, tmp_path: Path) -> None:
+def test_fault_44_an_axis_that_slips_during_a_dwell_voids_it(small: Bench, tmp_path: Path) -> None:
     step = small.plan.design_dwells[8].step
     run_dir = tmp_path / "run"
     run_dir.mkdir()
@@ -342,7 +342,7 @@ def test_the_longest_duration_stops_the_run_after_the_dwell(tmp_path: Path) -> N
     assert dwells_of(tmp_path / "run")[-2].ended_s <= 300.0 + 30.0
 
 
-def test_a_defect_stops_the_axes_is_journalled_and_passed_on(small: Bench, tmp_path: Path) -> None:
+def test_fault_18_a_defect_stops_the_axes_is_journalled_and_passed_on(small: Bench, tmp_path: Path) -> None:
     class Broken:
         def on_event(self, progress: Progress) -> None:
             if progress.dwells_done == 3 and progress.event == "dwell":
@@ -357,7 +357,9 @@ def test_a_defect_stops_the_axes_is_journalled_and_passed_on(small: Bench, tmp_p
     assert status(run_dir).state is State.FAILED
 
 
-def test_an_axis_that_cannot_be_stopped_is_told_whatever_else_happened(small: Bench, tmp_path: Path) -> None:
+def test_fault_20_gone_an_axis_that_cannot_be_stopped_is_told_whatever_else_happened(
+    small: Bench, tmp_path: Path
+) -> None:
     run_dir = tmp_path / "run"
     run_dir.mkdir()
     with _grumbling(small) as rig:

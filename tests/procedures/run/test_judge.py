@@ -39,13 +39,13 @@ def test_a_sound_dwell_has_no_reason() -> None:
     assert judge(_measured(_good()), LIMITS, _known_noise()) == ()
 
 
-def test_an_unsettled_dwell_is_rejected() -> None:
+def test_fault_64_an_unsettled_dwell_is_rejected() -> None:
     assert judge(_measured(_good(), is_settled=False, settle_s=60.0), LIMITS, _known_noise()) == (
         "not settled after 60 s",
     )
 
 
-def test_one_overloaded_reading_is_enough() -> None:
+def test_fault_57_one_overloaded_reading_is_enough() -> None:
     values_v = _good()
     values_v[7] = np.nan
     assert judge(_measured(values_v), LIMITS, _known_noise()) == ("dmm.x: 1 of 20 readings overloaded",)
@@ -58,7 +58,7 @@ def test_a_noisy_dwell_is_told_with_both_figures() -> None:
 
 
 @pytest.mark.parametrize("values_v", [np.full(20, 2.5), 2.5 + 0.05 * (_good() - 2.5)])
-def test_a_stuck_channel_is_rejected(values_v: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> None:
+def test_fault_59_stuck_is_rejected(values_v: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> None:
     (reason,) = judge(_measured(values_v), LIMITS, _known_noise())
     assert "dmm.x: stuck" in reason
 

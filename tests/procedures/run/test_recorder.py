@@ -80,6 +80,9 @@ def test_fault_67_one_sample_lost_in_a_thousand_is_named() -> None:
 
 
 def test_fault_67_a_count_that_wraps_at_two_to_the_sixteenth_is_no_gap() -> None:
+    """Detected: the device's own counter, undone at its wraps, and its stamps against the host's.
+    Response: gaps and doubles are listed by dwell; more than the limit voids it.
+    """
     twin = CsvImuTwin(
         "imu", _Still(), RowShape(2), ["n", "ax"], 1000.0, lambda _column, value: 1333.0 * value,
         count={"n": 65536.0},

@@ -47,7 +47,7 @@ def test_the_chamber_keeps_its_setpoint_unless_the_procedure_says_otherwise(
     assert seen == [left_at_degc]
 
 
-def test_a_chamber_that_refuses_keeps_no_axis_from_its_stop_and_is_told(tmp_path: Path) -> None:
+def test_fault_20_gone_a_chamber_that_refuses_keeps_no_axis_from_its_stop_and_is_told(tmp_path: Path) -> None:
     small = bench(tmp_path, procedure=(("[check]", PLATEAU.format(end="end_degc = 15.0\n")),))
 
     class Refuses(Grumbling):
@@ -69,7 +69,7 @@ def test_a_chamber_that_refuses_keeps_no_axis_from_its_stop_and_is_told(tmp_path
     assert set(safe.detail["positions_deg"]) == {"pitch", "roll"}  # type: ignore[call-overload]
 
 
-def test_signals_during_the_stop_of_the_axes_change_nothing(tmp_path: Path) -> None:
+def test_fault_19_signals_during_the_stop_of_the_axes_change_nothing(tmp_path: Path) -> None:
     small = bench(tmp_path)
 
     class Nervous(Grumbling):

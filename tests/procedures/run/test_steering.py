@@ -196,7 +196,7 @@ class Signalling:
         ([signal.SIGINT, signal.SIGTERM, signal.SIGHUP], State.ABORTED),
     ],
 )
-def test_signals_never_skip_the_last_line(tmp_path: Path, numbers: list[signal.Signals], state: State) -> None:
+def test_fault_19_signals_never_skip_the_last_line(tmp_path: Path, numbers: list[signal.Signals], state: State) -> None:
     """FAULTS 19: once, twice, eleven times; the same handler gets them all, so a burst before one look is one abort.
 
     Two interrupts before one look may be one signal to the kernel; then the first is a stop.

@@ -61,6 +61,9 @@ def test_fault_53_a_speed_error_of_five_percent_trips_with_the_axis_at_rest(tmp_
 
 
 def test_fault_53_a_runaway_is_decelerated_within_seconds(tmp_path: Path) -> None:
+    """Detected: cumulative angle over time against the rate that was asked for, at every look.
+    Response: the axis is told to decelerate, trip; nothing measured at another rate is kept.
+    """
     small = _roll(tmp_path, "runaway_after_s = 5.0")
     outcome = small.run(tmp_path / "run")
     assert outcome.state is State.TRIPPED

@@ -69,6 +69,9 @@ def test_fault_54_three_turns_and_a_crash_are_not_forgotten(tmp_path: Path) -> N
 
 
 def test_fault_54_the_cables_end_stops_a_turn_that_goes_on(tmp_path: Path) -> None:
+    """Detected: a count of turns in a synced file beside the run, kept through kills.
+    Response: refused beyond what the cables bear; a turn that goes on is stopped; unwound before homing.
+    """
     bench = _bench()
     guard = _guard(bench, tmp_path / "pitch.json", wrap_turns=1.0)
     guard.start_rate(90.0)
