@@ -54,6 +54,7 @@ class JogApp(App[None]):
     Screen { background: #10151a; color: #d8dee6; }
     #head { height: 2; padding: 0 1; background: #182028; }
     .panel { border: round #2c3844; border-title-color: #5fd7d7; padding: 0 1; height: auto; }
+    #told { border-subtitle-color: #9aa5b1; }
     #told { height: 1fr; min-height: 4; }
     #prompt { display: none; height: 3; padding: 0 1; border: round #ffd75f; border-title-color: #ffd75f; }
     #prompt.asked { display: block; }
@@ -209,7 +210,7 @@ class JogApp(App[None]):
     def _draw(self) -> None:
         view = self.bench.view
         now = (view, self.selected, self.step_deg, self.size, self._prompt, self._typed)
-        if now == self._drawn:
+        if now == self._drawn or not self.query("#keys"):  # nothing is there any more when the screen closes
             return
         self._drawn = now
         field = self.query_one("#prompt", Static)
@@ -217,12 +218,12 @@ class JogApp(App[None]):
         field.border_title = self._prompt.title if self._prompt else ""
         drawn: dict[str, Callable[[], object]] = {
             "#head": lambda: panels.head(self._heading, view),
-            "#axes": lambda: panels.axes_panel(view, self.selected, self.step_deg),
+            "#axes": lambda: panels.axes_panel(view, self.selected, self.step_deg, self.size.width),
             "#channels": lambda: panels.channels_panel(view),
             "#around": lambda: panels.surroundings_panel(view),
             "#told": lambda: panels.told_panel(view.told, self.query_one("#told").size.height),
             "#prompt": lambda: panels.prompt_line(self._typed),
-            "#keys": lambda: panels.keys_line(KEYS),
+            "#keys": lambda: panels.keys_lines(KEYS, self.size.width - 2),
         }
         for place, text in drawn.items():
             self.query_one(place, Static).update(text())  # type: ignore[arg-type]

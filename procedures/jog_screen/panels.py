@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
@@ -12,25 +13,33 @@ from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, Cham
 ACCENT, GOOD, WARM, BAD, QUIET, FAINT = "#5fd7d7", "#87d787", "#ffd75f", "#ff5f5f", "#9aa5b1", "#5b6672"
 TONES = {"done": GOOD, "refused": WARM, "failed": BAD, "stopped": BAD, "note": QUIET}
 _BLOCKS = "▁▂▃▄▅▆▇█"
-_GAUGE = 25
+_GAUGE, _SMALL_GAUGE, _WIDE = 25, 11, 100
 _ARCSEC = 3600.0
 
 
-def head(heading: Heading, view: BenchView) -> Table:
+def head(heading: Heading, view: BenchView) -> Group:
+    title = Text.assemble(("calrig jog", f"bold {ACCENT}"), "   ", (heading.rig, "bold white"))
+    return Group(_apart(title, _activity(view)), _apart(Text(heading.time, QUIET), Text(heading.owner, QUIET)))
+
+
+def _apart(left: Text, right: Text) -> Table:
+    """One line, its two texts at its two ends."""
     table = Table.grid(expand=True, padding=(0, 1))
     table.add_column(ratio=1, no_wrap=True, overflow="ellipsis")
     table.add_column(justify="right", no_wrap=True)
-    title = Text.assemble(("calrig jog", f"bold {ACCENT}"), "   ", (heading.rig, "bold white"))
-    table.add_row(title, _activity(view))
-    table.add_row(Text(heading.time, QUIET), Text(heading.owner, QUIET))
+    table.add_row(left, right)
     return table
 
 
-def keys_line(keys: Sequence[tuple[str, str]]) -> Text:
+def keys_lines(keys: Sequence[tuple[str, str]], width: int) -> Text:
+    """Keys and what they do, a key never apart from its meaning."""
     text = Text.assemble((" SPACE ", "bold white on #d70000"), (" stops everything", f"bold {BAD}"))
+    used = len(text)
     for key, meaning in keys:
-        text.append("  ")
-        text.append(key, f"bold {ACCENT}").append(f"\u00a0{meaning}".replace(" ", "\u00a0"), QUIET)
+        length = len(key) + len(meaning) + 3
+        is_full = used + length > width
+        used = length if is_full else used + length
+        text.append("\n " if is_full else "  ").append(key, f"bold {ACCENT}").append(f" {meaning}", QUIET)
     return text
 
 
@@ -41,23 +50,32 @@ def prompt_line(typed: str) -> Text:
 
 def _activity(view: BenchView) -> Text:
     if view.is_stopping:
-        return Text(" STOPPING ", "bold white on #d70000")
-    return Text(f" {view.doing} ", f"bold black on {WARM}") if view.doing else Text(" at rest ", f"black on {GOOD}")
+        return Text.assemble(("\u00a0STOPPING\u00a0", "bold white on #d70000"))
+    if view.doing:
+        return Text.assemble((f"\u00a0{view.doing}\u00a0", f"bold black on {WARM}"))
+    return Text.assemble(("\u00a0at rest\u00a0", f"black on {GOOD}"))
 
 
-def axes_panel(view: BenchView, selected: str, step_deg: float) -> Table:
+def axes_panel(view: BenchView, selected: str, step_deg: float, width: int) -> Table:
     table = Table.grid(expand=True, padding=(0, 1))
-    for width, justify in ((9, "left"), (12, "right"), (12, "left"), (_GAUGE + 10, "left")):
-        table.add_column(width=width, justify=justify)  # type: ignore[arg-type]
+    gauge_width = _GAUGE if width >= _WIDE else _SMALL_GAUGE
+    for column, justify in ((9, "left"), (12, "right"), (12, "left"), (gauge_width + 10, "left")):
+        table.add_column(width=column, justify=justify)  # type: ignore[arg-type]
     table.add_column(ratio=1, no_wrap=True, overflow="ellipsis")
     for axis in view.axes:
         is_selected = axis.name == selected
         mark = Text("▌" if is_selected else " ", ACCENT) + Text(axis.name, f"bold {ACCENT}" if is_selected else "bold")
-        table.add_row(mark, _position(axis), _state(axis), _between_limits(axis), _detail(axis, is_selected, step_deg))
+        table.add_row(
+            mark,
+            _position(axis),
+            _state(axis),
+            _between_limits(axis, gauge_width),
+            _detail(axis, is_selected, step_deg),
+        )
     return table
 
 
-def gauge(axis: AxisView, width: int = _GAUGE) -> Text:
+def gauge(axis: AxisView, width: int) -> Text:
     """Where the axis stands between its limits: ● itself, ◇ its target, ┼ zero."""
     low_deg, high_deg = axis.limits_deg
     cells = ["├", *"─" * (width - 2), "┤"]
@@ -89,7 +107,7 @@ def sparkline(values: Sequence[float], width: int = 24) -> str:
 
 def channels_panel(view: BenchView) -> Table:
     table = Table.grid(expand=True, padding=(0, 1))
-    for width, justify in ((16, "left"), (15, "right"), (15, "right"), (8, "right"), (25, "left")):
+    for width, justify in ((14, "left"), (13, "right"), (9, "right"), (6, "right"), (25, "left")):
         table.add_column(width=width, justify=justify, no_wrap=True)  # type: ignore[arg-type]
     table.add_column(ratio=1, no_wrap=True, overflow="ellipsis")
     heads = ("channel", "mean", "deviation", "n", "last readings", "")
@@ -130,9 +148,9 @@ def spread(value_v: float) -> str:
     return f"{value_v * 1e9:.2g} nV"
 
 
-def _between_limits(axis: AxisView) -> Text:
+def _between_limits(axis: AxisView, width: int) -> Text:
     low_deg, high_deg = axis.limits_deg
-    return Text.assemble((f"{low_deg:>4g} ", FAINT), gauge(axis), (f" {high_deg:<+4g}", FAINT))
+    return Text.assemble((f"{low_deg:>4g} ", FAINT), gauge(axis, width), (f" {high_deg:<+4g}", FAINT))
 
 
 def _position(axis: AxisView) -> Text:
@@ -191,25 +209,26 @@ def _channel(channel: ChannelView) -> tuple[Text, ...]:
 
 
 def _chamber(chamber: ChamberView) -> Text:
-    name = Text(f"{chamber.name:<10}", "bold")
+    text = Text.assemble((f"{chamber.name:<10}", "bold"))
     if chamber.silence:
-        return name + Text(chamber.silence, BAD)
+        return text.append(chamber.silence, BAD)
     if chamber.temperature_degc is None:
-        return name + Text("asking …", QUIET)
-    now = Text(f"{chamber.temperature_degc:+10.2f} °C", "bold white")
-    return name + now + Text(f"   holds {chamber.setpoint_degc:g} °C", QUIET)
+        return text.append("asking …", QUIET)
+    text.append(f"{chamber.temperature_degc:+.2f} °C", "bold white")
+    return text.append(f"   setpoint {chamber.setpoint_degc:g} °C", QUIET)
 
 
 def _attitude(attitude: AttitudeView, axes: Sequence[AxisView]) -> Text:
-    text = Text(f"{attitude.sensor:<10}", f"bold {ACCENT}")
+    text = Text.assemble((f"{attitude.sensor:<8}", f"bold {ACCENT}"))
     table_deg = {axis.name: axis.state.position_deg for axis in axes if axis.state is not None}
     for name, degrees, sd_deg in attitude.angles:
-        text.append(f"  {name} ", QUIET)
+        text.append(f"  {name}  ", QUIET)
         if math.isnan(degrees):
             text.append("—", FAINT)
             continue
         text.append(f"{degrees:+.4f}°", "bold white")
         text.append(f" ± {sd_deg * _ARCSEC:.2g}″", QUIET)
         if name in table_deg:
-            text.append(f" (table {(degrees - table_deg[name]) * _ARCSEC:+.1f}″)", FAINT)
+            away_arcsec = round((degrees - table_deg[name]) * _ARCSEC, 1) + 0.0
+            text.append(f" ({away_arcsec:+.1f}″ to the table)" if away_arcsec else " (as the table)", FAINT)
     return text.append(f"  {attitude.flag}" if attitude.flag else "", WARM)

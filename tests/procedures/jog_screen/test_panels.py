@@ -1,0 +1,87 @@
+"""Laws of the jog screen's text: what is not known is not shown as a number."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from rich.console import Console, RenderableType
+
+from procedures.jog_screen import panels
+from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, ChannelView
+from rig.devices.abilities import AxisState
+
+AXIS = AxisView("pitch", (-180.0, 180.0), (1.0, 5.0), 0.0)
+
+
+def _drawn(thing: RenderableType, width: int = 100) -> str:
+    console = Console(width=width, color_system=None)
+    with console.capture() as capture:
+        console.print(thing)
+    return capture.get()
+
+
+def _state(**changes: object) -> AxisState:
+    return replace(AxisState(12.0, False, True, True, ""), **changes)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("state", "words"),
+    [
+        (_state(), "at rest"),
+        (_state(is_homed=False), "not homed"),
+        (_state(is_moving=True), "moving"),
+        (_state(is_seated=False), "not seated"),
+        (_state(fault="limit switch"), "limit switch"),
+        (_state(awaits_operator=True, is_moving=True), "your turn"),
+    ],
+)
+def test_the_state_of_an_axis_is_in_words(state: AxisState, words: str) -> None:
+    view = BenchView((replace(AXIS, state=state),), (), ())
+    assert words in _drawn(panels.axes_panel(view, "pitch", 1.0, 100))
+
+
+def test_a_silent_axis_has_no_position() -> None:
+    text = _drawn(panels.axes_panel(BenchView((replace(AXIS, silence="no reply"),), (), ()), "pitch", 1.0, 100))
+    assert "no answer" in text
+    assert "no reply" in text
+    assert "0.0000" not in text
+
+
+@pytest.mark.parametrize(("degrees", "place"), [(-180.0, 0), (0.0, 10), (180.0, 20), (90.0, 15), (400.0, 20)])
+def test_the_gauge_shows_where_the_axis_stands(degrees: float, place: int) -> None:
+    drawn = panels.gauge(replace(AXIS, state=_state(position_deg=degrees)), 21).plain
+    assert len(drawn) == 21
+    assert drawn.index("●") == place
+
+
+@pytest.mark.parametrize(
+    ("value_v", "text"), [(1.5, "1.5 V"), (2.34e-3, "2.34 mV"), (21.4e-6, "21.4 µV"), (3e-9, "3 nV"), (math.nan, "—")]
+)
+def test_a_spread_is_told_in_the_unit_that_leaves_digits(value_v: float, text: str) -> None:
+    assert panels.spread(value_v) == text
+
+
+def test_a_sparkline_spans_its_values() -> None:
+    assert panels.sparkline([0.0, 7.0, 3.5]) == "▁█▅"
+    assert panels.sparkline([2.0, 2.0]) == "▄▄"
+    assert panels.sparkline([]) == ""
+    assert len(panels.sparkline([float(n) for n in range(500)], 24)) == 24
+
+
+def test_an_angle_that_the_outputs_do_not_tell_is_a_dash_with_its_reason() -> None:
+    attitude = AttitudeView("SN1", (("pitch", 89.9, 1e-4), ("roll", math.nan, math.nan)), "roll undetermined")
+    text = _drawn(panels.surroundings_panel(BenchView((), (), (), attitude)))
+    assert "roll  —  roll undetermined" in text
+    assert "+89.9000° ± 0.36″" in text
+
+
+def test_overloads_are_told() -> None:
+    view = BenchView((), (ChannelView("dmm.x", count=3, mean_v=1.0, standard_deviation_v=0.1, overloads=2),), ())
+    assert "2 overloads" in _drawn(panels.channels_panel(view))
+
+
+@pytest.mark.parametrize("width", [60, 80, 120, 200])
+def test_a_key_stands_beside_its_meaning_at_any_width(width: int) -> None:
+    lines = panels.keys_lines((("g", "go to"), ("h", "home"), ("c", "chamber")) * 3, width).plain.splitlines()
+    assert all(len(line) <= width for line in lines)
+    assert sum(line.count("g go to") + line.count("c chamber") for line in lines) == 6
