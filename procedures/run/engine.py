@@ -15,9 +15,9 @@ import os
 import platform
 import traceback
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from procedures.errors import ProcedureError, StorageFailed
+from procedures.errors import JournalError, ProcedureError, StorageFailed
 from procedures.plan.plan import Plan
 from procedures.run.alarm import RECONNECT, TrustLost
 from procedures.run.care import Care
@@ -109,14 +109,27 @@ def run(
     conduct = Conduct(plan, rig, trail, steering, watch, care, tell_why, watchdogs, is_attended)
     with signals_steer(steering):
         try:
-            with closing(journal):
-                outcome = _Engine(conduct, start, history).run()
+            outcome = _closed(journal, _Engine(conduct, start, history))
         except BaseException:
             explain(trail.folder)  # a defect of ours: the rig is safe, the page tells of it, and it goes on its way
             raise
         if outcome.state in UNASKED or outcome.cause == STORAGE:
             explain(trail.folder, outcome.reason, outcome.positions_deg)
         return outcome
+
+
+def _closed(journal: Journal, engine: "_Engine") -> Outcome:
+    """Work, then close the journal; where the disk refuses even that, everything is committed, and it is told."""
+    outcome = None
+    try:
+        with closing(journal):
+            outcome = engine.run()
+    except JournalError as error:
+        if outcome is None:
+            raise
+        told = "; ".join(part for part in (outcome.reason, str(error)) if part)
+        return replace(outcome, reason=told, cause=STORAGE)
+    return outcome
 
 
 class _Engine:

@@ -17,6 +17,8 @@ from procedures.run.states import State
 from procedures.run.storage import (
     SCHEMA,
     CommittedCount,
+    checkpoint_and_close,
+    fold,
     make_file,
     open_for_writing,
     put_in_place,
@@ -60,7 +62,7 @@ class Journal:
             begun._connection.execute(SCHEMA)
             begun._connection.execute("INSERT INTO header VALUES (1, ?, ?)", (document, sha256(document)))
             chain = begun._insert_event("state", {"to": State.PLANNED, "by": header.operator, "reason": ""}, clock)
-        begun._connection.close()
+        fold(new_file, begun._connection)
         put_in_place(new_file, path)
         journal = Journal(path, open_for_writing(path), header.run_id, chain, 0)
         journal._committed(chain, 0)
@@ -110,11 +112,9 @@ class Journal:
         self._connection.set_busy_timeout(0)
         crash_point(CrashPoint.BEFORE_CHECKPOINT)
         try:
-            self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            checkpoint_and_close(self._connection)
         except (apsw.IOError, apsw.FullError) as error:
             raise JournalError(f"{self.path}: cannot be closed: {error}; all that was committed is in it") from error
-        finally:
-            self._connection.close()
 
     def _has(self, record: DwellRecord) -> bool:
         key = (record.step, record.attempt, record.epoch)

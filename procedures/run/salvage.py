@@ -21,6 +21,7 @@ from procedures.run.storage import (
     JOURNAL_FILE,
     SCHEMA,
     CommittedCount,
+    fold,
     make_file,
     put_in_place,
     require_journal_file,
@@ -172,7 +173,7 @@ def _written(rows: _Rows, source: Path, path: Path, clock: Clock) -> Salvaged:
         connection.executemany("INSERT INTO events VALUES (?, ?, ?, ?, ?, ?)", events)
         connection.executemany("INSERT INTO dwells VALUES (?, ?, ?, ?, ?, ?, ?, ?)", _renumbered(whole))
         connection.execute("COMMIT")
-    connection.close()
+    fold(new_file, connection)
     put_in_place(new_file, path)
     CommittedCount(path).write(str(json.loads(rows.header[0])["run_id"]), len(events), len(whole))
     names = tuple(f"step {step}, attempt {attempt}, epoch {epoch}" for step, attempt, epoch in lost)

@@ -62,6 +62,20 @@ def make_file(path: Path) -> "apsw.Connection":
     return open_for_writing(path)
 
 
+def fold(path: Path, connection: "apsw.Connection") -> None:
+    """Bring the write-ahead log into a file that is to be renamed, and close it. Raises: StorageFailed."""
+    with told_as(path):
+        checkpoint_and_close(connection)
+
+
+def checkpoint_and_close(connection: "apsw.Connection") -> None:
+    """Closing alone would keep silent about a checkpoint that failed. Raises: apsw.Error."""
+    try:
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    finally:
+        connection.close()
+
+
 def put_in_place(new_file: Path, path: Path) -> None:
     """Rename and sync the folder: the name appears with the whole content. Raises: StorageFailed."""
     try:
