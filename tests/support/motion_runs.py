@@ -17,6 +17,7 @@ from procedures.run.ending import Outcome
 from procedures.run.header import RunHeader, make_header
 from rig.assembly import open_rig
 from rig.description import RigDescription, read_rig
+from rig.fault_file import FaultPlan
 
 EXAMPLES = ROOT / "examples"
 Changes = Mapping[str, str]
@@ -34,9 +35,9 @@ class MotionRun:
         files = self.folder / "rig.toml", self.folder / "procedure.toml"
         return make_header(run_dir.name, self.plan, self.rig, *files, "tester", datetime.now(UTC))
 
-    def run(self, run_dir: Path) -> Outcome:
+    def run(self, run_dir: Path, faults: FaultPlan | None = None) -> Outcome:
         run_dir.mkdir()
-        with open_rig(self.rig) as rig:
+        with open_rig(self.rig, faults=faults) as rig:
             return begin(run_dir, self.header(run_dir), self.plan, rig)
 
     def solved(self) -> SolvedRun:
