@@ -1,5 +1,6 @@
 """Constant rates on twins: what counts is measured, and an axis that turns wrongly is brought to rest and told."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from motion_runs import MotionRun, motion_run
 from procedures.run.journal_reader import JournalReader
 from procedures.run.records import DwellRecord
 from procedures.run.states import State
+from rig.fault_file import FaultPlan, FaultRule
 
 ONE_AXIS = {
     r"replications = 4": "replications = 1",
@@ -80,3 +82,28 @@ def test_a_turn_beyond_what_the_cables_bear_is_refused_before_anything_moves(tmp
         PlanError, match=r"rates\.roll_dps: 9 s at 40 deg/s are 1 revolutions.*bear 1 \(axes\.roll\.wrap_turns"
     ):
         motion_run(tmp_path, "rate-table", "rates", ONE_AXIS, {"wrap_turns = 5.0": "wrap_turns = 1.0"})
+
+
+def test_fault_67_a_dwell_with_lost_samples_is_void_and_measured_again(tmp_path: Path) -> None:
+    lost = FaultPlan(fault={"gone": FaultRule(line="streams.logger", kind="drop", nth=(130,))})
+    outcome = _roll(tmp_path).run(tmp_path / "run", lost)
+    assert outcome.state is State.FINISHED
+    dwells = _dwells(tmp_path / "run")
+    (void,) = [dwell for dwell in dwells if not dwell.accepted]
+    assert len(void.reasons) == 1
+    assert re.fullmatch(
+        r"logger: of 900 samples \d+ missing \(before sample \d+: the count goes on by \d+\), allowed none",
+        void.reasons[0],
+    )
+    again = next(dwell for dwell in dwells if dwell.step == void.step and dwell.accepted)
+    assert again.attempt == void.attempt + 1
+
+
+def test_nothing_is_read_before_the_axis_is_at_speed(tmp_path: Path) -> None:
+    """With a ramp of 40 °/s² the first second is not at 40 °/s: every sample of the dwell is."""
+    _roll(tmp_path).run(tmp_path / "run")
+    turned = [dwell for dwell in _dwells(tmp_path / "run") if dwell.motion and dwell.motion.turned_deg]
+    for dwell in turned:
+        samples_v = dwell.readings["logger.gx"].samples_v
+        assert abs(samples_v[:50].mean() - samples_v.mean()) < 5.0 * 0.002 / 50.0**0.5
+        assert dwell.settle_s > 0.5
