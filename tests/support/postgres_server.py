@@ -39,6 +39,10 @@ class Server:
         self.execute("postgres", f"CREATE DATABASE {name}")
         return self.url(name)
 
+    def drop_database(self, url: str) -> None:
+        """Make room again."""
+        self.execute("postgres", f"DROP DATABASE {url.rpartition('/')[2]} WITH (FORCE)")
+
     def execute(self, database: str, statement: str) -> list[tuple[object, ...]]:
         """Run a statement behind the archive's back."""
         import psycopg

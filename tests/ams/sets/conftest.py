@@ -35,8 +35,11 @@ def postgres() -> Iterator[Server]:
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def archive(request: pytest.FixtureRequest, tmp_path: Path) -> Archive:
+def archive(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Archive]:
     if request.param == "sqlite":
-        return Archive(f"sqlite:///{tmp_path / 'archive.sqlite'}")
+        yield Archive(f"sqlite:///{tmp_path / 'archive.sqlite'}")
+        return
     server: Server = request.getfixturevalue("postgres")
-    return Archive(server.new_database())
+    url = server.new_database()
+    yield Archive(url)
+    server.drop_database(url)
