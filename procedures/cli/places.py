@@ -48,10 +48,11 @@ def new_run_folder(out: Path, title: str, now: datetime) -> Path:
 
 
 def default_archive_url() -> str:
-    """``CALRIG_ARCHIVE``, else ``archive.sqlite`` in the user's state folder."""
+    """``CALRIG_ARCHIVE``, else ``archive.sqlite`` in the user's state folder, which is made where it is not there."""
     from platformdirs import user_state_path
 
-    return os.environ.get("CALRIG_ARCHIVE") or f"sqlite:///{user_state_path('calrig') / 'archive.sqlite'}"
+    given = os.environ.get("CALRIG_ARCHIVE")
+    return given or f"sqlite:///{user_state_path('calrig', ensure_exists=True) / 'archive.sqlite'}"
 
 
 def login_name() -> str:

@@ -18,6 +18,7 @@ from sqlalchemy.pool import NullPool
 
 from ams.errors import ArchiveError, ArchiveUnknown, SetError, VectorsDisagree
 from ams.sets.archive import Publication, list_sets, publish, show
+from ams.sets.archive_signoff import verify_archive
 from ams.sets.coefficients import CoefficientSet, build_set, from_document
 
 PUBLISHED = datetime(2026, 3, 2, 8, 0, tzinfo=UTC)
@@ -120,6 +121,36 @@ def test_all_sets_of_a_publication_are_in_or_none_when_the_disk_is_full(archive:
     assert [one.sensor for one in list_sets(url)] == ["SN0"]
     assert rows(url, "SELECT DISTINCT sha256 FROM coefficients") == rows(url, "SELECT sha256 FROM sets")
     assert rows(url, "SELECT count(*) FROM records") == [(1,)]
+
+
+PUBLISH_ON_A_FULL_DISK = """
+import os, resource, signal, sys
+from datetime import UTC, datetime
+sys.path.insert(0, sys.argv[2])
+from archived_runs import a_run, a_sensor
+from ams.errors import ArchiveError
+from ams.sets.archive_runs import publish_run
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+size = os.path.getsize(sys.argv[1].removeprefix("sqlite:///")) + 8192
+resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+try:
+    publish_run(sys.argv[1], a_run(1), [a_sensor(1), a_sensor(1, "SN2")], datetime(2026, 6, 1, tzinfo=UTC))
+except ArchiveError as error:
+    print(error)
+"""
+
+
+def test_a_file_that_cannot_grow_leaves_nothing_half(sqlite_url: str) -> None:
+    """The system itself refuses the pages that a transaction needs, in the middle of it."""
+    publish(sqlite_url, [a_set("SN0")], PUBLISHED)
+    support = str(Path(__file__).parents[2] / "support")
+    command = [sys.executable, "-c", PUBLISH_ON_A_FULL_DISK, sqlite_url, support]
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert "the disk of the archive is full or fails: " in told
+    assert "nothing was changed" in told
+    assert [one.sensor for one in list_sets(sqlite_url)] == ["SN0"]
+    assert verify_archive(sqlite_url).faults == ()
+    publish(sqlite_url, [a_set("SN1")], PUBLISHED)
 
 
 def test_a_set_that_contradicts_itself_is_not_published(url: str) -> None:

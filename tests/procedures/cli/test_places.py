@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from procedures.cli.places import find_run, new_run_folder
+from procedures.cli.places import default_archive_url, find_run, new_run_folder
 from procedures.errors import RequestError
 
 
@@ -39,3 +39,14 @@ def test_two_runs_of_one_second_get_two_folders(tmp_path: Path) -> None:
     second = new_run_folder(tmp_path, "three-axis, ±90°", now)
     assert first.name == "20260102T030405Z-three-axis-90"
     assert second.name == "20260102T030405Z-three-axis-90-2"
+
+
+def test_the_users_own_archive_can_be_made_on_the_first_day(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing else makes its folder: the first run of a new user must not fail to publish."""
+    monkeypatch.delenv("CALRIG_ARCHIVE", raising=False)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    url = default_archive_url()
+    assert url == f"sqlite:///{tmp_path / 'state' / 'calrig' / 'archive.sqlite'}"
+    assert Path(url.removeprefix("sqlite:///")).parent.is_dir()
+    monkeypatch.setenv("CALRIG_ARCHIVE", "sqlite:////elsewhere.sqlite")
+    assert default_archive_url() == "sqlite:////elsewhere.sqlite"
