@@ -53,6 +53,11 @@ class Chain(StrictTable):
             return self.supply_nominal_v
         return sum(self.supply_band_v) / 2.0
 
+    @property
+    def corrects(self) -> bool:
+        """Whether readings are not as they would be by declaration."""
+        return self.ratiometric or (self.load_resistor_at is not None and self.load_resistor_tc_per_degc != 0.0)
+
     def factor(self, supply_v: float | None, resistor_degc: float | None) -> float:
         """What a reading has more than it would have by declaration: divide it by this."""
         nominal_v = self.reference_supply_v

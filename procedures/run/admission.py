@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from procedures.run.chains import at_declared
 from procedures.run.ending import Ending, RunEnds
 from procedures.run.history import History
 from procedures.run.mount_check import contradictions
@@ -11,6 +12,7 @@ from procedures.run.states import State
 from procedures.run.trail import Trail
 from procedures.run.voids import KIND as VOIDED
 from procedures.run.voids import void_detail
+from rig.chain import Chain
 from rig.description import Sensor
 
 
@@ -24,12 +26,21 @@ def require_declared_mounts(sensors: Mapping[str, Sensor], checks: Mapping[int, 
         raise RunEnds(Ending(State.TRIPPED, told, cause="mount"))
 
 
-def require_no_step(history: History, checks: Mapping[int, DwellRecord], trail: Trail, *, is_alike: bool) -> None:
+def require_no_step(
+    history: History,
+    checks: Mapping[int, DwellRecord],
+    trail: Trail,
+    chains: Mapping[str, Chain],
+    *,
+    is_alike: bool,
+) -> None:
     """``is_alike``: the check set before was measured at the same plateau. Raises: RunEnds where there is a step."""
     if not is_alike:
         trail.event("seam", {"tested": False, "reason": "the check set was measured at another plateau"})
         return
-    found = compare(history.baseline, checks, history.visits)
+    before = {step: at_declared(dwell, chains) for step, dwell in history.baseline.items()}
+    after = {step: at_declared(dwell, chains) for step, dwell in checks.items()}
+    found = compare(before, after, (at_declared(dwell, chains) for dwell in history.visits))
     steps = [one for one in found if one.is_step]
     worst = max(found, key=lambda one: abs(one.t) / one.t_limit)
     told = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"

@@ -61,7 +61,8 @@ class Epoch:
         self._accepted: list[DwellRecord] = []
         self._left: deque[Step] = deque()
         increments_deg = {name: axis.increment_deg for name, axis in self._rig.axes.items()}
-        self._suspects = Suspects(self._plan, history, increments_deg)
+        self._chains = conduct.care.precautions.chains
+        self._suspects = Suspects(self._plan, history, increments_deg, self._chains)
         self._meters = MeterWatch(self._rig, self._trail.event, self._wait)
 
     def run(self) -> None:
@@ -303,7 +304,7 @@ class Epoch:
         before = self._history.baseline
         if before:
             is_alike = self._plateaus.get(min(before)) == self._plateau
-            require_no_step(self._history, self._checks, self._trail, is_alike=is_alike)
+            require_no_step(self._history, self._checks, self._trail, self._chains, is_alike=is_alike)
         elif self._history.epoch > 1 and self._history.mounting > 1:
             self._trail.event("seam", {"tested": False, "reason": "the package was mounted anew"})
         self._trail.enter(State.RUNNING)

@@ -1,6 +1,7 @@
 """What a rig file says that a run must respect beside its plan, as plain values."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from procedures.run.interlocks import Interlock
 from rig.chain import Chain
@@ -32,6 +33,8 @@ class Precautions:
     min_free_mb: float = LEAST_FREE_MB
     max_link_error_rate: float = LINK_ERROR_RATE
     warm_ups: tuple[WarmUp, ...] = ()
+    chains: Mapping[str, Chain] = field(default_factory=dict)
+    """By full channel name, those that change what is read."""
 
 
 def precautions_of(rig: RigDescription) -> Precautions:
@@ -58,6 +61,7 @@ def precautions_of(rig: RigDescription) -> Precautions:
             for channel, chain in rig.chain.items()
             if chain.warm_up_s > 0.0 or chain.warm_up_slope_v_per_h is not None
         ),
+        chains={channel: chain for channel, chain in rig.chain.items() if chain.corrects},
     )  # fmt: skip
 
 

@@ -8,24 +8,29 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from procedures.plan.plan import Plan
+from procedures.run.chains import at_declared
 from procedures.run.history import History
 from procedures.run.records import DwellRecord
 from procedures.run.running_fit import Doubt, RunningFit
+from rig.chain import Chain
 from rig.description import Sensor
 
 
 class Suspects:
     """Of one epoch."""
 
-    def __init__(self, plan: Plan, history: History, increments_deg: Mapping[str, float]) -> None:
+    def __init__(
+        self, plan: Plan, history: History, increments_deg: Mapping[str, float], chains: Mapping[str, Chain]
+    ) -> None:
         self.plan = plan
         """With the channels that are still read."""
+        self._chains = chains
         self._dropped: set[str] = set()
         for name in history.dropped:
             self.drop(name)
         self._fit = RunningFit(_followed(plan), increments_deg)
         for dwell in () if plan.soaks else history.visits:
-            self._fit.learn(dwell)
+            self.learn(dwell)
 
     @property
     def remaining(self) -> Mapping[str, object]:
@@ -34,11 +39,13 @@ class Suspects:
 
     def examine(self, record: DwellRecord) -> tuple[DwellRecord, Doubt | None]:
         """The dwell, rejected where it does not fit those before it. Check dwells are the seam's to compare."""
-        doubt = None if record.reasons or record.purpose == "check" else self._fit.doubt(record)
+        doubt = (
+            None if record.reasons or record.purpose == "check" else self._fit.doubt(at_declared(record, self._chains))
+        )
         return (record, None) if doubt is None else (replace(record, accepted=False, reasons=doubt.reasons), doubt)
 
     def learn(self, record: DwellRecord) -> None:
-        self._fit.learn(record)
+        self._fit.learn(at_declared(record, self._chains))
 
     def forget(self) -> None:
         """Temperature changes everything."""

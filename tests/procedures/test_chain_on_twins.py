@@ -16,7 +16,7 @@ CHANNELS = (
     "channels = { s = { scanner = 4, range_v = 10.0 }, x = { scanner = 1, range_v = 10.0 }",
 )
 RATIOMETRIC = 'supply_channel = "dmm.s"\nsupply_nominal_v = 5.0\nratiometric = true\n'
-SUPPLY = '[twin.supplies."dmm.s"]\nerror_v = 0.02\ndrift_v_per_replication = 0.005\n'
+SUPPLY = '[twin.supplies."dmm.s"]\nerror_v = 0.02\ndrift_v_per_replication = 0.03\n'
 RESISTOR = 'load_resistor_ohm = 2500.0\nload_resistor_tc_per_degc = 5e-5\nload_resistor_at = "air"\n'
 WARMING = "[twin.environment.air]\nnoise_degc = 0.0\ndrift_degc_per_replication = 4.0\n"
 TRUE_V_PER_G = {"x": 2.5, "y": 2.48, "z": 2.52}
