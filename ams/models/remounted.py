@@ -61,7 +61,7 @@ class Remounted:
         """Every mounting alone, and the rotations between them; none where one alone says too little."""
         basis = self._single.basis(stimulus)
         last = self._of(stimulus, None)
-        everything = np.linalg.lstsq(basis, output_v, rcond=None)[0]
+        everything = np.asarray(np.linalg.lstsq(basis, output_v, rcond=None)[0], dtype=np.float64)
         primary = self._alone(basis[last], output_v[last], everything)
         turns = [self._turns_between(primary[1:], self._alone(basis[here], output_v[here], primary)[1:])
                  for here in (self._of(stimulus, label) for label in self.earlier)]  # fmt: skip
