@@ -12,6 +12,7 @@ import numpy as np
 from rig.clock import Clock
 from rig.description import RigDescription
 from rig.devices.abilities import Axis, Environment, RateAxis, Readout, Wait
+from rig.devices.cable import CableGuard
 from rig.devices.maestro import MaestroSettings
 from rig.devices.rates import MeasuredRate, measured_rate
 from rig.errors import RequestRefused
@@ -126,6 +127,8 @@ def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: 
     device = rate_axis(rig, axis)
     device.check_rate(rate_dps)
     require_room_to_turn(rig, axis, position_deg(rig, axis), rate_dps)
+    if isinstance(device, CableGuard):
+        device.require_room(rate_dps * duration_s)
     begun_s = rig.clock.monotonic_s()
     try:
         device.start_rate(rate_dps)
@@ -137,6 +140,12 @@ def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: 
     finally:
         stop_all({axis: _axis(rig, axis)}, rig.clock)
     return measured_rate(first, last)
+
+
+def wound_turns(rig: OpenRig, axis: str) -> float | None:
+    """Revolutions that the cables of an axis are wound; None where none wind up."""
+    device = _axis(rig, axis)
+    return device.wound_deg / WHOLE_TURN_DEG if isinstance(device, CableGuard) else None
 
 
 def pulse_of(rig: OpenRig, axis: str, attitude_deg: float) -> float | None:

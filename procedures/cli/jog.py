@@ -1,6 +1,8 @@
 """``calrig jog``: motions and looks by hand, under the limits and the lock of the rig; alone, the jog screen."""
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -88,7 +90,11 @@ def jog(
         raise RequestError(
             "jog: --set, --snapshot and --log belong to the screen, which needs a terminal; nothing moved"
         )
-    with open_rig(description, rig_file=rig, purpose="jog") as opened, stoppable_wait(opened.clock) as wait:
+    with (
+        open_rig(description, rig_file=rig, purpose="jog") as opened,
+        stoppable_wait(opened.clock) as wait,
+        _homes_kept(opened),
+    ):
         if wanted and description.uses_twins:
             _home_twins(opened, wait)
         document: dict[str, Any] = {"rig": description.rig.name}
@@ -124,10 +130,29 @@ def _screen(
     inferred = None if coefficient_set is None else inferred_attitude(coefficient_set, description)
     actions = log or rig.with_name(f"{rig.stem}.jog.jsonl")
     snapshots = snapshot or rig.with_name(f"{rig.stem}.snapshots.csv")
-    with open_rig(description, clock=_bench_clock(description), rig_file=rig, purpose="jog") as opened:
+    with (
+        open_rig(description, clock=_bench_clock(description), rig_file=rig, purpose="jog") as opened,
+        _homes_kept(opened),
+    ):
         status = jog_on_screen(opened, rig, actions, snapshots, inferred)
     note(f"every axis stands still; actions are in {actions}")
     return status
+
+
+@contextmanager
+def _homes_kept(opened: "Rig") -> Iterator[None]:
+    """Homes that the machines prove to have kept since the last jog, and those of this one for the next."""
+    from rig.errors import RigError
+    from rig.home_memory import HomeMemory
+
+    memory = HomeMemory(opened.description, opened.clock)
+    for why in memory.take_over(opened.axes).values():
+        note(why)
+    yield
+    try:
+        memory.keep(opened.axes)
+    except (RigError, OSError) as error:
+        note(f"homes are not kept for the next jog: {error}")
 
 
 def _bench_clock(description: "RigDescription") -> "Clock":

@@ -69,6 +69,8 @@ class Looks:
                 if may_lose:
                     raise
             except RigError as error:
+                if self._axes[name].set_rate_dps:
+                    self._guard.stop(str(error))  # what nobody sees does not turn
                 self._axes[name] = replace(self._axes[name], state=None, silence=str(error))
 
     def position_deg(self, axis: str) -> float:
@@ -118,7 +120,11 @@ class Looks:
         state = self._rig.axes[name].state()
         view = self._axes[name]
         self._axes[name] = replace(
-            view, state=state, silence="", pulse_us=jog.pulse_of(self._rig, name, state.position_deg)
+            view,
+            state=state,
+            silence="",
+            pulse_us=jog.pulse_of(self._rig, name, state.position_deg),
+            wound_turns=jog.wound_turns(self._rig, name),
         )
         if view.set_rate_dps:
             self._look_at_rate(name, view.set_rate_dps, is_moving=state.is_moving)

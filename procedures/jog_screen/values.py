@@ -90,6 +90,8 @@ class AxisView:
     """None before the first look."""
     pulse_us: float | None = None
     """Of a servo's calibration, at its position."""
+    wound_turns: float | None = None
+    """How far its cables are wound; None where none wind up."""
     target_deg: float | None = None
     set_rate_dps: float | None = None
     measured: MeasuredRate | None = None

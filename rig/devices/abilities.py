@@ -104,6 +104,25 @@ class RateAxis(Protocol):
 
 
 @runtime_checkable
+class Remembering(Protocol):
+    """An axis whose machine keeps its home from one connection to the next without a word for it, but can prove it."""
+
+    name: str
+
+    def state(self) -> AxisState:
+        """As of an :class:`Axis`."""
+
+    def home_mark(self) -> Mapping[str, float]:
+        """What the machine will be compared with; asked of an axis that rests homed."""
+
+    def resume_home(self, mark: Mapping[str, float], away_s: float) -> str:
+        """Take over the home that a connection saw ``away_s`` rig seconds ago; empty, or why the machine disproves it.
+
+        Nothing moves.
+        """
+
+
+@runtime_checkable
 class Watchdog(Protocol):
     """An axis whose machine stops by itself when its host falls silent: nobody may be left to stop it."""
 

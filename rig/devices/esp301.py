@@ -25,6 +25,8 @@ from rig.wire.esp301 import Command, ErrorRecord
 
 _SPEED_TOLERANCE = 1e-3
 _LOOKS = 3
+_CLOCK_SLACK_S, _CLOCK_DRIFT = 5.0, 1e-3
+"""How far the controller's clock may be from ours and still have run all the time."""
 Reply = TypeVar("Reply")
 
 
@@ -77,6 +79,12 @@ class Esp301Controller:
         with self.turn:
             self._file(self._read_errors())
             return self._errors.pop(axis, [])
+
+    def stamp(self) -> int:
+        """The controller's own clock, in its cycles since power came on."""
+        with self.turn:
+            self._file(self._read_errors())
+            return self._stamp
 
     def resynchronise(self) -> None:
         """After a doubt: silence, then the version, whatever numbers come before it, then silence again."""
@@ -204,6 +212,19 @@ class Esp301Axis:
         if self._home == "searching":
             self._home = "none"
         self._controller.command(Command("ST", self._settings.axis))
+
+    def home_mark(self) -> Mapping[str, float]:
+        return {"stamp": float(self._controller.stamp())}
+
+    def resume_home(self, mark: Mapping[str, float], away_s: float) -> str:
+        """Where the motor is still on and the controller's clock ran on as long as ours, power was never lost."""
+        ran_s = (self._controller.stamp() - mark["stamp"]) * wire.CYCLE_S
+        if not self._controller.ask_flag("MO", self._settings.axis):
+            return "the motor is off; home it"
+        if abs(ran_s - away_s) > _CLOCK_SLACK_S + _CLOCK_DRIFT * away_s:
+            return f"the controller's clock ran {ran_s:.0f} s in {away_s:.0f} s: it lost power; home it"
+        self._home, self._trust = "found", (self._controller.losses, self._controller.doubts)
+        return ""
 
     def switch_motor(self, *, on: bool) -> None:
         """Switch the motor; off, the axis turns freely and its home is no longer trusted."""

@@ -287,6 +287,24 @@ class MaestroAxis:
             self._target = position
             self._controller.tell(wire.set_target(self._settings.axis, position))
 
+    def home_mark(self) -> Mapping[str, float]:
+        return {"pulse": float(self._controller.position(self._settings.axis, self._place))}
+
+    def resume_home(self, mark: Mapping[str, float], away_s: float) -> str:  # noqa: ARG002 pulses tell no time
+        """Where the very pulse is sent that was left, without an error since, nothing happened to the servo."""
+        failures = self._controller.failures
+        self._controller.poll_errors()
+        position = self._controller.position(self._settings.axis, self._place)
+        if self._controller.failures != failures:
+            return f"the controller reports {wire.told(self._controller.errors)}; home it"
+        if position != mark["pulse"]:
+            return (
+                f"its pulse is {position / wire.QUARTERS_PER_US:g} us and was left at"
+                f" {mark['pulse'] / wire.QUARTERS_PER_US:g} us; home it"
+            )
+        self._target, self._trusted_failures = position, failures
+        return ""
+
     def arm_watchdog(self, wait: Wait) -> str:
         """The controller's settings cannot be written by its serial line: that its time-out acts is seen, once."""
         assert self.watchdog_s is not None

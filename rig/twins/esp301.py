@@ -12,7 +12,6 @@ from rig.wire import esp301 as wire
 from rig.wire.esp301 import Command, ErrorRecord
 
 _LONGEST_LINE = 256
-_CYCLE_S = 0.0004
 _TEXTS = {
     0: "NO ERROR DETECTED",
     wire.COMMAND_UNKNOWN: "COMMAND DOES NOT EXIST",
@@ -175,7 +174,7 @@ class Esp301Twin:
         self.errors.append(ErrorRecord(code, self._stamp(now_s), text))
 
     def _stamp(self, now_s: float) -> int:
-        return int((now_s - self._on_from_s) / _CYCLE_S)
+        return int((now_s - self._on_from_s) / wire.CYCLE_S)
 
     def _take(self, command: Command | None, now_s: float) -> None:
         if command is None:

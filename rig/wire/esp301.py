@@ -13,6 +13,8 @@ from dataclasses import dataclass
 TERMINATOR = b"\r"
 REPLY_TERMINATOR = b"\r\n"
 QUEUE_LENGTH = 10
+CYCLE_S = 0.0004
+"""Of a time stamp in the error queue."""
 DEGREES = 7
 """``SN``: the axis counts in degrees."""
 DECIMALS = 6

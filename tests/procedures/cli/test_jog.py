@@ -1,11 +1,16 @@
 """Laws of jogging by command: the limits of the rig hold, the machine must be homed, and a refusal moves nothing."""
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from command import call
 from job_files import job, simulated
+from turning_rig import SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
+
+from rig.clock import ScaledClock
+from rig.lock import acquire
 
 
 @pytest.fixture(scope="module")
@@ -67,3 +72,68 @@ def test_roll_right_wing_down_makes_the_y_output_negative(tmp_path: Path, capsys
     assert rolled["dmm.y"]["mean_v"] == pytest.approx(-2.48, abs=0.02)
     assert pitched["dmm.x"]["mean_v"] == pytest.approx(2.5, abs=0.02)
     assert level["dmm.z"]["mean_v"] == pytest.approx(-2.52, abs=0.02)
+
+
+@pytest.fixture(scope="module")
+def turning_bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A rig file whose roll axis is a stage that turns and whose pitch axis is a servo, on real ports."""
+    folder = tmp_path_factory.mktemp("turning")
+    with served(folder, ScaledClock(30.0), STAGE_FOR_ROLL, SERVO_FOR_PITCH) as (_, rig):
+        yield rig
+
+
+def test_a_rate_is_measured_and_ends_at_rest(turning_bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    roll = ("jog", "--rig", turning_bench, "--axis", "roll")
+    assert call(capsys, *roll, "--home").status == 0
+    told = call(capsys, *roll, "--rate", -4, "--for", 30, "--json").document
+    assert told["rate_dps"] == pytest.approx(-4.0, abs=0.05 + told["rate_limit_dps"])
+    assert told["turned_deg"] == pytest.approx(-120.0, abs=15.0)
+    assert call(capsys, *roll, "--rate", 24.5, "--for", 1).status == 2
+    again = call(capsys, "jog", "--rig", turning_bench, "--samples", 2, "--json").document
+    assert again["positions_deg"]["roll"] == pytest.approx(told["position_deg"], abs=0.001), "it stands"
+
+
+def test_a_stop_sees_the_axes_stand(turning_bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = call(capsys, "jog", "--rig", turning_bench, "--stop", "--json").document
+    assert told["stopped"] == ["pitch", "roll"]
+    told = call(capsys, "jog", "--rig", turning_bench, "--stop", "--axis", "roll", "--json").document
+    assert told["stopped"] == ["roll"]
+
+
+def test_a_servo_stays_homed_from_one_command_to_the_next(
+    turning_bench: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pitch = ("jog", "--rig", turning_bench, "--axis", "pitch")
+    assert call(capsys, *pitch, "--home").status == 0
+    for target_deg in (20, -10):
+        outcome = call(capsys, *pitch, "--to", target_deg, "--json")
+        assert outcome.document["position_deg"] == pytest.approx(target_deg, abs=0.03)
+
+
+def test_a_rig_that_a_run_owns_is_refused_with_its_owner(
+    turning_bench: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with acquire([str(turning_bench)], "run night-12"):
+        outcome = call(capsys, "jog", "--rig", turning_bench, "--axis", "roll", "--to", 0)
+    assert outcome.status == 1
+    assert f"in use by process {os.getpid()} (run night-12) since" in outcome.err
+
+
+TURN_REFUSALS = [
+    (("--axis", "pitch", "--rate", 1, "--for", 1), "pitch: this axis only goes to positions"),
+    (("--axis", "roll", "--rate", 1), "--rate and --for belong together"),
+    (("--axis", "roll", "--to", 1, "--for", 1), "--rate and --for belong together"),
+    (("--axis", "roll", "--rate", 1, "--for", 0), "--for: got 0 s"),
+    (("--rate", 1, "--for", 1), "--rate needs --axis"),
+    (("--axis", "yaw", "--stop"), "no axis 'yaw' (allowed: pitch, roll)"),
+    (("--set", "x.json"), "belong to the screen, which needs a terminal"),
+]
+
+
+@pytest.mark.parametrize(("options", "sentence"), TURN_REFUSALS, ids=[" ".join(map(str, r[0])) for r in TURN_REFUSALS])
+def test_an_unclear_rate_is_refused(
+    turning_bench: Path, capsys: pytest.CaptureFixture[str], options: tuple[object, ...], sentence: str
+) -> None:
+    outcome = call(capsys, "jog", "--rig", turning_bench, *options)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert sentence in outcome.err
