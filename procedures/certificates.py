@@ -28,7 +28,11 @@ def divisor(standard: Standard | None) -> float:
 
 
 def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:
-    """Of one index: a limit divided by √3 unless the axis' standard says otherwise; 0 where there is no such axis."""
+    """Of one attitude: what a reference sensor tells it to, else of the axis' index: a limit divided by √3 unless its
+    standard says otherwise; 0 where there is no such axis."""
+    reference = rig.attitude_reference
+    if reference is not None and axis in reference.channels:
+        return ARCSEC_PER_DEG * reference.uncertainty_deg
     settings = rig.axes.get(axis)
     if settings is None:
         return 0.0

@@ -32,6 +32,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> "Provenance":
         pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
         roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
         yaw_range_deg=_yaw_range(solved),
+        rate_range_dps=_rate_range(solved),
         created_utc=_last_end(record.dwells, record.created_utc),
         software_version=record.versions["calrig"],
         rig=rig.rig.name,
@@ -81,6 +82,17 @@ def _yaw_range(solved: SolvedSensor) -> tuple[float, float] | None:
     return _range(np.rad2deg(yaw_rad))
 
 
+def _rate_range(solved: SolvedSensor) -> tuple[float, float] | None:
+    """Of the angular velocity along the package's axes; None where the model senses no rate."""
+    from ams.frames import body_rates_rad_s
+
+    rows, calibration = solved.observations, solved.calibration
+    if calibration is None or calibration.model != "gyro" or rows.euler_rate_rad_s is None or rows.yaw_rad is None:
+        return None
+    euler = np.stack([rows.pitch_rad, rows.yaw_rad, rows.roll_rad], axis=-1)
+    return _range(np.rad2deg(body_rates_rad_s(euler, rows.euler_rate_rad_s)))
+
+
 def _last_end(dwells: Sequence[DwellRecord], default: datetime) -> datetime:
     return max((dwell.ended_utc for dwell in dwells if dwell.accepted), default=default)
 
@@ -106,6 +118,9 @@ def _standards(rig: RigDescription) -> "Iterable[Standard]":
         *(readout.standard for readout in rig.readouts.values()),
         *(chamber.standard for chamber in rig.environment.values()),
         *(chain.standard for chain in rig.chain.values()),
+        *(stream.standard for stream in rig.streams.values()),
+        *(coil.standard for coil in rig.field.values()),
+        rig.attitude_reference.standard if rig.attitude_reference else None,
     ]
     for name in dict.fromkeys(name for name in pointed if name is not None):
         declared = rig.standards[name]

@@ -125,12 +125,14 @@ def _unknown_interlocks(file: TomlFile, rig: "RigDescription", channels: set[str
 
 
 def _unknown_standards(file: TomlFile, rig: "RigDescription") -> Iterable[str]:
-    tables: list[tuple[tuple[str, str], str | None]] = [
+    tables: list[tuple[tuple[str, ...], str | None]] = [
         *((("axes", name), axis.standard) for name, axis in rig.axes.items()),
         *((("readouts", name), readout.standard) for name, readout in rig.readouts.items()),
         *((("environment", name), chamber.standard) for name, chamber in rig.environment.items()),
         *((("chain", name), chain.standard) for name, chain in rig.chain.items()),
+        *((("streams", name), stream.standard) for name, stream in rig.streams.items()),
         *((("field", name), coil.standard) for name, coil in rig.field.items()),
+        (("attitude_reference",), rig.attitude_reference.standard if rig.attitude_reference else None),
     ]
     for key, standard in tables:
         if standard is not None and standard not in rig.standards:

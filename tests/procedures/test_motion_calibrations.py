@@ -11,7 +11,9 @@ from motion_runs import motion_run
 from scipy.stats import t as student
 from small_run import dwells_of, in_child, killed_after, measured
 
-from procedures.delivery import SolvedRun, solve_run
+from ams.sets.export.formats import load_set
+from ams.sets.verify import verify
+from procedures.delivery import SolvedRun, deliver, solve_run
 from procedures.run.resume import resume
 from procedures.run.states import State
 
@@ -127,6 +129,20 @@ def test_cr_gyros_by_constant_rates_on_the_rate_table(tmp_path: Path) -> None:
     changes = {r"replications = 4": "replications = 3", r"\[10.0, 40.0\]": "[40.0]"}
     solved = motion_run(tmp_path, "rate-table", "rates", changes).solved()
     _require_inside(solved, "ENC03J", _table_4())
+
+
+def test_a_gyro_s_coefficient_set_is_valid_for_the_rates_that_were_turned(tmp_path: Path) -> None:
+    changes = {r"replications = 4": "replications = 2", r"\[10.0, 40.0\]": "[40.0]"}
+    solved = motion_run(tmp_path, "rate-table", "rates", changes).solved()
+    delivery = deliver(solved, f"sqlite:///{tmp_path / 'archive.sqlite'}")
+    found = load_set(delivery.sets["ENC03J"])
+    assert found.model == "gyro"
+    assert found.validity.rate_dps == pytest.approx((-40.0, 40.0), abs=0.01)
+    assert found.validity.yaw_deg == pytest.approx((0.0, 0.0), abs=1e-6)
+    rates = [vector["yaw_rate_dps"] for vector in found.test_vectors["forward"]]  # type: ignore[union-attr, index, call-overload]
+    assert min(rates) < -10.0 < 10.0 < max(rates)
+    assert verify(delivery.sets["ENC03J"]).forward_vectors == 9
+    assert delivery.archived is not None
 
 
 def test_cr_gyros_by_the_harmonic_profile_on_the_rate_table(tmp_path: Path) -> None:
