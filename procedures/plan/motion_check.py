@@ -55,7 +55,7 @@ def check_motion(rig: RigDescription, procedure: ProcedureDescription) -> Motion
         turns=_turns(plan),
         expected={name: dict(_expected(rig, plan, name, sensor)) for name, sensor in plan.sensors.items()},
         journal_bytes=int(needed_bytes(plan, len(plan.dwells))),
-        advice=tuple(_advice(plan)),
+        advice=(*_advice(plan), *_unguarded(rig, plan)),
     )
 
 
@@ -162,6 +162,17 @@ def _turns(plan: Plan) -> dict[str, float]:
             axis = dwell.motion.turned_axis
             turns[axis] = max(turns.get(axis, 0.0), float(dwell.motion.revolutions))
     return turns
+
+
+def _unguarded(rig: RigDescription, plan: Plan) -> Iterator[str]:
+    """Axes that turn freely and that nothing stops when the computer dies."""
+    turned = {dwell.motion.turned_axis for dwell in plan.dwells if isinstance(dwell.motion, Turn)}
+    for name in plan.axes:
+        if name in turned and getattr(rig.axes[name], "watchdog_s", None) is None:
+            yield (
+                f"axes.{name} has no watchdog_s: if this computer dies while it turns, it turns on; keep the machine's "
+                "stop button within reach"
+            )
 
 
 def _advice(plan: Plan) -> Iterator[str]:
