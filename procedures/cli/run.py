@@ -110,7 +110,7 @@ def resume(
         Why; needed after a trip.
     accept_changes
         Go on though rig file, procedure file or software changed; needs operator and reason, which the record keeps.
-        The run keeps its own plan; of the rig file only ports are taken over.
+        The run keeps its own plan; of the rig file only ports and interlocks are taken over.
     archive
         URL of the archive, as for `calrig run`.
     alerts

@@ -1,8 +1,8 @@
 """What is not as it was when a run began: rig file, procedure file, software, told field by field.
 
 A resume over a change is refused unless somebody answers for it with a name and a reason, which the journal keeps with
-the differences. Even then the run goes on with its own plan and its own rig; of the rig file only ports are taken
-over, because an adapter may well have been replaced. A changed comment is no change.
+the differences. Even then the run goes on with its own plan and its own rig; of the rig file only ports and interlocks
+are taken over, because an adapter may have been replaced and a band been too narrow. A changed comment is no change.
 """
 
 import json
@@ -15,12 +15,14 @@ from typing import Any
 
 from procedures.errors import RequestError
 from procedures.run.header import RunHeader, calrig_version
+from rig.description import read_rig
 
 KIND = "override"
 """Of the event."""
 PORT = re.compile(
     r"^rig file: (axes|readouts|environment|streams|field)\.[^.]+\.(port|resource|scanner_resource|baud_rate)$"
 )
+_INTERLOCKS = "rig file: interlocks."
 _ABSENT = "absent"
 
 
@@ -67,9 +69,11 @@ def require_unchanged(
         )
 
 
-def with_new_ports(rig_json: str, changes: Iterable[Change]) -> str:
-    """The run's own rig at the ports of the file as it is now."""
+def with_what_may_change(rig_json: str, rig_file: Path, changes: Sequence[Change]) -> str:
+    """The run's own rig at the ports and under the interlocks of the file as it is now. Raises: DescriptionError."""
     document = json.loads(rig_json)
+    if any(change.where.startswith(_INTERLOCKS) for change in changes):
+        document["interlocks"] = json.loads(read_rig(rig_file).interlocks.model_dump_json())
     for change in changes:
         if PORT.match(change.where) and change.found != _ABSENT:
             table, name, key = change.where.removeprefix("rig file: ").split(".")

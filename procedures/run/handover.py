@@ -36,6 +36,9 @@ def handover(run_dir: Path) -> str:
         *_listed("stops", [event for event in events if event.kind == "state" and event.detail.get("cause")]),
         *_listed("notes", [event for event in events if event.kind == "note"]),
         *_listed("taken back", [event for event in events if event.kind == "voided"]),
+        *_listed("dropped", [event for event in events if event.kind == "dropped"]),
+        *_listed("answered for", [event for event in events if event.kind == "override"]),
+        *_listed("acknowledged", [event for event in events if event.kind == "ack"]),
         "",
         f"next       {_next(run_dir, stands.state, cause)}",
     ]
@@ -86,6 +89,6 @@ def _listed(name: str, events: list[Event]) -> Iterable[str]:
         return
     yield f"{name} ({len(events)})"
     for event in events[-_MOST:]:
-        told = event.detail.get("text") or event.detail.get("reason") or event.detail.get("to")
+        told = event.detail.get("text") or event.detail.get("reason") or event.detail.get("to") or ""
         by = f" {event.detail['by']}:" if event.detail.get("by") else ""
         yield f"  {event.utc:%m-%d %H:%M}{by} {told}"

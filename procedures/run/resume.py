@@ -7,14 +7,14 @@ refuse the resume with the difference shown, unless somebody answers for it (:mo
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from procedures.errors import RequestError
 from procedures.plan.plan import Plan
 from procedures.run.care import Care, with_precautions
 from procedures.run.changes import KIND as OVERRIDE
-from procedures.run.changes import Change, changes_since, require_unchanged, with_new_ports
+from procedures.run.changes import Change, changes_since, require_unchanged, with_what_may_change
 from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
 from procedures.run.header import RunHeader
@@ -68,7 +68,7 @@ def resume(
 ) -> Outcome:
     """Continue a run on its own rig, as the journal describes it, with its own plan.
 
-    ``accepts_changes``: go on though files or software changed; of the rig file only ports are taken over.
+    ``accepts_changes``: go on though files or software changed; of the rig file ports and interlocks are taken over.
     Raises: RequestError (owner alive, not resumable, files or software changed, a trip without name and reason),
     JournalError (damaged), RigBusy and other rig errors before the first move.
     """
@@ -77,8 +77,7 @@ def resume(
     word = Word(operator, reason, accepts_changes)
     with _taken_over(run_dir, word, idle_clock) as found:
         rig_file = None if found.header.is_rehearsal else Path(found.header.rig_path)
-        description = rig_from_json(with_new_ports(found.header.rig_json, found.changes))
-        with open_rig(description, rig_file=rig_file, purpose="calrig resume") as rig:
+        with open_rig(rig_from_json(found.header.rig_json), rig_file=rig_file, purpose="calrig resume") as rig:
             return _go_on(run_dir, found, rig, word, observer, idle_clock, care)
 
 
@@ -132,6 +131,10 @@ def _taken_over(run_dir: Path, word: Word, clock: Clock | None) -> Iterator[Inte
             operator=word.operator,
             reason=word.reason,
         )
+        if found.changes:
+            own = found.header
+            rig_json = with_what_may_change(own.rig_json, Path(own.rig_path), found.changes)
+            found = replace(found, header=replace(own, rig_json=rig_json))
         yield found
 
 

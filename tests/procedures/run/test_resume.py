@@ -13,7 +13,7 @@ from small_run import Bench, bench, dwells_of, in_child, measured
 
 from procedures.errors import ExitStatus, JournalError, RequestError
 from procedures.plan.steps import Dwell, Soak
-from procedures.run.changes import Change, with_new_ports
+from procedures.run.changes import Change, with_what_may_change
 from procedures.run.history import agenda, history_of, replications_before
 from procedures.run.journal import Journal
 from procedures.run.journal_reader import JournalReader
@@ -103,7 +103,7 @@ def test_fault_70_resume_refuses_a_changed_file_and_shows_the_difference(
 ) -> None:
     """Detected: rig file, procedure file and version of the software against what the journal holds.
     Response: refused, every difference shown field by field; with a name and a reason that the record keeps the run
-    goes on with its own plan, and of the rig file only ports are taken over.
+    goes on with its own plan, and of the rig file only ports and interlocks are taken over.
     """
     run_dir = _stopped(small)
     path = small.folder / file
@@ -159,11 +159,21 @@ def test_fault_70_what_was_answered_for_is_not_asked_again(small: Bench) -> None
     assert resume(run_dir, "carla").state is State.FINISHED
 
 
-def test_fault_70_of_a_changed_rig_file_only_ports_are_taken_over() -> None:
+def test_fault_70_an_interlock_that_was_too_narrow_may_be_widened(tmp_path: Path) -> None:
+    narrow = '[interlocks.voltage."dmm.z"]\nband_v = [-2.6, 0.5]\naction = "trip"\n[twin]'
+    small = bench(tmp_path, rig=(("[twin]", narrow),))
+    assert small.run(tmp_path / "run").state is State.TRIPPED
+    path = tmp_path / "rig.toml"
+    path.write_text(path.read_text().replace("[-2.6, 0.5]", "[-2.6, 2.6]"))
+    assert resume(tmp_path / "run", "carla", "z turns over", accepts_changes=True).state is State.FINISHED
+
+
+def test_fault_70_of_a_changed_rig_file_only_ports_are_taken_over(tmp_path: Path) -> None:
     rig = json.dumps({"axes": {"pitch": {"port": "socket://a:1", "speed_dps": 20.0}}, "readouts": {}})
     changes = (Change("rig file: axes.pitch.port", "socket://a:1", "socket://b:2"),
                Change("rig file: axes.pitch.speed_dps", 20.0, 40.0))  # fmt: skip
-    assert json.loads(with_new_ports(rig, changes))["axes"]["pitch"] == {"port": "socket://b:2", "speed_dps": 20.0}
+    found = json.loads(with_what_may_change(rig, tmp_path / "rig.toml", changes))
+    assert found["axes"]["pitch"] == {"port": "socket://b:2", "speed_dps": 20.0}
 
 
 def test_fault_70_resume_refuses_another_version_of_the_software(small: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
