@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ams.sets.archive_runs import PublishedRun
     from ams.sets.coefficients import CoefficientSet
     from procedures.report.paper.pdf import Attachment
-    from procedures.report.view import RunView
+    from procedures.report.view import Past, RunView
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,7 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
     crash_point(CrashPoint.SETS_WRITTEN)
     archived, refusal = _published(run, sets, archive_url)
     crash_point(CrashPoint.PUBLISHED)
-    adjustments = archived.adjustments if archived else _as_left(run, sets)
-    view = view_of(run.record, run.sensors, adjustments)
+    view = view_of(run.record, run.sensors, _past(run, sets, archived, archive_url))
     report = write_report(view, run.folder, [attached for one in sets.values() for attached in attachments(one)])
     crash_point(CrashPoint.REPORTED)
     # Last: a format that has no form of a set refuses it, and everything else is delivered by then.
@@ -110,6 +109,22 @@ def _published(
         return publish_solved(archive_url, run.folder, run.record, run.sensors, sets), None
     except AmsError as refusal:
         return None, refusal
+
+
+def _past(
+    run: SolvedRun,
+    sets: "Mapping[str, CoefficientSet]",
+    archived: "PublishedRun | None",
+    archive_url: str | None,
+) -> "Past":
+    """As found, as left, and the calibrations before: as the archive knew them when this run ended."""
+    from ams.sets.archive_history import history
+    from procedures.report.view import Past
+
+    if archived is None or archive_url is None:
+        return Past(_as_left(run, sets))
+    told = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
+    return Past(archived.adjustments, {name: one for name, one in told.items() if len(one.history.labels) > 1})
 
 
 def _as_left(run: SolvedRun, sets: "Mapping[str, CoefficientSet]") -> "dict[str, Adjustment]":

@@ -35,12 +35,16 @@ class SensorHistory:
     """None without a limit, or with one calibration."""
 
 
-def history(archive_url: str, sensor: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> SensorHistory:
+def history(
+    archive_url: str, sensor: str, busy_timeout_s: float = BUSY_TIMEOUT_S, until_utc: datetime | None = None
+) -> SensorHistory:
     """The control charts of a sensor, what was found, and advice on its interval.
+
+    ``until_utc``: as the archive knew it after the calibrations made up to then, that moment included.
 
     Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
     """
-    population = population_of(archive_url, sensor, busy_timeout_s)
+    population = population_of(archive_url, sensor, busy_timeout_s, until_utc)
     found = with_rig_causes(population, history_of(population, sensor))
     declared = show(archive_url, found.labels[-1].sha256, busy_timeout_s).provenance["acceptance"]
     limits = acceptance_of(None if declared is None else table(declared)).limits_deg
@@ -66,7 +70,9 @@ def with_rig_causes(population: Population, found: History) -> History:
     return replace(found, findings=findings)
 
 
-def population_of(archive_url: str, sensor: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Population:
+def population_of(
+    archive_url: str, sensor: str, busy_timeout_s: float = BUSY_TIMEOUT_S, until_utc: datetime | None = None
+) -> Population:
     """All calibrations of the sensor's kind (same axes, same unit); of several solutions of a run the one that was
     published last. Simulated ones count only for a sensor that was never measured.
 
@@ -75,7 +81,8 @@ def population_of(archive_url: str, sensor: str, busy_timeout_s: float = BUSY_TI
     with reading(archive_url, busy_timeout_s) as connection:
         axes, name, simulated = _kind_of(connection, sensor)
         rows = _rows(connection, axes, name, simulated)
-    latest = {(sensor, run_id or sha256): row for row in rows for sha256, sensor, run_id in (row[:3],)}
+    known = [row for row in rows if until_utc is None or row[3] <= until_utc]
+    latest = {(sensor, run_id or sha256): row for row in known for sha256, sensor, run_id in (row[:3],)}
     kept = sorted(latest.values(), key=lambda row: (row[1], row[3], row[0]))
     labels = [PointLabel(*row[:-1]) for row in kept]
     return Population(labels, unpack(axes.split(","), [row[-1] for row in kept], name))

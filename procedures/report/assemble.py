@@ -20,12 +20,11 @@ from procedures.report.stability import check_comparisons, reference_traces, tem
 from procedures.report.trail import identities_in, interruptions_in, missing_in, notes_in, seam_steps_in
 from procedures.report.truth import truth_of
 from procedures.report.verdict import judge
-from procedures.report.view import Counts, DesignView, RejectedDwell, RunView, SensorView
+from procedures.report.view import Counts, DesignView, Past, RejectedDwell, RunView, SensorView
 from procedures.run.records import DwellRecord, Event
 from rig.description import RigDescription, Sensor
 
 if TYPE_CHECKING:
-    from ams.sets.adjustment import Adjustment
     from procedures.solving import SolvedSensor
 
 UNFINISHED = ("running", "checking", "planned")
@@ -53,16 +52,20 @@ def assemble_view(
     record: RunRecord,
     solved: "Mapping[str, SolvedSensor]",
     table_arcsec: float | None = None,
-    adjustments: "Mapping[str, Adjustment] | None" = None,
+    past: Past | None = None,
 ) -> RunView:
     """The run as every screen draws it.
 
     ``solved``: sensor name to its solution. ``table_arcsec``: standard uncertainty of one attitude of the table.
-    ``adjustments``: sensor name to what it was found and left like, where that is known.
+    ``past``: what the archive says of the sensors.
     """
-    known = adjustments or {}
+    known = past or Past()
     sensors = tuple(
-        replace(_sensor_view(record, name, sensor, solved.get(name), place), adjustment=known.get(name))
+        replace(
+            _sensor_view(record, name, sensor, solved.get(name), place),
+            adjustment=known.adjustments.get(name),
+            history=known.histories.get(name),
+        )
         for place, (name, sensor) in enumerate(record.plan.sensors.items(), start=1)
     )
     labels = _labels(record, sensors)
@@ -124,6 +127,7 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: "SolvedSe
         observations=observations,
         axes=axes,
         warnings=() if calibration is None else calibration.warnings,
+        remarks=() if calibration is None else calibration.remarks,
         failure=failure,
         place=place,
         motion=motion,

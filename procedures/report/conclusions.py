@@ -61,7 +61,7 @@ def axis_view(
         sensitivity,
         rows,
         tests,
-        _remarks(calibration, sensitivity),
+        (*_remarks(calibration, sensitivity), *calibration.remarks),
         advise(calibration, observations).sentences,
         None if budget is None else budget_view(budget),
     )

@@ -4,12 +4,13 @@ The same view gives the same bytes, so a report can be compared with its reprint
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ams.sets.whole_file import write_whole
 from procedures.report.angle_figures import angle_error_figure
 from procedures.report.canvas import Figure, style
+from procedures.report.history_figure import history_figure
 from procedures.report.motion_figures import motion_figures
 from procedures.report.residual_figures import residual_figures
 from procedures.report.run_figures import drift_figure, run_figures
@@ -45,5 +46,10 @@ def write_figures(figures: Figures, folder: Path) -> tuple[Path, ...]:
 def _of_sensor(view: RunView, sensor: SensorView) -> tuple[Figure, ...]:
     if sensor.motion is not None:
         return tuple(motion_figures(sensor.motion, sensor.slug))
-    ends = (angle_error_figure(sensor), drift_figure(sensor)) if sensor.axes else ()
+    ends = (angle_error_figure(sensor), drift_figure(sensor), _history(sensor)) if sensor.axes else ()
     return (*residual_figures(view, sensor), *(figure for figure in ends if figure is not None))
+
+
+def _history(sensor: SensorView) -> Figure | None:
+    """The sensor's control charts up to this calibration."""
+    return None if sensor.history is None else replace(history_figure(sensor.history), name=f"{sensor.slug}-history")

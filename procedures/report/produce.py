@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from math import hypot
 from pathlib import Path
 
-from ams.sets.adjustment import Adjustment
 from ams.sets.whole_file import write_whole
 from procedures.certificates import standard_uncertainty_arcsec
 from procedures.motion_solving import is_solved_here, solve_motion
@@ -12,7 +11,7 @@ from procedures.report.assemble import RunRecord, assemble_view
 from procedures.report.figures import draw_figures, write_figures
 from procedures.report.page import write_page
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
-from procedures.report.view import RunView
+from procedures.report.view import Past, RunView
 from procedures.solving import SolvedSensor, solve_sensors
 from rig.description import RigDescription
 
@@ -28,11 +27,9 @@ def solve_record(record: RunRecord) -> dict[str, SolvedSensor]:
     return solve_sensors(record.dwells, record.rig, record.plan.sensors, record.plan.solve, f"run {record.run_id}")
 
 
-def view_of(
-    record: RunRecord, solved: Mapping[str, SolvedSensor], adjustments: Mapping[str, Adjustment] | None = None
-) -> RunView:
-    """The run as every screen draws it; ``adjustments``: what each sensor was found and left like."""
-    return assemble_view(record, solved, _table_arcsec(record.rig), adjustments)
+def view_of(record: RunRecord, solved: Mapping[str, SolvedSensor], past: Past | None = None) -> RunView:
+    """The run as every screen draws it; ``past``: what the archive says of the sensors."""
+    return assemble_view(record, solved, _table_arcsec(record.rig), past)
 
 
 def write_report(view: RunView, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:

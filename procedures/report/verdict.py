@@ -41,7 +41,12 @@ def judge(
         *(doubt for sensor in sensors for doubt in _conformity_doubts(sensor)),
     ]
     beyond = [text for sensor in sensors for text in _sentences(sensor, "as left", "fail")]
-    facts = [*_explained(sensors, table_arcsec), *_went_on(interruptions), *_rejected(counts)]
+    facts = [
+        *_explained(sensors, table_arcsec),
+        *_went_on(interruptions),
+        *_rejected(counts),
+        *(remark for sensor in sensors for remark in _remarks(sensor)),
+    ]
     told = [sensor.motion.result for sensor in sensors if sensor.motion is not None]
     result = "; ".join(told) if told else _result([sensor for sensor in sensors if sensor.axes])
     if failures:
@@ -111,6 +116,12 @@ def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[s
         yield f"{sensor.name}: {subject} ({', '.join(sizes)}), contained in the stated uncertainties."
     yield from (f"{sensor.name} {axis.axis}: {text}" for axis in sensor.axes for text in axis.calibration.warnings)
     yield from (f"{sensor.name}: {warning}" for warning in sensor.warnings)
+
+
+def _remarks(sensor: SensorView) -> Iterable[str]:
+    """What was asked for and what it means; nothing to hold against the result."""
+    yield from (f"{sensor.name}: {text}" for text in sensor.remarks)
+    yield from (f"{sensor.name} {axis.axis}: {text}" for axis in sensor.axes for text in axis.calibration.remarks)
 
 
 def _conformity_doubts(sensor: SensorView) -> Iterable[str]:

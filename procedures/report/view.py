@@ -4,7 +4,7 @@ Made from the journal by :mod:`procedures.report.assemble`; the page, the termin
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Literal
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ams.observations import Observations
 from ams.sets.adjustment import Adjustment
+from ams.sets.archive_history import SensorHistory
 from ams.solve.result import AxisCalibration
 from procedures.report.motion_section import MotionSection
 
@@ -135,8 +136,12 @@ class SensorView:
     """Why there is no solution; None where there is one."""
     place: int
     """1-based among the sensors of the run."""
+    remarks: tuple[str, ...] = ()
+    """What a reader should know of the solution; no reservation."""
     adjustment: Adjustment | None = None
     """As found and as left; None where there is no solution or its model tells no angles."""
+    history: SensorHistory | None = None
+    """Its calibrations up to this one; None where this is the first that the archive knows."""
     motion: MotionSection | None = None
     """Of a sensor that was turned, stood in a field or rested for long; it has no ``axes`` then."""
 
@@ -145,6 +150,14 @@ class SensorView:
         """Unique among the sensors and safe in a file name and an anchor."""
         letters = (letter.lower() if letter.isascii() and letter.isalnum() else "-" for letter in self.name)
         return f"{self.place}-{''.join(letters)}"
+
+
+@dataclass(frozen=True)
+class Past:
+    """What the archive says of the sensors of a run, by their names."""
+
+    adjustments: Mapping[str, Adjustment] = field(default_factory=dict)
+    histories: Mapping[str, SensorHistory] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
