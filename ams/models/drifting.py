@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ams.errors import ObservationsError
 from ams.models.model import Model, Stimulus
+from ams.models.widened import Widened
 from ams.observations import Observations
 from ams.solve.result import AxisCalibration
 
@@ -26,31 +27,18 @@ SECONDS_PER_HOUR: Final = 3600.0
 
 
 @dataclass(frozen=True)
-class WithTime:
+class WithTime(Widened):
     """A model with the drift behind its own parameters."""
 
-    base: Model
     reference_s: float
 
     @property
-    def name(self) -> str:
-        return self.base.name
+    def added_names(self) -> tuple[str, ...]:
+        return (DRIFT_NAME,)
 
     @property
-    def convention(self) -> str:
-        return self.base.convention
-
-    @property
-    def nominal_axis(self) -> str:
-        return self.base.nominal_axis
-
-    @property
-    def primary_names(self) -> tuple[str, ...]:
-        return (*self.base.primary_names, DRIFT_NAME)
-
-    @property
-    def parameter_names(self) -> tuple[str, ...]:
-        return (*self.base.parameter_names, DRIFT_NAME, REFERENCE_NAME)
+    def reference(self) -> tuple[str, float]:
+        return REFERENCE_NAME, self.reference_s
 
     @property
     def fixed(self) -> Mapping[str, tuple[float, float]]:
@@ -74,20 +62,6 @@ class WithTime:
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         return self.base.angle_jacobian(primary[:-1], stimulus)
-
-    def parameters(self, primary: FloatArray) -> FloatArray:
-        reference = np.broadcast_to(self.reference_s, (*primary.shape[:-1], 1))
-        return np.concatenate([self.base.parameters(primary[..., :-1]), primary[..., -1:], reference], axis=-1)
-
-    def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
-        base = self.base.parameters_jacobian(primary[:-1])
-        rows = np.zeros((base.shape[0] + 2, base.shape[1] + 1))
-        rows[:-2, :-1] = base
-        rows[-2, -1] = 1.0
-        return rows
-
-    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
-        return self.base.undetermined(primary[:-1], covariance[:-1, :-1])
 
     def _hours(self, stimulus: Stimulus) -> FloatArray:
         if stimulus.time_s is None:

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.errors import DesignError, ObservationsError
-from ams.models.model import Model, Stimulus
+from ams.models.model import Stimulus
+from ams.models.widened import Widened
 from ams.observations import Observations
 
 FloatArray = NDArray[np.float64]
@@ -33,33 +34,20 @@ class TemperatureCoefficients:
 
 
 @dataclass(frozen=True)
-class WithTemperature:
+class WithTemperature(Widened):
     """A linear model whose first primary parameter is the offset, with temperature terms behind its own parameters."""
 
-    base: Model
     reference_degc: float
     known: TemperatureCoefficients | None = None
     """None: the coefficients are estimated."""
 
     @property
-    def name(self) -> str:
-        return self.base.name
+    def added_names(self) -> tuple[str, ...]:
+        return TEMPERATURE_NAMES
 
     @property
-    def convention(self) -> str:
-        return self.base.convention
-
-    @property
-    def nominal_axis(self) -> str:
-        return self.base.nominal_axis
-
-    @property
-    def primary_names(self) -> tuple[str, ...]:
-        return (*self.base.primary_names, *TEMPERATURE_NAMES)
-
-    @property
-    def parameter_names(self) -> tuple[str, ...]:
-        return (*self.base.parameter_names, *TEMPERATURE_NAMES, "reference_temperature_degc")
+    def reference(self) -> tuple[str, float]:
+        return "reference_temperature_degc", self.reference_degc
 
     @property
     def fixed(self) -> Mapping[str, tuple[float, float]]:
@@ -108,20 +96,6 @@ class WithTemperature:
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         scale = 1.0 + primary[-1] * self._rise_degc(stimulus)
         return {name: scale * slope for name, slope in self.base.angle_jacobian(primary[:-2], stimulus).items()}
-
-    def parameters(self, primary: FloatArray) -> FloatArray:
-        reference = np.broadcast_to(self.reference_degc, (*primary.shape[:-1], 1))
-        return np.concatenate([self.base.parameters(primary[..., :-2]), primary[..., -2:], reference], axis=-1)
-
-    def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
-        base = self.base.parameters_jacobian(primary[:-2])
-        rows = np.zeros((base.shape[0] + 3, base.shape[1] + 2))
-        rows[: base.shape[0], : base.shape[1]] = base
-        rows[-3, -2] = rows[-2, -1] = 1.0
-        return rows
-
-    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
-        return self.base.undetermined(primary[:-2], covariance[:-2, :-2])
 
     def _sensed(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
         return np.asarray(self.base.basis(stimulus)[:, 1:] @ primary[1:-2])
