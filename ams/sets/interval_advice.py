@@ -28,11 +28,14 @@ class IntervalAdvice:
 
 
 def advise_interval(history: History, limit_deg: float) -> IntervalAdvice | None:
-    """Advice for a largest allowed error in degrees; None with fewer than two calibrations."""
+    """Advice for a largest allowed error in degrees; None with fewer than two calibrations, or where they follow one
+    another in less than a month: then they are repetitions and say nothing of an interval."""
     times = np.array([label.created_utc.timestamp() for label in history.labels]) / SECONDS_PER_YEAR
     if times.size < 2:
         return None
     current = float(np.median(np.diff(times))) * 12.0
+    if current < SHORTEST_MONTHS:
+        return None
     if any(finding.kind == "step" and finding.at == history.labels[-1] for finding in history.findings):
         return _advice(0.5 * current, current, "the last calibration found a step: look again after half the time")
     rated = [chart for chart in history.charts if chart.rate_per_year is not None]
@@ -54,4 +57,4 @@ def advise_interval(history: History, limit_deg: float) -> IntervalAdvice | None
 def _advice(wanted: float, current: float, why: str) -> IntervalAdvice:
     bounded = min(max(wanted, 0.5 * current), 2.0 * current)
     months = int(min(max(np.floor(bounded + 1e-6), SHORTEST_MONTHS), LONGEST_MONTHS))
-    return IntervalAdvice(months, current, f"{months} months (now {current:.0f}): {why}")
+    return IntervalAdvice(months, current, f"{months} month{'s' * (months != 1)} (now {current:.0f}): {why}")
