@@ -106,6 +106,10 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         line = re.search(r"line (\d+)", str(error))
         raise DescriptionError(f"{path}:{line.group(1) if line else 1}: not valid TOML: {error}") from None
+    except RecursionError:
+        raise DescriptionError(f"{path}: not valid TOML: brackets in brackets without an end") from None
+    except ValueError as error:
+        raise DescriptionError(f"{path}: not valid TOML: {error}") from None
 
 
 def _lines_of_keys(text: str) -> dict[KeyPath, int]:
@@ -143,7 +147,9 @@ def _without_tags(
     tags: list[str] = []
     here: Any = values
     for place, part in enumerate(loc):
-        known = (isinstance(here, Mapping) and part in here) or (isinstance(here, list) and isinstance(part, int))
+        known = (isinstance(here, Mapping) and part in here) or (
+            isinstance(here, list) and isinstance(part, int) and part < len(here)
+        )
         if not known and not (last_is_key and place == len(loc) - 1):
             tags.append(str(part))
             continue

@@ -152,7 +152,7 @@ def told_as(path: Path) -> Iterator[None]:
         ) from error
     except (apsw.BusyError, apsw.LockedError) as error:
         raise StorageFailed(f"{path}: another program holds the journal ({error}); close it, then try again") from error
-    except apsw.SQLError as error:
+    except (apsw.SQLError, UnicodeDecodeError) as error:
         raise JournalError(f"{path}: is not a whole journal ({error}); it was left as it is") from None
 
 
@@ -185,7 +185,7 @@ class CommittedCount:
             return None if document is None else (int(document["events"]), int(document["dwells"]))
         except FileNotFoundError:
             return None
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
             raise JournalError(
                 f"{self.path}: cannot be read: {error}; remove it to read the journal without it"
             ) from None

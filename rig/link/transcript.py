@@ -147,7 +147,7 @@ def _entry(path: Path, number: int, text: str) -> Entry:
 def _object(path: Path, number: int, text: str) -> dict[str, object]:
     try:
         fields = json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise DescriptionError(f"{path}:{number}: not JSON: {error}; the file is damaged or no transcript") from error
     return fields if isinstance(fields, dict) else {}
 

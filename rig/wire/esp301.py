@@ -24,10 +24,10 @@ COMMAND_UNKNOWN, OUT_OF_RANGE, AXIS_OUT_OF_RANGE, AXIS_MISSING, PARAMETER_MISSIN
 HARDWARE_LIMITS, SOFTWARE_LIMITS, MOTOR_OFF, HOMING_ABORTED = (4, 5), (6, 7), 13, 20
 """The first row concerns the line, the second one axis (add 100 × its number)."""
 
-_NUMBER = re.compile(rb"[+-]?\d+(?:\.\d*)?|[+-]?\.\d+")
-_ERROR = re.compile(rb"(\d{1,4}), *(\d+), *([ -~]+)")
+_NUMBER = re.compile(rb"[+-]?\d{1,12}(?:\.\d{0,12})?|[+-]?\.\d{1,12}")
+_ERROR = re.compile(rb"(\d{1,4}), *(\d{1,12}), *([ -~]+)")
 _VERSION = re.compile(rb"ESP30[01][ -~]*")
-_COMMAND = re.compile(r"(\d*) *([A-Za-z]{2}) *([^;]*)")
+_COMMAND = re.compile(r"(\d{0,3}) *([A-Za-z]{2}) *([^;]*)")
 
 
 @dataclass(frozen=True, slots=True)

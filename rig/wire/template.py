@@ -12,6 +12,8 @@ FieldValue = int | float | str
 
 _PATTERNS = {"axis": r"\d{1,2}", "text": r".*", "words": r"[A-Za-z0-9_]+(?: [A-Za-z0-9_]+)*"}
 _NUMBER_FORMAT = re.compile(r"(?P<sign>\+?)(?P<zeros>0\d+)?\.(?P<decimals>\d)f")
+_MORE_DIGITS = 6
+"""Before the point than a format asks for: a number that is longer is noise."""
 
 
 class Template:
@@ -49,7 +51,8 @@ def _number_pattern(spec: str) -> str:
     decimals = int(found["decimals"])
     sign = "[+-]" if found["sign"] else "-?"
     places = int(found["zeros"] or 0) - decimals - 1 - len(found["sign"])
-    return rf"{sign}\d{{{max(places, 1)},}}" + (rf"\.\d{{{decimals}}}" if decimals else "")
+    whole = max(places, 1)
+    return rf"{sign}\d{{{whole},{whole + _MORE_DIGITS}}}" + (rf"\.\d{{{decimals}}}" if decimals else "")
 
 
 def _value(name: str, text: str) -> FieldValue:
