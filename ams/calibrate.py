@@ -72,7 +72,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
             parts[label] = SolvedAxis(label, models[row].primary_names, solved.components, row, shared[label])
     warnings = (*left_out, *_layout_warnings(layout, rows))
     package = package_covariance([parts[label] for label in labels])
-    return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings, package)
+    return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings, package=package)
 
 
 def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[SharedError]]) -> Iterator[Sequence[str]]:
@@ -113,6 +113,7 @@ def _axis(
         residuals_v=output_v - fitted_v,
         replication=_replication(solved, row),
         warnings=(*choice.warnings, *_axis_warnings(label, solved, row)),
+        remarks=_axis_remarks(label, model),
         variance_components=components_of(solved.components, row),
         notes={
             **_notes(solved, row, choice),
@@ -177,17 +178,21 @@ def _axis_warnings(label: str, solved: SolvedColumns, row: int) -> Iterator[str]
             f"axis {label}: the points tell the parameters apart poorly (condition number {condition:.3g}): "
             "uncertainties are correct but large; use a wider range of angles"
         )
-    if isinstance(solved.problem.model, WithTime):
-        yield (
-            f"axis {label}: the offset holds at the reference time, time_s = {solved.problem.model.reference_s:.0f} s "
-            "(the middle of the run); its drift is stated and never applied"
-        )
     sums = solved.mixed.sums
     if sums is not None and sums.dof_precision <= 0:
         yield (
             f"axis {label}: no degrees of freedom are left for precision: lack of fit and drift are not "
             "tested; add points"
         )
+
+
+def _axis_remarks(label: str, model: Model) -> tuple[str, ...]:
+    if not isinstance(model, WithTime):
+        return ()
+    return (
+        f"axis {label}: the offset holds at the reference time, time_s = {model.reference_s:.0f} s "
+        "(the middle of the run); its drift is stated and never applied",
+    )
 
 
 def _layout_warnings(layout: Layout, rows: Observations) -> Iterator[str]:

@@ -10,11 +10,11 @@ Document = dict[str, object]
 
 
 def to_document(calibration: Calibration) -> Document:
-    """``{"axes": {label: …}}``; warnings that concern every axis stand in each of them."""
-    return {"axes": {label: _axis(axis, calibration.warnings) for label, axis in calibration.axes.items()}}
+    """``{"axes": {label: …}}``; warnings and remarks that concern every axis stand in each of them."""
+    return {"axes": {label: _axis(axis, calibration) for label, axis in calibration.axes.items()}}
 
 
-def _axis(axis: AxisCalibration, shared_warnings: tuple[str, ...]) -> Document:
+def _axis(axis: AxisCalibration, calibration: Calibration) -> Document:
     return {
         "parameters": {estimate.name: _parameter(estimate) for estimate in axis.parameters},
         "covariance": [[number(float(value)) for value in row] for row in axis.covariance],
@@ -25,7 +25,8 @@ def _axis(axis: AxisCalibration, shared_warnings: tuple[str, ...]) -> Document:
         },
         **_sensitive_axis(axis),
         "replication": None if axis.replication is None else _replication(axis.replication),
-        "warnings": [*shared_warnings, *axis.warnings],
+        "warnings": [*calibration.warnings, *axis.warnings],
+        "remarks": [*calibration.remarks, *axis.remarks],
     }
 
 

@@ -166,6 +166,7 @@ def _two_levels(levels: Levels) -> Document:
         "effective_degrees_of_freedom": dict.fromkeys(names),
         "replication": None,
         "warnings": ["two levels once: the line passes through both and nothing tells its uncertainty; add readings"],
+        "remarks": [],
         f"standard_error_{model.measured_unit}": None,
         f"residuals_{model.measured_unit}": [0.0, 0.0],
     }

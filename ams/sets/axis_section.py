@@ -32,7 +32,7 @@ def axis_section(axis: AxisCalibration, sensor: str) -> Document:
         "standard_error_v": _number(axis.standard_error_v),
         "degrees_of_freedom": int(axis.degrees_of_freedom),
         "replication": None if axis.replication is None else _replication(axis.replication),
-        "warnings": list(axis.warnings),
+        "warnings": [*axis.warnings, *axis.remarks],
         "notes": plain(axis.notes, f"{sensor}: axis {axis.axis}: notes"),
     }
     section["equation"] = _equation(axis, axis_numbers(axis.axis, section, axis.model))

@@ -99,7 +99,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
         "axes": dict(axes),
         **({} if calibration.package is None else {"package": package_section(calibration.package)}),
         "test_vectors": make_vectors(numbers, _validity_of(provenance)),
-        "warnings": plain(calibration.warnings, "warnings"),
+        "warnings": plain((*calibration.warnings, *calibration.remarks), "warnings"),
         **record_sections(provenance),
     }
     coefficients = from_document(seal(document), provenance.sensor)

@@ -113,6 +113,9 @@ class AxisCalibration:
     """(N,) observed minus fitted."""
     replication: Replication | None
     warnings: tuple[str, ...] = ()
+    """What somebody must read before the result is used."""
+    remarks: tuple[str, ...] = ()
+    """What a reader should know and nobody needs to act upon."""
     variance_components: tuple[VarianceComponent, ...] = ()
     """They add up to ``primary_covariance``; Welch-Satterthwaite for any combination is made from them."""
     notes: Mapping[str, object] = field(default_factory=dict)
@@ -147,5 +150,8 @@ class Calibration:
     convention: str
     """``TP`` (pitch-roll), ``CR`` (pitch-yaw-roll, gyro) or ``SR`` (straight lines)."""
     warnings: tuple[str, ...] = ()
+    """Of every axis."""
+    remarks: tuple[str, ...] = ()
+    """Of every axis; a remark is no reservation."""
     package: PackageCovariance | None = None
     """None where there is one axis only."""

@@ -23,7 +23,7 @@ def set_text(document: Mapping[str, Any]) -> str:
 
 
 def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
-    """Every axis: parameters with standard uncertainties, standard error, replication tests, warnings."""
+    """Every axis: parameters with standard uncertainties, standard error, replication tests, warnings, remarks."""
     for name, axis in axes.items():
         yield ""
         dof = axis["degrees_of_freedom"]
@@ -34,6 +34,7 @@ def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
             yield f"  {replication_line(axis['replication'])}"
         yield from (f"  {line}" for line in findings_lines(axis))
         yield from (f"  warning: {text}" for text in axis["warnings"])
+        yield from (f"  remark: {text}" for text in axis.get("remarks", ()))
 
 
 def _standard_error(axis: Mapping[str, Any]) -> str:

@@ -25,7 +25,7 @@ def test_the_document_has_exactly_the_published_keys() -> None:
     axis = axes["x"]
     assert list(axis) == [
         "parameters", "covariance", "standard_error_v", "degrees_of_freedom", "effective_degrees_of_freedom",
-        "sensitive_axis_v_per_g", "replication", "warnings",
+        "sensitive_axis_v_per_g", "replication", "warnings", "remarks",
     ]  # fmt: skip
     assert list(axis["parameters"]) == list(axis["effective_degrees_of_freedom"]) == PARAMETERS
     for parameter in axis["parameters"].values():

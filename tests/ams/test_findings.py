@@ -43,7 +43,7 @@ def document() -> dict:
 
 def test_every_axis_has_its_findings_behind_the_published_keys(document: dict) -> None:
     assert list(document) == ["axes", "model", "convention", "package_covariance"]
-    assert list(document["axes"]["x"])[8:] == ["advice", "extension", "residual_curvature", "budget"]
+    assert list(document["axes"]["x"])[8:] == ["remarks", "advice", "extension", "residual_curvature", "budget"]
     json.dumps(document, allow_nan=False)
 
 
@@ -115,6 +115,7 @@ def test_h_e_is_asked_for_and_zero_where_the_model_is_linear(document: dict) -> 
 def test_a_set_stands_at_the_reference_time_and_never_extrapolates_the_drift() -> None:
     rows = soft_and_drifting()
     solved = calibrate(rows, CalibrationRequest(nominal_axes={"x": "x"}, time_term=True))
+    assert not any("never applied" in text for text in solved.axes["x"].warnings)
     axis, made = solved.axes["x"], build_set(solved, provenance())
     section = made.document["axes"]["x"]
     assert section["parameters"]["offset_drift_v_per_h"]["value"] == pytest.approx(30e-6, rel=0.02)

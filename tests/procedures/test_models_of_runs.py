@@ -107,7 +107,8 @@ def test_straight_lines_leave_a_report_and_say_that_they_make_no_set(tmp_path: P
     assert not delivery.sets
     assert "g/V" in delivery.report.read_text(encoding="utf-8")
     axis = sensors_document(run)["SN1"]["axes"]["z"]
-    assert any("no coefficient set" in warning for warning in axis["warnings"])
+    assert axis["remarks"] == ["straight lines make no coefficient set: take them from this document or the report"]
+    assert "SN1: straight lines make no coefficient set" in delivery.view.verdict.grounds[-1]
 
 
 def test_a_time_term_of_a_run_takes_the_twins_drift_and_the_set_says_where_it_stands(tmp_path: Path) -> None:
@@ -126,7 +127,11 @@ def test_a_time_term_of_a_run_takes_the_twins_drift_and_the_set_says_where_it_st
     hours = float(np.polyfit(solved.observations.replication, times_s / 3600.0, 1)[0])
     found = values(solved.calibration.axes["x"])
     assert found["offset_drift_v_per_h"][0] == pytest.approx(4e-5 / hours, rel=0.05)
-    document = json.loads(deliver(run, None).sets["SN1"].read_text(encoding="utf-8"))
+    delivery = deliver(run, None)
+    assert delivery.view.verdict.trust == "sound", delivery.view.verdict.grounds
+    page = delivery.report.read_text(encoding="utf-8")
+    assert "time term: the run’s times count from" in page.replace("&#39;", "’")
+    document = json.loads(delivery.sets["SN1"].read_text(encoding="utf-8"))
     assert "offset_drift_v_per_h" not in document["axes"]["x"]["primary"]["order"]
     assert any("never applied" in warning for warning in document["axes"]["x"]["warnings"])
     assert any("the run's times count from" in warning for warning in document["warnings"])

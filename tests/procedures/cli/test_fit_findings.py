@@ -56,10 +56,12 @@ def test_a_time_term_takes_the_drift_with_its_interval(drifting: Path, capsys: p
     drift = asked["axes"]["x"]["parameters"]["offset_drift_v_per_h"]
     assert drift["value"] == pytest.approx(DRIFT_V_PER_H, abs=4.0 * drift["standard_uncertainty"])
     assert drift["standard_uncertainty"] < 1e-6
-    assert any("never applied" in warning for warning in asked["axes"]["x"]["warnings"])
+    assert any("never applied" in remark for remark in asked["axes"]["x"]["remarks"])
     text = call(capsys, "fit", drifting, "--axis", "x=sx_v", "--time-term", "linear").out
     assert "offset drift" in text
     assert "V/h" in text
+    assert "  remark: axis x: the offset holds at the reference time" in text
+    assert "warning: axis x: the offset" not in text
 
 
 def test_a_time_term_without_times_is_refused_with_the_column(

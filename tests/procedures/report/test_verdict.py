@@ -27,6 +27,20 @@ def test_lack_of_fit_that_the_table_explains_is_no_reservation_but_is_said() -> 
     assert _judged(view, table_arcsec=None)[0] == "reserved"
 
 
+def test_a_remark_is_said_and_is_no_reservation_where_a_warning_is_one() -> None:
+    """A time term or straight lines that were asked for mean something; nothing speaks against the result."""
+    view = run_view(Scene())
+    sensor, text = view.sensors[0], "the offset holds at the reference time"
+    axis = replace(sensor.axes[0], calibration=replace(sensor.axes[0].calibration, remarks=(text,)))
+    told = replace(view, sensors=(replace(sensor, axes=(axis, *sensor.axes[1:]), remarks=("times count from noon",)),))
+    trust, said = _judged(told)
+    assert trust == "sound"
+    assert "SN1047: times count from noon" in said
+    assert f"SN1047 x: {text}" in said
+    warned = replace(axis, calibration=replace(axis.calibration, warnings=(text,)))
+    assert _judged(replace(view, sensors=(replace(sensor, axes=(warned,)),)))[0] == "reserved"
+
+
 def test_drift_one_replication_and_an_unfinished_run_are_reservations() -> None:
     assert "drift of offset (x " in _judged(run_view(Scene(offset_drift_v=4e-6)))[1]
     assert "one replication only" in _judged(run_view(Scene(replications=1)))[1]
