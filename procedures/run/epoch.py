@@ -221,6 +221,9 @@ class Epoch:
             motion=measured.motion,
         )
         record, doubt = self._suspects.examine(record)
+        if doubt is not None and doubt.dubious:  # before the dwell is kept: a kill in between leaves nothing in doubt
+            detail = void_detail(doubt.dubious, "", "; ".join(doubt.reasons), doubt.kind)
+            self._trail.take_back(doubt.dubious, detail)
         self._watch.saw(measured, is_accepted=record.accepted)
         stored = self._keep(self._trail.commit(record))
         if doubt is not None and doubt.kind != "unexplained":
@@ -235,8 +238,6 @@ class Epoch:
     def _act_on(self, doubt: Doubt) -> None:
         """Raises: RunEnds where channels changed places, TrustLost where an axis slipped."""
         told = "; ".join(doubt.reasons)
-        if doubt.dubious:
-            self._trail.take_back(doubt.dubious, void_detail(doubt.dubious, "", told, doubt.kind))
         if doubt.kind == "slip":
             raise TrustLost("slip", told)
         raise RunEnds(Ending(State.TRIPPED, f"{told}; look at scanner and wiring", cause="channels"))

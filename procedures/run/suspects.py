@@ -4,7 +4,7 @@ A sensor whose readings alone are why a dwell was rejected as often as it may be
 remain: its channels are read no more, the others go on, and it gets no result. A run of one sensor is held instead.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from procedures.plan.plan import Plan
@@ -29,7 +29,7 @@ class Suspects:
         for name in history.dropped:
             self.drop(name)
         self._fit = RunningFit(_followed(plan), increments_deg)
-        for dwell in () if plan.soaks else history.visits:
+        for dwell in () if plan.soaks else _comparable(history):
             self.learn(dwell)
 
     @property
@@ -78,6 +78,13 @@ def _followed(plan: Plan) -> dict[str, Sensor]:
     if not plan.is_at_rest:
         return {}
     return {name: sensor for name, sensor in plan.sensors.items() if sensor.nominal_sensitivity_v_per_g}
+
+
+def _comparable(history: History) -> Iterator[DwellRecord]:
+    """Accepted dwells of this mounting since the last step that a person accepted."""
+    since = history.baseline_epoch or 0
+    yield from history.baseline.values()
+    yield from (dwell for dwell in history.visits if dwell.purpose != "check" and dwell.epoch >= since)
 
 
 def _channels(plan: Plan, sensor: str) -> tuple[str, ...]:

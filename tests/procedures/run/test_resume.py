@@ -231,6 +231,15 @@ def _with_offset(rig: RigDescription, offset_v: float) -> RigDescription:
     return rig.model_copy(update={"twin": rig.twin.model_copy(update={"truth": {"SN1": moved}})})
 
 
+def test_after_a_step_that_a_person_accepted_dwells_are_held_against_those_since(small: Bench) -> None:
+    """20 mg: ten times what the running fit doubts."""
+    run_dir = _stopped(small)
+    changed = RigDescription.model_validate(_with_offset(small.rig, 0.055))
+    assert _on_changed_rig(run_dir, changed) is State.TRIPPED
+    assert _on_changed_rig(run_dir, changed, reason="new amplifier") is State.FINISHED
+    assert not [dwell for dwell in dwells_of(run_dir) if not dwell.accepted]
+
+
 def test_other_devices_than_at_the_start_trip(small: Bench) -> None:
     run_dir = _stopped(small)
     with open_rig(small.rig) as opened:
