@@ -30,7 +30,8 @@ class MeterWatch:
             if isinstance(readout, SelfChecking) and readout.check_every_s is not None
         }
         self._good_s: dict[str, float] = {}
-        """When a meter was last seen good, rig seconds."""
+        """When a meter was last seen good, rig seconds; none since its last proof was bad."""
+        self._bad: set[str] = set()
 
     def owes(self, last_dwell_s: float | None) -> bool:
         """Whether a meter was not proven since the last dwell ended."""
@@ -54,7 +55,7 @@ class MeterWatch:
         """Why it is due; empty where it is not."""
         good_s = self._good_s.get(name)
         if good_s is None:
-            return "start"
+            return "again" if name in self._bad else "start"
         if last_dwell_s is not None and good_s < last_dwell_s:
             return "end"
         if self._clock.monotonic_s() - good_s >= every_s:
@@ -70,6 +71,7 @@ class MeterWatch:
             return None
         told = ", ".join(_told(name, proof) for proof in bad)
         last_good_s = self._good_s.pop(name, None)
+        self._bad.add(name)
         response: Response = "trip" if meter.check_action == "trip" else "ask"
         return Alarm(
             CAUSE,

@@ -3,16 +3,22 @@
 What was measured since the last good proof is taken back when one is bad.
 """
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 from small_run import Bench, bench, dwells_of, measured
+from table_bench import virtual_clock
 
 from procedures.run.ending import Outcome
 from procedures.run.journal_reader import JournalReader
+from procedures.run.meter_checks import MeterWatch
 from procedures.run.states import State
+from rig.clock import VirtualClock
+from rig.devices.abilities import MeterLook, MeterProof, Wait
 
 METER = 'resource = "twin"\nnplc = 1\n'
 CHECKS = "checks = { short_scanner = 5, short_limit_v = 1e-6, reference_scanner = 6, reference_v = 1.0, "
@@ -98,3 +104,80 @@ def test_the_meter_calibrates_itself_before_the_run_and_whenever_its_temperature
     assert all(check["is_calibrated_anew"] for check in warm)
     degc = [check["temperature_degc"] for check in (checks[0], *warm)]
     assert all(after - before >= 1.0 for before, after in pairwise(degc))
+
+
+class Meter:
+    """A readout that reads its reference as ``offs_v`` says, one after the other."""
+
+    name = "dmm"
+    check_every_s: float | None = 100.0
+    check_action: Literal["hold", "trip"] = "hold"
+
+    def __init__(self, offs_v: list[float]) -> None:
+        self.offs_v = offs_v
+        self.is_warm = False
+
+    def needs_check(self) -> bool:
+        return self.is_warm
+
+    def check_itself(self, wait: Wait) -> MeterLook:
+        wait(1.0)
+        proof = MeterProof("reference on 10 V", 10.0 + self.offs_v.pop(0), 10.0, 1e-4)
+        return MeterLook((proof,), 36.4, is_calibrated_anew=False)
+
+
+@dataclass
+class Desk:
+    """As much of an open rig as the checks need."""
+
+    clock: VirtualClock
+    readouts: dict[str, Meter]
+
+
+def _watch(offs_v: list[float]) -> tuple[MeterWatch, Desk, list[str]]:
+    desk = Desk(virtual_clock(), {"dmm": Meter(offs_v)})
+    told: list[str] = []
+
+    def record(_kind: str, detail: Mapping[str, object]) -> None:
+        told.append(str(detail["occasion"]))
+
+    return MeterWatch(desk, record, desk.clock.sleep), desk, told  # type: ignore[arg-type]
+
+
+def test_a_meter_is_due_at_the_start_on_time_when_warm_and_at_the_end_and_at_no_other_time() -> None:
+    watch, desk, told = _watch([0.0] * 9)
+
+    def look(last_dwell_s: float | None = None) -> None:
+        assert watch.look(lambda: None, last_dwell_s) is None
+
+    look()
+    look()
+    desk.clock.sleep(99.0)
+    look()
+    assert told == ["start"]
+    desk.clock.sleep(2.0)
+    look()
+    desk.readouts["dmm"].is_warm = True
+    look()
+    desk.readouts["dmm"].is_warm = False
+    last_dwell_s = desk.clock.monotonic_s() + 5.0
+    desk.clock.sleep(10.0)
+    assert watch.owes(last_dwell_s)
+    look(last_dwell_s)
+    assert not watch.owes(last_dwell_s)
+    look(last_dwell_s)
+    assert told == ["start", "time", "temperature", "end"]
+
+
+def test_a_bad_proof_that_holds_is_read_again_as_soon_as_somebody_says_continue() -> None:
+    watch, desk, told = _watch([0.0, 2e-4, 2e-4, 0.0])
+    assert watch.look(lambda: None) is None
+    good_s = desk.clock.monotonic_s()
+    desk.clock.sleep(200.0)
+    first, second = watch.look(lambda: None), watch.look(lambda: None)
+    assert first is not None
+    assert (first.response, first.cause, first.void_from_s) == ("ask", "meter", good_s)
+    assert second is not None
+    assert second.void_from_s is None  # what is in doubt was taken back with the first
+    assert watch.look(lambda: None) is None
+    assert told == ["start", "time", "again", "again"]
