@@ -19,6 +19,7 @@ from rig.errors import DeviceSilent, RigError
 
 FloatArray = NDArray[np.float64]
 LONGEST_POLL_S, SHORTEST_POLL_S, REAL_POLL_S, LEISURELY_POLL_S = 0.1, 0.002, 0.005, 0.23
+LEISURELY_SAMPLES = 0.7
 GOLDEN = 0.6180339887498949
 _SILENT_AFTER_S, _SILENT_AFTER_SAMPLES = 5.0, 5.0
 
@@ -102,7 +103,7 @@ class Recorder:
         self._polls = 0
         fastest_hz = max((stream.rate_hz for stream in streams.values()), default=1.0)
         often_s = min(max(0.2 / fastest_hz, SHORTEST_POLL_S), LONGEST_POLL_S)
-        self.poll_s = often_s if is_timed else LEISURELY_POLL_S
+        self.poll_s = often_s if is_timed else max(LEISURELY_POLL_S, LEISURELY_SAMPLES / fastest_hz)
 
     def start(self) -> None:
         """Let every stream send; what came before is dropped. Raises as the streams."""
