@@ -1,6 +1,6 @@
 """A solved run into the archive: the run as a row, its sensors with their rows, and who answers for what expired."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from procedures.errors import RequestError
@@ -86,3 +86,19 @@ def publish_folder(
         raise RequestError(f"{folder}: no sensor has a solution: {'; '.join(run.failures)}; nothing was published")
     url = archive_of(run.record.is_simulated)
     return url, publish_solved(url, folder, run.record, run.sensors, sets, override)
+
+
+def history_findings(archive_url: str, published: "PublishedRun") -> Iterator[str]:
+    """What the history of each sensor finds of the calibration that was published just now, a sentence each."""
+    from ams.errors import ArchiveError
+    from ams.sets.archive_history import history
+
+    for publication in published.publications:
+        try:
+            found = history(archive_url, publication.sensor).history.findings if publication.is_new else ()
+        except ArchiveError as error:  # what was published stands; only the look at the years before is missing
+            yield str(error)
+            continue
+        for finding in found:
+            if finding.at.sha256 == publication.sha256:
+                yield f"{finding.sentence}{f' (but {finding.rig_cause})' if finding.rig_cause else ''}"

@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 MEDIAN_OF_CHI_SQUARE_1 = 0.4549364
-ROBUST_FROM = 20
+ROBUST_FROM = 6
 """Differences from which on the median is taken."""
 MEDIAN_EFFICIENCY = 0.37
 """Degrees of freedom of the median form, of each difference."""

@@ -188,7 +188,7 @@ def publish(
         Print one JSON document.
     """
     from ams.sets.archive_runs import Override
-    from procedures.archiving import publish_folder
+    from procedures.archiving import history_findings, publish_folder
     from procedures.cli.run import archive_of
 
     if (override is None) != (operator is None):
@@ -205,6 +205,8 @@ def publish(
         say(f"{one.sha256[:12]}  {one.sensor:<16} {'published' if one.is_new else 'was there already'}   {url}")
         for line in adjustment_lines(published.adjustments.get(one.sensor)):
             say(f"  {line}")
+    for finding in history_findings(url, published):
+        say(f"look at this: {finding}")
 
 
 @app.command

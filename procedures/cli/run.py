@@ -161,6 +161,7 @@ def title_and_time(folder: Path) -> tuple[str, bool]:
 
 def conclude(folder: Path, outcome: "Outcome", archive: str | None, *, json: bool) -> int:
     """Deliver what there is to deliver, tell it, and return the exit status of the run."""
+    from procedures.archiving import history_findings
     from procedures.delivery import deliver, run_document, solve_run
 
     solved = solve_run(folder)
@@ -170,6 +171,9 @@ def conclude(folder: Path, outcome: "Outcome", archive: str | None, *, json: boo
         note(f"run {folder.name}: {outcome.state}: {outcome.reason}")
     for failure in solved.failures if solved.is_finished else ():
         note(failure)
+    if delivery.archived is not None and delivery.archive_url is not None:
+        for finding in history_findings(delivery.archive_url, delivery.archived):
+            note(f"look at this: {finding}")
     if json:
         print_json(run_document(delivery))
     else:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
+from functools import cache
 
 import numpy as np
 from package_outputs import TRUTH, output_v
@@ -16,7 +17,8 @@ from ams.sets.provenance import Provenance, Standard
 GRID_DEG = [(p, r) for p in range(-60, 61, 30) for r in range(-180, 180, 90)]
 _PITCH, _ROLL = np.deg2rad(np.array(GRID_DEG, dtype=float)).T
 _CLEAN = {axis: np.array([output_v(axis, TRUTH[axis], p, r) for p, r in GRID_DEG]) for axis in TRUTH}
-TABLE = Standard("table", "AA-2216", "26-0117", date(2027, 6, 30), {"uncertainty_arcsec": 1.0, "kind": "limit", "k": 2})
+IN_TIME, EXPIRED = date(2027, 6, 30), date(2025, 12, 31)
+TABLE = Standard("table", "AA-2216", "26-0117", IN_TIME, {"uncertainty_arcsec": 1.0, "kind": "limit", "k": 2})
 STARTED = datetime(2026, 1, 10, 18, 0, tzinfo=UTC)
 
 
@@ -29,12 +31,13 @@ def a_run(day: int = 0, *, simulated: bool = False, version: str = "0.1.0") -> R
     )  # fmt: skip
 
 
+@cache
 def a_sensor(
     day: int = 0,
     sensor: str = "SN1",
     *,
     gain: float = 1.0,
-    standards: tuple[Standard, ...] = (TABLE,),
+    due: date = IN_TIME,
     simulated: bool = False,
     version: str = "0.1.0",
     is_check: bool = False,
@@ -51,11 +54,7 @@ def a_sensor(
         sensor=sensor, gravity_mps2=9.79826, gravity_source="survey", pitch_range_deg=(-60.0, 60.0),
         roll_range_deg=(-180.0, 180.0), created_utc=run.ended_utc, software_version=version, rig="bench",
         procedure="small grid", simulated=simulated, run_id=run.run_id, serial=sensor.removeprefix("SN"),
-        journal_sha256=run.journal_sha256, standards=standards,
+        journal_sha256=run.journal_sha256, standards=(replace(TABLE, due=due),),
         acceptance={"pitch_limit_deg": 0.02, "decision_rule": "guard-band"},
     )  # fmt: skip
     return MeasuredSensor(build_set(calibrate(rows, CalibrationRequest()), provenance), rows, is_check)
-
-
-def expired(standard: Standard = TABLE) -> Standard:
-    return replace(standard, due=date(2025, 12, 31))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from archived_runs import a_run, a_sensor, expired
+from archived_runs import EXPIRED, a_run, a_sensor
 
 from ams.errors import ArchiveError
 from ams.sets.archive import Search, list_sets
@@ -67,7 +67,7 @@ def test_a_newer_solution_of_a_run_is_found_against_the_run_before_and_counts_in
 
 
 def test_an_expired_standard_is_refused_unless_somebody_answers_for_it(archive: Any) -> None:
-    late = a_sensor(0, standards=(expired(),))
+    late = a_sensor(0, due=EXPIRED)
     with pytest.raises(
         ArchiveError, match=r"standards expired before the run ended on 2026-01-11: table \(26-0117, due"
     ):
@@ -85,7 +85,7 @@ def test_an_expired_standard_is_refused_unless_somebody_answers_for_it(archive: 
 
 
 def test_nothing_of_a_simulated_run_expires_and_it_never_stands_before_a_measured_one(archive: Any) -> None:
-    publish_run(archive.url, a_run(0, simulated=True), [a_sensor(0, standards=(expired(),), simulated=True)], NOW)
+    publish_run(archive.url, a_run(0, simulated=True), [a_sensor(0, due=EXPIRED, simulated=True)], NOW)
     published = publish_run(archive.url, a_run(1), [a_sensor(1)], NOW)
     assert published.adjustments["SN1"].no_as_found == "first calibration in this archive"
     assert [label.run_id for label in population_of(archive.url, "SN1").labels] == ["run-1"]
@@ -172,3 +172,16 @@ def test_both_databases_tell_the_same_history(archive: Any) -> None:
     assert history(archive.url, "CHECK").check is not None
     chart = next(chart for chart in found.history.charts if chart.name == "sensitivity_v_per_g.x")
     assert chart.value[-1] / chart.value[0] == pytest.approx(1.0 + 1e-4, abs=1e-6)
+
+
+def test_a_package_under_another_ones_name_is_noticed_when_it_is_published(archive: Any) -> None:
+    """The mix-up is told with the publication, not years later."""
+    from procedures.archiving import history_findings
+
+    for day in range(0, 250, 50):
+        sensors = [a_sensor(day), a_sensor(day, "SN2", gain=1.01)]
+        assert not list(history_findings(archive.url, publish_run(archive.url, a_run(day), sensors, NOW)))
+    mixed = [a_sensor(250, "SN1", gain=1.01), a_sensor(250, "SN2")]
+    told = list(history_findings(archive.url, publish_run(archive.url, a_run(250), mixed, NOW)))
+    assert len(told) == 2
+    assert "SN1: what was calibrated as it at 2026-09-18 has the characteristics of SN2" in told[0]
