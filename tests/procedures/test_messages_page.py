@@ -10,12 +10,20 @@ from procedures.run.advice import ADVICE
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "messages.md").read_text(encoding="utf-8")
 PARTS = ("procedures/run", "procedures/alerts")
+COMMANDS = ("attend.py", "people.py", "places.py", "run.py", "steer.py")
+"""Of ``procedures/cli``: the commands around a run. The others refuse their own arguments by name and say what they
+take."""
 
 
 def _first_clause(message: str) -> str:
     """What it says before what happened and what to do; the name in front is left out."""
     clauses = [clause for clause in message.split("; ") if clause.strip("…: ")]
     return clauses[0].removeprefix("…: ").removeprefix("…: ").strip()
+
+
+def _messages() -> list[tuple[str, str]]:
+    of_commands = [(file, text) for file, text in messages_in(ROOT / "procedures/cli") if file in COMMANDS]
+    return [message for part in PARTS for message in messages_in(ROOT / part)] + of_commands
 
 
 def _documented() -> list[str]:
@@ -26,15 +34,14 @@ def test_every_message_of_a_run_is_on_the_page() -> None:
     documented = _documented()
     missing = [
         f"{file}: {message}"
-        for part in PARTS
-        for file, message in messages_in(ROOT / part)
+        for file, message in _messages()
         if not any(_first_clause(row) == _first_clause(message) for row in documented)
     ]
     assert not missing, "\n".join(missing)
 
 
 def test_every_message_on_the_page_can_still_be_met() -> None:
-    raised = {_first_clause(message) for part in PARTS for _, message in messages_in(ROOT / part)}
+    raised = {_first_clause(message) for _, message in _messages()}
     assert not [row for row in _documented() if _first_clause(row) not in raised]
 
 
