@@ -2,13 +2,24 @@
 and the coefficients are those of the run that nobody killed. Source of the method: SQLite's n-th failure loops."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 from device_sets import RIGS, device_set
-from killing import Target, after, kill_and_resume, run_child
+from fault_scripts import Person
+from killing import Target, after, kill_and_resume, require_kept, run_child
+from small_run import resumed
 
+from procedures.run.begin import begin
+from procedures.run.ending import Outcome
+from procedures.run.progress import Progress, RunObserver
+from procedures.run.spool import Request, Spool
+from procedures.run.states import State
+from procedures.run.status import status
+from rig.assembly import open_rig
 from rig.crash_points import CrashPoint
+from rig.fault_file import FaultPlan
 
 DELIVERY = (CrashPoint.SOLVED, CrashPoint.SETS_WRITTEN, CrashPoint.PUBLISHED, CrashPoint.REPORTED)
 STANDING = (CrashPoint.PAUSED, CrashPoint.HELD)
@@ -53,6 +64,51 @@ def test_fault_01_killed_at_random_moments_nothing_is_lost(target: MakeTarget, d
     chance, aimed, kills = np.random.default_rng(100 + sorted(RIGS).index(devices)), target(devices), 0
     while kills < 15:
         kills += kill_and_resume(aimed, (None, after(chance.uniform(0.0, aimed.whole_s))), chance)
+
+
+class Asks:
+    """Passes on what it sees, and asks something of the run after its third dwell."""
+
+    def __init__(self, seen: RunObserver, run_dir: Path, kind: str) -> None:
+        self._seen, self._spool, self._kind = seen, Spool(run_dir), kind
+
+    def on_event(self, progress: Progress) -> None:
+        self._seen.on_event(progress)
+        if self._kind and progress.event == "dwell" and progress.dwells_done == 3:
+            self._spool.submit(Request(self._kind, "bert", "2026-03-01T13:00:00+00:00", "please"))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("point", "asked"),
+    [
+        (CrashPoint.PAUSED, "pause"),
+        (CrashPoint.HELD, ""),
+        (CrashPoint.ENDING, "abort"),
+        (CrashPoint.MADE_SAFE, "abort"),
+        (CrashPoint.ENDING, "stop"),
+    ],
+)
+def test_fault_01_killed_while_it_stands_still_or_gives_up_a_run_is_resumed(
+    target: MakeTarget, point: CrashPoint, asked: str
+) -> None:
+    """Held: the meter's line is pulled out. What was asked of the dead process is not asked of the next."""
+    aimed = target("table-3458a")
+    run_dir = aimed.new_folder()
+    cut = {"line": "readouts.dmm", "kind": "hang-up", "away_s": 20.0, "at_s": 150.0}
+    faults = None if asked else FaultPlan.model_validate({"fault": {"cut": cut}})
+
+    def work(seen: RunObserver) -> Outcome:
+        run_dir.mkdir()
+        with open_rig(aimed.bench.rig, faults=faults) as rig:
+            person = Person(run_dir, Asks(seen, run_dir, asked))
+            return begin(run_dir, aimed.bench.header(run_dir), aimed.bench.plan, rig, person, person)
+
+    ended = run_child(work, f"{point}:1")
+    assert ended.was_killed, f"{point} was never passed"
+    require_kept(run_dir, ended.acknowledged, [])
+    assert status(run_dir).state is State.INTERRUPTED
+    assert resumed(run_dir).state is State.FINISHED
+    aimed.require_the_clean_result(run_dir)
 
 
 @pytest.mark.soak

@@ -5,7 +5,7 @@ oracle compares with the run that met no fault: a finished run whose parameters 
 the one thing that must not happen.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -19,6 +19,7 @@ from procedures.delivery import sensors_document, solve_run
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.journal_reader import JournalReader
+from procedures.run.progress import Progress, RunObserver, SilentObserver
 from procedures.run.resume import resume_on
 from procedures.run.spool import Request, Spool
 from procedures.run.states import State
@@ -42,12 +43,17 @@ Parameters = Mapping[tuple[str, str], tuple[float, float]]
 
 
 class Person:
-    """Somebody's clock, whose seconds cost none: says continue now and then, and stop when it has gone on too long."""
+    """Somebody's clock, whose seconds cost none: says continue now and then, and stop when it has gone on too long
+    without a dwell. Also the run's observer, who passes on what it sees."""
 
     slice_s = 0.1
 
-    def __init__(self, run_dir: Path) -> None:
-        self._spool, self._clock, self._looks = Spool(run_dir), a_clock(), 0
+    def __init__(self, run_dir: Path, seen: RunObserver) -> None:
+        self._spool, self._clock, self._looks, self._seen = Spool(run_dir), a_clock(), 0, seen
+
+    def on_event(self, progress: Progress) -> None:
+        self._looks = 0 if progress.event == "dwell" else self._looks
+        self._seen.on_event(progress)
 
     def sleep(self, duration_s: float) -> None:
         self._clock.sleep(duration_s)
@@ -93,7 +99,9 @@ class Story:
         return self.trips > 0 or bool(self.findings) or any(cause in SUSPICIOUS for cause in self.causes)
 
 
-def tell_of(bench: Bench, run_dir: Path, plan: FaultPlan) -> Story:
+def tell_of(
+    bench: Bench, run_dir: Path, plan: FaultPlan, observer: Callable[[Rig], RunObserver] = lambda rig: SilentObserver()
+) -> Story:
     """Run the campaign with the faults of ``plan``; raises AssertionError where something moved that must not."""
     story = Story(plan, run_dir)
     run_dir.mkdir()
@@ -102,12 +110,12 @@ def tell_of(bench: Bench, run_dir: Path, plan: FaultPlan) -> Story:
     except RigError:
         return story
     with rig:
-        person = Person(run_dir)
-        outcome = begin(run_dir, bench.header(run_dir), bench.plan, rig, None, person)
+        person = Person(run_dir, observer(rig))
+        outcome = begin(run_dir, bench.header(run_dir), bench.plan, rig, person, person)
         require_rest(rig, outcome)
         while outcome.state in (State.TRIPPED, State.STOPPED) and story.trips < MOST_RESUMES:
             story.trips += 1
-            outcome = resume_on(run_dir, rig, "ann", "looked at it", None, Person(run_dir))
+            outcome = resume_on(run_dir, rig, "ann", "looked at it", person, person)
             require_rest(rig, outcome)
         story.outcome = outcome
         require_inside_limits(rig)
@@ -135,9 +143,17 @@ def _findings(solved: Mapping[str, Any]) -> list[str]:
     return [
         f"{axis}: {name}"
         for axis, fitted in sensor["axes"].items()
-        for name, test in {"lack of fit": fitted["replication"]["tp"], **fitted["replication"]["tp"]["drift"]}.items()
-        if test.get("t", test.get("t_bias")) > CLEARLY * test.get("f_95", test.get("f_bias_95"))
+        for name, (t, f_95) in _tests(fitted["replication"]).items()
+        if t > CLEARLY * f_95
     ]
+
+
+def _tests(replication: Mapping[str, Any] | None) -> dict[str, tuple[float, float]]:
+    if replication is None:
+        return {}
+    found = replication["tp"]
+    drift = {name: (test["t"], test["f_95"]) for name, test in found["drift"].items()}
+    return {"lack of fit": (found["t_bias"], found["f_bias_95"]), **drift}
 
 
 def worst_deviation(story: Story, clean: Parameters) -> float:
