@@ -112,7 +112,7 @@ def follow(
         recorder.wait(LEAD_S)
         recordings = recorder.stop()
     aligned = {name: align(one) for name, one in recordings.items()}
-    readings = _stored(motion, led, recordings, aligned, began_s)
+    readings = _stored(plan, motion, led, recordings, aligned, began_s)
     timings = tuple(timing(one, aligned[name]) for name, one in recordings.items())
     after = look(rig, dwell.targets_deg)
     return Measurement(before, after, readings, True, 0.0, MotionRecord(streams=timings))
@@ -128,6 +128,7 @@ def _lead(rig: OpenRig, motion: Follow, led: Mapping[str, _Led], began_s: float,
 
 
 def _stored(
+    plan: Plan,
     motion: Follow,
     led: Mapping[str, _Led],
     recordings: Mapping[str, Recording],
@@ -143,6 +144,7 @@ def _stored(
             readings[key] = ChannelReading(key, values, began_s, motion.update_s)
     for name, recorded in recordings.items():
         taken_s = aligned[name].rig_s(recorded.device_s) - began_s
-        for key, values in {**recorded.values, f"{name}.{TAKEN}": taken_s}.items():
+        wanted = {channel: values for channel, values in recorded.values.items() if channel in plan.channels}
+        for key, values in {**wanted, f"{name}.{TAKEN}": taken_s}.items():
             readings[key] = ChannelReading(key, values, began_s + float(taken_s[0]), 1.0 / recorded.rate_hz)
     return readings

@@ -1,7 +1,8 @@
 """Is a dwell with motion, a field or a stream good. Pure: values in, reasons out.
 
 * samples: as many as were asked for, none missing, none twice, none in doubt, each finite; one gap voids the dwell.
-* scatter: a turning sensor that reads the same number over and over is stuck.
+* scatter: a sensor that scattered in the dwells before and now reads one number over and over is stuck. One that always
+  reads one number may be too coarse for its noise: nothing can be said.
 * position: at rest before and after, seated, homed, no fault; what was reached is what a reference told, where there is
   one, within its tolerance and three of its standard uncertainties.
 * temperature as everywhere.
@@ -32,7 +33,7 @@ def judge_dwell(
     return (
         *([] if measured.is_settled else [f"not settled after {measured.settle_s:.3g} s"]),
         *(reason for timing in measured.motion.streams for reason in _stream(timing)),
-        *(reason for reading in measured.readings.values() for reason in _reading(reading)),
+        *(reason for reading in measured.readings.values() for reason in _reading(reading, noise)),
         *_position(dwell, measured, limits, reference),
         *temperature(measured.before, limits, "before"),
         *temperature(measured.after, limits, "after"),
@@ -46,17 +47,18 @@ def _stream(timing: StreamTiming) -> Iterator[str]:
         yield f"{timing.stream}: of {timing.samples} samples {told} ({timing.first_gap}), allowed none"
 
 
-def _reading(reading: ChannelReading) -> Iterator[str]:
+def _reading(reading: ChannelReading, noise: NoiseReference) -> Iterator[str]:
     bad = int(np.count_nonzero(~np.isfinite(reading.samples_v)))
     if bad:
         yield f"{reading.channel}: {bad} of {reading.samples_v.size} readings overloaded"
-    elif reading.samples_v.size >= FEWEST_SAMPLES_STUCK and np.ptp(reading.samples_v) == 0.0 and _must_vary(reading):
+    elif _stands_still(reading) and noise.standard_deviation_v(reading.channel):
         yield f"{reading.channel}: stuck: {reading.samples_v.size} times {reading.samples_v[0]:g}"
 
 
-def _must_vary(reading: ChannelReading) -> bool:
-    """An axis that takes no part in a motion stands where it is."""
-    return not reading.channel.startswith("axes.")
+def _stands_still(reading: ChannelReading) -> bool:
+    """Of a sensor; an axis that takes no part in a motion stands where it is."""
+    is_axis = reading.channel.startswith("axes.")
+    return not is_axis and reading.samples_v.size >= FEWEST_SAMPLES_STUCK and float(np.ptp(reading.samples_v)) == 0.0
 
 
 def _position(

@@ -85,7 +85,7 @@ def _at_rest(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement,
             left = max((wanted[name] - recorder.samples(name)) / rig.streams[name].rate_hz for name in short)
             recorder.wait(left + recorder.poll_s)
         parts = {name: one.part(0, wanted[name]) for name, one in recorder.stop().items()}
-    readings |= as_readings(parts, began_s)
+    readings |= as_readings(parts, plan, began_s)
     timings = tuple(timing(one, align(one)) for one in parts.values())
     reference = plan.attitude_reference
     uncertainty_deg = {} if reference is None else dict.fromkeys(told_deg, reference.uncertainty_deg)

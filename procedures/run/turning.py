@@ -171,7 +171,7 @@ def _revolve(rig: OpenRig, plan: Plan, motion: Turn, announcement: Announcement,
     wanted = {name: floor(motion.seconds * one.rate_hz + 1e-6) for name, one in recordings.items()}
     parts = {name: one.part(0, wanted[name]) for name, one in recordings.items()}
     aligned = tuple(timing(one, align(one)) for one in parts.values())
-    return _Done(looks.measured(first), {**readings, **as_readings(parts, began_s)}, aligned, ramp_s)
+    return _Done(looks.measured(first), {**readings, **as_readings(parts, plan, began_s)}, aligned, ramp_s)
 
 
 def _come_to_speed(rig: OpenRig, axis: RateAxis, looks: Looks, recorder: Recorder) -> float:
@@ -251,7 +251,9 @@ def _sweep(
         rates.append(rate)
         parts.append(recorded)
     joined = {name: [one[name] for one in parts] for name in parts[0]}
-    readings = {name: reading for name, ones in joined.items() for name, reading in _joined(ones, began_s).items()}
+    readings = {
+        name: reading for name, ones in joined.items() for name, reading in _joined(ones, plan, began_s).items()
+    }
     aligned = tuple(_worst(ones) for ones in joined.values())
     return _Done(_mean_of(rates), readings, aligned, 0.0)
 
@@ -313,12 +315,12 @@ def _mean_of(rates: list[Measured]) -> Measured:
     )
 
 
-def as_readings(recordings: Mapping[str, Recording], began_s: float) -> dict[str, ChannelReading]:
-    """The samples of every stream, by channel."""
-    return {name: reading for one in recordings.values() for name, reading in _joined([one], began_s).items()}
+def as_readings(recordings: Mapping[str, Recording], plan: Plan, began_s: float) -> dict[str, ChannelReading]:
+    """The samples of every stream, by channel, of those that the plan reads."""
+    return {name: reading for one in recordings.values() for name, reading in _joined([one], plan, began_s).items()}
 
 
-def _joined(recordings: list[Recording], began_s: float) -> dict[str, ChannelReading]:
+def _joined(recordings: list[Recording], plan: Plan, began_s: float) -> dict[str, ChannelReading]:
     """The samples of several recordings of one stream, end to end."""
     return {
         channel: ChannelReading(
@@ -328,6 +330,7 @@ def _joined(recordings: list[Recording], began_s: float) -> dict[str, ChannelRea
             1.0 / recordings[0].rate_hz,
         )
         for channel in recordings[0].values
+        if channel in plan.channels
     }
 
 
