@@ -66,6 +66,10 @@ def test_without_a_change_the_directions_exceed_their_limit_as_often_as_stated()
     assert 1 <= below <= 17, below  # binomial, 40 at 0.2: 0.2 % either side
     ratios = [axis.sensitivity_relative.in_uncertainties for one in found for axis in one.axes.values()]
     assert 0.75 < np.sqrt(np.mean(np.square(ratios))) < 1.35
+    left = [
+        one.in_uncertainties for pair in found for axis in pair.axes.values() for one in axis.direction_arcsec.values()
+    ]
+    assert 0.82 < np.sqrt(np.mean(np.square(left))) < 1.22
 
 
 def test_another_g_is_no_change_of_the_sensor() -> None:
