@@ -20,6 +20,7 @@ from rig.devices.cable import CableGuard, TurningAxis
 from rig.errors import DescriptionError, LinkLost
 from rig.fault_file import FaultPlan
 from rig.faulty_lines import with_faults
+from rig.identity import Identifiable, expected, require_expected
 from rig.kept_lines import LineSource
 from rig.lines import Lines
 from rig.link.counts import ExchangeCounts
@@ -101,7 +102,21 @@ class Rig:
         self._devices = self._connect()
 
     def identities(self) -> dict[str, str]:
-        """Who every device says it is, by table (``axes.pitch``). Raises: DeviceSilent, DeviceNonsense, LinkLost."""
+        """Who every device says it is, by table (``axes.pitch``).
+
+        Raises: DeviceSilent, DeviceNonsense, LinkLost, RequestRefused where one is not the one that the file means.
+        """
+        told = {key: device.identify() for key, device in self.by_table().items()}
+        require_expected(expected(self.description), told)
+        return told
+
+    def require_identities(self) -> None:
+        """Ask those who they are of whom the file states it. Raises as :meth:`identities`."""
+        stated, devices = expected(self.description), self.by_table()
+        require_expected(stated, {key: devices[key].identify() for key in stated})
+
+    def by_table(self) -> dict[str, Identifiable]:
+        """Every device by its table in the rig file (``axes.pitch``)."""
         tables: dict[str, Mapping[str, Axis | Readout | Environment | Stream | Field]] = {
             "axes": dict(self.axes),
             "readouts": dict(self.readouts),
@@ -109,11 +124,7 @@ class Rig:
             "streams": dict(self.streams),
             "field": dict(self.fields),
         }
-        return {
-            f"{table}.{name}": device.identify()
-            for table, devices in tables.items()
-            for name, device in devices.items()
-        }
+        return {f"{table}.{name}": device for table, devices in tables.items() for name, device in devices.items()}
 
     def close(self) -> None:
         """Give ports and locks back; closing twice is harmless. Nothing is moved or stopped."""

@@ -1,10 +1,17 @@
 """What is connected to this machine: serial ports by their stable names, and VISA resources where there is a VISA."""
 
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from rig.errors import RequestRefused
+from rig.assembly import open_rig
+from rig.bench import axis_lines
+from rig.description import RigDescription
+from rig.errors import RequestRefused, RigBusy, RigError
+from rig.faulty_lines import drivers_of
+from rig.identity import Identifiable, expected, require_expected
+from rig.lock import acquire
 
 BY_ID = Path("/dev/serial/by-id")
 
@@ -18,6 +25,16 @@ class SerialPort:
     description: str
     hardware: str
     """USB vendor, product and serial number as the system prints them; empty where it knows none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A device that was asked who it is, by its table in the rig file."""
+
+    key: str
+    told: str = ""
+    trouble: str = ""
+    """Why there is no answer, or why it is the wrong one."""
 
 
 def serial_ports(by_id: Path = BY_ID) -> list[SerialPort]:
@@ -34,6 +51,53 @@ def serial_ports(by_id: Path = BY_ID) -> list[SerialPort]:
         )
         for port in sorted(comports(), key=lambda port: port.device)
     ]
+
+
+def identify_each(description: RigDescription, rig_file: Path) -> list[Asked]:
+    """Every device of a rig asked who it is, line by line: one that does not answer keeps no other from being asked.
+
+    Nothing moves. Raises: RigBusy where somebody owns the rig.
+    """
+    with acquire([str(rig_file)], "devices"):
+        found = [asked for line in _lines(description) for asked in _asked(line)]
+    return [_judged(asked, expected(description)) for asked in found]
+
+
+def _lines(description: RigDescription) -> Iterator[RigDescription]:
+    """The rig with the devices of one line only, for every line."""
+    nothing: dict[str, object] = {"axes": {}, "readouts": {}, "environment": {}, "streams": {}, "field": {}}
+    for names in axis_lines(description.axes):
+        only: dict[str, object] = {"axes": {name: description.axes[name] for name in names}}
+        yield description.model_copy(update=nothing | only)
+    for table in ("readouts", "environment", "streams", "field"):
+        for name, device in getattr(description, table).items():
+            yield description.model_copy(update=nothing | {table: {name: device}})
+
+
+def _asked(line: RigDescription) -> list[Asked]:
+    """The devices of one line; where the line itself cannot be opened, that is what each of them has to say."""
+    try:
+        with open_rig(line) as rig:
+            return [_answer(key, device) for key, device in rig.by_table().items()]
+    except RigBusy:
+        raise
+    except RigError as error:
+        return [Asked(key, trouble=str(error)) for key in drivers_of(line)]
+
+
+def _answer(key: str, device: Identifiable) -> Asked:
+    try:
+        return Asked(key, device.identify())
+    except RigError as error:
+        return Asked(key, trouble=str(error))
+
+
+def _judged(asked: Asked, expected_of: dict[str, str]) -> Asked:
+    try:
+        require_expected(expected_of, {asked.key: asked.told} if asked.told else {})
+    except RequestRefused as stranger:
+        return Asked(asked.key, asked.told, str(stranger))
+    return asked
 
 
 def stable_paths(by_id: Path) -> dict[str, str]:

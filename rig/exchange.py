@@ -13,6 +13,7 @@ from typing import TypeVar
 from rig.errors import DeviceNonsense, DeviceSilent
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
+from rig.link.symptoms import remedy
 
 Reply = TypeVar("Reply")
 
@@ -188,13 +189,14 @@ class Exchange:
     def _silence(self, request: bytes, received: bytes, timeout_s: float) -> DeviceSilent:
         return DeviceSilent(
             f"{self.stream.name}: no complete reply to {shown(request)}: got {shown(received)} within {timeout_s:g} s;"
-            " nothing was taken from it; check power, address, cable and terminator"
+            f" nothing was taken from it; {remedy(request, received, 'check power, address, cable and terminator')}"
         )
 
     def _nonsense(self, request: bytes, received: bytes, why: str) -> DeviceNonsense:
         return DeviceNonsense(
             f"{self.stream.name}: no answer to {shown(request)}: got {shown(received)}: {why};"
-            " nothing was taken from it; check the line settings and that this is the right device"
+            " nothing was taken from it;"
+            f" {remedy(request, received, 'check the line settings and that this is the right device')}"
         )
 
 

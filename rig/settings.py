@@ -25,6 +25,8 @@ class AxisSettings(StrictTable):
     driver: str
     port: str
     """``twin``, a device by its stable id, ``socket://host:port`` or ``rfc2217://host:port``."""
+    identity: str | None = None
+    """A part of what it answers to the question who it is, such as its serial number: another device is refused."""
     limits_deg: tuple[float, float]
     speed_dps: Positive
     increment_deg: NotNegative = 0.0
@@ -80,6 +82,8 @@ class ReadoutSettings(StrictTable):
 
     driver: str
     standard: str | None = None
+    identity: str | None = None
+    """As of an axis."""
 
     def channel_names(self) -> tuple[str, ...]:
         """Names of the channels this readout offers."""
@@ -96,6 +100,8 @@ class EnvironmentSettings(StrictTable):
     driver: str
     port: str
     standard: str | None = None
+    identity: str | None = None
+    """As of an axis."""
     limits_degc: tuple[float, float] = (-60.0, 150.0)
     """Where a setpoint may be; checked in the plan and in the driver just before it is sent."""
 
@@ -120,6 +126,8 @@ class StreamSettings(StrictTable):
     driver: str
     port: str
     standard: str | None = None
+    identity: str | None = None
+    """As of an axis."""
 
     def channel_names(self) -> tuple[str, ...]:
         """Names of the channels this stream offers."""

@@ -2,15 +2,22 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from procedures.cli.output import print_json, say
+from procedures.cli.output import note, print_json, say
+from procedures.errors import ExitStatus
+
+if TYPE_CHECKING:
+    from rig.discovery import Asked, SerialPort
 
 
-def devices(*, rig: Path | None = None, json: Annotated[bool, Parameter(negative=())] = False) -> None:
+def devices(*, rig: Path | None = None, json: Annotated[bool, Parameter(negative=())] = False) -> ExitStatus:
     """Serial ports and VISA resources found here; with --rig, who the devices of that rig say they are.
+
+    Each device is asked by itself, so that one that is silent keeps no other from being seen; the status is 1 where one
+    is silent, or is not the one that the rig file means.
 
     Parameters
     ----------
@@ -22,10 +29,18 @@ def devices(*, rig: Path | None = None, json: Annotated[bool, Parameter(negative
     from rig.discovery import serial_ports, visa_resources
 
     ports, resources = serial_ports(), visa_resources()
-    identities = {} if rig is None else _identities(rig)
+    asked = [] if rig is None else _asked(rig)
     if json:
-        print_json({"serial": [asdict(port) for port in ports], "visa": resources, "identities": identities})
-        return
+        troubles = {device.key: device.trouble for device in asked if device.trouble}
+        identities = {device.key: device.told for device in asked if device.told}
+        found = {"serial": [asdict(port) for port in ports], "visa": resources}
+        print_json({**found, "identities": identities, "troubles": troubles})
+    else:
+        _tell(ports, resources, asked)
+    return ExitStatus.FAILED if any(device.trouble for device in asked) else ExitStatus.DONE
+
+
+def _tell(ports: "list[SerialPort]", resources: list[str] | None, asked: "list[Asked]") -> None:
     say(f"serial ports: {len(ports) or 'none found'}")
     for port in ports:
         say(f"  {port.stable_path}   {port.description} {port.hardware}".rstrip())
@@ -33,13 +48,14 @@ def devices(*, rig: Path | None = None, json: Annotated[bool, Parameter(negative
         say("VISA resources: no VISA here (install calrig with the extra visa)")
     else:
         say(f"VISA resources: {', '.join(resources) or 'none found'}")
-    for name, identity in identities.items():
-        say(f"{name}: {identity}")
+    for device in asked:
+        say(f"{device.key}: {device.told or 'no identity'}")
+    for trouble in dict.fromkeys(device.trouble for device in asked if device.trouble):
+        note(f"calrig: {trouble}")
 
 
-def _identities(path: Path) -> dict[str, str]:
-    from rig.assembly import open_rig
+def _asked(path: Path) -> "list[Asked]":
     from rig.description import read_rig
+    from rig.discovery import identify_each
 
-    with open_rig(read_rig(path), rig_file=path, purpose="devices") as opened:
-        return opened.identities()
+    return identify_each(read_rig(path), path)

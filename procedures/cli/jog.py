@@ -95,6 +95,8 @@ def jog(
         stoppable_wait(opened.clock) as wait,
         _homes_kept(opened),
     ):
+        if wanted:
+            opened.require_identities()
         if wanted and description.uses_twins:
             _home_twins(opened, wait)
         document: dict[str, Any] = {"rig": description.rig.name}

@@ -175,12 +175,13 @@ class MaestroController:
     def resynchronise(self) -> None:
         """After a doubt: silence, then an answer of one byte, which no late answer of two can be, then silence."""
         self._exchange.wait_for_quiet()
-        self._exchange.stream.write(self._codec.encode(Request(wire.GET_SCRIPT_STATUS)))
-        told = self._exchange.read_bytes(1, self._exchange.patience.timeout_s, b"Get Script Status")
+        question = self._codec.encode(Request(wire.GET_SCRIPT_STATUS))
+        self._exchange.stream.write(question)
+        told = self._exchange.read_bytes(1, self._exchange.patience.timeout_s, question)
         if told[0] > _STOPPED:
             raise DeviceNonsense(
                 f"{self._exchange.stream.name}: the state of the script is {told[0]}, allowed 0 and 1: no Maestro"
-                " answers here; nothing was taken from it; check the line settings and that this is the right device"
+                " answers here; nothing was taken from it; check the baud rate and that this is the right device"
             )
         self._exchange.wait_for_quiet()
 

@@ -18,6 +18,7 @@ from rig.exchange import Patience
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
 from rig.link.modbus_replies import granted, told
+from rig.link.symptoms import remedy
 
 if TYPE_CHECKING:
     from pymodbus.pdu import ModbusPDU
@@ -159,7 +160,8 @@ class ModbusRtu:
         clock = self.stream.clock
         self.counts.asked += 1
         clock.sleep(self._gap_s)
-        self.stream.write(self._framer.buildFrame(request))
+        question = self._framer.buildFrame(request)
+        self.stream.write(question)
         deadline_s = clock.monotonic_s() + self._patience.timeout_s
         frame = b""
         while len(frame) < (_EXCEPTION_LENGTH if len(frame) > 1 and frame[1] & 0x80 else _reply_length(request)):
@@ -167,7 +169,8 @@ class ModbusRtu:
             if not more:
                 raise DeviceSilent(
                     f"{self.stream.name}: no whole reply to {told(request)}: got {frame.hex(' ') or 'nothing'} within"
-                    f" {self._patience.timeout_s:g} s; nothing was taken from it; check power, unit number and line"
+                    f" {self._patience.timeout_s:g} s; nothing was taken from it;"
+                    f" {remedy(question, frame, 'check power, unit number, baud rate, parity and line')}"
                 )
             frame += more
         return frame
@@ -185,13 +188,14 @@ class ModbusRtu:
         reasons = [reason for is_wrong, reason in wrong if is_wrong]
         reply = None if reasons else self._framer.decoder.decode(frame[1:-2])
         if reply is None:
-            raise self._nonsense(request, f"got {frame.hex(' ')}: {(reasons or ['not decodable'])[0]}")
+            raise self._nonsense(request, f"got {frame.hex(' ')}: {(reasons or ['not decodable'])[0]}", frame)
         return reply
 
-    def _nonsense(self, request: "ModbusPDU", why: str) -> DeviceNonsense:
+    def _nonsense(self, request: "ModbusPDU", why: str, frame: bytes = b"?") -> DeviceNonsense:
+        look = "check baud rate, parity, the unit number and other masters on this line"
         return DeviceNonsense(
             f"{self.stream.name}: no answer to {told(request)}: {why}; nothing was taken from it;"
-            " check the line settings, the unit number and other masters on this line"
+            f" {remedy(self._framer.buildFrame(request), frame, look)}"
         )
 
 

@@ -113,7 +113,19 @@ def _open(url: str, line: LineSettings, name: str) -> "serial.Serial":
     except PORT_ERRORS as error:
         if getattr(error, "errno", None) in (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK):
             raise RigBusy(f"{name}: another program has this port open; nothing was opened; close it there") from error
-        raise LinkLost(f"{name}: cannot be opened: {error}; nothing was sent; check the cable and the path") from error
+        raise LinkLost(
+            f"{name}: cannot be opened: {_why(error)}; nothing was sent; check the cable and the path"
+        ) from error
+
+
+def _why(error: Exception) -> str:
+    """Pyserial says the number, the path and the cause twice over."""
+    if getattr(error, "errno", None) == errno.ENOENT:
+        return (
+            "no such port now: it is unplugged, or was plugged in again under another name"
+            " (`calrig devices` lists what is there)"
+        )
+    return str(error)
 
 
 @contextmanager
