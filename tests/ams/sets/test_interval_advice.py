@@ -10,7 +10,7 @@ from ams.sets.interval_advice import advise_interval
 from ams.sets.series import Population
 from ams.sets.synthetic import Story, synthetic_archive
 
-STORY = Story(sensors=12, years=3, drift_arcsec_per_year=0.0, drop_arcsec=0.0)
+STORY = Story(sensors=12, drift_arcsec_per_year=0.0, drop_arcsec=0.0)
 
 
 def _repeated(every: timedelta) -> Population:
