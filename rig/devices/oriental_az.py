@@ -9,7 +9,7 @@ Source: the maker's public samples and manual HM-60262E; the numbers of the outp
 """
 
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack
 from threading import RLock
 from typing import Annotated, Literal
 
@@ -145,9 +145,13 @@ class OrientalAzAxis:
         assert self.watchdog_s is not None
         self._has_noticed()
         self._require_no_alarm("arm the watchdog")
-        self._write_silence(self.watchdog_s)
         remedy = 'set "communication timeout" in the driver (MEXE02) and its register as watchdog_register'
-        return prove(self.name, self.watchdog_s, self._has_noticed, wait, remedy)
+        with ExitStack() as unless_proven:
+            unless_proven.callback(self.disarm_watchdog)
+            self._write_silence(self.watchdog_s)
+            told = prove(self.name, self.watchdog_s, self._has_noticed, wait, remedy)
+            unless_proven.pop_all()
+        return told
 
     def feed_watchdog(self) -> None:
         self._status()

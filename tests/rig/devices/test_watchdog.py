@@ -17,7 +17,7 @@ from pydantic import ValidationError
 
 from rig.clock import Clock, ScaledClock, SystemClock
 from rig.devices.abilities import Watchdog
-from rig.errors import DeviceFault
+from rig.errors import DeviceFault, WaitEnded
 from rig.link.ports import open_stream
 from rig.motion import home_and_arrive
 from rig.twins.servers import TwinServer, serve_pty, serve_tcp
@@ -114,6 +114,19 @@ def test_a_register_that_is_another_one_is_found_out() -> None:
     bench = motion_bench("oriental-az", watchdog_s=T_S, watchdog_register=0x5C)  # a position of the direct data
     with pytest.raises(DeviceFault, match=r"did not notice a silence of 6\.25 s.*watchdog_register"):
         bench.pitch.arm_watchdog(bench.clock.sleep)
+
+
+def test_a_proof_that_is_broken_off_leaves_no_watchdog_behind() -> None:
+    bench = motion_bench("oriental-az", watchdog_s=T_S)
+
+    def wait(duration_s: float) -> None:
+        bench.clock.sleep(0.1)
+        raise WaitEnded(f"abort, {duration_s:g} s early")
+
+    with pytest.raises(WaitEnded):
+        bench.pitch.arm_watchdog(wait)
+    _let_the_twin_notice(bench, 3600.0)
+    assert bench.pitch.state().fault == ""
 
 
 def test_the_servos_of_one_controller_are_silent_once_and_all_lost_until_homed() -> None:
