@@ -7,7 +7,7 @@ from math import inf
 from procedures.plan.plan import Plan
 from procedures.run.alarm import Alarm
 from procedures.run.care import Care
-from procedures.run.ending import Ending, RunEnds
+from procedures.run.ending import PROCESS, Ending, RunEnds
 from procedures.run.links import KIND as LINKS
 from procedures.run.links import link_detail
 from procedures.run.measure import OpenRig
@@ -64,7 +64,7 @@ class Conduct:
                 Ending(
                     State.STOPPED,
                     f"this process has grown: {grown}; calrig resume goes on in a fresh one",
-                    cause="process",
+                    cause=PROCESS,
                 )
             )
 

@@ -8,6 +8,8 @@ from procedures.run.states import EXIT_STATUS, State
 
 STORAGE = "storage"
 """The cause of an ending that the disk forced."""
+PROCESS = "process"
+"""The cause of an ending that the process' own growth forced."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,5 +46,5 @@ class Outcome:
 
     @property
     def exit_status(self) -> ExitStatus:
-        """A run that the disk stopped has failed, though it can be resumed."""
-        return ExitStatus.FAILED if self.cause == STORAGE else EXIT_STATUS[self.state]
+        """A run that the disk or its own process stopped has failed, though it can be resumed: nobody asked for it."""
+        return ExitStatus.FAILED if self.cause in (STORAGE, PROCESS) else EXIT_STATUS[self.state]

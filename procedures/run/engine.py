@@ -23,7 +23,7 @@ from procedures.run.alarm import RECONNECT, TrustLost
 from procedures.run.care import Care
 from procedures.run.conduct import Conduct
 from procedures.run.emergency import emergency_copy
-from procedures.run.ending import STORAGE, Ending, Outcome, RunEnds
+from procedures.run.ending import PROCESS, STORAGE, Ending, Outcome, RunEnds
 from procedures.run.epoch import Epoch
 from procedures.run.header import calrig_version
 from procedures.run.history import History, read_history
@@ -113,7 +113,7 @@ def run(
         except BaseException:
             explain(trail.folder)  # a defect of ours: the rig is safe, the page tells of it, and it goes on its way
             raise
-        if outcome.state in UNASKED or outcome.cause == STORAGE:
+        if outcome.state in UNASKED or outcome.cause in (STORAGE, PROCESS):
             explain(trail.folder, outcome.reason, outcome.positions_deg)
         return outcome
 

@@ -15,7 +15,7 @@ from small_run import Bench, bench, dwells_of, in_child, measured, resumed
 from ams.sets.whole_file import write_whole
 from procedures.cli.places import new_run_folder
 from procedures.delivery import solve_run
-from procedures.errors import JournalError
+from procedures.errors import ExitStatus, JournalError
 from procedures.run.journal_reader import JournalReader
 from procedures.run.process import growth
 from procedures.run.resume import resume
@@ -168,8 +168,9 @@ def test_fault_17_a_process_that_grows_ends_its_run_in_time_and_a_fresh_one_goes
     monkeypatch.setattr("procedures.run.conduct.process_figures", lambda: next(looks, {"open_files": 10.0}))
     night = Night(tmp_path / "run")
     outcome = spend(small, night)
-    assert outcome.state is State.STOPPED
+    assert (outcome.state, outcome.exit_status) == (State.STOPPED, ExitStatus.FAILED)
     assert "this process has grown: open_files from 10 to 600, allowed 500 more" in outcome.reason
+    assert "calrig resume RUN goes on" in (night.run_dir / "why.txt").read_text(encoding="utf-8")
     assert [event.detail["open_files"] for event in events(night.run_dir, "process")] == [10.0, 600.0]
     assert resumed(night.run_dir).state is State.FINISHED
 

@@ -221,3 +221,14 @@ def test_fault_21_a_line_that_hangs_up_in_mid_move_is_held_and_goes_on(
     with JournalReader.open(night.run_dir) as reader:
         reader.verify()
     assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+
+
+def test_fault_23_lines_that_are_swapped_in_mid_run_measure_nothing_more(
+    small: Bench, clean: Path, tmp_path: Path
+) -> None:
+    night = Night(tmp_path / "run", at={600: asks("stop")})
+    swapped = {"line": METER, "kind": "swap", "other": CHAMBER, "at_s": 80.0}
+    outcome, told = plagued(small, night, faults(swapped=swapped))
+    assert told
+    assert outcome.state in (State.STOPPED, State.TRIPPED)
+    assert measured(dwells_of(night.run_dir)).items() <= measured(dwells_of(clean)).items()

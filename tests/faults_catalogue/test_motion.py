@@ -316,3 +316,25 @@ def test_fault_50_an_error_bit_in_mid_dwell_is_seen_by_the_look_after_it(bit: Er
     assert (after.is_homed, "sent the servos home" in after.fault) == (False, True)
     with pytest.raises(DeviceFault, match="nothing moved; clear it at the machine"):
         move_and_arrive(machine.pitch, 30.0, machine.clock, machine.clock.sleep)
+
+
+@pytest.mark.parametrize("at_s", [0.5, 8.3, 30.0, 61.7, 90.2, 133.3, 150.9])
+def test_fault_45_a_controller_that_loses_power_at_any_moment_is_homed_before_anything_else(
+    small: Bench, clean: Path, tmp_path: Path, at_s: float
+) -> None:
+    """Whole lines, whole twins: power fails for three seconds; no number comes from a false zero."""
+    night = Night(tmp_path / "run", at={n: asks("continue") for n in range(200, 4000, 200)})
+    cut = {"line": "axes.pitch", "kind": "power-cycle", "at_s": at_s, "away_s": 3.0}
+    outcome, told = plagued(small, night, faults(cut=cut))
+    assert told
+    if outcome.state is not State.FINISHED:
+        assert outcome.state is State.TRIPPED, outcome.reason
+        with open_rig(small.rig) as rig:
+            assert resume_on(night.run_dir, rig, "carla", "looked at its supply").state is State.FINISHED
+    again = {dwell.step for dwell in dwells_of(night.run_dir) if dwell.accepted and dwell.attempt > 1}
+    found, truth = measured(dwells_of(night.run_dir)), measured(dwells_of(clean))
+    assert found.keys() == truth.keys()
+    assert {step: found[step] for step in found if step not in again} == {
+        step: truth[step] for step in truth if step not in again
+    }
+    assert len(again) <= 1, "the dwell in progress, rejected and measured with chance of its own"
