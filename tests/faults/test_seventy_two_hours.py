@@ -99,6 +99,6 @@ def _require_no_growth(figures: Figures) -> None:
 @pytest.mark.soak
 @pytest.mark.timeout(7200)
 def test_fault_17_seventy_two_virtual_hours_with_faults_grow_nothing(tmp_path: Path) -> None:
-    figures = _run(tmp_path, replications=9, hours=80.0)
+    figures = _run(tmp_path, replications=11, hours=85.0)
     assert figures.hours[-1] > 72.0
     _require_no_growth(figures)
