@@ -12,6 +12,11 @@ from procedures.run.records import ChannelReading, DwellRecord
 from rig.chain import Chain
 
 
+def correcting(chains: Mapping[str, Chain]) -> dict[str, Chain]:
+    """Those that change what is read."""
+    return {channel: chain for channel, chain in chains.items() if chain.corrects}
+
+
 def at_declared(record: DwellRecord, chains: Mapping[str, Chain]) -> DwellRecord:
     """With the corrected channels' samples as they would be by declaration; supplies of ratiometric sensors left out.
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from procedures.run.chains import correcting
 from procedures.run.interlocks import Interlock
 from rig.chain import Chain
 from rig.description import RigDescription
@@ -61,7 +62,7 @@ def precautions_of(rig: RigDescription) -> Precautions:
             for channel, chain in rig.chain.items()
             if chain.warm_up_s > 0.0 or chain.warm_up_slope_v_per_h is not None
         ),
-        chains={channel: chain for channel, chain in rig.chain.items() if chain.corrects},
+        chains=correcting(rig.chain),
     )  # fmt: skip
 
 

@@ -1,10 +1,12 @@
 """Supply and load resistor through a whole run: the coefficients are those at the declared supply and resistor."""
 
+from math import cos, radians
 from pathlib import Path
 
 import pytest
 from small_run import bench, dwells_of
 
+from procedures.motion_solving import solve_motion
 from procedures.provenance import provenance_of
 from procedures.report.record import read_record
 from procedures.run.journal_reader import JournalReader
@@ -48,6 +50,33 @@ def test_coefficients_hold_at_the_declared_supply_and_resistor(tmp_path: Path, c
     assert solved.calibration is not None
     for result in solved.calibration.axes.values():
         assert result.standard_error_v < 3e-5  # noise alone: 20 µV a reading, 5 readings a dwell
+
+
+def test_a_straight_line_holds_at_the_declared_supply_too(tmp_path: Path) -> None:
+    """Each axis up and down (SR), while the supply drifts."""
+    chains = "".join(f'[chain."dmm.{axis}"]\n{RATIOMETRIC}' for axis in "xyz")
+    tables = (("[twin]\n", f"{chains}[twin]\n"), ("[twin.truth.SN1]", f"{SUPPLY}[twin.truth.SN1]"))
+    grid = (
+        "pitch_deg = { from = -30.0, to = 30.0, step = 30.0 }\nroll_deg = { from = -180.0, to = 90.0, step = 90.0 }\n"
+    )
+    design = f'kind = "D"\n{grid}'
+    kinds = (
+        ('kind = "grid"', 'kind = "tumble"'),
+        (design, 'kind = "up-down"\norder = "raster"\n'),
+        ("[check]\nreference_every = 7\n", '[solve]\nmodel = "linear"\n'),
+    )
+    one = bench(tmp_path, rig=(CHANNELS, *tables), procedure=kinds)
+    assert one.run(tmp_path / "run").state is State.FINISHED
+    solved = solve_motion(dwells_of(tmp_path / "run"), one.rig, one.plan, "run")["SN1"]
+    gains = {
+        axis: parameter.value
+        for axis, result in solved.calibration.axes.items()  # type: ignore[union-attr]
+        for parameter in result.parameters
+        if parameter.name.startswith("gain")
+    }
+    # Up and down tell the part along the axis: cos of the coning angle.
+    expected = {"x": 2.5 * cos(radians(0.5)), "y": 2.48 * cos(radians(0.3)), "z": 2.52 * cos(radians(0.4))}
+    assert gains == pytest.approx({axis: 1.0 / value for axis, value in expected.items()}, rel=1e-4)
 
 
 def test_the_set_says_what_readings_were_brought_to(tmp_path: Path) -> None:
