@@ -11,9 +11,10 @@ from night import Night, asks, events, spend, states
 from plagued import two_packages
 from small_run import Bench, bench, dwells_of, measured
 
-from procedures.delivery import solve_run
+from procedures.delivery import deliver, solve_run
+from procedures.run.resume import resume_on
 from procedures.run.states import State
-from rig.assembly import Rig
+from rig.assembly import Rig, open_rig
 from rig.devices.abilities import Burst, Readout, Wait
 from rig.errors import DeviceNonsense
 
@@ -66,9 +67,6 @@ def test_fault_60_channels_that_change_places_in_mid_run_trip_within_three_point
 def test_fault_60_after_the_wiring_is_put_right_the_numbers_are_those_of_the_clean_run(
     small: Bench, tmp_path: Path
 ) -> None:
-    from procedures.run.resume import resume_on
-    from rig.assembly import open_rig
-
     small.run(tmp_path / "clean")
     night = Night(tmp_path / "run")
     spend(small, night, rig_of=lambda rig: Rewired(rig, {"dmm.y": "dmm.z", "dmm.z": "dmm.y"}, 45))
@@ -112,6 +110,28 @@ def test_fault_61_a_sensor_that_is_unplugged_is_dropped_and_the_others_go_on(
     for axis, found in solved["SN1"].calibration.axes.items():
         for one, other in zip(found.parameters, clean.axes[axis].parameters, strict=True):
             assert one.value == pytest.approx(other.value, abs=8.0 * float(other.standard_uncertainty or 0.0))
+
+
+def test_fault_61_a_dropped_sensor_stays_dropped_over_a_resume_and_the_report_names_it(tmp_path: Path) -> None:
+    small = two_packages(tmp_path)
+
+    def unplugged(number: int, burst: Burst) -> Burst:
+        is_gone = number >= 70 and burst.channel in ("dmm.u", "dmm.v")
+        return replace(burst, values_v=np.zeros(burst.values_v.size)) if is_gone else burst
+
+    night = Night(tmp_path / "run", after={12: asks("stop")})
+    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=unplugged)).state is State.STOPPED
+    with open_rig(small.rig) as rig:
+        assert resume_on(night.run_dir, rig, "carla").state is State.FINISHED
+    late = [dwell for dwell in dwells_of(night.run_dir) if dwell.accepted and dwell.epoch == 2]
+    assert not any("dmm.u" in dwell.readings for dwell in late)
+    (seam,) = events(night.run_dir, "seam")
+    assert seam.detail["comparisons"] == 18, "of the three channels that are left"
+    delivery = deliver(solve_run(night.run_dir), None)
+    assert set(delivery.sets) == {"SN1"}
+    page = delivery.report.read_text(encoding="utf-8")
+    assert "SN2 was dropped: step" in page
+    assert "it was dropped while the run went on without it" in page
 
 
 def test_fault_61_the_only_sensor_is_not_dropped_but_held(small: Bench, tmp_path: Path) -> None:
