@@ -75,8 +75,9 @@ class Levels(StrictTable):
     """Which of the rig's fields; by default its only one."""
     applied_ut: tuple[float, ...] = Field(min_length=1)
     """Besides none; along the coil's direction."""
-    surroundings_ut: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """What stands without the coil, level axes: north, east, down; by a reference magnetometer, or nulled."""
+    surroundings_ut: tuple[float, float, float] | None = None
+    """What stands without the coil where that is known, level axes: north, east, down; by a reference magnetometer, or
+    nulled. None: it is estimated from both senses of every axis."""
     method: Literal["known", "magnet-difference"] = "known"
     """``magnet-difference``: SR 4.1.3, where nothing tells the magnet's field but the sensor itself."""
     rest_s: Positive = 30.0

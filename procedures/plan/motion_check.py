@@ -236,7 +236,8 @@ def _levels(rig: RigDescription, plan: Plan, sensor: Sensor, axis: str, rates: F
         assert plan.levels is not None
         assert dwell.applied is not None
         coil = np.array(rig.field[dwell.applied.coil].direction)
-        level = np.array(plan.levels.surroundings_ut) + dwell.applied.field_ut * coil / np.linalg.norm(coil)
+        beside = np.array(plan.levels.surroundings_ut or (0.0, 0.0, 0.0))
+        level = beside + dwell.applied.field_ut * coil / np.linalg.norm(coil)
         levels.append(float(along @ to_stage(*angles) @ level))
     return np.array(levels)
 

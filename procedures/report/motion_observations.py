@@ -22,8 +22,8 @@ from rig.description import RigDescription, Sensor
 
 FloatArray = NDArray[np.float64]
 AXES = ("pitch", "yaw", "roll")
-LEAST_ALONG_GRAVITY = 0.5
-"""SR's two positions: rows where an axis is less along gravity say nothing about it."""
+LEAST_ALONG = 0.5
+"""SR's two positions: rows where an axis is less along gravity or a coil say nothing about it."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class LevelRows:
     rows: NDArray[np.int64]
     level: FloatArray
     reading: FloatArray
+    sense: FloatArray | None = None
+    """±1: along or against a coil beside which an unknown field stands."""
 
 
 def design_dwells(dwells: Iterable[DwellRecord]) -> list[DwellRecord]:
@@ -84,10 +86,12 @@ def known_levels(
     reading = observations.outputs_v[axis]
     if plan.levels is not None and plan.levels.method == "magnet-difference":
         return _magnet_levels(rows, reading)
+    if plan.levels is not None and plan.levels.surroundings_ut is None:
+        return _levels_beside_the_unknown(observations, rows, rig, sensor, axis)
     level = np.array([_level(observations, place, row, plan, rig, sensor, axis) for place, row in enumerate(rows)])
     kept = np.arange(level.size)
     if sensor.measures == "acceleration":
-        kept = np.flatnonzero(np.abs(level) > LEAST_ALONG_GRAVITY)
+        kept = np.flatnonzero(np.abs(level) > LEAST_ALONG)
     return LevelRows(kept, level[kept], reading[kept])
 
 
@@ -116,12 +120,32 @@ def _level(
 def _field_ut(row: DwellRecord, plan: Plan, rig: RigDescription) -> FloatArray:
     """In level axes: what stands without the coil, and what was applied."""
     assert plan.levels is not None
+    assert plan.levels.surroundings_ut is not None
     assert row.motion is not None
     total = np.array(plan.levels.surroundings_ut)
     for coil, field_ut in row.motion.field_ut.items():
         direction = np.array(rig.field[coil].direction)
         total = total + field_ut * direction / np.linalg.norm(direction)
     return total
+
+
+def _levels_beside_the_unknown(
+    observations: Observations, rows: Sequence[DwellRecord], rig: RigDescription, sensor: Sensor, axis: str
+) -> LevelRows:
+    """Rows in which the axis lies along or against the coil; the level is what the coil adds."""
+    assert observations.yaw_rad is not None
+    along = body_axis(sensor, axis)
+    sense, level = [], []
+    for place, row in enumerate(rows):
+        assert row.motion is not None
+        ((coil, field_ut),) = row.motion.field_ut.items()
+        direction = np.array(rig.field[coil].direction)
+        angles = observations.pitch_rad[place], observations.yaw_rad[place], observations.roll_rad[place]
+        component = float(along @ to_stage(*angles) @ direction) / float(np.linalg.norm(direction))
+        sense.append(component)
+        level.append(component * field_ut)
+    kept = np.flatnonzero(np.abs(sense) > LEAST_ALONG)
+    return LevelRows(kept, np.array(level)[kept], observations.outputs_v[axis][kept], np.array(sense)[kept])
 
 
 def _magnet_levels(rows: Sequence[DwellRecord], reading: FloatArray) -> LevelRows:

@@ -103,19 +103,19 @@ def test_sr_gyro_with_dwells_of_five_minutes_at_one_sample_a_second(tmp_path: Pa
     assert all(dwell.readings["imu.gx"].interval_s == 1.0 for dwell in turned)
 
 
-def test_sr_magnetometer_with_and_without_a_known_field(tmp_path: Path) -> None:
-    small = motion_run(
-        tmp_path,
-        "servo-mechanism",
-        "magnetometer",
-        {"replications = 4": "replications = 3", "rest_s = 60.0": "rest_s = 40.0"},
-    )
-    solved = small.solved()
+@pytest.mark.parametrize("known", ["", "\nsurroundings_ut = [22.0, -3.0, 40.0]"])
+def test_sr_magnetometer_with_and_without_the_coil_s_field_the_earth_s_known_or_not(tmp_path: Path, known: str) -> None:
+    changes = {r"rest_s = 60.0": f"rest_s = 15.0{known}", r"replications = 4": "replications = 3"}
+    solved = motion_run(tmp_path, "servo-mechanism", "magnetometer", changes).solved()
     _require_inside(solved, "MicroMag3", _lines(SR_MAGNETOMETER, "ut"))
-    fields = [
-        dwell.motion.field_ut["coil"] for dwell in solved.record.dwells if dwell.motion and dwell.purpose == "design"
-    ]
-    assert fields == [*[0.0] * 6, *[40.0] * 6] * 3
+    calibration = solved.sensors["MicroMag3"].calibration
+    assert calibration is not None
+    names = [estimate.name for estimate in calibration.axes["z"].parameters]
+    assert ("surroundings_ut" in names) == (not known)
+    if not known:
+        _require_inside(solved, "MicroMag3", {axis: {"surroundings_ut": 40.0} for axis in "xyz"})
+    design = [dwell for dwell in solved.record.dwells if dwell.purpose == "design"]
+    assert [dwell.motion.field_ut["coil"] for dwell in design if dwell.motion] == [*[0.0] * 6, *[40.0] * 6] * 3
 
 
 def test_sr_magnetometer_by_the_difference_that_a_magnet_makes(tmp_path: Path) -> None:
@@ -125,8 +125,7 @@ def test_sr_magnetometer_by_the_difference_that_a_magnet_makes(tmp_path: Path) -
     is the zero itself in both directions, as the reading without the magnet is: there are no two levels.
     """
     changes = {r"rest_s = 60.0": 'rest_s = 15.0\nmethod = "magnet-difference"', r"replications = 4": "replications = 3"}
-    earth = {r"field_ut = \[0.0, 0.0, 0.0\]": "field_ut = [0.0, 0.0, 30.0]"}
-    solved = motion_run(tmp_path, "servo-mechanism", "magnetometer", changes, earth).solved()
+    solved = motion_run(tmp_path, "servo-mechanism", "magnetometer", changes).solved()
     calibration = solved.sensors["MicroMag3"].calibration
     assert calibration is not None
     for axis in "xyz":
