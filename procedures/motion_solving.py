@@ -23,6 +23,7 @@ from procedures.solving import SolvedSensor, budgets_of, request_of
 from rig.description import RigDescription, Sensor
 
 if TYPE_CHECKING:
+    from ams.models.model import Model
     from ams.observations import Observations
     from ams.solve.result import Calibration
 
@@ -131,6 +132,7 @@ def _lines(
     """Every axis by itself on the rows that tell it something: real = gain · reading + offset. Source: SR 4.1."""
     from ams.calibrate import calibrate
     from ams.errors import DesignError
+    from ams.models.field_line import FieldLine
     from ams.models.straight_line import StraightLine
     from ams.observations import Observations
     from ams.request import CalibrationRequest
@@ -149,14 +151,15 @@ def _lines(
         own = Observations(
             replication=observations.replication[levels.rows],
             point=observations.point[levels.rows],
-            pitch_rad=nothing,
+            pitch_rad=nothing if levels.sense is None else np.arcsin(np.clip(levels.sense, -1.0, 1.0)),
             roll_rad=nothing,
             outputs_v={label: levels.reading},
             time_s=None if observations.time_s is None else observations.time_s[levels.rows],
             reference_level=levels.level,
             source=f"{observations.source}, axis {label}",
         )
-        model = StraightLine(label, UNITS[sensor.measures], unit_of(rig, channel))
+        line = StraightLine if levels.sense is None else FieldLine
+        model: Model = line(label, UNITS[sensor.measures], unit_of(rig, channel))
         solved = calibrate(own, CalibrationRequest(nominal_axes={label: label}, models={label: model}))
         axes[label] = solved.axes[label]
         warnings |= dict.fromkeys(solved.warnings)
