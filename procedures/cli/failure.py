@@ -3,6 +3,7 @@
 import os
 import sys
 import traceback
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -35,8 +36,9 @@ def tell(error: BaseException) -> None:
     if isinstance(error, BrokenPipeError):
         _close_standard_output()
         return
-    for line in _sentence(error).splitlines():
-        print(f"calrig: {line}", file=sys.stderr)  # noqa: T201
+    with suppress(OSError):  # nobody reads it where the terminal is gone; the status is told all the same
+        for line in _sentence(error).splitlines():
+            print(f"calrig: {line}", file=sys.stderr, flush=True)  # noqa: T201
 
 
 def _sentence(error: BaseException) -> str:

@@ -5,6 +5,7 @@ goes on during a motion. A stop does not queue: the guard sends it at once, this
 next look and then sees every axis stand.
 """
 
+from contextlib import suppress
 from dataclasses import replace
 from queue import Empty, SimpleQueue
 from threading import Thread
@@ -28,6 +29,7 @@ from procedures.jog_screen.values import (
     Tone,
     Turn,
 )
+from procedures.jog_screen.watchdogs import TurningWatchdogs
 from rig import jog
 from rig.assembly import Rig
 from rig.clock import Clock
@@ -65,6 +67,7 @@ class Bench:
         self._tried_s = clock.monotonic_s()
         self.guard = Guard(lambda: rig.axes, clock, lambda text: self._tell("stopped", text))
         self._looks = Looks(rig, self.guard, clock, inferred)
+        self._watchdogs = TurningWatchdogs(rig, lambda text: self._tell("note", text))
         self._thread = Thread(target=self._run, name="jog-bench", daemon=True)
         self.view = BenchView((), (), ())
         """What was last seen; replaced whole."""
@@ -119,9 +122,12 @@ class Bench:
     # The thread that owns the devices.
 
     def _run(self) -> None:
+        with suppress(WaitEnded):
+            self._watchdogs.arm(self._silent_wait)
         while not self._is_closing:
             self._round()
         self._stop_everything("the session ended")
+        self._watchdogs.disarm()
 
     def _round(self) -> None:
         """One request or one look; what fails is told and the bench goes on."""
@@ -129,7 +135,7 @@ class Bench:
             if self.guard.is_stopping and not self.guard.lost:
                 self._stop_everything("")
             elif self.guard.lost:
-                self._wait(_IDLE_S, heed=False)
+                self._rig.clock.sleep(min(_IDLE_S, self._rig.clock.slice_s))
             elif (request := self._next()) is not None:
                 self._do(request)
             elif self._lost_line:
@@ -182,7 +188,7 @@ class Bench:
                 return self._move(axis, jog.attitude_of_pulse(self._rig, axis, pulse_us))
             case Home(axis):
                 self._looks.clear_statistics()
-                return f"{axis}: homed, at rest at {jog.home(self._rig, axis, self._watched_wait):+.4f}°"
+                return f"{axis}: homed, at rest at {jog.home(self._rig, axis, self._wait):+.4f}°"
             case Turn(axis, rate_dps, is_held):
                 return self._turn(axis, rate_dps, is_held=is_held)
             case HoldTemperature(chamber, setpoint_degc):
@@ -199,7 +205,7 @@ class Bench:
         target_deg = round(target_deg, 9)
         self._looks.aim(axis, target_deg)
         self._looks.clear_statistics()
-        at_rest_deg = jog.jog_to(self._rig, axis, target_deg, self._watched_wait)
+        at_rest_deg = jog.jog_to(self._rig, axis, target_deg, self._wait)
         self._looks.clear_statistics()
         return f"{axis}: at rest at {at_rest_deg:+.4f}°"
 
@@ -218,17 +224,19 @@ class Bench:
         how = "while the key is held" if is_held else "while this terminal answers"
         return f"{axis}: turns at {rate_dps:+g}°/s {how}"
 
-    def _watched_wait(self, duration_s: float) -> None:
-        """The wait of a motion: positions are looked at meanwhile."""
-        self._wait(duration_s, is_motion=True)
+    def _silent_wait(self, duration_s: float) -> None:
+        self._wait(duration_s, is_looking=False)
 
-    def _wait(self, duration_s: float, *, is_motion: bool = False, heed: bool = True) -> None:
-        """Raises: WaitEnded at a stop."""
+    def _wait(self, duration_s: float, *, is_looking: bool = True) -> None:
+        """Axes are looked at meanwhile: positions are shown, and machines hear that their host lives.
+
+        Raises: WaitEnded at a stop.
+        """
         left_s = duration_s
         while True:
-            if heed and (self.guard.is_stopping or self._is_closing):
+            if self.guard.is_stopping or self._is_closing:
                 raise WaitEnded("stopped by the operator")
-            if is_motion:
+            if is_looking:
                 self._looks.axes_now_and_then()
                 self._publish()
             if left_s <= 0.0:

@@ -35,6 +35,16 @@ limits_deg = [-44.0, 44.0]
 speed_dps = 20.0
 """
 STAGE_FOR_ROLL = (_TABLE.format(axis=2), _STAGE)
+_DRIVE = """driver = "oriental-az"
+port = "twin"
+axis = 2
+limits_deg = [-180.0, 180.0]
+speed_dps = 20.0
+step_deg = 0.01
+top_rate_dps = 60.0
+watchdog_s = 2.0
+"""
+DRIVE_FOR_ROLL = (_TABLE.format(axis=2), _DRIVE)
 SERVO_FOR_PITCH = (_TABLE.format(axis=1), _SERVO)
 QUICK_METER = ("nplc = 10", "nplc = 1")
 

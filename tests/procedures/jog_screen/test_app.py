@@ -178,7 +178,7 @@ def test_a_wrong_number_is_told_and_moves_nothing(tmp_path: Path) -> None:
 
 def test_a_lost_line_is_told_by_its_device_and_opened_again(tmp_path: Path) -> None:
     async def act() -> None:
-        gone = {"line": "environment.air", "kind": "hang-up", "at_s": 100.0, "away_s": 150.0}
+        gone = {"line": "environment.air", "kind": "hang-up", "at_s": 40.0, "away_s": 40.0}
         with _on_twins(tmp_path, ScaledClock(50.0), gone=gone) as bench:
             async with _app(bench).run_test(size=SIZE) as pilot:
                 await _told(pilot, "environment.air: the line is gone")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from terminal_window import TerminalWindow
-from turning_rig import QUICK_METER, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
+from turning_rig import DRIVE_FOR_ROLL, QUICK_METER, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
 from procedures.errors import ExitStatus
 from rig.clock import ScaledClock, SystemClock
@@ -180,3 +180,31 @@ def test_a_rig_that_a_run_owns_is_refused_with_its_owner(tmp_path: Path) -> None
     ):
         window.wait_for(lambda text: "(run night-12) since" in text.replace("\n", ""))
         assert window.process.wait(10) == ExitStatus.FAILED
+
+
+def test_a_plain_rate_ends_with_its_terminal_as_well(tmp_path: Path) -> None:
+    with served(tmp_path, CLOCK, STAGE_FOR_ROLL) as (simulated, rig):
+        with TerminalWindow([CALRIG, "jog", "--rig", rig, "--axis", "roll", "--home"]) as window:
+            assert window.process.wait(20) == ExitStatus.DONE
+        with TerminalWindow([CALRIG, "jog", "--rig", rig, "--axis", "roll", "--rate", "5", "--for", "60"]) as window:
+            while not _is_turning(simulated):
+                assert window.process.poll() is None
+                CLOCK.sleep(0.01)
+            CLOCK.sleep(0.5)
+            _stops_soon_after(simulated, window.hang_up)
+            assert window.process.wait(20) == ExitStatus.ABORTED
+
+
+@pytest.mark.soak
+def test_fault_56_a_killed_screen_leaves_its_drive_to_stop_by_itself_within_its_time_out(tmp_path: Path) -> None:
+    with served(tmp_path, CLOCK, QUICK_METER, DRIVE_FOR_ROLL) as (simulated, rig), _window(rig) as window:
+        window.wait_for("roll: watchdog of 2 s: 1 s of silence passed, 2.5 s were noticed")
+        window.type(DOWN + "h")
+        window.wait_for("roll: homed")
+        window.type("r5\r")
+        window.wait_for("measured")
+        CLOCK.sleep(3.0)
+        assert _is_turning(simulated), "a machine that hears its host goes on"
+        killed_s = CLOCK.monotonic_s()
+        window.process.kill()
+        assert 0.0 < _standstill_s(simulated) - killed_s < 2.5
