@@ -3,9 +3,12 @@
 from pathlib import Path
 
 import pytest
-from motion_bench import MotionBench, motion_bench
+from example_files import ROOT
+from motion_bench import MotionBench, motion_bench, settings_of
 
-from rig.cable_memory import KeptInFile, Unkept, Winding
+from rig.assembly import open_rig
+from rig.cable_memory import KeptInFile, Unkept, Winding, memory_of
+from rig.description import read_rig
 from rig.devices.cable import CableGuard
 from rig.errors import DescriptionError, DeviceFault, RequestRefused
 from rig.motion import home_and_arrive, move_and_arrive
@@ -147,3 +150,23 @@ def test_a_memory_that_cannot_be_kept_keeps_the_axis_from_turning() -> None:
 
 def test_a_twin_begins_unwound_with_its_process() -> None:
     assert Unkept().read() is None
+
+
+def test_an_open_rig_guards_the_axes_whose_cables_wind_up_and_no_others() -> None:
+    description = read_rig(ROOT / "examples" / "rate-table" / "rig.toml")
+    with open_rig(description) as rig:
+        guards = [axis for axis in rig.axes.values() if isinstance(axis, CableGuard)]
+        assert [guard.wrap_turns for guard in guards] == [5.0, 5.0, 5.0]
+    with open_rig(read_rig(ROOT / "examples" / "servo-mechanism" / "rig.toml")) as rig:
+        assert not any(isinstance(axis, CableGuard) for axis in rig.axes.values())
+
+
+def test_every_axis_of_every_rig_has_a_memory_of_its_own(tmp_path: Path) -> None:
+    settings = settings_of("zaber", port="/dev/serial/by-id/usb-x")
+    places = {
+        memory_of(rig, name, axis, tmp_path).place for rig in ("one rig", "another") for name, axis in settings.items()
+    }
+    assert len(places) == 4
+    assert all(Path(place).parent == tmp_path for place in places)
+    assert memory_of("one rig", "pitch", settings["pitch"], tmp_path).place in places  # and finds it again
+    assert isinstance(memory_of("one rig", "pitch", settings_of("zaber")["pitch"]), Unkept)
