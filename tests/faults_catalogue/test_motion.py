@@ -338,3 +338,16 @@ def test_fault_45_a_controller_that_loses_power_at_any_moment_is_homed_before_an
         step: truth[step] for step in truth if step not in again
     }
     assert len(again) <= 1, "the dwell in progress, rejected and measured with chance of its own"
+
+
+def test_fault_42_gone_a_stall_that_clears_is_on_record_and_changes_no_number(
+    small: Bench, clean: Path, tmp_path: Path
+) -> None:
+    night = Night(tmp_path / "run")
+    stall = {"line": "axes.pitch", "kind": "stall", "for_s": 1000.0, "at_s": 60.0}
+    outcome, told = plagued(small, night, faults(stall=stall))
+    assert outcome.state is State.FINISHED, outcome.reason
+    (again,) = events(night.run_dir, "again")
+    assert "no progress in 2 s" in str(again.detail["reason"])
+    assert "is tried once more" in str(again.detail["reason"])
+    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
