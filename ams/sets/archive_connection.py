@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ams.errors import ArchiveError, ArchiveUnknown
-from ams.sets.archive_refusals import NOTHING, refusal
+from ams.sets.archive_refusals import NOTHING, refusal, without_password
 
 if TYPE_CHECKING:
     from alembic.config import Config
@@ -128,7 +128,7 @@ def _parsed(archive_url: str) -> "URL":
         url.get_dialect()
     except (ArgumentError, ImportError, ValueError) as error:
         raise ArchiveUnknown(
-            f"archive URL: cannot be used: got {_without_password(archive_url)!r} ({error.__class__.__name__}), "
+            f"archive URL: cannot be used: got {without_password(archive_url)!r} ({error.__class__.__name__}), "
             f"allowed are sqlite:///relative/path, sqlite:////absolute/path and postgresql+psycopg://…; {NOTHING}"
         ) from error
     if url.get_backend_name() == "sqlite" and url.database in (None, "", ":memory:"):
@@ -139,14 +139,9 @@ def _parsed(archive_url: str) -> "URL":
     return url
 
 
-def _without_password(text: str) -> str:
-    head, _, tail = text.rpartition("@")
-    return f"…@{tail}" if head else text
-
-
 def _shown(url: "URL") -> str:
     path = _sqlite_path(url)
-    return url.render_as_string(hide_password=True) if path is None else str(path)
+    return without_password(url.render_as_string(hide_password=True)) if path is None else str(path)
 
 
 def _sqlite_path(url: "URL") -> Path | None:

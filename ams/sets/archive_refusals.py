@@ -1,5 +1,7 @@
 """What a database refused, as a sentence: who holds it, what it lacks, what to do. Nothing was changed in any case."""
 
+import re
+
 from ams.errors import ArchiveError, ArchiveUnknown
 
 NOTHING = "nothing was changed"
@@ -60,6 +62,12 @@ SENTENCES: tuple[tuple[tuple[str, ...], str, str, type[ArchiveError]], ...] = (
         ArchiveError,
     ),
 )
+
+
+def without_password(archive_url: str) -> str:
+    """The URL as it may be shown, printed and kept: a password in it, in either place, as three stars."""
+    told = re.sub(r"(?<=://)([^:/@]*):.*(?=@)", r"\1:***", archive_url)
+    return re.sub(r"([?&]password=)[^&]*", r"\1***", told)
 
 
 def refusal(shown: str, error: Exception, busy_timeout_s: float) -> ArchiveError:

@@ -58,15 +58,16 @@ def list_(
         Print one JSON document.
     """
     from ams.sets.archive import Search, list_sets
+    from ams.sets.archive_refusals import without_password
 
     url = archive or default_archive_url()
     last = _day("until", until)
     wanted = Search(sensor, serial, rig, run, _day("since", since), None if last is None else last + timedelta(days=1))
     rows = list_sets(url, search=wanted)
     if json:
-        print_json({"archive": url, "sets": [plain(asdict(row)) for row in rows]})
+        print_json({"archive": without_password(url), "sets": [plain(asdict(row)) for row in rows]})
         return
-    say(f"{len(rows)} {'set' if len(rows) == 1 else 'sets'} in {url}")
+    say(f"{len(rows)} {'set' if len(rows) == 1 else 'sets'} in {without_password(url)}")
     for line in set_lines(rows):
         say(line)
 
@@ -187,6 +188,7 @@ def publish(
     json
         Print one JSON document.
     """
+    from ams.sets.archive_refusals import without_password
     from ams.sets.archive_runs import Override
     from procedures.archiving import history_findings, publish_folder
     from procedures.cli.run import archive_of
@@ -199,10 +201,11 @@ def publish(
     if json:
         sets = [plain(asdict(one)) for one in published.publications]
         found = {name: plain(asdict(one)) for name, one in published.adjustments.items()}
-        print_json({"archive": url, "sets": sets, "adjustments": found})
+        print_json({"archive": without_password(url), "sets": sets, "adjustments": found})
         return
+    shown = without_password(url)
     for one in published.publications:
-        say(f"{one.sha256[:12]}  {one.sensor:<16} {'published' if one.is_new else 'was there already'}   {url}")
+        say(f"{one.sha256[:12]}  {one.sensor:<16} {'published' if one.is_new else 'was there already'}   {shown}")
         for line in adjustment_lines(published.adjustments.get(one.sensor)):
             say(f"  {line}")
     for finding in history_findings(url, published):
@@ -259,17 +262,19 @@ def verify(*, archive: str | None = None, json: Json = False) -> int:
     json
         Print one JSON document.
     """
+    from ams.sets.archive_refusals import without_password
     from ams.sets.archive_signoff import verify_archive
 
     url = archive or default_archive_url()
     report = verify_archive(url)
     if json:
-        print_json({"archive": url, **plain(asdict(report)), "verified": not report.faults})
+        print_json({"archive": without_password(url), **plain(asdict(report)), "verified": not report.faults})
     else:
         for fault in report.faults:
             say(fault)
         state = "intact" if not report.faults else f"NOT INTACT: {len(report.faults)} faults"
-        say(f"{url}: {state}; {report.rows} rows, {report.head.sequence} records, head {report.head.sha256}")
+        told = f"{report.rows} rows, {report.head.sequence} records, head {report.head.sha256}"
+        say(f"{without_password(url)}: {state}; {told}")
     return ExitStatus.WRONG_REQUEST if report.faults else ExitStatus.DONE
 
 
@@ -283,10 +288,11 @@ def migrate(*, archive: str | None = None) -> None:
         URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
     """
     from ams.sets.archive_connection import migrate as migrate_archive
+    from ams.sets.archive_refusals import without_password
 
     url = archive or default_archive_url()
     before, after = migrate_archive(url)
-    say(f"{url}: schema {after}{'' if before == after else f', was {before}'}")
+    say(f"{without_password(url)}: schema {after}{'' if before == after else f', was {before}'}")
 
 
 @app.command

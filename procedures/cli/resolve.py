@@ -54,6 +54,7 @@ def resolve(
     json
         Print one JSON document.
     """
+    from ams.sets.archive_refusals import without_password
     from procedures.resolving import Treatment, jobs_of
 
     url = archive or default_archive_url()
@@ -61,7 +62,7 @@ def resolve(
     where, size = _place(len(jobs), workers, dask)
     answers = _answered(jobs, where, size)
     published = _publish(url, answers) if publish else 0
-    _tell(url, answers, published, json=json)
+    _tell(without_password(url), answers, published, json=json)
     return ExitStatus.FAILED if any(one.outcome in ("missing", "failed") for one in answers) else ExitStatus.DONE
 
 

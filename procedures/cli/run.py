@@ -193,6 +193,7 @@ def tell(delivery: "Delivery") -> None:
     """The outcome for a person: coefficients, verdict, and where everything is."""
     from rich.console import Console
 
+    from ams.sets.archive_refusals import without_password
     from procedures.report.summary import print_summary
 
     print_summary(delivery.view, Console())
@@ -204,4 +205,4 @@ def tell(delivery: "Delivery") -> None:
     for path in delivery.exports:
         say(f"export       {path}")
     if delivery.archive_url is not None:
-        say(f"archive      {delivery.archive_url}")
+        say(f"archive      {without_password(delivery.archive_url)}")

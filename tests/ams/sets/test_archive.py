@@ -18,6 +18,7 @@ from sqlalchemy.pool import NullPool
 
 from ams.errors import ArchiveError, ArchiveUnknown, SetError, VectorsDisagree
 from ams.sets.archive import Publication, list_sets, publish, show
+from ams.sets.archive_refusals import without_password
 from ams.sets.archive_signoff import verify_archive
 from ams.sets.coefficients import CoefficientSet, build_set, from_document
 
@@ -311,6 +312,22 @@ def test_a_wrong_url_is_a_sentence_without_its_password(wrong: str, sentence: st
         publish(wrong, [a_set()], PUBLISHED)
     assert sentence in str(caught.value)
     assert "secret" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("url", "shown"),
+    [
+        ("postgresql+psycopg://me:s:e@c/ret@host:5432/db", "postgresql+psycopg://me:***@host:5432/db"),
+        (
+            "postgresql+psycopg://host/db?user=me&password=secret&x=1",
+            "postgresql+psycopg://host/db?user=me&password=***&x=1",
+        ),
+        ("postgresql+psycopg://me@host/db", "postgresql+psycopg://me@host/db"),
+        ("sqlite:////a/b@c:d/archive.sqlite", "sqlite:////a/b@c:d/archive.sqlite"),
+    ],
+)
+def test_no_url_is_shown_with_its_password(url: str, shown: str) -> None:
+    assert without_password(url) == shown
 
 
 @pytest.mark.parametrize("key", ["SN9", "abc", "0" * 64, "%", "______"])
