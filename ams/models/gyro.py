@@ -7,6 +7,7 @@ build up, Θ̇ about the first intermediate y, Ψ̇ about the sting's z, Φ̇ ab
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from math import degrees
 from typing import ClassVar
 
 import numpy as np
@@ -21,6 +22,7 @@ from ams.models.model import Stimulus
 FloatArray = NDArray[np.float64]
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
+_DEG_PER_RAD = degrees(1.0)
 
 
 def fit_gyros(
@@ -48,7 +50,7 @@ class Gyro:
 
     def basis(self, stimulus: Stimulus) -> FloatArray:
         euler, rate = _motion(stimulus)
-        velocity_dps = np.rad2deg(body_rates_rad_s(euler, rate))
+        velocity_dps = _DEG_PER_RAD * body_rates_rad_s(euler, rate)
         return np.concatenate([np.ones((velocity_dps.shape[0], 1)), velocity_dps], axis=1)
 
     def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:

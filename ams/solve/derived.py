@@ -13,6 +13,9 @@ from ams.uncertainty.intervals import combined_dof, t_quantile
 
 FloatArray = NDArray[np.float64]
 
+_AZIMUTH = "azimuth_"
+_HALF_TURN_DEG = 180.0
+
 
 @dataclass(frozen=True)
 class DerivedParameters:
@@ -70,7 +73,7 @@ def derive(
         standard_uncertainties=uncertainty,
         tp_standard_uncertainties=_root_of_diagonal(directions @ tp_covariance @ turned),
         dof=dof,
-        halfwidths_95=t_quantile(0.95, dof) * uncertainty,
+        halfwidths_95=_halfwidths(names, t_quantile(0.95, dof) * uncertainty),
         covariance=covariance,
         undetermined=undetermined,
         directions=directions,
@@ -86,6 +89,18 @@ def _parameters(models: Sequence[Model], primary: FloatArray) -> FloatArray:
     for rows in places.values():
         values[rows] = models[rows[0]].parameters(primary[rows])
     return values
+
+
+def _halfwidths(names: Sequence[str], propagated: FloatArray) -> FloatArray:
+    """(m, L): an azimuth's as it is, the others as to first order.
+
+    A vector of length a across the axis turns by δ under an error h of its own that stands across it, a·sin δ = h
+    (Fieller). At five standard uncertainties that is a twentieth more; to first order 94 % would hold the truth.
+    """
+    azimuth = np.array([name.startswith(_AZIMUTH) for name in names])
+    share = np.deg2rad(np.where(azimuth, propagated, 0.0))
+    turn = np.where(share >= 1.0, _HALF_TURN_DEG, np.rad2deg(np.arcsin(np.minimum(share, 1.0))))
+    return np.where(azimuth, turn, propagated)
 
 
 def _diagonal(covariance: FloatArray) -> FloatArray:
