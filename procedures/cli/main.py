@@ -31,7 +31,7 @@ COMMANDS = (
     ("redo", "people:redo", "Take back one replication; a resume measures it again."),
     ("handover", "people:handover", "The whole state of a run on one page."),
     ("salvage", "people:salvage", "Take what is intact out of a damaged journal, into a new folder."),
-    ("jog", "jog:jog", "Move one axis by hand, or read the channels, under the limits of the rig."),
+    ("jog", "jog:jog", "The jog screen; or one motion or look by hand, under the limits of the rig."),
     ("solve", "solve:solve", "Solve a run again from its journal."),
     ("fit", "fit:fit", "Solve observations from a CSV file; no rig needed."),
     ("attitude", "attitude:attitude", "Outputs of a calibrated package to angles with standard deviations."),

@@ -126,7 +126,7 @@ class JogApp(App[None]):
             self._loop_of_screen.call_soon_threadsafe(self.exit)
 
     def _beat(self) -> None:
-        if _is_hung_up():
+        if is_hung_up():
             self.bench.guard.lose("the terminal is gone")
             self.exit()
         if self._driver is not None and self.bench.guard.has_leases:
@@ -200,6 +200,14 @@ class JogApp(App[None]):
     def _set_held_rate(self, rate_dps: float) -> None:
         self.held_rate_dps = abs(rate_dps)
 
+    # A defect of the screen goes where every defect of calrig goes, once the axes stand; it is not printed here.
+
+    @property
+    def defect(self) -> Exception | None:
+        return self._exception
+
+    def _print_error_renderables(self) -> None: ...
+
     # Drawing.
 
     @property
@@ -229,7 +237,7 @@ class JogApp(App[None]):
             self.query_one(place, Static).update(text())  # type: ignore[arg-type]
 
 
-def _is_hung_up() -> bool:
+def is_hung_up() -> bool:
     """Whether the terminal behind standard input was closed."""
     if sys.__stdin__ is None or not sys.__stdin__.isatty():
         return False

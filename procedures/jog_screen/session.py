@@ -5,7 +5,7 @@ from pathlib import Path
 from threading import Event, Thread
 
 from procedures.errors import ExitStatus
-from procedures.jog_screen.app import JogApp
+from procedures.jog_screen.app import JogApp, is_hung_up
 from procedures.jog_screen.bench import Bench
 from procedures.jog_screen.heading import Heading
 from procedures.jog_screen.inferred import InferredAttitude
@@ -31,10 +31,14 @@ def jog_on_screen(
     try:
         app.heed_signals()
         app.run()
+        if is_hung_up():
+            bench.guard.lose("the terminal is gone")
     finally:
         bench.close()
         actions.close()
         ended.set()
+    if app.defect is not None and not bench.guard.lost:
+        raise app.defect
     return ExitStatus.ABORTED if bench.guard.lost else ExitStatus.DONE
 
 

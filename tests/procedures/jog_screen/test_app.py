@@ -224,3 +224,20 @@ def test_what_an_axis_cannot_do_is_told(tmp_path: Path, key: str) -> None:
                 await _told(pilot, {"r": "pitch: this axis only goes to positions", "p": "pitch: is no servo"}[key])
 
     asyncio.run(act())
+
+
+def test_a_defect_of_the_screen_stops_the_axes_and_is_told_like_any_other(tmp_path: Path) -> None:
+    class Broken(JogApp):
+        def _select(self, way: int) -> None:
+            raise ZeroDivisionError(f"way {way}")
+
+    async def act() -> None:
+        with _on_twins(tmp_path, ScaledClock(50.0)) as bench:
+            app = Broken(bench, Heading("a rig", "twins", "held by us", "actions.jsonl"))
+            async with app.run_test(size=SIZE) as pilot:
+                _press(pilot, "down")
+                await _until(pilot, lambda: app.defect is not None)
+
+    with pytest.raises(ZeroDivisionError, match="way 1"):
+        asyncio.run(act())
+    assert '"kind": "end"' in (tmp_path / "actions.jsonl").read_text(encoding="utf-8").splitlines()[-1]
