@@ -21,7 +21,7 @@ from tp_study.soft_mount import accepted
 
 from ams.observations import Observations
 from ams.solve.extension import Extension, judge_extension
-from ams.solve.result import AxisCalibration
+from ams.solve.result import AxisCalibration, Calibration
 
 THROUGH_ENGINE = ("22", "24", "26", "44")
 """Campaigns that are whole runs on twins in memory, journal included; the others are read from the twins' world."""
@@ -51,6 +51,8 @@ class Solved:
 
     observations: Observations
     axes: Mapping[str, AxisCalibration]
+    whole: Calibration | None = None
+    """With what the axes have in common; None where a solution is held against other rows."""
 
     @property
     def x(self) -> AxisCalibration:
@@ -115,7 +117,7 @@ def gather(setting: Setting, folder: Path) -> Evidence:
         roll=roll,
         table_2=_table_2(solved),
         engine_against_world_v=float(np.max(np.abs(rows[proof]["S0"].outputs_v["x"] - read))),
-        coarse_22=statistics(solve(from_world(coarse)["S0"], with_roll=False)["x"]),
+        coarse_22=statistics(solve(from_world(coarse)["S0"], with_roll=False).axes["x"]),
         tumbles=_tumbles(made["47"], setting.repeats, folder),
         extension=judge_extension(rows["37"]["S1"], "x"),
         false_alarms=(
@@ -130,24 +132,28 @@ def _resized(campaign: Campaign, setting: Setting) -> Campaign:
 
 
 def _solve_all(rows: Mapping[str, Mapping[str, Observations]], made: Mapping[str, Campaign]) -> dict[str, Solved]:
-    solved = {name: Solved(rows[name]["S0"], solve(rows[name]["S0"], with_roll=False)) for name in ("22", "24", "26")}
+    solved = {name: _solved(rows[name]["S0"], solve(rows[name]["S0"], with_roll=False)) for name in ("22", "24", "26")}
     warm = (made["28"].temperature or {})["S1"]
     narrow, second, wide = rows["28"]["S1"], rows["28"]["S2"], rows["37"]
-    solved["28(a)"] = Solved(narrow, solve(narrow))
-    solved["28(b)"] = Solved(narrow, solve(narrow, temperature=warm))
-    solved["34"] = Solved(second, solve(second))
-    solved["37"] = Solved(wide["S1"], solve(wide["S1"]))
-    solved["37 extended"] = Solved(wide["S1"], solve(wide["S1"], extended="yes"))
-    solved["42"] = Solved(wide["S2"], solve(wide["S2"]))
+    solved["28(a)"] = _solved(narrow, solve(narrow))
+    solved["28(b)"] = _solved(narrow, solve(narrow, temperature=warm))
+    solved["34"] = _solved(second, solve(second))
+    solved["37"] = _solved(wide["S1"], solve(wide["S1"]))
+    solved["37 extended"] = _solved(wide["S1"], solve(wide["S1"], extended="yes"))
+    solved["42"] = _solved(wide["S2"], solve(wide["S2"]))
     for name in ("44", "47"):
-        solved[name] = Solved(rows[name]["P"], solve(rows[name]["P"]))
+        solved[name] = _solved(rows[name]["P"], solve(rows[name]["P"]))
     designs = reduced_designs()
     part = taken_out(narrow, designs["35"])
-    solved["35"] = Solved(part, solve(part, temperature=warm))
+    solved["35"] = _solved(part, solve(part, temperature=warm))
     for name in ("50", "53"):
         part = taken_out(solved["47"].observations, designs[name])
-        solved[name] = Solved(part, solve(part))
+        solved[name] = _solved(part, solve(part))
     return solved
+
+
+def _solved(rows: Observations, found: Calibration) -> Solved:
+    return Solved(rows, found.axes, found)
 
 
 def _hold(solved: Mapping[str, Solved]) -> tuple[dict[str, Solved], dict[str, float]]:
@@ -171,8 +177,9 @@ def _infer(
     }
     roll = {}
     for name in ("44", "47", "50"):
-        axes = [solved[name].axes[label] for label in "xyz"]
-        pitch[name], roll[name] = inferred_attitude(axes, solved[name].observations)
+        whole = solved[name].whole
+        assert whole is not None
+        pitch[name], roll[name] = inferred_attitude(whole, solved[name].observations)
     return pitch, roll
 
 
@@ -192,7 +199,7 @@ def _tumbles(campaign: Campaign, repeats: int, folder: Path) -> dict[str, Tumble
     found: dict[str, list[tuple[float, float, float]]] = {label: [] for label in "xyz"}
     for seed in range(1, repeats + 1):
         full = from_world(prepare(replace(campaign, name=f"47-seed-{seed}", seed=seed), folder))["P"]
-        for label, axis in solve(taken_out(full, reduced_designs()["50"])).items():
+        for label, axis in solve(taken_out(full, reduced_designs()["50"])).axes.items():
             judged = statistics(axis)
             found[label].append((judged.t_bias, judged.t_s, share_inside(elsewhere(axis, full)[0], full)))
     return {label: Tumbled(*zip(*rows, strict=True)) for label, rows in found.items()}

@@ -40,7 +40,7 @@ def pictures(evidence: Evidence) -> Mapping[str, tuple[float, Draw]]:
 
 def without_roll(figure: "Figure", evidence: Evidence) -> None:
     grid = figure.subplots(3, 2)
-    limits = (None, 30.0, 30.0)
+    limits = (None, 30.0, 60.0)
     for (left, right), name, limit in zip(grid, ("22", "24", "26"), limits, strict=True):
         solved = evidence.solved[name]
         residual_panel(left, name, solved.x, solved.observations)

@@ -3,7 +3,6 @@
 All statistics in 1e-4 degrees of the sensor's own angle, residual / |S|.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -11,15 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 from tp_study.laboratory import REFERENCE_DEGC, VOLTS, Temperature
 
-from ams.attitude.lines import SensorLine
-from ams.attitude.static import Angles, pitch_roll_from_three, pitch_with_known_roll
+from ams.attitude.lines import SensorLine, package_lines, sensor_line
+from ams.attitude.static import pitch_roll_from_three, pitch_with_known_roll
 from ams.calibrate import calibrate
 from ams.frames import Attitude, wrap_rad
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
 from ams.request import CalibrationRequest
-from ams.solve.result import AxisCalibration, VarianceComponent
-from ams.uncertainty.intervals import t_quantile
+from ams.solve.result import AxisCalibration, Calibration, VarianceComponent
 from ams.uncertainty.predictions import model_of_solution, prediction_halfwidth_v
 from procedures.report.bands import Along, Band, band_along
 
@@ -28,6 +26,7 @@ FloatArray = NDArray[np.float64]
 PARTS = 1e4
 """Degrees to the table's unit."""
 UNIT_RAD = float(np.deg2rad(1.0 / PARTS))
+LINE = ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
 
 
 @dataclass(frozen=True)
@@ -56,8 +55,8 @@ def solve(
     with_roll: bool = True,
     temperature: Temperature | None = None,
     extended: Literal["no", "test", "yes"] = "no",
-) -> dict[str, AxisCalibration]:
-    """Every axis of one sensor; a temperature that is given is known and applied."""
+) -> Calibration:
+    """One sensor; a temperature that is given is known and applied."""
     labels = list(observations.outputs_v)
     request = CalibrationRequest(
         model="pitch-roll" if with_roll else "pitch-only",
@@ -72,7 +71,7 @@ def solve(
             known_temperature=dict.fromkeys(labels, known),
             reference_temperature_degc=REFERENCE_DEGC,
         )
-    return dict(calibrate(observations, request).axes)
+    return calibrate(observations, request)
 
 
 def _coefficients(temperature: Temperature) -> tuple[float, float]:
@@ -164,15 +163,14 @@ def inferred_pitch(
     outputs = observations.outputs_v[axis.axis]
     if temperature is not None:
         outputs = _at_reference(axis, observations, temperature)
-    found = [
+    found, sure = (
         pitch_with_known_roll(_line(axis, sd), outputs, observations.roll_rad) for sd in (axis.standard_error_v, 0.0)
-    ]
+    )
     k_x, k_y, k_z = _line(axis, 0.0).k_v_per_g
     across = k_y * np.sin(observations.roll_rad) + k_z * np.cos(observations.roll_rad)
-    other = np.pi + 2.0 * np.arctan2(across, k_x) - found[0].pitch_rad
-    error = _nearer(found[0].pitch_rad - observations.pitch_rad, other - observations.pitch_rad)
-    factor = float(t_quantile(0.95, axis.degrees_of_freedom)) / UNIT_RAD
-    return Inferred(error / UNIT_RAD, factor * found[1].pitch_sd_rad, factor * found[0].pitch_sd_rad)
+    other = np.pi + 2.0 * np.arctan2(across, k_x) - found.pitch_rad
+    error = _nearer(found.pitch_rad - observations.pitch_rad, other - observations.pitch_rad)
+    return Inferred(error / UNIT_RAD, sure.pitch_half_95_rad / UNIT_RAD, found.pitch_half_95_rad / UNIT_RAD)
 
 
 def _at_reference(axis: AxisCalibration, observations: Observations, temperature: Temperature) -> FloatArray:
@@ -183,24 +181,25 @@ def _at_reference(axis: AxisCalibration, observations: Observations, temperature
     return offset_v + (observations.outputs_v[axis.axis] - offset_v - by_offset * warmer) / (1.0 + by_scale * warmer)
 
 
-def inferred_attitude(axes: Sequence[AxisCalibration], observations: Observations) -> tuple[Inferred, Inferred]:
+def inferred_attitude(solved: Calibration, observations: Observations) -> tuple[Inferred, Inferred]:
     """Pitch and roll from three sensors; of (α, R) and (180° − α, R + 180°) the one nearer to what was set."""
-    outputs = np.stack([observations.outputs_v[axis.axis] for axis in axes], axis=1)
+    outputs = np.stack([observations.outputs_v[label] for label in solved.axes], axis=1)
+    package = package_lines(solved, 0.0)
     noisy, sure = (
-        pitch_roll_from_three([_line(axis, sd * axis.standard_error_v) for axis in axes], outputs) for sd in (1.0, 0.0)
+        pitch_roll_from_three(
+            [sensor_line(axis, sd * axis.standard_error_v) for axis in solved.axes.values()], outputs, package
+        )
+        for sd in (1.0, 0.0)
     )
     beyond = np.cos(observations.pitch_rad) < -1e-9
     pitch = np.where(beyond, np.pi - noisy.pitch_rad, noisy.pitch_rad) - observations.pitch_rad
     roll = np.where(beyond, noisy.roll_rad + np.pi, noisy.roll_rad) - observations.roll_rad
     at_zenith = np.abs(np.cos(observations.pitch_rad)) <= 1e-9
     pitch = np.where(at_zenith, _nearer(pitch, np.pi - noisy.pitch_rad - observations.pitch_rad), wrap_rad(pitch))
-    dof = axes[0].degrees_of_freedom
-    return _banded(pitch, noisy, sure, dof, "pitch_sd_rad"), _banded(wrap_rad(roll), noisy, sure, dof, "roll_sd_rad")
-
-
-def _banded(error_rad: FloatArray, noisy: Angles, sure: Angles, dof: int, name: str) -> Inferred:
-    factor = float(t_quantile(0.95, dof)) / UNIT_RAD
-    return Inferred(error_rad / UNIT_RAD, factor * getattr(sure, name), factor * getattr(noisy, name))
+    return (
+        Inferred(pitch / UNIT_RAD, sure.pitch_half_95_rad / UNIT_RAD, noisy.pitch_half_95_rad / UNIT_RAD),
+        Inferred(wrap_rad(roll) / UNIT_RAD, sure.roll_half_95_rad / UNIT_RAD, noisy.roll_half_95_rad / UNIT_RAD),
+    )
 
 
 def _nearer(one_rad: FloatArray, other_rad: FloatArray) -> FloatArray:
@@ -209,11 +208,9 @@ def _nearer(one_rad: FloatArray, other_rad: FloatArray) -> FloatArray:
 
 
 def _line(axis: AxisCalibration, reading_sd_v: float) -> SensorLine:
-    """(b, k) with their reported covariance; known temperature terms are taken out of the outputs beforehand."""
-    places = {"offset_v": 0, "k_x_v_per_g": 1, "k_y_v_per_g": 2, "k_z_v_per_g": 3}
-    here = [place for place, name in enumerate(axis.primary_names) if name in places]
-    there = [places[axis.primary_names[place]] for place in here]
-    primary, covariance = np.zeros(4), np.zeros((4, 4))
-    primary[there] = axis.primary[here]
-    covariance[np.ix_(there, there)] = axis.primary_covariance[np.ix_(here, here)]
-    return SensorLine(float(primary[0]), primary[1:], covariance, reading_sd_v)
+    """(b, k) with the parts of their covariance; known temperature terms are taken out of the outputs beforehand."""
+    turn = np.array([[name == wanted for name in axis.primary_names] for wanted in LINE], dtype=float)
+    primary = turn @ axis.primary
+    parts = tuple(replace(part, covariance=turn @ part.covariance @ turn.T) for part in axis.variance_components)
+    covariance = turn @ axis.primary_covariance @ turn.T
+    return SensorLine(float(primary[0]), primary[1:], covariance, reading_sd_v, parts)
