@@ -6,13 +6,14 @@ Only a finished run leaves coefficient sets; any run leaves a report that says w
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ams.errors import AmsError
 from ams.sets.canonical import table
 from procedures.archiving import publish_solved
+from procedures.motion_solving import lines_document
 from procedures.provenance import provenance_of
 from procedures.report.assemble import RunRecord
 from procedures.report.produce import solve_record, view_of, write_report
@@ -149,8 +150,12 @@ def sensors_document(run: SolvedRun) -> dict[str, Any]:
 def _sensor_document(solved: SolvedSensor) -> dict[str, Any]:
     from ams.findings import full_document
 
+    if solved.static:
+        return {"axes": {}, "static": {axis: asdict(one) for axis, one in solved.static.items()}}
     if solved.calibration is None:
         return {"axes": {}, "error": solved.failure}
+    if solved.calibration.model == "linear":
+        return lines_document(solved.calibration)
     return full_document(solved.calibration, solved.observations, solved.budgets)
 
 

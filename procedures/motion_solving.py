@@ -6,7 +6,7 @@ The same solvers as everywhere; only what a row is exposed to is known in anothe
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -166,6 +166,22 @@ def _lines(
     if not axes:
         raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
     return Calibration(axes, "linear", "SR", tuple(warnings))
+
+
+def lines_document(calibration: "Calibration") -> dict[str, Any]:
+    """Straight lines as JSON: the shape of a fit, with intervals, and standard errors in the unit of the reading."""
+    from ams.document import to_document
+
+    axes: dict[str, Any] = {}
+    for label, section in cast("dict[str, Any]", to_document(calibration)["axes"]).items():
+        solved = calibration.axes[label]
+        measured = solved.parameters[0].name.rpartition("_per_")[2]
+        kept = {key: value for key, value in section.items() if not key.endswith(("_v", "_per_g"))}
+        intervals = {one.name: None if one.interval_95 is None else list(one.interval_95) for one in solved.parameters}
+        for name, interval in intervals.items():
+            kept["parameters"][name]["interval_95"] = interval
+        axes[label] = {**kept, f"standard_error_{measured}": section["standard_error_v"]}
+    return {"axes": axes, "model": calibration.model, "convention": calibration.convention}
 
 
 def _static(sensor: Sensor, rows: list[DwellRecord], rig: RigDescription, plan: Plan) -> dict[str, StaticAxis]:

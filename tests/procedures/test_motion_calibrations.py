@@ -3,6 +3,7 @@
 The truths are the reports' own numbers, written here once more: SR's conversion equations, CR table 4.
 """
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from small_run import dwells_of, in_child, killed_after, measured
 
 from ams.sets.export.formats import load_set
 from ams.sets.verify import verify
-from procedures.delivery import SolvedRun, deliver, solve_run
+from procedures.delivery import SolvedRun, deliver, sensors_document, solve_run
 from procedures.run.resume import resume
 from procedures.run.states import State
 
@@ -114,6 +115,14 @@ def test_sr_magnetometer_with_and_without_the_coil_s_field_the_earth_s_known_or_
     assert ("surroundings_ut" in names) == (not known)
     if not known:
         _require_inside(solved, "MicroMag3", {axis: {"surroundings_ut": 40.0} for axis in "xyz"})
+    document = json.loads(json.dumps(sensors_document(solved), allow_nan=False))["MicroMag3"]
+    assert (document["model"], document["convention"]) == ("linear", "SR")
+    assert set(document["axes"]["x"]["parameters"]["gain_ut_per_ut"]) >= {
+        "value",
+        "standard_uncertainty",
+        "interval_95",
+    }
+    assert document["axes"]["x"]["standard_error_ut"] < 0.5
     design = [dwell for dwell in solved.record.dwells if dwell.purpose == "design"]
     assert [dwell.motion.field_ut["coil"] for dwell in design if dwell.motion] == [*[0.0] * 6, *[40.0] * 6] * 3
 
@@ -189,6 +198,8 @@ def test_an_offset_at_rest_and_a_drift_verdict(tmp_path: Path) -> None:
     assert all(told.holds for told in solved.sensors["SCA3000"].static.values())
     assert {told.drift_deg for told in solved.sensors["MicroMag3"].static.values()} == {None}
     assert not solved.failures
+    document = json.loads(json.dumps(sensors_document(solved), allow_nan=False))
+    assert document["ITG3200"]["static"]["x"]["verdict"].endswith("beyond the allowed ±0.1 deg")
 
 
 def test_a_run_that_was_killed_while_it_turned_goes_on_to_the_same_numbers(tmp_path: Path) -> None:
