@@ -95,6 +95,7 @@ def comparison_lines(found: "Comparison") -> Iterator[str]:
         yield "a single axis: a change of its direction cannot be told from a remount"
     for axis in found.axes.values():
         yield from _axis_lines(axis)
+    yield f"the scatter from day to day is not in these uncertainties: calrig archive history {found.sensor} knows it"
 
 
 def _axis_lines(change: "AxisChange") -> Iterator[str]:

@@ -20,14 +20,13 @@ def all_histories(archive: SyntheticArchive) -> dict[str, History]:
 
 def guilty_are_found(archive: SyntheticArchive, found: dict[str, History]) -> None:
     for name in archive.drifting:
-        kinds = [finding.kind for finding in found[name].findings]
-        assert "drift" in kinds, (name, kinds)
-        assert found[name].findings[0].characteristics[0] == "sensitivity_v_per_g.x"
+        told = {finding.characteristics[0] for finding in found[name].findings if finding.kind in ("drift", "step")}
+        assert "sensitivity_v_per_g.x" in told, (name, found[name].findings)
     for name in archive.dropped:
         steps = [finding for finding in found[name].findings if finding.kind == "step"]
-        assert {"offset_v.y", "angle_deg.yz"} <= {one for step in steps for one in step.characteristics}
+        assert {"offset_v.y", "angle_deg.yz"} <= {one for step in steps for one in step.characteristics}, (name, steps)
     for name, other in zip(archive.mixed_up, reversed(archive.mixed_up), strict=True):
-        assert other in {finding.partner for finding in found[name].findings}, name
+        assert other in {finding.partner for finding in found[name].findings}, (name, found[name].findings)
 
 
 def false_alarms(seeds: range, story: Story) -> tuple[int, int]:
