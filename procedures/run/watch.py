@@ -91,10 +91,16 @@ class Watch:
         yield from self._lines()
 
     def _axes(self) -> Iterator[Alarm]:
+        """What an axis tells twice: a digit that the line turned over is no motion. Told once, it is recorded."""
         for name, rest_deg in self._rest_deg.items():
             axis = self._rig.axes[name]
+            first = _axis_alarm(name, axis.state(), rest_deg, axis.arrival_tolerance_deg)
+            if first is None:
+                continue
             alarm = _axis_alarm(name, axis.state(), rest_deg, axis.arrival_tolerance_deg)
-            if alarm is not None:
+            if alarm is None:
+                self._record("unconfirmed", {"axis": name, "told": first.reason})
+            else:
                 yield alarm
 
     def _disk(self, free_bytes: float, needed_bytes: float) -> Iterator[Alarm]:

@@ -158,10 +158,10 @@ def test_fault_37_a_campaign_of_2886_dwells_ends_with_the_same_coefficients_thou
     assert story.is_finished
     assert len(story.happened) > 2000
     assert story.parameters == known.clean
-    flipped = tell_of(known.bench, tmp_path / "flipped", _one_percent("flip-bit"))
+    flipped = tell_of(known.bench, tmp_path / "flipped", _one_percent("flip-bit"), most_resumes=200)
     assert flipped.is_finished
     worst = worst_deviation(flipped, known.clean)
-    assert worst <= 0.1 or flipped.is_flagged, f"off by {worst:.3g} standard uncertainties"
+    assert worst <= 0.1 or (worst <= MOST_U and flipped.is_flagged), f"off by {worst:.3g} standard uncertainties"
 
 
 def _one_percent(kind: str, seed: int = 0) -> FaultPlan:

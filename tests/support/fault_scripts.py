@@ -100,7 +100,11 @@ class Story:
 
 
 def tell_of(
-    bench: Bench, run_dir: Path, plan: FaultPlan, observer: Callable[[Rig], RunObserver] = lambda rig: SilentObserver()
+    bench: Bench,
+    run_dir: Path,
+    plan: FaultPlan,
+    observer: Callable[[Rig], RunObserver] = lambda rig: SilentObserver(),
+    most_resumes: int = MOST_RESUMES,
 ) -> Story:
     """Run the campaign with the faults of ``plan``; raises AssertionError where something moved that must not."""
     story = Story(plan, run_dir)
@@ -113,7 +117,7 @@ def tell_of(
         person = Person(run_dir, observer(rig))
         outcome = begin(run_dir, bench.header(run_dir), bench.plan, rig, person, person)
         require_rest(rig, outcome)
-        while outcome.state in (State.TRIPPED, State.STOPPED) and story.trips < MOST_RESUMES:
+        while outcome.state in (State.TRIPPED, State.STOPPED) and story.trips < most_resumes:
             story.trips += 1
             outcome = resume_on(run_dir, rig, "ann", "looked at it", person, person)
             require_rest(rig, outcome)

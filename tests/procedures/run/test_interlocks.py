@@ -300,6 +300,25 @@ def test_fault_52_an_axis_that_moves_though_nothing_told_it_to_trips(small: Benc
     assert not [event for event in events(night.run_dir, "intent") if event.sequence > last]
 
 
+def test_a_read_back_that_is_wrong_once_is_recorded_and_trips_nothing(small: Bench, tmp_path: Path) -> None:
+    """One digit turned over on the line at the look after the third dwell."""
+    lies = 0
+
+    def lie(night: Night) -> None:
+        nonlocal lies
+        lies = 1
+
+    def look(state: AxisState) -> AxisState:
+        nonlocal lies
+        told, lies = (state.position_deg + 40.0 if lies else state.position_deg), 0
+        return replace(state, position_deg=told)
+
+    night = Night(tmp_path / "run", after={3: lie})
+    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, look=look)).state is State.FINISHED
+    (told,) = events(night.run_dir, "unconfirmed")
+    assert "pitch: was moved, though nothing told it to" in str(told.detail["told"])
+
+
 def _latched(small: Bench, run_dir: Path, fault: str) -> None:
     outcome = spend(small, Night(run_dir), rig_of=lambda rig: Touched(rig, fault=fault))
     assert (outcome.state, outcome.exit_status) == (State.TRIPPED, ExitStatus.HELD)
