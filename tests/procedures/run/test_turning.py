@@ -6,10 +6,16 @@ from pathlib import Path
 import pytest
 from motion_runs import MotionRun, motion_run
 
+from procedures.plan.steps import Turn
 from procedures.run.journal_reader import JournalReader
+from procedures.run.measure import Announcement
 from procedures.run.records import DwellRecord
 from procedures.run.states import State
+from procedures.run.turning import turn
+from rig.assembly import open_rig
+from rig.errors import WaitEnded
 from rig.fault_file import FaultPlan, FaultRule
+from rig.motion import home_and_arrive
 
 ONE_AXIS = {
     r"replications = 4": "replications = 1",
@@ -107,3 +113,27 @@ def test_nothing_is_read_before_the_axis_is_at_speed(tmp_path: Path) -> None:
         samples_v = dwell.readings["logger.gx"].samples_v
         assert abs(samples_v[:50].mean() - samples_v.mean()) < 5.0 * 0.002 / 50.0**0.5
         assert dwell.settle_s > 0.5
+
+
+@pytest.mark.parametrize("after_s", [0.3, 2.0, 6.0])
+def test_an_abort_while_it_turns_leaves_the_axis_at_rest(tmp_path: Path, after_s: float) -> None:
+    small = _roll(tmp_path)
+    dwell = next(dwell for dwell in small.plan.design_dwells if isinstance(dwell.motion, Turn))
+    assert isinstance(dwell.motion, Turn)
+    with open_rig(small.rig) as rig:
+        for axis in rig.axes.values():
+            home_and_arrive(axis, rig.clock, rig.clock.sleep)
+        ends_s = rig.clock.monotonic_s() + after_s
+
+        def wait(duration_s: float) -> None:
+            rig.clock.sleep(min(duration_s, 0.1))
+            if rig.clock.monotonic_s() > ends_s:
+                raise WaitEnded("abort")
+
+        with pytest.raises(WaitEnded):
+            turn(rig, small.plan, dwell, dwell.motion, Announcement(1, 1, 0.0, "settle", "read"), wait)
+        rested = rig.axes["roll"].state()
+        assert not rested.is_moving
+        assert 0.0 < rested.position_deg < 40.0 * (after_s + 2.0)
+        rig.clock.sleep(60.0)
+        assert rig.axes["roll"].state().position_deg == rested.position_deg
