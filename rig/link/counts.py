@@ -39,7 +39,6 @@ class CountedStream:
         self.discard_input = stream.discard_input
         self.close = stream.close
 
-
     def by_slave(self, name: str) -> dict[str, ExchangeCounts]:
         """What ``name`` is called where it is one of several; a single device is the line."""
         if len(self.slaves) <= 1 and not self.counts.asked:
