@@ -66,7 +66,7 @@ class Bench:
         self._lost_line = ""
         self._tried_s = clock.monotonic_s()
         self.guard = Guard(lambda: rig.axes, clock, lambda text: self._tell("stopped", text))
-        self._looks = Looks(rig, self.guard, clock, inferred)
+        self._looks = Looks(rig, self.guard, clock, inferred, lambda text: self._tell("failed", text))
         self._watchdogs = TurningWatchdogs(rig, lambda text: self._tell("note", text))
         self._thread = Thread(target=self._run, name="jog-bench", daemon=True)
         self.view = BenchView((), (), ())

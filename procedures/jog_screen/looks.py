@@ -3,6 +3,7 @@
 A device that does not answer is shown with its sentence and looked at again; it keeps no other from being seen.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import cycle
 
@@ -25,11 +26,14 @@ _MOST_SAMPLES = 10
 
 
 class Looks:
-    """Belongs to the thread that owns the devices; ``clock`` is the machine's."""
+    """Belongs to the thread that owns the devices; ``clock`` is the machine's; ``tell`` hears who falls silent."""
 
-    def __init__(self, rig: Rig, guard: Guard, clock: Clock, inferred: InferredAttitude | None) -> None:
+    def __init__(
+        self, rig: Rig, guard: Guard, clock: Clock, inferred: InferredAttitude | None, tell: Callable[[str], None]
+    ) -> None:
         self._rig = rig
         self._guard = guard
+        self._tell = tell
         self._clock = clock
         self._inferred = inferred
         self._attitude: AttitudeView | None = None
@@ -44,6 +48,7 @@ class Looks:
     def start_anew(self) -> None:
         """The lines are open anew: nothing that was seen before is worth anything."""
         self._axes_due_s = self._chambers_due_s = 0.0
+        self._silent_until_s: dict[str, float] = {}
         self._ready_from_s = dict.fromkeys(self._rig.readouts, 0.0)
         self._prepared: set[str] = set()
         self._channels = cycle([(name, channel) for name, it in self._rig.readouts.items() for channel in it.channels])
@@ -61,17 +66,25 @@ class Looks:
         if now_s < self._axes_due_s:
             return
         self._axes_due_s = now_s + _AXES_S
-        for name in self._axes:
+        for name, view in self._axes.items():
+            if view.silence and (not may_lose or now_s < self._silent_until_s.get(name, 0.0)):
+                continue  # waiting for it would keep the others from being seen
             try:
                 self._look_at_axis(name)
-            except LinkLost as error:
-                self._axes[name] = replace(self._axes[name], state=None, silence=str(error))
-                if may_lose:
-                    raise
             except RigError as error:
-                if self._axes[name].set_rate_dps:
-                    self._guard.stop(str(error))  # what nobody sees does not turn
-                self._axes[name] = replace(self._axes[name], state=None, silence=str(error))
+                self._missed(name, error)
+                if may_lose and isinstance(error, LinkLost):
+                    raise
+
+    def _missed(self, name: str, error: RigError) -> None:
+        """An axis does not answer. What nobody sees does not turn."""
+        view = self._axes[name]
+        self._silent_until_s[name] = self._clock.monotonic_s() + _AGAIN_S
+        if view.set_rate_dps:
+            self._guard.stop(str(error))
+        if not (view.silence or isinstance(error, LinkLost)):
+            self._tell(str(error))
+        self._axes[name] = replace(view, state=None, silence=str(error))
 
     def position_deg(self, axis: str) -> float:
         """Asked now. Raises: RequestRefused where the axis has no home."""
@@ -157,6 +170,8 @@ class Looks:
             except LinkLost:
                 raise
             except RigError as error:
+                if not view.silence:
+                    self._tell(str(error))
                 view = replace(view, temperature_degc=None, setpoint_degc=None, silence=str(error))
             self._chambers[name] = view
 
@@ -177,6 +192,8 @@ class Looks:
         except RigError as error:
             if self._guard.is_stopping:
                 raise
+            if not self._running[channel].silence:
+                self._tell(str(error))
             self._running[channel].silence = str(error)
             self._prepared.discard(name)
             self._ready_from_s[name] = self._clock.monotonic_s() + _AGAIN_S

@@ -189,6 +189,22 @@ def test_a_lost_line_is_told_by_its_device_and_opened_again(tmp_path: Path) -> N
     asyncio.run(act())
 
 
+def test_an_axis_that_falls_silent_is_told_once_and_keeps_no_other_from_moving(tmp_path: Path) -> None:
+    async def act() -> None:
+        dead = {"line": "axes.roll", "kind": "power-cycle", "at_s": 40.0, "away_s": 1e6}
+        with _on_twins(tmp_path, ScaledClock(50.0), STAGE_FOR_ROLL, dead=dead) as bench:
+            async with _app(bench).run_test(size=SIZE) as pilot:
+                await _told(pilot, "twin of axes.roll: no complete reply")
+                assert bench.view.axes[1].state is None
+                _press(pilot, "h")
+                await _told(pilot, "pitch: homed")
+                _press(pilot, "g", "1", "2", "0", "enter")
+                await _told(pilot, "pitch: at rest at +120.0000°")
+                assert sum("no complete reply" in line.text for line in bench.view.told) == 1
+
+    asyncio.run(act())
+
+
 def test_devices_that_changed_places_are_named_and_nothing_moves_any_more(tmp_path: Path) -> None:
     async def act() -> None:
         swapped = {"line": "axes.pitch", "kind": "swap", "other": "axes.roll", "at_s": 60.0}
