@@ -89,9 +89,8 @@ def motion_section(
     recorded = () if timings is None else (timings,)
     if static:
         tables = (_static_table(static), *recorded)
-        told = "; ".join(f"{axis}: {one.verdict}" for axis, one in static.items())
         beyond = tuple(f"{name} {axis}: {one.verdict}" for axis, one in static.items() if one.holds is False)
-        return MotionSection(f"{name}: {told}", beyond, tables, tuple(_allan_plot(name, static)))
+        return MotionSection(_static_result(name, static), beyond, tables, tuple(_allan_plot(name, static)))
     if calibration is None:
         return MotionSection(f"{name}: not solved", (), recorded, ())
     truths = _truths(rig, name, sensor)
@@ -104,6 +103,18 @@ def motion_section(
         tables if rates is None else (*tables, rates),
         plots,
     )
+
+
+def _static_result(name: str, static: Mapping[str, StaticAxis]) -> str:
+    """Which axes hold what is allowed."""
+    one = next(iter(static.values()))
+    words = {True: f"within ±{one.allowed_deg:g}°", False: f"beyond ±{one.allowed_deg:g}°", None: "of unknown size"}
+    parts = [
+        f"{', '.join(axis for axis, each in static.items() if each.holds is held)} {word}"
+        for held, word in words.items()
+        if any(each.holds is held for each in static.values())
+    ]
+    return f"{name}: drift in {one.use_s:g} s {'; '.join(parts)}"
 
 
 def _result(name: str, calibration: Calibration, sensor: Sensor, rig: RigDescription) -> str:
