@@ -21,7 +21,7 @@ from ams.uncertainty.tp_replication import TpColumns, tp_replication
 
 FloatArray = NDArray[np.float64]
 
-_UNIT = re.compile(r"_(v_per_g2?|g_per_v|g|v_per_dps|v_per_degc|v_per_h|per_degc|v|deg|degc)$")
+_UNIT = re.compile(r"_(v_per_g[23]?|g_per_v|g|v_per_dps|v_per_degc|v_per_h|per_degc|v|deg|degc)$")
 _ROUNDING = 32.0 * float(np.finfo(float).eps)
 _LACK_OF_FIT = "lack of fit"
 

@@ -1,0 +1,101 @@
+"""A sensor model of your own: a clinometer whose spring stiffens, v = b + S·s + C·s³ with s = sin(α − φ).
+
+Run it: ``python examples/own_model.py``. The class has the members of ``ams.models.model.Model``; nothing of the
+package is changed and nothing is registered. What each member is for: docs/mathematics.md, "A model of your own".
+"""
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ams import CalibrationRequest, Observations, TableUncertainty, to_document
+from ams.calibrate import calibrate
+from ams.frames import RAD_PER_ARCSEC
+from ams.models.model import FloatArray, Stimulus
+
+
+@dataclass(frozen=True)
+class StiffeningClinometer:
+    """Primary parameters b, S, C and φ in radians; the files have φ in degrees."""
+
+    nominal_axis: str = "x"
+    name: str = "stiffening-clinometer"
+    convention: str = "TP"
+    primary_names: tuple[str, ...] = ("offset_v", "sensitivity_v_per_g", "stiffening_v_per_g3", "misalignment_rad")
+    parameter_names: tuple[str, ...] = (
+        "offset_v", "sensitivity_v_per_g", "stiffening_v_per_g3", "pitch_misalignment_deg",
+    )  # fmt: skip
+    basis_key: Hashable | None = None
+    """None: not linear in its primary parameters, so it is iterated from ``start``."""
+
+    @property
+    def fixed(self) -> Mapping[str, tuple[float, float]]:
+        return {}
+
+    def basis(self, stimulus: Stimulus) -> FloatArray:
+        raise NotImplementedError("asked for only where basis_key is set")
+
+    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
+        """Without misalignment the model is linear: good enough to iterate from."""
+        s = np.sin(stimulus.pitch_rad)
+        columns = np.stack([np.ones_like(s), s, s**3], axis=1)
+        return np.append(np.linalg.lstsq(columns, output_v, rcond=None)[0], 0.0)
+
+    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        b, S, C, phi = primary
+        s = np.sin(stimulus.pitch_rad - phi)
+        return np.asarray(b + S * s + C * s**3)
+
+    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        s = np.sin(stimulus.pitch_rad - primary[3])
+        return np.stack([np.ones_like(s), s, s**3, -self._by_pitch(primary, stimulus)], axis=1)
+
+    def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
+        return {"pitch": self._by_pitch(primary, stimulus), "roll": np.zeros_like(stimulus.pitch_rad)}
+
+    def parameters(self, primary: FloatArray) -> FloatArray:
+        return np.concatenate([primary[..., :3], np.rad2deg(primary[..., 3:])], axis=-1)
+
+    def parameters_jacobian(self, primary: FloatArray) -> FloatArray:  # noqa: ARG002 (the same everywhere)
+        return np.diag([1.0, 1.0, 1.0, np.rad2deg(1.0)])
+
+    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:  # noqa: ARG002
+        return {}
+
+    def _by_pitch(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        _, S, C, phi = primary
+        angle = stimulus.pitch_rad - phi
+        return np.asarray((S + 3.0 * C * np.sin(angle) ** 2) * np.cos(angle))
+
+
+def measured(truth: FloatArray, noise_v: float, rng: np.random.Generator, replications: int = 4) -> Observations:
+    """±60° by 5° without roll, as a stand-in for ``ams.read_csv``."""
+    pitch = np.deg2rad(np.tile(np.arange(-60.0, 61.0, 5.0), replications))
+    points = pitch.size // replications
+    s = np.sin(pitch - truth[3])
+    output = truth[0] + truth[1] * s + truth[2] * s**3 + noise_v * rng.standard_normal(pitch.size)
+    return Observations(
+        replication=np.repeat(np.arange(1, replications + 1), points),
+        point=np.tile(np.arange(points), replications),
+        pitch_rad=pitch,
+        roll_rad=np.zeros(pitch.size),
+        outputs_v={"x": output},
+    )
+
+
+def main() -> None:
+    rows = measured(np.array([0.01, 2.5, -0.02, np.deg2rad(0.3)]), 2e-5, np.random.default_rng(1))
+    request = CalibrationRequest(
+        nominal_axes={"x": "x"},
+        models={"x": StiffeningClinometer()},
+        table=TableUncertainty(pitch_rad=RAD_PER_ARCSEC, roll_rad=0.0, kind="limit"),
+    )
+    solved = to_document(calibrate(rows, request))["axes"]["x"]  # type: ignore[index]
+    for name, found in solved["parameters"].items():
+        print(f"{name:<24} {found['value']:+.7f}   u {found['standard_uncertainty']:.1e}")  # noqa: T201
+    print(f"standard error {solved['standard_error_v']:.2e} V")  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
