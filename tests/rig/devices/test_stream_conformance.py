@@ -16,6 +16,7 @@ STREAMS = {"vn100": "imu", "csv-imu": "board"}
 """Driver to the stream of the wider rig that has it."""
 FACTOR = 4.0
 """A terminal holds four kilobytes: what 200 Hz at this pace bring in the tenth of a second between two polls."""
+LONGEST_S = 60.0
 UNITS = {"g", "dps", "ut", "mps2", "v", "deg", "gauss", "radps", "degc", "kpa", "counts"}
 
 
@@ -34,11 +35,11 @@ def rig(line: str, tmp_path: Path) -> Iterator[Rig]:
         yield opened
 
 
-def _taken(stream: Stream, rig: Rig, duration_s: float) -> list[StreamBlock]:
-    """Polls until ``duration_s`` of rig time have passed."""
-    blocks = []
-    ends_s = rig.clock.monotonic_s() + duration_s
-    while rig.clock.monotonic_s() < ends_s:
+def _taken(stream: Stream, rig: Rig, samples: int) -> list[StreamBlock]:
+    """Polls until so many samples have come; a busy machine is late, but nothing is lost."""
+    blocks: list[StreamBlock] = []
+    ends_s = rig.clock.monotonic_s() + LONGEST_S
+    while sum(block.samples for block in blocks) < samples and rig.clock.monotonic_s() < ends_s:
         rig.clock.sleep(0.1)
         blocks.append(stream.poll())
     return blocks
@@ -54,7 +55,8 @@ def test_a_stream_keeps_its_promises(rig: Rig, driver: str) -> None:
     assert set(stream.units.values()) <= UNITS
     assert all(channel.startswith(f"{name}.") for channel in stream.channels)
     stream.start()
-    blocks = _taken(stream, rig, 2.0)
+    began_s = rig.clock.monotonic_s()
+    blocks = _taken(stream, rig, round(2.0 * stream.rate_hz))
     assert [block.first for block in blocks] == list(np.cumsum([0, *(block.samples for block in blocks)])[:-1])
     for block in blocks:
         assert block.stream == name
@@ -63,8 +65,8 @@ def test_a_stream_keeps_its_promises(rig: Rig, driver: str) -> None:
         assert (block.gaps, block.refused) == ((), 0)
     polled_s = [block.polled_s for block in blocks]
     assert polled_s == sorted(polled_s)
-    got = sum(block.samples for block in blocks)
-    assert got == pytest.approx(stream.rate_hz * (polled_s[-1] - polled_s[0] + 0.1), rel=0.15)
+    assert sum(block.samples for block in blocks) >= 2.0 * stream.rate_hz
+    assert polled_s[-1] - began_s >= 1.9  # and they did not come faster than they were taken
     stream.stop()
 
 
