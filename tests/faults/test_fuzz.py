@@ -37,6 +37,7 @@ from rig.wire.csv_rows import RowShape, parse_rows
 from rig.wire.indexing_table import AskPosition, AskState, Home, Identify, Move, TableCodec
 from rig.wire.table_dialect import load_dialect
 
+pytestmark = pytest.mark.timeout(600)
 DEFAULT_ROUNDS = 600
 SOAK_S = 600.0
 SLOWEST_S = 5.0

@@ -21,6 +21,7 @@ from rig.assembly import open_rig
 from rig.crash_points import CrashPoint
 from rig.fault_file import FaultPlan
 
+pytestmark = pytest.mark.timeout(600)
 DELIVERY = (CrashPoint.SOLVED, CrashPoint.SETS_WRITTEN, CrashPoint.PUBLISHED, CrashPoint.REPORTED)
 STANDING = (CrashPoint.PAUSED, CrashPoint.HELD)
 OF_A_RUN = tuple(point for point in CrashPoint if point not in (*DELIVERY, *STANDING))

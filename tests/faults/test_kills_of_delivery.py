@@ -22,6 +22,7 @@ from procedures.errors import RequestError
 from procedures.run.states import State
 from rig.crash_points import CrashPoint
 
+pytestmark = pytest.mark.timeout(600)
 POINTS = (CrashPoint.SOLVED, CrashPoint.SETS_WRITTEN, CrashPoint.PUBLISHED, CrashPoint.REPORTED)
 LEFT = ("report.html", "coefficients/SN1.json", "exports/SN1.csv", "exports/SN1.h")
 FILE_CALLS = ("open", "write", "fsync", "replace", "rename", "close")

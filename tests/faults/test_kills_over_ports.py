@@ -24,6 +24,7 @@ from procedures.run.status import status
 from rig.clock import ScaledClock, SystemClock
 from rig.simulate import SimulatedRig, serve_rig, write_rig
 
+pytestmark = pytest.mark.timeout(600)
 FACTOR = 200.0
 DEVICES = ("table-3458a", "esp301-daq", "zaber-daq")
 LOOK_S, LONGEST_S = 0.002, 10.0

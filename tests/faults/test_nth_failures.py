@@ -19,7 +19,7 @@ from procedures.run.storage import JOURNAL_FILE
 from rig.fault_file import FaultPlan
 from rig.faulty_lines import drivers_of
 
-pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+pytestmark = [pytest.mark.timeout(600), pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")]
 """A write at the close of a connection, whose failure SQLite shrugs off, is told by apsw as unraisable."""
 MakeTarget = Callable[[str], Target]
 ERRORS = {"full": errno.ENOSPC, "broken": errno.EIO}

@@ -15,6 +15,7 @@ from procedures.run.journal import Journal
 from procedures.run.journal_reader import JournalReader
 from procedures.run.storage import JOURNAL_FILE
 
+pytestmark = pytest.mark.timeout(600)
 DWELLS = 24
 
 
