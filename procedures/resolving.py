@@ -45,7 +45,7 @@ class Job:
     folders: tuple[str, ...]
     """Where its journal may lie; the first that is there and is the archived one counts."""
     sets: Mapping[str, str]
-    """Sensor to the archived set, as JSON text."""
+    """Sensor to the primary parameters of the archived set, as JSON text."""
     treatment: Treatment = Treatment()
     keep: bool = False
     """Hand back the new sets of what changed, to be published."""
@@ -106,15 +106,15 @@ def jobs_of(
 
     Raises: ams.errors.ArchiveError.
     """
-    from ams.sets.archive_runs import list_runs, run_documents
+    from ams.sets.archive_runs import list_runs, run_primaries
 
-    documents = run_documents(archive_url)
+    archived = run_primaries(archive_url)
     return [
         Job(
             run.run_id,
             run.journal_sha256,
             tuple(str(place) for place in _places(run.folder, run.run_id, elsewhere)),
-            documents.get(run.run_id, {}),
+            archived.get(run.run_id, {}),
             treatment or Treatment(),
             keep,
         )
@@ -129,7 +129,7 @@ def chunks(jobs: Sequence[Job], size: int) -> list[Sequence[Job]]:
 
 
 def number_changes(sensor: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[NumberChange]:
-    """What differs between two documents of coefficient sets beyond rounding."""
+    """What differs between the primary parameters of two coefficient sets beyond rounding."""
     for axis in dict.fromkeys([*old["axes"], *new["axes"]]):
         before, after = (document["axes"].get(axis) for document in (old, new))
         if before is None or after is None:

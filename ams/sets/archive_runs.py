@@ -24,7 +24,7 @@ from ams.sets.archive import (
     require_publishable,
     stored_set,
 )
-from ams.sets.archive_chain import Written, write
+from ams.sets.archive_chain import ROWS_AT_ONCE, Written, write
 from ams.sets.archive_connection import reading, writing
 from ams.sets.canonical import Document, canonical_bytes, listed, table
 from ams.sets.coefficients import CoefficientSet
@@ -150,8 +150,16 @@ def list_runs(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> tuple
     return tuple(RunEntry(*tuple(row)) for row in rows)
 
 
-def run_documents(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> dict[str, dict[str, str]]:
-    """Run to sensor to its set as JSON text, of several solutions of a run the last published. Raises: ArchiveError."""
+def run_primaries(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> dict[str, dict[str, str]]:
+    """Run to sensor to the primary parameters of its set, ``{"axes": {"x": {"primary": …}}}`` as JSON text.
+
+    Of several solutions of a run the last published counts. Documents are read a few at a time: an archive of ten
+    thousand does not have to fit into memory.
+
+    Raises: ArchiveError.
+    """
+    import json
+
     from sqlalchemy import select
 
     from ams.sets.archive_tables import SETS
@@ -160,8 +168,9 @@ def run_documents(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> d
     query = select(*columns).where(SETS.c.run_id.is_not(None)).order_by(SETS.c.published_utc, SETS.c.sha256)
     found: dict[str, dict[str, str]] = {}
     with reading(archive_url, busy_timeout_s) as connection:
-        for run_id, sensor, document in connection.execute(query):
-            found.setdefault(run_id, {})[sensor] = document
+        for run_id, sensor, text in connection.execution_options(yield_per=ROWS_AT_ONCE).execute(query):
+            axes = {name: {"primary": axis["primary"]} for name, axis in json.loads(text)["axes"].items()}
+            found.setdefault(run_id, {})[sensor] = json.dumps({"axes": axes})
     return found
 
 
