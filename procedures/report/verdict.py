@@ -121,7 +121,7 @@ def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[s
 def _remarks(sensor: SensorView) -> Iterable[str]:
     """What was asked for and what it means; nothing to hold against the result."""
     yield from (f"{sensor.name}: {text}" for text in sensor.remarks)
-    yield from (f"{sensor.name} {axis.axis}: {text}" for axis in sensor.axes for text in axis.calibration.remarks)
+    yield from (f"{sensor.name}: {text}" for axis in sensor.axes for text in axis.calibration.remarks)
 
 
 def _conformity_doubts(sensor: SensorView) -> Iterable[str]:

@@ -36,7 +36,7 @@ def test_a_remark_is_said_and_is_no_reservation_where_a_warning_is_one() -> None
     trust, said = _judged(told)
     assert trust == "sound"
     assert "SN1047: times count from noon" in said
-    assert f"SN1047 x: {text}" in said
+    assert f"SN1047: {text}" in said
     warned = replace(axis, calibration=replace(axis.calibration, warnings=(text,)))
     assert _judged(replace(view, sensors=(replace(sensor, axes=(warned,)),)))[0] == "reserved"
 
