@@ -55,6 +55,12 @@ def test_holm_stops_at_the_first_test_that_is_not_significant() -> None:
     assert holm(np.array([0.020, np.nan, 0.010])).tolist() == [True, False, True]
 
 
+def test_holm_loosens_the_level_with_every_test_that_passed() -> None:
+    """0.005 ≤ 0.0125, 0.015 ≤ 0.0167, 0.020 ≤ 0.025, 0.040 ≤ 0.05: all, where Bonferroni's 0.0125 passes one."""
+    assert holm(np.array([0.020, 0.015, 0.040, 0.005])).tolist() == [True, True, True, True]
+    assert holm(np.array([[0.060, 0.015], [0.010, 0.040]])).tolist() == [[False, True], [True, True]]
+
+
 def test_an_f_test_at_its_limit_has_the_probability_of_its_level() -> None:
     test = f_test(f_quantile(0.95, 5, 60), 5, 60)
     assert test.p_value == pytest.approx(0.05, abs=1e-9)
