@@ -103,6 +103,21 @@ def test_three_thousand_random_fault_scripts_leave_no_wrong_parameter_without_a_
     assert found[State.FINISHED] > 600
 
 
+def test_the_oracle_sees_one_parameter_that_is_off_and_believes_a_run_that_says_so(
+    campaign: MakeCampaign, tmp_path: Path
+) -> None:
+    """The harness itself: one value of a clean run moved by five of its standard uncertainties."""
+    known = campaign("table-3458a")
+    story = tell_of(known.bench, tmp_path / "run", _one_percent("duplicate"))
+    _judge(story, known.clean)
+    value, uncertainty = known.clean[("y", "coning_deg")]
+    story.parameters = {**known.clean, ("y", "coning_deg"): (value + 5.0 * uncertainty, uncertainty)}
+    with pytest.raises(AssertionError, match="silently off by 5 standard uncertainties"):
+        _judge(story, known.clean)
+    story.trips = 1
+    _judge(story, known.clean)
+
+
 @pytest.mark.parametrize("devices", RIGS)
 @pytest.mark.parametrize("kind", ["drop", "truncate", "garble"])
 def test_fault_37_one_reply_in_a_hundred_damaged_detectably_changes_no_number(
