@@ -73,7 +73,7 @@ def derive(
         standard_uncertainties=uncertainty,
         tp_standard_uncertainties=_root_of_diagonal(directions @ tp_covariance @ turned),
         dof=dof,
-        halfwidths_95=_halfwidths(names, t_quantile(0.95, dof) * uncertainty),
+        halfwidths_95=halfwidths_95(names, t_quantile(0.95, dof) * uncertainty),
         covariance=covariance,
         undetermined=undetermined,
         directions=directions,
@@ -91,8 +91,8 @@ def _parameters(models: Sequence[Model], primary: FloatArray) -> FloatArray:
     return values
 
 
-def _halfwidths(names: Sequence[str], propagated: FloatArray) -> FloatArray:
-    """(m, L): an azimuth's as it is, the others as to first order.
+def halfwidths_95(names: Sequence[str], propagated: FloatArray) -> FloatArray:
+    """(…, L) from Student's factor times the standard uncertainty: an azimuth's as it is, the others as to first order.
 
     A vector of length a across the axis turns by δ under an error h of its own that stands across it, a·sin δ = h
     (Fieller). At five standard uncertainties that is a twentieth more; to first order 94 % would hold the truth.

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.frames import wrap_deg
+from ams.solve.derived import halfwidths_95
 from ams.solve.result import AxisCalibration, VarianceComponent
 from ams.uncertainty.budget import Budget, Input
 from ams.uncertainty.intervals import INFINITE_DOF, combined_dof, t_quantile
@@ -125,7 +126,7 @@ def axis_budget(
         lines,
         dict(zip(names, budget.standard_uncertainties.tolist(), strict=True)),
         dict(zip(names, budget.degrees_of_freedom.tolist(), strict=True)),
-        dict(zip(names, _expanded(budget).tolist(), strict=True)),
+        dict(zip(names, _expanded(names, budget).tolist(), strict=True)),
         float(values[names.index(PER_SI)]) if PER_SI in names else None,
         _checked(axis, names, budget, errors, gravity, trials, seed) if trials > 0 else None,
     )
@@ -205,13 +206,13 @@ def _unwrapped(name: str, values: FloatArray, about: float) -> FloatArray:
     return about + wrap_deg(values - about) if name == "azimuth_deg" else values
 
 
-def _expanded(budget: Budget) -> FloatArray:
+def _expanded(names: Sequence[str], budget: Budget) -> FloatArray:
     """As it is reported: Student's factor at the effective degrees of freedom, these not rounded."""
-    return np.asarray(t_quantile(0.95, budget.degrees_of_freedom) * budget.standard_uncertainties)
+    return halfwidths_95(names, t_quantile(0.95, budget.degrees_of_freedom) * budget.standard_uncertainties)
 
 
 def _compared(names: list[str], found: MonteCarlo, budget: Budget) -> Mapping[str, CheckedParameter]:
-    half, ends = _expanded(budget), found.symmetric_interval
+    half, ends = _expanded(names, budget), found.symmetric_interval
     tolerance = 0.5 * 10.0 ** np.floor(np.log10(budget.standard_uncertainties))
     off = np.maximum(np.abs(budget.values - half - ends[:, 0]), np.abs(budget.values + half - ends[:, 1]))
     within = off <= tolerance

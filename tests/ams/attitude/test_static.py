@@ -227,3 +227,18 @@ def test_parallel_or_coplanar_sensors_are_refused():
         pitch_roll_from_three([line("x"), line("x"), line("y")], np.zeros((1, 3)))
     with pytest.raises(DesignError, match="got 2 sensors, needed 3"):
         pitch_roll_from_three([line("x"), line("y")], np.zeros((1, 2)))
+
+
+@pytest.mark.parametrize("factor", [1e-3, 50.0])
+def test_angles_do_not_depend_on_the_unit_of_an_output(factor: float) -> None:
+    """One axis behind an amplifier: its output, reading and calibration scale together, and tell what they told."""
+    calibrated = np.diag([1e-10, 4e-10, 9e-10, 1e-10])
+    sensors = [replace(sensor, covariance=calibrated) for sensor in PACKAGE]
+    y = sensors[1]
+    amplified = SensorLine(factor * y.offset_v, factor * y.k_v_per_g, factor**2 * y.covariance, factor * y.reading_sd_v)
+    rng = np.random.default_rng(3)
+    read = outputs(PACKAGE, *rng.uniform(-1.2, 1.2, (2, 20))) + 1e-3 * rng.standard_normal((20, 3))
+    plain = pitch_roll_from_three(sensors, read)
+    scaled = pitch_roll_from_three([sensors[0], amplified, sensors[2]], read * np.array([1.0, factor, 1.0]))
+    for name in ("pitch_rad", "roll_rad", "pitch_sd_rad", "roll_half_95_rad"):
+        np.testing.assert_allclose(getattr(scaled, name), getattr(plain, name), rtol=1e-9)

@@ -35,6 +35,14 @@ def test_a_table_of_one_arc_second_is_rarely_taken_for_a_soft_mount():
     assert accepted(campaign, None, range(100)) > 0.2  # without the teeth in the error it would be
 
 
+def test_its_limit_is_that_of_five_terms_and_the_points_that_are_left() -> None:
+    """F₀.₉₅(5, 12) = 3.11 of the tables: 21 points less nine parameters."""
+    campaign = Campaign(pitch_deg=np.arange(-90.0, 91.0, 30.0), roll_deg=np.array([-120.0, 0.0, 120.0]), replications=3)
+    test = judge_extension(campaign.observe(np.random.default_rng(0)), "x").test
+    assert (test.numerator_dof, test.denominator_dof) == (5, 12)
+    assert test.f_95 == pytest.approx(3.11, abs=0.005)
+
+
 def test_drift_is_not_taken_for_a_soft_mount():
     campaign = Campaign(replications=4, index_limit_arcsec=1.0, offset_drift_arcsec=3.0, sensitivity_drift=1e-5, **GRID)
     assert accepted(campaign, TEETH, range(300)) <= 0.08

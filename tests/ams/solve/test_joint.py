@@ -1,5 +1,7 @@
 """Package and table in one fit: explicit rotations, coverage, and what a reversed mount is good for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -205,6 +207,19 @@ def test_drift_between_replications_widens_the_covariance():
     assert np.sqrt(moved.axis_covariance("x")[0, 0]) > 0.5 * np.std(jumps) / np.sqrt(5)
     assert np.sqrt(calm.axis_covariance("x")[0, 0]) < 0.1 * np.sqrt(moved.axis_covariance("x")[0, 0])
     assert moved.standard_error_v["x"] < 1.2 * calm.standard_error_v["x"]
+
+
+def test_drift_in_two_mountings_averages_out_as_between_twice_the_replications() -> None:
+    """Offsets that jump by σ at every replication: their mean over two mountings of five has σ/√10."""
+    rng, jump_v = np.random.default_rng(9), 2e-4
+    jumps = jump_v * np.tile([-1.2, -0.6, 0.0, 0.6, 1.2], (2, 1)) / np.std([-1.2, -0.6, 0.0, 0.6, 1.2], ddof=1)
+    mountings = []
+    for mount, own in zip((UPRIGHT, REVERSED), jumps, strict=True):
+        steady = observe(rng, replications=5, mount=mount).observations
+        moved = {axis: output + own[steady.replication] for axis, output in steady.outputs_v.items()}
+        mountings.append(Mounting(replace(steady, outputs_v=moved), mount))
+    fit = joint_fit(mountings, "xyz", TablePriors(**TEETH))
+    assert np.sqrt(fit.axis_covariance("y")[0, 0]) == pytest.approx(jump_v / np.sqrt(10.0), rel=0.05)
 
 
 def test_errors_that_act_alike_are_named_together():

@@ -11,6 +11,7 @@ from simulated_package import PACKAGE, simulate_packages
 from ams.calibrate import calibrate
 from ams.models.thermal import TemperatureCoefficients
 from ams.request import CalibrationRequest
+from ams.solve.components import ComponentColumns
 from ams.solve.package import SolvedAxis, package_covariance
 from ams.uncertainty.shared_errors import SharedError
 from ams.uncertainty.table import TableUncertainty
@@ -58,6 +59,16 @@ def test_the_blocks_of_the_axes_are_their_own_covariances() -> None:
     assert np.linalg.eigvalsh(correlation(solved.package.covariance))[0] > -1e-12
     alone = calibrate(observations, CalibrationRequest(nominal_axes={"x": "x"}))
     assert alone.package is None
+
+
+def test_a_part_has_the_fewest_degrees_of_freedom_that_any_axis_has_of_it() -> None:
+    """What is inferred from several axes is told no better than by the worst known of them."""
+    covariance = np.stack([np.eye(2)] * 2)
+    parts = [ComponentColumns("lack-of-fit", covariance, np.array([9.0, 4.0]))]
+    axes = [SolvedAxis(label, ("offset_v", "k_x_v_per_g"), parts, row) for row, label in enumerate("xy")]
+    found = package_covariance(axes)
+    assert found is not None
+    assert [part.dof for part in found.components] == [4.0]
 
 
 def test_a_disturbance_of_the_package_is_seen_in_all_axes() -> None:

@@ -1,5 +1,7 @@
 """H_E of TP appendix B: against the second derivative of the sum of squares, and where it vanishes."""
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from ams.errors import SolveError
 from ams.frames import Attitude
 from ams.models.accelerometer import PitchRoll, primary_from_parameters, primary_from_parameters_jacobian
 from ams.solve.gauss_newton import gauss_newton
+from ams.solve.residual_curvature import residual_curvature
 
 TIME = np.linspace(0.0, 2.0, 15)
 
@@ -48,6 +51,29 @@ def test_the_covariance_with_h_e_is_the_inverse_of_the_second_derivative_of_the_
     plain = gauss_newton(decay, decay_jacobian, np.ones(2), OBSERVED, ("a", "b"))
     assert plain.residual_curvature is None
     assert not np.allclose(plain.covariance, expected, rtol=1e-2)
+
+
+class Decay:
+    """As much of a model as H_E asks for."""
+
+    primary_names = ("a", "b")
+    fixed: ClassVar[dict[str, tuple[float, float]]] = {}
+    basis_key = None
+
+    def jacobian(self, primary: np.ndarray, _rows: Attitude) -> np.ndarray:
+        return decay_jacobian(primary)
+
+
+def test_the_ratio_that_is_stated_beside_h_e_is_that_of_the_two_covariances() -> None:
+    """TP (44) with its sign: R = F_cᵀF_c − H_E, which bends where the residuals do."""
+    plain = gauss_newton(decay, decay_jacobian, np.ones(2), OBSERVED, ("a", "b"))
+    whole = gauss_newton(decay, decay_jacobian, np.ones(2), OBSERVED, ("a", "b"), residual_curvature=True)
+    rows = Attitude(TIME, TIME)
+    found = residual_curvature(Decay(), plain.estimate, rows, plain.residuals)  # type: ignore[arg-type]
+    np.testing.assert_allclose(found.h_e, whole.residual_curvature, rtol=1e-5, atol=1e-8)
+    expected = np.sqrt(np.diag(whole.covariance) / np.diag(plain.covariance))
+    np.testing.assert_allclose(list(found.standard_uncertainty_ratio.values()), expected, rtol=1e-5)
+    assert np.abs(expected - 1.0).max() > 0.01
 
 
 def second_derivatives(alpha, roll, s, coning, azimuth) -> np.ndarray:

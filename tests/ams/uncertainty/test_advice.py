@@ -98,6 +98,20 @@ def test_intervals_of_a_planted_term_hold_it() -> None:
     assert np.mean(hits) == pytest.approx(0.95, abs=0.02)
 
 
+def test_the_interval_of_a_term_counts_it_among_what_was_fitted() -> None:
+    """Of nine points: the textbook's regression on model and term together, with 9 − 4 degrees of freedom."""
+    pitch = np.deg2rad(np.arange(-160.0, 161.0, 40.0))
+    basis = np.stack([np.ones_like(pitch), np.sin(pitch), np.cos(pitch)], axis=1)
+    columns = {"sin 2α": np.sin(2.0 * pitch)}
+    output = 30.0 * columns["sin 2α"] + np.random.default_rng(2).standard_normal(pitch.size)
+    (term,) = largest_terms(output, basis, columns, 1)
+    whole = np.column_stack([basis, columns["sin 2α"]])
+    answer, rest = np.linalg.lstsq(whole, output, rcond=None)[:2]
+    half = 2.5706 * np.sqrt(rest[0] / 5.0 * np.linalg.inv(whole.T @ whole)[3, 3])  # t of GUM table G.2, 5, 95 %
+    assert term.amplitude_v == pytest.approx(answer[3], rel=1e-9)
+    assert np.diff(term.interval_95_v)[0] == pytest.approx(2.0 * half, rel=1e-4)
+
+
 def test_of_terms_that_are_alike_on_the_grid_the_simplest_is_named() -> None:
     """At roll 0° and 180° alone cos 2R is one everywhere, and sin 2α·cos 2R is sin 2α."""
     pitch, roll = (a.ravel() for a in np.meshgrid(np.deg2rad(np.arange(-180.0, 180.0, 20.0)), [0.0, np.pi]))

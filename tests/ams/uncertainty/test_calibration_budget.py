@@ -1,5 +1,7 @@
 """The budget of a calibration: it adds up to what is reported, GUM's rules hold in closed form, trials agree."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from GTC import ureal
@@ -46,6 +48,32 @@ def test_the_budget_adds_up_to_what_is_reported(axis: AxisCalibration, budget: A
         assert estimate.interval_95 is not None
         half = 0.5 * (estimate.interval_95[1] - estimate.interval_95[0])
         assert budget.expanded_95[estimate.name] == pytest.approx(half, rel=1e-9)
+
+
+def test_it_does_so_for_an_azimuth_that_is_hardly_told() -> None:
+    """Coning of few standard uncertainties: its interval is wider than Student's factor makes it, here too."""
+    axis = solved(with_meter=False, noise_arcsec=1500.0)
+    estimate, found = axis.parameters[3], axis_budget(axis)
+    assert estimate.interval_95 is not None
+    half = 0.5 * (estimate.interval_95[1] - estimate.interval_95[0])
+    assert half > 5.0
+    assert found.expanded_95["azimuth_deg"] == pytest.approx(half, rel=1e-9)
+
+
+def test_trials_hold_every_parameter_however_small_its_unit_makes_it() -> None:
+    """Temperature coefficients are a millionth of a sensitivity in numbers, and scatter all the same."""
+    observations = Campaign(replications=6, noise_arcsec=0.5).observe(np.random.default_rng(9))
+    warmth = np.random.default_rng(8).uniform(15.0, 27.0, observations.rows)
+    measured = replace(observations, temperature_degc=warmth)
+    request = CalibrationRequest(nominal_axes={"x": "x"}, temperature="estimate")
+    axis = calibrate(measured, request).axes["x"]
+    found = axis_budget(axis, trials=20_000, seed=1)
+    assert found.monte_carlo is not None
+    for name, checked in found.monte_carlo.parameters.items():
+        dof = found.effective_degrees_of_freedom[name]
+        tails = np.sqrt(dof / (dof - 2.0)) if dof > 3.0 else np.nan
+        assert np.isnan(tails) or checked.standard_uncertainty == pytest.approx(tails * found.combined[name], rel=0.15)
+        assert checked.standard_uncertainty > 0.9 * found.combined[name], name
 
 
 def test_every_source_is_named_with_its_type_and_what_was_declared(budget: AxisBudget) -> None:
