@@ -4,19 +4,23 @@ The truths are the reports' own numbers, written here once more: SR's conversion
 """
 
 import json
+import os
+import signal
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from motion_runs import motion_run
+from motion_runs import MotionRun, motion_run
 from scipy.stats import t as student
-from small_run import dwells_of, in_child, killed_after, measured
+from small_run import dwells_of, in_child, measured
 
 from ams.sets.export.formats import load_set
 from ams.sets.verify import verify
 from procedures.delivery import SolvedRun, deliver, sensors_document, solve_run
 from procedures.run.resume import resume
 from procedures.run.states import State
+from procedures.run.turning import Looks
+from rig.devices.abilities import TurnLook
 
 # SR, "Calibration and Conversion Equations": real = A·reading + B per axis.
 SR_ACCELEROMETER = {"x": (1.0032, 0.02066), "y": (1.0278, -0.0659), "z": (1.0119, -0.0243)}
@@ -202,15 +206,28 @@ def test_an_offset_at_rest_and_a_drift_verdict(tmp_path: Path) -> None:
     assert document["ITG3200"]["static"]["x"]["verdict"].endswith("beyond the allowed ±0.1 deg")
 
 
+def _run_until_a_look(small: MotionRun, run_dir: Path, fatal: int) -> None:
+    """In a process of its own: SIGKILL at that look at a turning axis."""
+    looks, take = iter(range(1, 10_000)), Looks.take
+
+    def look(self: Looks, one: TurnLook) -> None:
+        if next(looks) == fatal:
+            os.kill(os.getpid(), signal.SIGKILL)
+        take(self, one)
+
+    Looks.take = look  # type: ignore[assignment, method-assign]
+    small.run(run_dir)
+
+
 def test_a_run_that_was_killed_while_it_turned_goes_on_to_the_same_numbers(tmp_path: Path) -> None:
     changes = {r"replications = 4": "replications = 2", r"\[10.0, 40.0\]": "[40.0]"}
     small = motion_run(tmp_path, "rate-table", "rates", changes)
     assert small.run(tmp_path / "whole").state is State.FINISHED
-    child = in_child(lambda: small.run(tmp_path / "killed"))
-    assert killed_after(child, 1.5)
+    _, status = os.waitpid(in_child(lambda: _run_until_a_look(small, tmp_path / "killed", 60)), 0)
+    assert os.WTERMSIG(status) == signal.SIGKILL
     done = len(measured(dwells_of(tmp_path / "killed")))
     assert resume(tmp_path / "killed", "tester", "after the kill").state is State.FINISHED
-    assert done < len(measured(dwells_of(tmp_path / "killed"))) == 16
+    assert 0 < done < len(measured(dwells_of(tmp_path / "killed"))) == 16
     whole, killed = (solve_run(tmp_path / name).sensors["ENC03J"].calibration for name in ("whole", "killed"))
     assert whole is not None
     assert killed is not None
