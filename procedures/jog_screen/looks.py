@@ -49,32 +49,34 @@ class Looks:
         """The lines are open anew: nothing that was seen before is worth anything."""
         self._axes_due_s = self._chambers_due_s = 0.0
         self._silent_until_s: dict[str, float] = {}
+        self._lost: LinkLost | None = None
         self._ready_from_s = dict.fromkeys(self._rig.readouts, 0.0)
         self._prepared: set[str] = set()
         self._channels = cycle([(name, channel) for name, it in self._rig.readouts.items() for channel in it.channels])
 
     def round(self, wait: Wait) -> None:
         """One look at everything that is due. Raises: WaitEnded, LinkLost."""
-        self.axes_now_and_then(may_lose=True)
+        self.axes_now_and_then(is_patient=True)
+        if self._lost is not None:
+            lost, self._lost = self._lost, None
+            raise lost
         self._look_at_chambers()
         self._look_at_a_channel(wait)
         self._infer()
 
-    def axes_now_and_then(self, *, may_lose: bool = False) -> None:
-        """Look at every axis if that is due. Raises: LinkLost where ``may_lose``."""
+    def axes_now_and_then(self, *, is_patient: bool = False) -> None:
+        """Look at every axis if that is due; at a silent one only where there is time to wait for it."""
         now_s = self._clock.monotonic_s()
         if now_s < self._axes_due_s:
             return
         self._axes_due_s = now_s + _AXES_S
         for name, view in self._axes.items():
-            if view.silence and (not may_lose or now_s < self._silent_until_s.get(name, 0.0)):
+            if view.silence and (not is_patient or now_s < self._silent_until_s.get(name, 0.0)):
                 continue  # waiting for it would keep the others from being seen
             try:
                 self._look_at_axis(name)
             except RigError as error:
                 self._missed(name, error)
-                if may_lose and isinstance(error, LinkLost):
-                    raise
 
     def _missed(self, name: str, error: RigError) -> None:
         """An axis does not answer. What nobody sees does not turn."""
@@ -82,7 +84,9 @@ class Looks:
         self._silent_until_s[name] = self._clock.monotonic_s() + _AGAIN_S
         if view.set_rate_dps:
             self._guard.stop(str(error))
-        if not (view.silence or isinstance(error, LinkLost)):
+        if isinstance(error, LinkLost):
+            self._lost = error  # for the next round to raise: in the middle of a wait nobody could mend it
+        elif not view.silence:
             self._tell(str(error))
         self._axes[name] = replace(view, state=None, silence=str(error))
 

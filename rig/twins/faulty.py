@@ -166,7 +166,7 @@ class FaultyTwin:
         if rule.kind in MOTION:
             self._hinder(rule, now_s)
         elif rule.kind in LINE_AND_POWER:
-            self._cut(rule, now_s)
+            self._cut(rule, now_s if armed.at_s is None else armed.at_s, now_s)
         else:
             return self._change(rule)
         return faults.intact
@@ -180,13 +180,14 @@ class FaultyTwin:
         else:
             self._motions.lag(axis, rule.lag_s or 0.0)
 
-    def _cut(self, rule: FaultRule, now_s: float) -> None:
+    def _cut(self, rule: FaultRule, from_s: float, now_s: float) -> None:
+        """``from_s``: when it went; it may be noticed later only."""
         if rule.kind == "swap":
             other = self._others(rule.other or "")
             self.twin, other.twin = other.twin, self.twin
             return
         self._outbound, self._inbound = Way(), Way()
-        until_s = math.inf if rule.away_s is None else now_s + rule.away_s
+        until_s = math.inf if rule.away_s is None else from_s + rule.away_s
         if rule.kind != "power-cycle":
             self._away_until_s = until_s
             return

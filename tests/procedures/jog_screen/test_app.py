@@ -178,10 +178,10 @@ def test_a_wrong_number_is_told_and_moves_nothing(tmp_path: Path) -> None:
 
 def test_a_lost_line_is_told_by_its_device_and_opened_again(tmp_path: Path) -> None:
     async def act() -> None:
-        gone = {"line": "environment.air", "kind": "hang-up", "at_s": 40.0, "away_s": 40.0}
+        gone = {"line": "axes.pitch", "kind": "hang-up", "on": "question", "nth": 12, "away_s": 40.0}
         with _on_twins(tmp_path, ScaledClock(50.0), gone=gone) as bench:
             async with _app(bench).run_test(size=SIZE) as pilot:
-                await _told(pilot, "environment.air: the line is gone")
+                await _told(pilot, "axes.pitch and axes.roll: the line is gone")
                 await _told(pilot, "every line is open again")
                 _press(pilot, "h")
                 await _told(pilot, "pitch: homed")
@@ -207,8 +207,8 @@ def test_an_axis_that_falls_silent_is_told_once_and_keeps_no_other_from_moving(t
 
 def test_devices_that_changed_places_are_named_and_nothing_moves_any_more(tmp_path: Path) -> None:
     async def act() -> None:
-        swapped = {"line": "axes.pitch", "kind": "swap", "other": "axes.roll", "at_s": 60.0}
-        gone = {"line": "environment.air", "kind": "hang-up", "at_s": 61.0, "away_s": 1.0}
+        swapped = {"line": "axes.pitch", "kind": "swap", "other": "axes.roll", "on": "question", "nth": 12}
+        gone = {"line": "axes.pitch", "kind": "hang-up", "on": "question", "nth": 13, "away_s": 1.0}
         with _on_twins(tmp_path, ScaledClock(50.0), *TWO_TABLES, swapped=swapped, gone=gone) as bench:
             async with _app(bench).run_test(size=SIZE) as pilot:
                 await _told(pilot, "other devices answer than before: axes.pitch was")

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from table_bench import rig_file, virtual_clock
+from table_bench import example_rig, rig_file, virtual_clock
+from turning_rig import SERVO_FOR_PITCH, STAGE_FOR_ROLL
 
 from rig.assembly import Rig, open_rig
 from rig.clock import ScaledClock, SystemClock
@@ -17,6 +18,7 @@ from rig.jog import home, jog_to
 from rig.link.memory import MemoryStream
 from rig.simulate import serve_rig, write_rig
 from rig.twins.faulty import FaultyTwin, modbus_exception
+from rig.twins.world import World
 
 FACTOR = 400.0
 
@@ -217,13 +219,13 @@ def test_a_seen_slip_is_read_back_and_an_unseen_one_is_not(tmp_path: Path) -> No
 
 def test_power_of_the_table_takes_its_home_along(tmp_path: Path) -> None:
     told: list[str] = []
-    rule = {"line": "axes.roll", "kind": "power-cycle", "at_s": 30.0, "away_s": 5.0}
+    rule = {"line": "axes.roll", "kind": "power-cycle", "at_s": 30.0, "away_s": 30.0}
     with _rig(tmp_path, told, it=rule) as rig:
         jog_to(rig, "pitch", 20.0, rig.clock.sleep)
         rig.clock.sleep(30.0)
         with pytest.raises(DeviceSilent, match=r"axes\.pitch"):
             rig.axes["roll"].state()
-        rig.clock.sleep(5.0)
+        rig.clock.sleep(30.0)
         assert not rig.axes["pitch"].state().is_homed
         assert told == ["30.000 s: axes.pitch and axes.roll: it: power-cycle, at 30 s"] or told[0].endswith("at 30 s")
 
@@ -269,3 +271,25 @@ def _in_the_end(rig: Rig, clock: ScaledClock) -> float:
         except RigError:
             assert SystemClock().monotonic_s() < deadline_s
             clock.sleep(10.0)
+
+
+def test_what_lags_arrives_later_than_its_read_back() -> None:
+    world = World(example_rig())
+    world.lag("pitch", 3.0)
+    arrival_s = world.rotate("pitch", 50.0, 0.0)  # 5 deg/s
+    body = world.axes["pitch"]
+    assert (arrival_s, body.table_deg(arrival_s)) == (10.0, 50.0)
+    assert math.degrees(body.attitude_rad(arrival_s)) == pytest.approx(35.0, abs=0.001)
+    assert math.degrees(body.attitude_rad(arrival_s + 3.0)) == pytest.approx(50.0, abs=0.001)
+    assert body.still_from_s == 13.0
+
+
+def test_power_that_fails_takes_pulses_of_servos_and_references_of_stages(tmp_path: Path) -> None:
+    cut = {"kind": "power-cycle", "at_s": 100.0, "away_s": 1.0}
+    plan = _plan(pitch={"line": "axes.pitch", **cut}, roll={"line": "axes.roll", **cut})
+    with open_rig(read_rig(rig_file(tmp_path, SERVO_FOR_PITCH, STAGE_FOR_ROLL)), faults=plan) as rig:
+        for axis in rig.axes:
+            home(rig, axis, rig.clock.sleep)
+            assert rig.axes[axis].state().is_homed
+        rig.clock.sleep(102.0)
+        assert not any(axis.state().is_homed for axis in rig.axes.values())
