@@ -60,7 +60,7 @@ def run_entry(folder: "Path", record: RunRecord) -> "RunEntry":
         operator=record.operator,
         simulated=record.is_simulated,
         started_utc=min((dwell.started_utc for dwell in record.dwells), default=record.created_utc),
-        ended_utc=record.events[-1].utc if record.events else record.created_utc,
+        ended_utc=record.ended_utc,
         folder=str(folder.resolve()),
         software_version=record.versions["calrig"],
     )

@@ -68,6 +68,8 @@ class Delivery:
     """Where the sets were published; None where they were not."""
     archived: "PublishedRun | None" = None
     """As found and as left of every sensor, as the archive has them."""
+    refusal: AmsError | None = None
+    """Why the archive did not take the run; everything else was written."""
 
 
 def solve_run(folder: Path) -> SolvedRun:
@@ -80,7 +82,7 @@ def solve_run(folder: Path) -> SolvedRun:
 def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
     """Write report and figures; of a finished run also coefficient sets and exports, and publish them.
 
-    Raises: ams.errors.AmsError where a set cannot be built, written or published.
+    Raises: ams.errors.AmsError where a set cannot be built or written; what the archive refuses is told in the result.
     """
     crash_point(CrashPoint.SOLVED)
     sets = sets_of(run) if run.is_finished else {}
@@ -95,15 +97,14 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
     exports = [
         _write(one, run.folder / "exports", kind) for one in sets.values() for kind in run.record.plan.export_formats
     ]
-    if refusal is not None:
-        raise refusal
-    return Delivery(run, view, report, paths, exports, archive_url if sets else None, archived)
+    published_to = archive_url if sets and refusal is None else None
+    return Delivery(run, view, report, paths, exports, published_to, archived, refusal)
 
 
 def _published(
     run: SolvedRun, sets: "Mapping[str, CoefficientSet]", archive_url: str | None
 ) -> "tuple[PublishedRun | None, AmsError | None]":
-    """What the archive has of the run, or why it refuses: the report is written first, then the refusal is raised."""
+    """What the archive has of the run, or why it refuses: the rest is delivered all the same."""
     if not sets or archive_url is None:
         return None, None
     try:

@@ -8,6 +8,7 @@ from cyclopts import Parameter
 
 from procedures.cli.output import say
 from procedures.cli.places import find_run, login_name
+from procedures.errors import RequestError
 
 Flag = Annotated[bool, Parameter(negative=())]
 
@@ -28,6 +29,8 @@ def note(run: str, text: str, /, *, operator: str | None = None) -> None:
     from procedures.run.spool import ask
     from procedures.run.take_back import add_note
 
+    if not text.strip():
+        raise RequestError(f"note: got {text!r}, needed is what to write down; nothing was noted")
     folder, by = find_run(run), operator or login_name()
     if is_owned(folder):
         ask(folder, "note", by, datetime.now(UTC), text)

@@ -43,6 +43,11 @@ def new_run_folder(out: Path, title: str, now: datetime) -> Path:
             folder.mkdir(parents=True)
         except FileExistsError:
             continue
+        except OSError as error:
+            raise RequestError(
+                f"{out}: cannot hold runs: {error.strerror}; nothing was begun; give --out with a folder that can be "
+                "written"
+            ) from error
         return folder
     raise RequestError(f"{out}: holds a thousand runs of this second; look at the clock")
 
@@ -53,6 +58,27 @@ def default_archive_url() -> str:
 
     given = os.environ.get("CALRIG_ARCHIVE")
     return given or f"sqlite:///{user_state_path('calrig', ensure_exists=True) / 'archive.sqlite'}"
+
+
+def require_archive_url(archive_url: str) -> None:
+    """Refuse before anything moves what would else be refused after the last dwell. Nothing is connected to: a server
+    that does not answer now may do so when the run ends. Raises: RequestError."""
+    from sqlalchemy import make_url
+    from sqlalchemy.exc import ArgumentError
+
+    shown = archive_url.rpartition("@")[2]  # what stands before it may hold a password
+    try:
+        url = make_url(archive_url)
+        url.get_dialect()
+    except (ArgumentError, ImportError, ValueError) as error:
+        raise RequestError(
+            f"archive: no archive can have this URL: got {shown!r} ({error.__class__.__name__}), allowed are "
+            "sqlite:///relative/path, sqlite:////absolute/path and postgresql+psycopg://…; nothing was begun"
+        ) from error
+    if url.get_backend_name() == "sqlite" and url.database and not Path(url.database).parent.is_dir():
+        raise RequestError(
+            f"archive: its folder is not there: got {shown!r}; nothing was begun; make the folder or give another URL"
+        )
 
 
 def login_name() -> str:

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import RUNS, default_archive_url, find_run, login_name, new_run_folder
+from procedures.cli.places import (
+    RUNS,
+    default_archive_url,
+    find_run,
+    login_name,
+    new_run_folder,
+    require_archive_url,
+)
 from procedures.errors import ExitStatus, RequestError
 
 if TYPE_CHECKING:
@@ -70,6 +77,8 @@ def run(
     performed = described.all_on_twins() if rehearse else described
     if not allow_network_folder:
         require_local(out)
+    asked_archive = archive if archive is not None or performed.is_simulated else default_archive_url()
+    _require_what_the_end_needs(asked_archive, alerts)
     with open_rig(performed, rig_file=None if rehearse else rig, purpose="run") as opened:
         opened.identities()  # a device that is silent is told before anything is written
         now = SystemClock().now_utc()
@@ -132,6 +141,7 @@ def resume(
     note(str(folder))
     if not allow_network_folder:
         require_local(folder)
+    _require_what_the_end_needs(archive, alerts)
     title, is_virtual = title_and_time(folder)
     with attended(title, alerts, folder, is_virtual=is_virtual) as attendance:
         outcome = resume_run(
@@ -145,6 +155,16 @@ def resume(
     exit_status = conclude(folder, outcome, archive, json=json)
     attendance.ring_out(folder)
     return exit_status
+
+
+def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> None:
+    """Looked at before anything moves. Raises: RequestError, DescriptionError."""
+    from procedures.alerts.settings import read_alerts
+
+    if archive is not None:
+        require_archive_url(archive)
+    if alerts is not None:
+        read_alerts(alerts)
 
 
 def title_and_time(folder: Path) -> tuple[str, bool]:
@@ -165,8 +185,7 @@ def conclude(folder: Path, outcome: "Outcome", archive: str | None, *, json: boo
     from procedures.delivery import deliver, run_document, solve_run
 
     solved = solve_run(folder)
-    url = archive_of(folder, archive, is_simulated=solved.record.is_simulated)
-    delivery = deliver(solved, url)
+    delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated))
     if outcome.reason:
         note(f"run {folder.name}: {outcome.state}: {outcome.reason}")
     for failure in solved.failures if solved.is_finished else ():
@@ -178,6 +197,7 @@ def conclude(folder: Path, outcome: "Outcome", archive: str | None, *, json: boo
         print_json(run_document(delivery))
     else:
         tell(delivery)
+    require_archived(delivery)
     failed = solved.is_finished and solved.failures
     return ExitStatus.FAILED if failed else outcome.exit_status
 
@@ -187,6 +207,13 @@ def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
     if archive is not None:
         return archive
     return f"sqlite:///{folder.parent / 'archive.sqlite'}" if is_simulated else default_archive_url()
+
+
+def require_archived(delivery: "Delivery") -> None:
+    """Asked when everything else is told. Raises: ArchiveError as the archive refused the run."""
+    if delivery.refusal is not None:
+        note(f"not archived; everything else is written; calrig archive publish {delivery.run.folder} does it later")
+        raise delivery.refusal
 
 
 def tell(delivery: "Delivery") -> None:

@@ -31,7 +31,7 @@ def solve(run: str, /, *, archive: str | None = None, monte_carlo: int = 0, json
     json
         Print one JSON document.
     """
-    from procedures.cli.run import archive_of, tell
+    from procedures.cli.run import archive_of, require_archived, tell
     from procedures.delivery import deliver, sensors_document, solve_run
 
     check_trials(monte_carlo, is_possible=True)
@@ -48,6 +48,7 @@ def solve(run: str, /, *, archive: str | None = None, monte_carlo: int = 0, json
         tell(delivery)
         for line in _findings(solved):
             say(line)
+    require_archived(delivery)
     return ExitStatus.FAILED if solved.failures else ExitStatus.DONE
 
 

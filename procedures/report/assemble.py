@@ -47,6 +47,11 @@ class RunRecord:
     """What was hashed (``journal content``, ``plan``, ``rig file`` …) to its SHA-256."""
     versions: Mapping[str, str]
 
+    @property
+    def ended_utc(self) -> datetime:
+        """When the run came to its last state: people write notes into the journal long afterwards."""
+        return max((event.utc for event in self.events if event.kind == "state"), default=self.created_utc)
+
 
 def assemble_view(
     record: RunRecord,
@@ -181,7 +186,7 @@ def _design_view(record: RunRecord) -> DesignView:
 def _ended_utc(record: RunRecord) -> datetime | None:
     if record.state in UNFINISHED:
         return None
-    return record.events[-1].utc if record.events else None
+    return record.ended_utc
 
 
 def _rejected(dwell: DwellRecord) -> RejectedDwell:

@@ -38,6 +38,11 @@ def test_what_has_no_name_or_no_reason_is_refused(finished: Path, capsys: pytest
     assert call(capsys, "void", finished, "--from", 9999, "--reason", "x", "--operator", "anna").status == 2
 
 
+def test_a_note_without_words_is_refused(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    refused = call(capsys, "note", finished, " ")
+    assert (refused.status, "nothing was noted" in refused.err) == (2, True)
+
+
 def test_salvage_says_what_is_intact_and_leaves_the_original(
     finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from procedures.cli.places import default_archive_url, find_run, new_run_folder
+from procedures.cli.places import default_archive_url, find_run, new_run_folder, require_archive_url
 from procedures.errors import RequestError
 
 
@@ -50,3 +50,28 @@ def test_the_users_own_archive_can_be_made_on_the_first_day(tmp_path: Path, monk
     assert Path(url.removeprefix("sqlite:///")).parent.is_dir()
     monkeypatch.setenv("CALRIG_ARCHIVE", "sqlite:////elsewhere.sqlite")
     assert default_archive_url() == "sqlite:////elsewhere.sqlite"
+
+
+@pytest.mark.parametrize("out", ["file", "file/below"])
+def test_a_place_that_cannot_hold_runs_is_a_wrong_request(out: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RequestError, match="cannot hold runs: Not a directory"):
+        new_run_folder(tmp_path / out, "grid", datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC))
+
+
+@pytest.mark.parametrize("url", ["bogus://x", "archive.sqlite", "mysql+nodriver://u:secret@host/x", ""])
+def test_a_url_that_no_archive_can_have_is_refused_and_no_password_shown(url: str) -> None:
+    with pytest.raises(RequestError, match="no archive can have this URL") as refused:
+        require_archive_url(url)
+    assert "secret" not in str(refused.value)
+
+
+def test_an_archive_in_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RequestError, match="its folder is not there"):
+        require_archive_url(f"sqlite:///{tmp_path / 'nowhere' / 'archive.sqlite'}")
+
+
+def test_an_archive_that_is_still_to_be_made_or_does_not_answer_now_is_no_reason_not_to_begin(tmp_path: Path) -> None:
+    require_archive_url(f"sqlite:///{tmp_path / 'archive.sqlite'}")
+    require_archive_url("sqlite:///archive.sqlite")
+    require_archive_url("postgresql+psycopg://u:secret@127.0.0.1:1/x")

@@ -1,10 +1,12 @@
 """Laws of the whole job as a user calls it: what it leaves, what it says, the status it ends with."""
 
 import json
+import shutil
 import socket
 import sqlite3
 import subprocess
 import sys
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 from command import Outcome, call
 from job_files import job, simulated
 
+from procedures.delivery import solve_run
 from rig.lock import acquire
 
 METER = "prologix+socket://127.0.0.1:1#22"
@@ -71,6 +74,48 @@ def test_solving_again_changes_no_byte(finished: tuple[Path, dict], capsys: pyte
     assert {name: (run_folder / name).read_bytes() for name in names} == before
     listed = call(capsys, "archive", "list", "--archive", f"sqlite:///{folder / 'runs' / 'archive.sqlite'}", "--json")
     assert [one["sensor"] for one in listed.document["sets"]] == ["SN1047"]
+
+
+def test_an_archive_that_does_not_answer_costs_no_result(
+    finished: tuple[Path, dict], capsys: pytest.CaptureFixture[str]
+) -> None:
+    document = finished[1]
+    outcome = call(capsys, "solve", document["run"], "--archive", "postgresql+psycopg://u:secret@127.0.0.1:1/x")
+    assert outcome.status == 1
+    assert "sensitivity" in outcome.out
+    assert document["report"] in outcome.out
+    assert "archive      " not in outcome.out
+    assert f"calrig archive publish {document['run']} does it later" in outcome.err
+    assert "does not answer" in outcome.err
+    assert "secret" not in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "sentence"),
+    [("--archive", "bogus://x", "no archive can have this URL"), ("--alerts", "nowhere.toml", "no such file")],
+)
+def test_what_the_end_of_a_run_needs_is_looked_at_before_its_beginning(
+    option: str, value: str, sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    outcome = run(capsys, tmp_path, option, value)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert sentence in outcome.err
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_note_written_later_does_not_make_the_run_longer(
+    finished: tuple[Path, dict], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The twin's clock is in virtual time, a note in real time: the run would end before it began."""
+    noted = tmp_path / "noted"
+    shutil.copytree(finished[1]["run"], noted)
+    before = ended(noted)
+    assert call(capsys, "note", noted, "the customer has asked for a second look").status == 0
+    assert ended(noted) == before
+
+
+def ended(folder: Path) -> datetime:
+    return solve_run(folder).record.ended_utc
 
 
 def test_every_file_it_leaves_is_verified(finished: tuple[Path, dict], capsys: pytest.CaptureFixture[str]) -> None:
