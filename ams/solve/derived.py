@@ -97,10 +97,12 @@ def halfwidths_95(names: Sequence[str], propagated: FloatArray) -> FloatArray:
     A vector of length a across the axis turns by δ under an error h of its own that stands across it, a·sin δ = h
     (Fieller). At five standard uncertainties that is a twentieth more; to first order 94 % would hold the truth.
     """
-    azimuth = np.array([name.startswith(_AZIMUTH) for name in names])
-    share = np.deg2rad(np.where(azimuth, propagated, 0.0))
-    turn = np.where(share >= 1.0, _HALF_TURN_DEG, np.rad2deg(np.arcsin(np.minimum(share, 1.0))))
-    return np.where(azimuth, turn, propagated)
+    azimuths = [place for place, name in enumerate(names) if name.startswith(_AZIMUTH)]
+    if not azimuths:
+        return propagated
+    halves, share = propagated.copy(), np.deg2rad(propagated[..., azimuths])
+    halves[..., azimuths] = np.where(share >= 1.0, _HALF_TURN_DEG, np.rad2deg(np.arcsin(np.minimum(share, 1.0))))
+    return halves
 
 
 def _diagonal(covariance: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from ams.errors import DesignError
 from ams.frames import Attitude
-from ams.models.accelerometer import PitchOnly
+from ams.models.accelerometer import PitchOnly, PitchRoll, primary_from_parameters
 from ams.solve.linear_form import factor
 from ams.uncertainty.design_variance import (
     AngleBox,
@@ -72,6 +72,32 @@ def test_four_point_tumble_without_roll_has_three_quarters_everywhere() -> None:
     inverse = factor(model.basis(attitude), model.primary_names, attitude).unscaled_covariance
     anywhere = model.basis(Attitude(np.linspace(-3, 3, 50), np.zeros(50)))
     np.testing.assert_allclose(np.einsum("ni,ij,nj->n", anywhere, inverse, anywhere), 0.75, rtol=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    axis=st.sampled_from("xyz"),
+    sensitivity=st.floats(0.1, 10.0),
+    coning_deg=st.floats(0.5, 60.0),
+    azimuth_deg=st.floats(-180.0, 180.0),
+)
+def test_variance_is_free_of_offset_sensitivity_coning_and_azimuth(
+    seed: int, axis: str, sensitivity: float, coning_deg: float, azimuth_deg: float
+) -> None:
+    """TP theorems I to III: h R⁻¹ hᵀ of (52) with the derivatives by b, S, Ω and A themselves, at any of their values
+    and for each of the three sensors, is one and the same function of the points."""
+    rng = np.random.default_rng(seed)
+    points, anywhere = rng.uniform(-1.5, 1.5, (2, 15)), rng.uniform(-3.0, 3.0, (2, 8))
+    parameters = np.array([rng.normal(), -sensitivity, np.deg2rad(coning_deg), np.deg2rad(azimuth_deg)])
+    h = 1e-30
+    by_parameters = [primary_from_parameters(axis, parameters + 1j * h * unit).imag / h for unit in np.eye(4)]
+    slopes, wanted = (
+        PitchRoll(axis).basis(Attitude(*at)) @ np.stack(by_parameters, axis=1) for at in (points, anywhere)
+    )
+    triangle = np.linalg.qr(slopes, mode="r")
+    expected = np.sum(np.linalg.solve(triangle.T, wanted.T) ** 2, axis=0)
+    np.testing.assert_allclose(variance_function(*points, *anywhere), expected, rtol=1e-6)
 
 
 def test_variance_is_free_of_roll_where_roll_is_uniform() -> None:
