@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from table_bench import rig_file
 from wider_rig import wider_rig_file
 
 from rig.assembly import Rig, open_rig, real_ports
@@ -75,49 +74,3 @@ def test_a_stream_in_the_file_is_checked_with_its_line(tmp_path: Path) -> None:
     path.write_text(path.read_text(encoding="utf-8").replace("rate_hz = 200", "rate_hz = 60"), encoding="utf-8")
     with pytest.raises(DescriptionError, match=r"wider\.toml:\d+: streams\.imu\.rate_hz: .*no rate of 60 Hz"):
         read_rig(path)
-
-
-PLUGIN = """
-from typing import Literal
-from rig.settings import EnvironmentSettings
-from rig.twins.watlow_f4 import WatlowF4Twin
-
-class Settings(EnvironmentSettings):
-    driver: Literal["oven"]
-
-class Oven:
-    def __init__(self, name):
-        self.name = name
-    def identify(self):
-        return "an oven from elsewhere"
-
-def connect(name, settings, lines):
-    lines.stream(f"environment.{name}", settings.port)
-    return Oven(name)
-
-def twin(name, settings, world, time_factor):
-    return WatlowF4Twin(name, world)
-"""
-ENTRY_POINTS = """[calrig.environments]
-oven = oven_driver:Settings
-[calrig.environments.open]
-oven = oven_driver:connect
-[calrig.environments.twin]
-oven = oven_driver:twin
-"""
-
-
-def test_a_driver_of_another_distribution_brings_settings_opener_and_twin(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "oven_driver.py").write_text(PLUGIN, encoding="utf-8")
-    installed = tmp_path / "oven_driver-1.0.dist-info"
-    installed.mkdir()
-    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: oven-driver\nVersion: 1.0\n", encoding="utf-8")
-    (installed / "entry_points.txt").write_text(ENTRY_POINTS, encoding="utf-8")
-    path = rig_file(tmp_path, ('driver = "watlow-f4"', 'driver = "oven"'))
-    with pytest.raises(DescriptionError, match="got 'oven'"):
-        read_rig(path)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    with open_rig(read_rig(path)) as rig:
-        assert rig.identities()["environment.air"] == "an oven from elsewhere"
