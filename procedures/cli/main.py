@@ -22,7 +22,7 @@ COMMANDS = (
     ("resume", "run:resume", "Continue a run after a crash, a stop or a trip."),
     ("status", "steer:status", "Look at a run, also from another process."),
     ("pause", "steer:pause", "Pause a run after the dwell in progress."),
-    ("continue", "steer:continue_", "Continue a paused run."),
+    ("continue", "steer:continue_", "Continue a paused or held run."),
     ("stop", "steer:stop", "Stop a run after the dwell in progress."),
     ("abort", "steer:abort", "Abort a run: axes stop now."),
     ("note", "people:note", "Write a note into the journal of a run."),
