@@ -79,9 +79,8 @@ def judge_extension(
     dof = joined.shape[0] - _TERMS
     generalised = _generalised(joined, means)
     variance = _scatter_variance(generalised, means.precision_v2, dof)
-    estimate, covariance, chi_square = generalised.at(variance)
-    scale = max(1.0, chi_square / dof)
-    q, q_covariance = estimate[4:], scale * covariance[4:, 4:]
+    estimate, covariance, _ = generalised.at(variance)
+    q, q_covariance = estimate[4:], covariance[4:, 4:]
     test = f_test(float(q @ np.linalg.solve(q_covariance, q)) / 5.0, 5, dof, level)
     rows = _all_rows(observations, label)
     return Extension(

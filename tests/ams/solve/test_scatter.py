@@ -42,6 +42,17 @@ def test_variance_and_its_degrees_of_freedom_are_right_however_large_the_common_
     assert 2.0 * variances.mean() ** 2 / variances.var() == pytest.approx(dof, rel=0.15)
 
 
+def test_directions_that_common_errors_share_count_in_part() -> None:
+    """25 of 38 directions with t + 1 instead of t = 1: Fisher's information makes it 25/4 + 13, not 25/2 + 13."""
+    rng, campaigns = np.random.default_rng(5), 4000
+    common = np.linalg.qr(np.column_stack([BASIS, rng.standard_normal((40, 25))]))[0][:, 2:]
+    outputs = rng.standard_normal((40, campaigns)) + common @ rng.standard_normal((25, campaigns))
+    found = own_scatter(BASIS, outputs, np.broadcast_to(common, (campaigns, 40, 25)), np.ones(40))
+    assert found.variance.mean() == pytest.approx(1.0, abs=0.03)
+    assert 2.0 * found.variance.mean() ** 2 / found.variance.var() == pytest.approx(25.0 / 4.0 + 13.0, rel=0.1)
+    assert float(np.median(found.dof)) == pytest.approx(25.0 / 4.0 + 13.0, rel=0.05)
+
+
 def test_without_common_errors_it_is_the_mean_square_of_the_residuals() -> None:
     output = draw(np.random.default_rng(1), 0.3, 0.0)
     root = np.sqrt(WEIGHTS)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import linregress
 from simulated_campaign import ARCSEC, Campaign
 
 from ams.calibrate import calibrate
@@ -136,6 +137,19 @@ def test_a_drift_is_given_a_replication_and_an_hour() -> None:
     untimed = advice(creeping(-1e-5, timed=False))
     assert untimed.drift[0].per_hour is None
     assert re.match(r"Offset drifts by −\S+ µV a replication \(95 %: −\S+ to −\S+\)\.$", untimed.sentences[0])
+
+
+def test_the_interval_of_a_drift_is_that_of_a_straight_line_through_the_replications() -> None:
+    """By scipy's regression and Student's t of GUM table G.2 with 5 − 2 degrees of freedom."""
+    observations = creeping(1e-5, timed=False)
+    axis = calibrate(observations, CalibrationRequest()).axes["x"]
+    assert axis.replication is not None
+    offsets = [row["offset_v"] for row in axis.replication.per_replication.values()]
+    line = linregress(np.arange(5.0), offsets)
+    rate = advise(axis, observations).drift[0]
+    assert rate.per_replication == pytest.approx(line.slope, rel=1e-9)
+    assert rate.interval_95 is not None
+    assert np.diff(rate.interval_95)[0] == pytest.approx(2.0 * 3.1824 * line.stderr, rel=1e-4)
 
 
 def test_a_change_without_a_trend_is_not_called_a_drift() -> None:
