@@ -54,7 +54,8 @@ class HomeMemory:
                 continue
             state = axis.state()
             if state.is_homed and not state.is_moving and not state.fault:
-                _write(path, _Left(self._clock.now_utc(), axis.home_mark()))
+                mark = axis.home_mark()
+                _write(path, _Left(self._clock.now_utc(), mark))
             else:
                 path.unlink(missing_ok=True)
 
@@ -63,6 +64,7 @@ class HomeMemory:
         left = None if path is None else _read(path)
         if left is None:
             return ""
+        axis.home_mark()  # the first words on a line wait for its silence: the time away ends after them
         pace = self._clock.slice_s / WAIT_SLICE_S  # rig seconds in a second
         away_s = (self._clock.now_utc() - left.left_utc).total_seconds() * pace
         why = axis.resume_home(left.mark, away_s)

@@ -137,6 +137,8 @@ def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: 
             wait(min(_LOOK_S, duration_s))
             last = device.turn_look(rig.clock)
             require_room_to_turn(rig, axis, last.angle_deg, rate_dps)
+        if last is first:  # its answer took as long as the whole turn
+            last = device.turn_look(rig.clock)
     finally:
         stop_all({axis: _axis(rig, axis)}, rig.clock)
     return measured_rate(first, last)

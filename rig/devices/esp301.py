@@ -222,7 +222,8 @@ class Esp301Axis:
         if not self._controller.ask_flag("MO", self._settings.axis):
             return "the motor is off; home it"
         if abs(ran_s - away_s) > _CLOCK_SLACK_S + _CLOCK_DRIFT * away_s:
-            return f"the controller's clock ran {ran_s:.0f} s in {away_s:.0f} s: it lost power; home it"
+            cause = "it lost power" if ran_s < away_s else "it is another controller, or this computer's clock was set"
+            return f"the controller's clock ran {ran_s:.0f} s in {away_s:.0f} s: {cause}; home it"
         self._home, self._trust = "found", (self._controller.losses, self._controller.doubts)
         return ""
 

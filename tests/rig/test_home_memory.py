@@ -1,6 +1,6 @@
 """Laws of homes from one connection to the next: taken over where the machine proves it, else homed anew."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from turning_rig import SERVO_FOR_PITCH, served
 from rig.assembly import Rig, open_rig
 from rig.clock import ScaledClock
 from rig.description import read_rig
+from rig.devices.abilities import AxisState
 from rig.fault_file import FaultPlan, FaultRule
 from rig.home_memory import HomeMemory
 from rig.jog import home, jog_to
@@ -81,6 +82,56 @@ def test_a_controller_whose_motor_came_on_again_by_itself_is_found_out_by_its_cl
         mark = axis.home_mark()  # type: ignore[attr-defined]
         assert "lost power" in axis.resume_home({"stamp": mark["stamp"] + 1e6}, 10.0)  # type: ignore[attr-defined]
         assert "lost power" in axis.resume_home(mark, 3600.0)  # type: ignore[attr-defined]
+
+
+def test_a_controller_that_ran_longer_than_we_were_away_did_not_lose_power(tmp_path: Path) -> None:
+    with (
+        served(tmp_path, ScaledClock(FACTOR), ESP_FOR_PITCH) as (_, file),
+        _connected(file, tmp_path / "homes") as (rig, _),
+    ):
+        home(rig, "pitch", rig.clock.sleep)
+        axis = rig.axes["pitch"]
+        mark = axis.home_mark()  # type: ignore[attr-defined]
+        why = axis.resume_home({"stamp": mark["stamp"] - 1e6}, 10.0)  # type: ignore[attr-defined]
+    assert "another controller" in why
+    assert "lost power" not in why
+
+
+class _SlowToBegin:
+    """A machine whose line takes 8 s to its first answer, as one with an old stream on it, and whose clock is ours."""
+
+    name = "pitch"
+
+    def __init__(self, clock: ScaledClock) -> None:
+        self._clock = clock
+        self._is_awake = False
+        self.off_by_s = float("nan")
+
+    def _stamp_s(self) -> float:
+        if not self._is_awake:
+            self._clock.sleep(8.0)
+        self._is_awake = True
+        return self._clock.monotonic_s()
+
+    def state(self) -> AxisState:
+        return AxisState(position_deg=0.0, is_moving=False, is_homed=True, is_seated=True, fault="")
+
+    def home_mark(self) -> dict[str, float]:
+        return {"stamp": self._stamp_s()}
+
+    def resume_home(self, mark: Mapping[str, float], away_s: float) -> str:
+        self.off_by_s = self._stamp_s() - mark["stamp"] - away_s
+        return ""
+
+
+def test_the_time_that_a_line_takes_to_begin_is_no_time_away(tmp_path: Path) -> None:
+    path = rig_file(tmp_path, ('port = "twin"', 'port = "socket://127.0.0.1:1"'))
+    clock = ScaledClock(40.0)
+    HomeMemory(read_rig(path), clock, tmp_path / "homes").keep({"pitch": _SlowToBegin(clock)})  # type: ignore[dict-item]
+    clock.sleep(10.0)
+    next_connection = _SlowToBegin(clock)
+    HomeMemory(read_rig(path), clock, tmp_path / "homes").take_over({"pitch": next_connection})  # type: ignore[dict-item]
+    assert next_connection.off_by_s == pytest.approx(0.0, abs=4.0)
 
 
 def test_a_torn_memory_is_no_memory(tmp_path: Path) -> None:

@@ -5,11 +5,13 @@ from pathlib import Path
 
 import pytest
 from table_bench import rig_file
+from turning_rig import STAGE_FOR_ROLL
 
 from rig.assembly import Rig, open_rig
 from rig.description import read_rig
 from rig.errors import RequestRefused
-from rig.jog import home, jog_by, jog_to, readings
+from rig.fault_file import FaultPlan, FaultRule
+from rig.jog import home, jog_by, jog_to, readings, turn_for
 
 
 @pytest.fixture
@@ -60,3 +62,12 @@ def test_readings_are_means_with_their_spread(rig: Rig) -> None:
     assert z.mean_v == pytest.approx(0.008 - 2.52, abs=1e-3)
     assert (x.samples, x.overloads) == (20, 0)
     assert 1e-5 < x.standard_deviation_v < 4e-5
+
+
+def test_a_turn_that_is_over_before_its_first_answer_has_a_rate_all_the_same(tmp_path: Path) -> None:
+    slow = FaultPlan(fault={"slow": FaultRule(line="axes.roll", kind="delay", delay_s=0.3, every=1)})
+    with open_rig(read_rig(rig_file(tmp_path, STAGE_FOR_ROLL)), faults=slow) as rig:
+        home(rig, "roll", rig.clock.sleep)
+        rate = turn_for(rig, "roll", 5.0, 0.25, rig.clock.sleep)
+    assert rate.turned_deg > 0.0
+    assert rate.rate_dps == pytest.approx(5.0, abs=rate.uncertainty_dps + 0.1)
