@@ -94,6 +94,12 @@ def test_a_late_answer_never_becomes_the_answer_to_the_next_question() -> None:
     assert exchange.counts.stale_bytes == len(b"A=1\r\n")
 
 
+@pytest.mark.parametrize("length", [1, 4])
+def test_more_bytes_than_a_reply_of_known_length_are_no_reply(length: int) -> None:
+    with pytest.raises(DeviceNonsense, match="more bytes than one reply"):
+        exchange_over(Echo()).ask(b"A\r\n", bytes, idempotent=True, length=length)  # it answers A=1 CR LF
+
+
 def test_a_doubled_answer_is_dropped_before_the_next_question() -> None:
     exchange = exchange_over(Echo(), FaultScript(reads={0: faults.duplicate(0.01)}))
     assert ask(exchange, b"A") == 1

@@ -82,6 +82,7 @@ def test_a_controller_whose_motor_came_on_again_by_itself_is_found_out_by_its_cl
         mark = axis.home_mark()  # type: ignore[attr-defined]
         assert "lost power" in axis.resume_home({"stamp": mark["stamp"] + 1e6}, 10.0)  # type: ignore[attr-defined]
         assert "lost power" in axis.resume_home(mark, 3600.0)  # type: ignore[attr-defined]
+        assert "lost power" in axis.resume_home(mark, 30.0)  # type: ignore[attr-defined]
 
 
 def test_a_controller_that_ran_longer_than_we_were_away_did_not_lose_power(tmp_path: Path) -> None:

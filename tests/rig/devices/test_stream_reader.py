@@ -32,6 +32,11 @@ def test_time_shows_missing_samples_by_the_rate() -> None:
     assert [(gap.at, gap.missing) for gap in gaps] == [(3, 2), (4, 0), (5, None)]
 
 
+def test_a_single_lost_sample_is_a_gap_of_one_also_between_two_blocks() -> None:
+    assert [(gap.at, gap.missing) for gap in time_gaps(np.array([0.0, 0.01, 0.03, 0.04]), None, 100.0)] == [(2, 1)]
+    assert [(gap.at, gap.missing) for gap in time_gaps(np.array([0.07, 0.08]), 0.05, 100.0)] == [(0, 1)]
+
+
 @pytest.mark.parametrize("jitter", [0.0, 0.3])
 def test_jitter_of_a_third_of_the_interval_is_no_gap(jitter: float) -> None:
     rng = np.random.default_rng(3)

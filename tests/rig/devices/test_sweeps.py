@@ -30,6 +30,16 @@ def test_the_servo_turns_at_the_whole_units_below(asked_dps: float, units: int) 
     assert measured.rate_dps == pytest.approx(units * UNIT_DPS, abs=0.05)
 
 
+def test_a_move_is_no_faster_than_its_speed() -> None:
+    bench = motion_bench("maestro", speed_dps=10.0)
+    bench.home_all()
+    bench.pitch.start_move(90.0)
+    bench.clock.sleep(0.5)
+    begun_deg = bench.true_deg
+    bench.clock.sleep(4.0)
+    assert bench.true_deg - begun_deg == pytest.approx(4.0 * 2 * UNIT_DPS, abs=0.2)  # 2 units are 9, 3 would be 13.5
+
+
 def test_after_a_sweep_a_move_has_its_own_speed_again() -> None:
     bench = _bench()
     bench.pitch.start_sweep(20.0, 4.5)

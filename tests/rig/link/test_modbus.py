@@ -96,8 +96,9 @@ def test_every_exception_code_says_who_must_act(code: int, kind: type[RigError])
         master.read_holding(100)
 
 
-def test_a_busy_slave_is_asked_again_for_a_while() -> None:
-    answers = iter([_checked(bytes([1, 0x83, 6]))] * 2 + [PV_25_3])
+@pytest.mark.parametrize("code", [5, 6])  # Modbus application protocol V1.1b3, section 7: acknowledge, device busy
+def test_a_busy_slave_is_asked_again_for_a_while(code: int) -> None:
+    answers = iter([_checked(bytes([1, 0x83, code]))] * 2 + [PV_25_3])
     master, slave = _master(lambda _: next(answers))
     assert master.read_holding(100) == (253,)
     assert len(slave.asked) == 3
