@@ -78,8 +78,8 @@ def _raw(journal: Path) -> tuple[np.ndarray, np.ndarray]:
     return np.array(rows), np.array(means)
 
 
-def test_the_repeats_and_the_pause_of_an_old_run_are_read() -> None:
-    with JournalReader.open(REPEATED) as reader:
+def test_the_repeats_and_the_pause_of_an_old_run_are_read(tmp_path: Path) -> None:
+    with JournalReader.open(Path(shutil.copytree(REPEATED, tmp_path / "run"))) as reader:
         reader.verify()
         rejected = [dwell for dwell in reader.dwells() if not dwell.accepted]
         states = [event.detail["to"] for event in reader.events("state")]
