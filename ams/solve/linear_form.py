@@ -6,7 +6,6 @@ every right-hand side. Source: TP (43) to (50) with a gradient that does not dep
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,15 +33,10 @@ class LinearForm:
     """(P, N) with estimate = estimator @ y."""
     unscaled_covariance: FloatArray
     """(P, P) R⁻¹ of TP (50): covariance for rows of unit variance (and unit weight)."""
+    condition_number: float
+    """Of the basis with its columns scaled to unit length: how much the points amplify an error."""
     repeats: int = 1
     """How often the first N / repeats rows of the basis stand in it, one block below the other."""
-
-    @cached_property
-    def condition_number(self) -> float:
-        """Of the basis with its columns scaled to unit length: how much the points amplify an error."""
-        length = np.sqrt(np.diag(np.linalg.inv(self.unscaled_covariance)))
-        eigenvalues = np.linalg.eigvalsh(self.unscaled_covariance * np.outer(length, length))
-        return float(np.sqrt(eigenvalues[-1] / eigenvalues[0]))
 
     def solve(self, outputs: FloatArray) -> FloatArray:
         """Estimate from (N,) or (N, m) outputs; refined once, so that rounding stays at that of the data."""
@@ -66,10 +60,11 @@ def factor(
         )
     root = None if weights is None else np.sqrt(weights)[:, None]
     q, r = np.linalg.qr(basis if root is None else root * basis)
-    _refuse_rank_deficiency(r, names, stimulus)
+    condition_number = _refuse_rank_deficiency(r, names, stimulus)
     inverse = np.linalg.inv(r)
     estimator = inverse @ q.T
-    return LinearForm(basis, weights, estimator if root is None else estimator * root.T, inverse @ inverse.T)
+    estimator = estimator if root is None else estimator * root.T
+    return LinearForm(basis, weights, estimator, inverse @ inverse.T, condition_number)
 
 
 def repeated(form: LinearForm, times: int) -> LinearForm:
@@ -78,16 +73,18 @@ def repeated(form: LinearForm, times: int) -> LinearForm:
         return form
     assert form.weights is None
     basis, estimator = np.tile(form.basis, (times, 1)), np.tile(form.estimator / times, times)
-    return LinearForm(basis, None, estimator, form.unscaled_covariance / times, times * form.repeats)
+    covariance = form.unscaled_covariance / times
+    return LinearForm(basis, None, estimator, covariance, form.condition_number, times * form.repeats)
 
 
-def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> None:
+def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> float:
+    """The condition number of the columns at unit length, where every parameter is determined."""
     length = np.linalg.norm(r, axis=0)
     scaled = r / np.where(length > _ROUNDING * length.max(), length, np.inf)
     _, singular, directions = np.linalg.svd(scaled)
     missing = directions[singular <= RANK_TOLERANCE * singular[0]]
     if missing.size == 0:
-        return
+        return float(singular[0] / singular[-1])
     touched = np.abs(missing).max(axis=0) > _PART_OF_A_DIRECTION
     undetermined = [name for name, is_touched in zip(names, touched, strict=True) if is_touched]
     raise DesignError(
