@@ -4,14 +4,14 @@ Every function needs an open rig, so the lock is held; every wait is the caller'
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from rig.clock import Clock
 from rig.description import RigDescription
-from rig.devices.abilities import Axis, Environment, RateAxis, Readout, Wait
+from rig.devices.abilities import Axis, Environment, RateAxis, Readout, TurnLook, Wait
 from rig.devices.cable import CableGuard
 from rig.devices.maestro import MaestroSettings
 from rig.devices.rates import MeasuredRate, measured_rate
@@ -120,7 +120,7 @@ def require_room_to_turn(rig: OpenRig, axis: str, position_deg: float, rate_dps:
 
 
 def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: Wait) -> MeasuredRate:
-    """Turn at a rate for a time, then stop and see every axis stand; returns the rate as measured meanwhile.
+    """Turn at a rate for a time, then stop and see the axis stand; returns the rate as measured in the second half.
 
     However it ends, the axis is stopped. Raises: RequestRefused before anything moved, DeviceFault, WaitEnded.
     """
@@ -132,16 +132,23 @@ def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: 
     begun_s = rig.clock.monotonic_s()
     try:
         device.start_rate(rate_dps)
-        first = last = device.turn_look(rig.clock)
+        looks = [device.turn_look(rig.clock)]
         while rig.clock.monotonic_s() - begun_s < duration_s:
             wait(min(_LOOK_S, duration_s))
-            last = device.turn_look(rig.clock)
-            require_room_to_turn(rig, axis, last.angle_deg, rate_dps)
-        if last is first:  # its answer took as long as the whole turn
-            last = device.turn_look(rig.clock)
+            looks.append(device.turn_look(rig.clock))
+            require_room_to_turn(rig, axis, looks[-1].angle_deg, rate_dps)
+        if len(looks) == 1:  # its answer took as long as the whole turn
+            looks.append(device.turn_look(rig.clock))
     finally:
         stop_all({axis: _axis(rig, axis)}, rig.clock)
-    return measured_rate(first, last)
+    return _steady_rate(looks)
+
+
+def _steady_rate(looks: Sequence[TurnLook]) -> MeasuredRate:
+    """Of the second half: in the first an axis gathers speed. What it turned is of the whole."""
+    middle_s = 0.5 * (looks[0].taken_s + looks[-1].taken_s)
+    first = [look for look in looks if look.taken_s <= middle_s][-1]
+    return replace(measured_rate(first, looks[-1]), turned_deg=looks[-1].angle_deg - looks[0].angle_deg)
 
 
 def wound_turns(rig: OpenRig, axis: str) -> float | None:

@@ -146,8 +146,10 @@ def test_attempts_end() -> None:
 
 @pytest.mark.parametrize("pause_s", [0.0, 0.1])
 def test_a_line_that_never_falls_quiet_is_refused(pause_s: float) -> None:
+    exchange = exchange_over(Babbler(pause_s))
     with pytest.raises(DeviceNonsense, match="does not fall quiet within 2 s"):
-        ask(exchange_over(Babbler(pause_s)), b"A")
+        ask(exchange, b"A")
+    assert exchange.stream.clock.monotonic_s() < PATIENCE.attempts * (PATIENCE.quiet_limit_s + PATIENCE.quiet_s)
 
 
 def test_a_lost_line_is_not_asked_again() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from table_bench import rig_file
-from turning_rig import STAGE_FOR_ROLL
+from turning_rig import DRIVE_FOR_ROLL, STAGE_FOR_ROLL
 
 from rig.assembly import Rig, open_rig
 from rig.description import read_rig
@@ -71,3 +71,12 @@ def test_a_turn_that_is_over_before_its_first_answer_has_a_rate_all_the_same(tmp
         rate = turn_for(rig, "roll", 5.0, 0.25, rig.clock.sleep)
     assert rate.turned_deg > 0.0
     assert rate.rate_dps == pytest.approx(5.0, abs=rate.uncertainty_dps + 0.1)
+
+
+def test_gathering_speed_is_no_part_of_a_measured_rate(tmp_path: Path) -> None:
+    table, drive = DRIVE_FOR_ROLL
+    with open_rig(read_rig(rig_file(tmp_path, (table, f"{drive}acceleration_dps2 = 4.0\n")))) as rig:
+        home(rig, "roll", rig.clock.sleep)
+        rate = turn_for(rig, "roll", 5.0, 4.0, rig.clock.sleep)  # 5 deg/s after 1.25 s
+    assert rate.rate_dps == pytest.approx(5.0, abs=rate.uncertainty_dps + 0.01)
+    assert rate.turned_deg == pytest.approx(4.0 * 5.0 - 0.5 * 1.25 * 5.0, abs=1.0)

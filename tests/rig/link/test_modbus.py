@@ -61,6 +61,22 @@ def _master(answer: Callable[[bytes], bytes], script: FaultScript | None = None)
     return ModbusRtu(MemoryStream(slave, virtual_clock(), "chamber", script), 1), slave
 
 
+@pytest.mark.parametrize(("baud_rate", "gap_s"), [(9600, 3.5 * 11 / 9600), (115200, 0.00175)])
+def test_a_frame_is_told_from_the_one_before_by_three_and_a_half_characters(baud_rate: int, gap_s: float) -> None:
+    """Modbus over serial line V1.02, section 2.5.1.1: characters of 11 bits, 1.750 ms above 19 200 baud."""
+    arrived_s: list[float] = []
+    clock = virtual_clock()
+
+    def answer(_: bytes) -> bytes:
+        arrived_s.append(clock.monotonic_s())
+        return PV_25_3
+
+    master = ModbusRtu(MemoryStream(Slave(answer), clock, "chamber"), 1, baud_rate=baud_rate)
+    for _ in range(3):
+        master.read_holding(100)
+    assert arrived_s[2] - arrived_s[1] == pytest.approx(gap_s, rel=1e-6)
+
+
 def test_the_checksum_rule_agrees_with_the_published_frames() -> None:
     for frame in (READ_PV, PV_25_3, WRITE_SP, ILLEGAL):
         assert _checked(frame[:-2]) == frame
