@@ -97,8 +97,8 @@ def jog(
     ):
         if wanted:
             opened.require_identities()
-        if wanted and description.uses_twins:
-            _home_twins(opened, wait)
+        if wanted:
+            _home_what_has_none(opened, None if home else axis, wait)
         document: dict[str, Any] = {"rig": description.rig.name}
         is_reading = read or live or not wanted
         if is_reading:
@@ -271,12 +271,15 @@ def _readings(opened: "Rig", samples: int, wait: "Wait") -> dict[str, dict[str, 
     }
 
 
-def _home_twins(opened: "Rig", wait: "Wait") -> None:
-    """Twins in this process were switched on by it: unlike a machine they cannot have been homed before."""
+def _home_what_has_none(opened: "Rig", moved: str | None, wait: "Wait") -> None:
+    """Twins in this process were switched on by it: unlike a machine they cannot have been homed before. An operator,
+    too, is asked for the zero of the axis that is ``moved``: nobody remembers it. Machines are left alone."""
     from rig.jog import home
+    from rig.settings import TWIN_PORT
 
-    for axis in opened.axes:
-        home(opened, axis, wait)
+    for name, axis in opened.description.axes.items():
+        if axis.port == TWIN_PORT or (name == moved and axis.driver == "manual"):
+            home(opened, name, wait)
 
 
 def _tell(document: dict[str, Any], json: bool) -> None:

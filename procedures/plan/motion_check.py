@@ -4,7 +4,7 @@ The uncertainty to expect is that of ordinary least squares at the planned rates
 there is a twin; at the bench nothing is guessed.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING, Any
@@ -164,9 +164,19 @@ def _turns(plan: Plan) -> dict[str, float]:
     return turns
 
 
+def _led_by_a_rate(dwell: Dwell) -> Iterable[str]:
+    """Axes whose last command is a rate while the dwell lasts."""
+    match dwell.motion:
+        case Turn(sweep_deg=None):
+            return (dwell.motion.turned_axis,)
+        case Follow():
+            return dwell.motion.span_deg
+    return ()
+
+
 def _unguarded(rig: RigDescription, plan: Plan) -> Iterator[str]:
-    """Axes that turn freely and that nothing stops when the computer dies."""
-    turned = {dwell.motion.turned_axis for dwell in plan.dwells if isinstance(dwell.motion, Turn)}
+    """Axes that turn on and on and that nothing stops when the computer dies; a sweep ends at its target."""
+    turned = {name for dwell in plan.dwells for name in _led_by_a_rate(dwell)}
     for name in plan.axes:
         if name in turned and getattr(rig.axes[name], "watchdog_s", None) is None:
             yield (

@@ -7,10 +7,16 @@ from pathlib import Path
 import pytest
 from command import call
 from job_files import job, simulated
+from table_bench import rig_file
 from turning_rig import SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
 from rig.clock import ScaledClock
 from rig.lock import acquire
+
+BY_HAND = (
+    'driver = "indexing-table"\nport = "twin"\nincrement_deg = 1.0\n',
+    'driver = "manual"\nport = "twin"\nincrement_deg = 1.0\narrival_tolerance_deg = 0.05\n',
+)
 
 
 @pytest.fixture(scope="module")
@@ -137,3 +143,29 @@ def test_an_unclear_rate_is_refused(
     outcome = call(capsys, "jog", "--rig", turning_bench, *options)
     assert (outcome.status, outcome.out) == (2, "")
     assert sentence in outcome.err
+
+
+def _beside_a_twin(folder: Path, pitch: str) -> Path:
+    """The example with that in place of the pitch table's driver and port; roll stays a twin of the command's own."""
+    table = 'driver = "indexing-table"\nport = "twin"'
+    return rig_file(folder, (table, pitch), ('time = "virtual"', "time = 200.0"))
+
+
+def test_a_machine_beside_a_twin_is_not_homed_unasked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "mixed").mkdir()
+    with served(tmp_path, ScaledClock(200.0)) as (simulated_rig, _):
+        machine = f'driver = "indexing-table"\nport = "{simulated_rig.addresses["axes.pitch"]}"'
+        rig = _beside_a_twin(tmp_path / "mixed", machine)
+        outcome = call(capsys, "jog", "--rig", rig, "--axis", "pitch", "--to", 10)
+        assert outcome.status == 2
+        assert "pitch: the axis is not homed, so its position is not known; nothing moved" in outcome.err
+        assert call(capsys, "jog", "--rig", rig, "--axis", "roll", "--to", 10).status == 0
+
+
+def test_an_operator_is_asked_for_the_zero_and_then_for_the_attitude(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By the terminal of another place: nobody remembers where an axis stood that was set by hand."""
+    with served(tmp_path, ScaledClock(200.0), BY_HAND) as (_, rig):
+        outcome = call(capsys, "jog", "--rig", rig, "--axis", "pitch", "--to", 10, "--json")
+    assert outcome.document["position_deg"] == pytest.approx(10.0, abs=0.05)

@@ -9,8 +9,8 @@ from rig.description import read_rig
 EXAMPLE = Path(__file__).parents[3] / "examples" / "rate-table"
 
 
-def _advice(rig: Path) -> list[str]:
-    report = check_motion(read_rig(rig), read_procedure(EXAMPLE / "rates.toml"))
+def _advice(rig: Path, procedure: Path = EXAMPLE / "rates.toml") -> list[str]:
+    report = check_motion(read_rig(rig), read_procedure(procedure))
     return [line for line in report.advice if "watchdog_s" in line]
 
 
@@ -27,3 +27,10 @@ def test_an_axis_with_a_watchdog_is_not(tmp_path: Path) -> None:
     path = tmp_path / "rig.toml"
     path.write_text(text, encoding="utf-8")
     assert _advice(path) == []
+
+
+def test_an_axis_that_follows_a_profile_by_rates_is_named_and_one_that_sweeps_to_a_target_is_not() -> None:
+    told = _advice(EXAMPLE / "rig.toml", EXAMPLE / "harmonic.toml")
+    assert [line.partition(" ")[0] for line in told] == ["axes.pitch", "axes.yaw", "axes.roll"]
+    servos = EXAMPLE.with_name("servo-mechanism")
+    assert _advice(servos / "rig.toml", servos / "gyro.toml") == []
