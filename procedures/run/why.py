@@ -141,9 +141,23 @@ def _told(event: Event) -> str:
             return f"{detail.get('to')}: {detail['reason']}" if detail.get("reason") else str(detail.get("to"))
         case "dwell":
             reasons = detail.get("reasons")
-            judged = "accepted" if detail.get("accepted") else f"rejected: {reasons}"
+            judged = "accepted" if detail.get("accepted") else f"rejected: {_plain(reasons)}"
             return f"step {detail.get('step')}, attempt {detail.get('attempt')}: {judged}"
-    return ", ".join(f"{key} {value}" for key, value in detail.items())[:300]
+    return ", ".join(f"{key} {_plain(value)}" for key, value in detail.items() if value not in ("", None))[:300]
+
+
+def _plain(value: object) -> str:
+    """As a person reads it: what a journal keeps as tables and lists, without their brackets."""
+    match value:
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return f"{value:g}"
+        case Mapping():
+            return " ".join(f"{name} {_plain(one)}" for name, one in value.items())
+        case list() | tuple():
+            return ", ".join(map(_plain, value))
+    return str(value)
 
 
 def _environment() -> "Environment":
