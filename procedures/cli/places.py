@@ -3,6 +3,8 @@
 import os
 import re
 import unicodedata
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -50,6 +52,17 @@ def new_run_folder(out: Path, title: str, now: datetime) -> Path:
             ) from error
         return folder
     raise RequestError(f"{out}: holds a thousand runs of this second; look at the clock")
+
+
+@contextmanager
+def left_out_where_empty(folder: Path) -> Iterator[None]:
+    """A run that was refused before its journal was made leaves no folder behind."""
+    try:
+        yield
+    except RequestError:
+        with suppress(OSError):  # it holds something, so it stays
+            folder.rmdir()
+        raise
 
 
 def default_archive_url() -> str:

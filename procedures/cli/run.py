@@ -10,6 +10,7 @@ from procedures.cli.places import (
     RUNS,
     default_archive_url,
     find_run,
+    left_out_where_empty,
     login_name,
     new_run_folder,
     require_archive_url,
@@ -88,7 +89,10 @@ def run(
             folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
         )
         is_virtual = isinstance(opened.clock, VirtualClock)
-        with attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance:
+        with (
+            left_out_where_empty(folder),
+            attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance,
+        ):
             outcome = begin(folder, header, plan, opened, attendance.observer, care=attendance.care)
     exit_status = conclude(folder, outcome, archive, json=json)
     attendance.ring_out(folder)

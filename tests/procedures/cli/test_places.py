@@ -5,7 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from procedures.cli.places import default_archive_url, find_run, new_run_folder, require_archive_url
+from procedures.cli.places import (
+    default_archive_url,
+    find_run,
+    left_out_where_empty,
+    new_run_folder,
+    require_archive_url,
+)
 from procedures.errors import RequestError
 
 
@@ -75,3 +81,13 @@ def test_an_archive_that_is_still_to_be_made_or_does_not_answer_now_is_no_reason
     require_archive_url(f"sqlite:///{tmp_path / 'archive.sqlite'}")
     require_archive_url("sqlite:///archive.sqlite")
     require_archive_url("postgresql+psycopg://u:secret@127.0.0.1:1/x")
+
+
+@pytest.mark.parametrize("holds_something", [False, True])
+def test_a_run_that_is_refused_before_its_journal_leaves_no_empty_folder(tmp_path: Path, holds_something: bool) -> None:
+    folder = new_run_folder(tmp_path, "grid", datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC))
+    if holds_something:
+        (folder / "journal.sqlite").write_bytes(b"")
+    with pytest.raises(RequestError, match="no room"), left_out_where_empty(folder):
+        raise RequestError("no room")
+    assert folder.exists() == holds_something

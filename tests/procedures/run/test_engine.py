@@ -251,6 +251,22 @@ def test_a_suspect_dwell_holds_a_real_run_until_a_person_says_continue(tmp_path:
     assert [event.detail["by"] for event in _events(run_dir, "request")] == ["bert"]
 
 
+def test_a_continue_grants_all_the_retries_anew(tmp_path: Path) -> None:
+    small = bench(tmp_path, rig=(("seed = 7", "seed = 7\ntime = 2000.0"),))
+    run_dir = tmp_path / "run"
+    run_dir.mkdir()
+    step = small.plan.design_dwells[9].step
+
+    def spoil(number: int, burst: Burst) -> Burst:
+        return louder(burst, 30.0) if 3 * step < number <= 3 * step + 15 else burst
+
+    with _grumbling(small, spoil=spoil) as rig:
+        outcome = begin(run_dir, small.header(run_dir), small.plan, rig, None, Continuing(run_dir))  # type: ignore[arg-type]
+    assert outcome.state is State.FINISHED
+    assert _states(run_dir).count("held") == 1, "the fourth and fifth rejection lie within what was granted"
+    assert [dwell.accepted for dwell in dwells_of(run_dir) if dwell.step == step] == [False] * 5 + [True]
+
+
 def test_fault_44_an_axis_that_slips_during_a_dwell_voids_it(small: Bench, tmp_path: Path) -> None:
     step = small.plan.design_dwells[8].step
     run_dir = tmp_path / "run"

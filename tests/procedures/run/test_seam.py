@@ -47,9 +47,10 @@ def test_every_channel_at_every_attitude_is_compared() -> None:
     assert len(compare(_check_set(chance), _check_set(chance), [])) == 18
 
 
-def test_a_step_of_ten_standard_errors_is_found() -> None:
+@pytest.mark.parametrize("standard_errors", [10.0, -10.0])
+def test_a_step_of_ten_standard_errors_is_found_up_or_down(standard_errors: float) -> None:
     chance = np.random.default_rng(5)
-    step_v = 10.0 * SIGMA_V * np.sqrt(2.0 / SAMPLES)
+    step_v = standard_errors * SIGMA_V * np.sqrt(2.0 / SAMPLES)
     assert _steps(_check_set(chance), _check_set(chance, step_v), []) == 18
 
 
