@@ -7,6 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from procedures.cli.output import note
+from procedures.errors import RequestError
 
 
 def demo(*, out: Path = Path("demo-out"), json: Annotated[bool, Parameter(negative=())] = False) -> int:
@@ -25,7 +26,12 @@ def demo(*, out: Path = Path("demo-out"), json: Annotated[bool, Parameter(negati
     from ams.sets.whole_file import write_whole
     from procedures.cli.run import run
 
-    out.mkdir(parents=True, exist_ok=True)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RequestError(
+            f"--out {out}: cannot be worked in: {error.strerror}; nothing was written; give another folder"
+        ) from error
     for name in ("rig.toml", "procedure.toml"):
         write_whole(out / name, files("procedures.demo").joinpath(name).read_bytes())
     note(f"rig and procedure: {out / 'rig.toml'}, {out / 'procedure.toml'}")

@@ -103,6 +103,12 @@ def test_what_the_end_of_a_run_needs_is_looked_at_before_its_beginning(
     assert not (tmp_path / "runs").exists()
 
 
+def test_a_demonstration_in_a_file_is_a_wrong_request(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").write_text("")
+    outcome = call(capsys, "demo", "--out", tmp_path / "file")
+    assert (outcome.status, "cannot be worked in: File exists; nothing was written" in outcome.err) == (2, True)
+
+
 def test_a_note_written_later_does_not_make_the_run_longer(
     finished: tuple[Path, dict], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
