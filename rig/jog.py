@@ -16,7 +16,7 @@ from rig.devices.cable import CableGuard
 from rig.devices.maestro import MaestroSettings
 from rig.devices.rates import MeasuredRate, measured_rate
 from rig.errors import RequestRefused
-from rig.motion import home_and_arrive, move_and_arrive, stop_all, trusted_state
+from rig.motion import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state
 from rig.wire.pulses import PulseCalibration
 
 WHOLE_TURN_DEG = 360.0
@@ -53,16 +53,19 @@ class Reading:
     overloads: int
 
 
-def jog_to(rig: OpenRig, axis: str, target_deg: float, wait: Wait) -> float:
-    """Go to an attitude; returns the read-back at rest, degrees. Raises as :func:`rig.motion.move_and_arrive`."""
-    return move_and_arrive(_axis(rig, axis), target_deg, rig.clock, wait)
+def jog_to(rig: OpenRig, axis: str, target_deg: float, wait: Wait, tell: Tell = lambda _told: None) -> float:
+    """Go to an attitude; returns the read-back at rest, degrees. ``tell`` hears why a move is made again.
+
+    Raises as :func:`rig.motion.move_and_arrive`.
+    """
+    return move_and_arrive(_axis(rig, axis), target_deg, rig.clock, wait, tell)
 
 
-def jog_by(rig: OpenRig, axis: str, step_deg: float, wait: Wait) -> float:
+def jog_by(rig: OpenRig, axis: str, step_deg: float, wait: Wait, tell: Tell = lambda _told: None) -> float:
     """Go ``step_deg`` further than the axis stands; it is sent as an absolute target."""
     device = _axis(rig, axis)
     here_deg = trusted_state(device).position_deg
-    return move_and_arrive(device, round(here_deg + step_deg, 9), rig.clock, wait)
+    return move_and_arrive(device, round(here_deg + step_deg, 9), rig.clock, wait, tell)
 
 
 def home(rig: OpenRig, axis: str, wait: Wait) -> float:

@@ -227,9 +227,9 @@ def _move(opened: "Rig", axis: str, to: float | None, by: float | None, wait: "W
     from rig import jog as by_hand
 
     if to is not None:
-        return by_hand.jog_to(opened, axis, to, wait)
+        return by_hand.jog_to(opened, axis, to, wait, note)
     if by is not None:
-        return by_hand.jog_by(opened, axis, by, wait)
+        return by_hand.jog_by(opened, axis, by, wait, note)
     return by_hand.home(opened, axis, wait)
 
 

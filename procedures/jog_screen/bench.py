@@ -205,9 +205,13 @@ class Bench:
         target_deg = round(target_deg, 9)
         self._looks.aim(axis, target_deg)
         self._looks.clear_statistics()
-        at_rest_deg = jog.jog_to(self._rig, axis, target_deg, self._wait)
+        at_rest_deg = jog.jog_to(self._rig, axis, target_deg, self._wait, self._made_again)
         self._looks.clear_statistics()
         return f"{axis}: at rest at {at_rest_deg:+.4f}°"
+
+    def _made_again(self, told: str) -> None:
+        self._log.write("again", why=told)
+        self._tell("note", told)
 
     def _turn(self, axis: str, rate_dps: float, *, is_held: bool) -> str:
         device = jog.rate_axis(self._rig, axis)

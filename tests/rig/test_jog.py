@@ -1,6 +1,6 @@
 """Laws of motion by hand: the limits of the description, absolute targets, readings with their spread."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -28,6 +28,19 @@ def test_steps_add_up_from_the_read_back(rig: Rig) -> None:
     assert jog_to(rig, "pitch", 10.0, wait) == 10.0
     assert jog_by(rig, "pitch", -5.0, wait) == 5.0
     assert jog_by(rig, "pitch", 40.0, wait) == 45.0
+
+
+@pytest.mark.parametrize("jog", [jog_to, jog_by])
+def test_a_move_that_is_made_again_is_told(tmp_path: Path, jog: Callable[..., float]) -> None:
+    stall = FaultPlan(fault={"stall": FaultRule(line="axes.pitch", kind="stall", for_s=1000.0, at_s=100.0)})
+    told: list[str] = []
+    with open_rig(read_rig(rig_file(tmp_path)), faults=stall) as rig:
+        home(rig, "pitch", rig.clock.sleep)
+        rig.clock.sleep(100.0)
+        assert jog(rig, "pitch", 30.0, rig.clock.sleep, told.append) == 30.0
+    (again,) = told
+    assert "pitch: move to 30 deg: no progress in 2 s" in again
+    assert "it went back to 0 deg and is tried once more" in again
 
 
 def test_a_step_across_the_limit_moves_nothing(rig: Rig) -> None:

@@ -1,6 +1,7 @@
 """Laws of the jog screen in process: a frozen screen ends a rate, a stop overtakes, a lost line is told and mended."""
 
 import asyncio
+import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -203,6 +204,25 @@ def test_an_axis_that_falls_silent_is_told_once_and_keeps_no_other_from_moving(t
                 assert sum("no complete reply" in line.text for line in bench.view.told) == 1
 
     asyncio.run(act())
+
+
+def test_a_move_that_is_made_again_is_told_and_on_record(tmp_path: Path) -> None:
+    async def act() -> None:
+        stall = {"line": "axes.pitch", "kind": "stall", "for_s": 1000.0, "at_s": 100.0}
+        clock = ScaledClock(50.0)
+        with _on_twins(tmp_path, clock, stall=stall) as bench:
+            opened_s = clock.monotonic_s()
+            async with _app(bench).run_test(size=SIZE) as pilot:
+                _press(pilot, "h")
+                await _told(pilot, "pitch: homed")
+                await _until(pilot, lambda: clock.monotonic_s() - opened_s > 100.0)
+                _press(pilot, "g", "1", "2", "0", "enter")
+                await _told(pilot, "it went back to 0 deg and is tried once more")
+                await _told(pilot, "pitch: at rest at +120.0000°")
+
+    asyncio.run(act())
+    lines = [json.loads(line) for line in (tmp_path / "actions.jsonl").read_text(encoding="utf-8").splitlines()]
+    assert ["no progress in 2 s" in line["why"] for line in lines if line["kind"] == "again"] == [True]
 
 
 def test_devices_that_changed_places_are_named_and_nothing_moves_any_more(tmp_path: Path) -> None:
