@@ -31,6 +31,11 @@ class _Screen(pyte.Screen):
         self.answer(data.encode())
 
 
+def _without_a_size() -> dict[str, str]:
+    """Our environment but for the size of another terminal, which test runners pass on to their workers."""
+    return {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
+
+
 class TerminalWindow:
     """``command`` runs in it until :meth:`close`; a context manager."""
 
@@ -50,7 +55,7 @@ class TerminalWindow:
             stderr=slave,
             start_new_session=True,
             preexec_fn=_take_terminal,
-            env={**os.environ, "TERM": "xterm-256color", "LANG": "C.UTF-8", **(env or {})},
+            env={**_without_a_size(), "TERM": "xterm-256color", "LANG": "C.UTF-8", **(env or {})},
         )
         os.close(slave)
         self._is_open = True
