@@ -32,6 +32,10 @@ _LEFT = "it was left as it is"
 _SALVAGE = "calrig salvage takes the rest into a new folder, where a resume measures it again"
 
 
+AFTERTHOUGHTS = ("note", "ack")
+"""What people write when the run has ended."""
+
+
 class JournalReader:
     """A journal open for reading. A context manager; made by :meth:`open`."""
 
@@ -121,9 +125,15 @@ class JournalReader:
         self._verify_dwells(told)
 
     def sha256_of_content(self) -> str:
-        """Of header, events and dwells as they were written, whatever the state of the file around them."""
+        """Of header, events and dwells as they were written, whatever the state of the file around them.
+
+        Notes and acknowledgements behind the last other event change nothing of what was measured.
+        """
         digest = hashlib.sha256(self._one("SELECT sha256 FROM header")[0].encode())  # type: ignore[index]
-        for row in (*self._rows(_EVENTS), *self._rows(_DWELLS_WITHOUT_SAMPLES)):
+        events = list(self._rows(_EVENTS))
+        while events and events[-1][3] in AFTERTHOUGHTS:
+            events.pop()
+        for row in (*events, *self._rows(_DWELLS_WITHOUT_SAMPLES)):
             digest.update(row[-1].encode())
         return digest.hexdigest()
 

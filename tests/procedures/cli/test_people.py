@@ -43,6 +43,18 @@ def test_a_note_without_words_is_refused(finished: Path, capsys: pytest.CaptureF
     assert (refused.status, "nothing was noted" in refused.err) == (2, True)
 
 
+def test_a_note_behind_the_end_makes_no_other_run_of_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    procedure, rig = job(tmp_path)
+    archive = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    ran = call(capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "runs", "--archive", archive)
+    assert ran.status == 0
+    run = next((tmp_path / "runs").glob("*/journal.sqlite")).parent
+    assert call(capsys, "note", run, "seen by the night shift", "--operator", "anna").status == 0
+    published = call(capsys, "archive", "publish", run, "--archive", archive)
+    assert (published.status, "there already" in published.out) == (0, True)
+    assert len(call(capsys, "archive", "list", "--archive", archive, "--json").document["sets"]) == 1
+
+
 def test_salvage_says_what_is_intact_and_leaves_the_original(
     finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
