@@ -79,7 +79,7 @@ def publish_folder(
     if not run.is_finished:
         raise RequestError(
             f"{folder}: the run is {run.record.state}, only a finished one has sets; nothing was published; "
-            f"calrig resume {folder} goes on with it"
+            f"calrig handover {folder} says what comes next"
         )
     sets = sets_of(run)
     if not sets:

@@ -124,7 +124,8 @@ def read_points(path: Path) -> Design:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise PlanError(f"{path}: the points cannot be read: {error}; no design was made") from None
+        why = (error.strerror if isinstance(error, OSError) else None) or error
+        raise PlanError(f"{path}: the points cannot be read: {why}; no design was made") from None
     reader = csv.DictReader(text.splitlines())
     if not {"pitch_deg"} <= set(reader.fieldnames or ()) <= {"pitch_deg", "roll_deg", "yaw_deg"}:
         found = ", ".join(reader.fieldnames or ()) or "nothing"

@@ -48,6 +48,8 @@ def handover(run_dir: Path) -> str:
 def _next(run_dir: Path, state: State, cause: str) -> str:
     if state in (State.HELD, State.TRIPPED):
         return advice(cause).replace("RUN", str(run_dir))
+    if state is State.PAUSED:
+        return f"calrig continue {run_dir}"
     if state in ACTIVE:
         return f"nothing; calrig status {run_dir} shows how far it is, calrig stop {run_dir} ends it after the dwell"
     if state in (State.STOPPED, State.INTERRUPTED):

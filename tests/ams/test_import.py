@@ -16,3 +16,10 @@ def test_the_package_and_its_core_names_need_numpy_only() -> None:
     loaded = loaded_by("import ams, ams.calibrate; ams.apply; ams.read_csv; ams.to_document; ams.evaluate_design")
     assert "numpy" in loaded
     assert not loaded & set(HEAVY)
+
+
+def test_what_is_offered_is_listed_for_those_who_look_around() -> None:
+    import ams
+
+    assert set(ams.__all__) <= set(dir(ams))
+    assert all(hasattr(ams, name) for name in ams.__all__)
