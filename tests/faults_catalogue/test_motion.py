@@ -345,7 +345,7 @@ def test_fault_42_gone_a_stall_that_clears_is_on_record_and_changes_no_number(
 ) -> None:
     night = Night(tmp_path / "run")
     stall = {"line": "axes.pitch", "kind": "stall", "for_s": 1000.0, "at_s": 60.0}
-    outcome, told = plagued(small, night, faults(stall=stall))
+    outcome, _ = plagued(small, night, faults(stall=stall))
     assert outcome.state is State.FINISHED, outcome.reason
     (again,) = events(night.run_dir, "again")
     assert "no progress in 2 s" in str(again.detail["reason"])
