@@ -2,13 +2,14 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from math import cos, radians, sin
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from sealed import write_changed
+from sealed import changed, write_changed
 from solved import provenance, solved_axis, solved_package
 
 from ams.errors import SetError, VectorsDisagree
@@ -210,6 +211,47 @@ def test_a_vector_that_is_off_by_a_millionth_of_a_microvolt_counts(
 
     with pytest.raises(VectorsDisagree, match="test vector at"):
         verify(write_changed(tmp_path / "SN.json", coefficients, nudge))
+
+
+def of_another_version(document: dict[str, Any]) -> None:
+    document["version"] = 99
+
+
+def of_another_convention(document: dict[str, Any]) -> None:
+    document["convention"]["name"] = "CR"
+
+
+def of_another_sensor(document: dict[str, Any]) -> None:
+    other = Calibration({"x": solved_axis("y"), "y": solved_axis("y"), "z": solved_axis("z")}, "pitch-roll", "TP")
+    document["axes"] = build_set(other, provenance()).document["axes"]
+
+
+def _write_and_verify(name: str, coefficients: CoefficientSet, folder: Path) -> None:
+    path = folder / FORMATS[name].file_name("SN")
+    path.write_bytes(FORMATS[name].to_bytes(coefficients))
+    verify(path)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (of_another_version, "version"),
+        (of_another_convention, "convention"),
+        (of_another_sensor, "test vector at .* is not reproduced|the file's own are others than those of the document"),
+    ],
+)
+def test_a_whole_file_that_means_something_else_is_refused_in_every_format(
+    name: str,
+    change: Callable[[dict[str, Any]], object],
+    sentence: str,
+    coefficients: CoefficientSet,
+    tmp_path: Path,
+) -> None:
+    """Written by the format's own writer, seals and all: only the meaning is wrong. Some writers refuse it already."""
+    other = replace(coefficients, document=changed(coefficients, change))
+    with pytest.raises((SetError, VectorsDisagree), match=sentence):
+        _write_and_verify(name, other, tmp_path)
 
 
 @pytest.mark.parametrize("name", FORMATS)
