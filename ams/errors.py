@@ -37,5 +37,9 @@ class ArchiveUnknown(ArchiveError):
     """What was asked for is no archive, or not in it: the URL or the name is wrong."""
 
 
+class ArchiveForbids(ArchiveError):
+    """What was asked for is not allowed now: the order of signatures, the four eyes, a number that is taken."""
+
+
 class WriteFailed(AmsError):
     """The file system refused a file; what was there before is as it was."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING, Literal, get_args
 
-from ams.errors import ArchiveError, ArchiveUnknown
+from ams.errors import ArchiveForbids, ArchiveUnknown
 from ams.sets.archive import BUSY_TIMEOUT_S, find_set
 from ams.sets.archive_chain import ChainReport, Written, verify_chain, write
 from ams.sets.archive_connection import reading, writing
@@ -162,20 +162,20 @@ def _role(role: str) -> Role:
 def _check_turn(signed: SignOff, role: Role, name: str, comment: str) -> None:
     where = f"set {signed.sha256[:12]}: {role}"
     if not name.strip():
-        raise ArchiveError(f"{where}: needs a name: got {name!r}; nothing was signed")
+        raise ArchiveForbids(f"{where}: needs a name: got {name!r}; nothing was signed")
     if signed.state == "withdrawn":
-        raise ArchiveError(f"{where}: the set is withdrawn; nothing was signed; calibrate again")
+        raise ArchiveForbids(f"{where}: the set is withdrawn; nothing was signed; calibrate again")
     if role == "withdrawn":
         if not comment.strip():
-            raise ArchiveError(f"{where}: needs a reason; nothing was signed; say why")
+            raise ArchiveForbids(f"{where}: needs a reason; nothing was signed; say why")
         return
     expected = ORDER[len(signed.signatures)] if len(signed.signatures) < len(ORDER) else None
     if role != expected:
         told = "it is approved already" if expected is None else f"{expected} comes next"
-        raise ArchiveError(f"{where}: is not its turn: the set is {signed.state}, {told}; nothing was signed")
+        raise ArchiveForbids(f"{where}: is not its turn: the set is {signed.state}, {told}; nothing was signed")
     first = signed.by("prepared")
     if first is not None and _same(first.name, name):
-        raise ArchiveError(
+        raise ArchiveForbids(
             f"{where}: {name.strip()} prepared this set; nothing was signed; somebody else must do it (four eyes)"
         )
 
@@ -186,19 +186,19 @@ def _same(first: str, second: str) -> bool:
 
 def _check_issue(signed: SignOff, certificate: Certificate, there: Certificate | None) -> None:
     if not certificate.number.strip() or not certificate.issued_by.strip():
-        raise ArchiveError("certificate: needs a number and the name of who issues it; nothing was issued")
+        raise ArchiveForbids("certificate: needs a number and the name of who issues it; nothing was issued")
     if not signed.is_approved:
-        raise ArchiveError(
+        raise ArchiveForbids(
             f"certificate {certificate.number}: the set {signed.sha256[:12]} is {signed.state}, needed is approved; "
             "nothing was issued; have it signed first"
         )
     if there is not None:
-        raise ArchiveError(
+        raise ArchiveForbids(
             f"certificate {certificate.number}: is issued already (set {there.sha256[:12]}, file "
             f"{there.file_sha256[:12]}); nothing was issued; an amended certificate needs a number of its own"
         )
     if certificate.amends is not None and not certificate.reason.strip():
-        raise ArchiveError(
+        raise ArchiveForbids(
             f"certificate {certificate.number}: amends {certificate.amends} and gives no reason; nothing was issued"
         )
 

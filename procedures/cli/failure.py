@@ -7,11 +7,11 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ams.errors import AmsError, ArchiveError, ArchiveUnknown, SolveError, VectorsDisagree, WriteFailed
+from ams.errors import AmsError, ArchiveError, ArchiveForbids, ArchiveUnknown, SolveError, VectorsDisagree, WriteFailed
 from procedures.errors import ExitStatus, ProcedureError
 from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
 
-WRONG_REQUEST = (DescriptionError, RequestRefused, ArchiveUnknown)
+WRONG_REQUEST = (DescriptionError, RequestRefused, ArchiveUnknown, ArchiveForbids)
 FAILED = (SolveError, VectorsDisagree, ArchiveError, WriteFailed)
 """Of the mathematics; every other error of it is a wrong request."""
 

@@ -97,7 +97,7 @@ def test_publishing_a_run_again_says_that_it_was_there(archive, laboratory: Labo
 def test_signing_and_verifying(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
     first = checksums(archive)[0][:12]
     refused = archive("sign", first, "approved", "--name", "A. Ray")
-    assert (refused.status, "is not its turn" in refused.err) == (1, True)
+    assert (refused.status, "is not its turn" in refused.err) == (2, True)
     assert archive("sign", first, "prepared", "--name", "A. Ray", "--json").document["state"] == "prepared"
     report = archive("verify", "--json").document
     assert (report["verified"], report["faults"]) == (True, [])
