@@ -5,7 +5,6 @@ The archive comes first: it refuses a number that is taken before any file exist
 """
 
 import hashlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, time
 from pathlib import Path
@@ -14,9 +13,9 @@ from ams.sets.archive import show
 from ams.sets.archive_runs import adjustment_of
 from ams.sets.archive_signoff import Certificate, issue_certificate, sign_off
 from ams.sets.whole_file import write_whole
-from procedures.certificate.grounds import Grounds, check_grounds
+from procedures.certificate.grounds import Amendment, Grounds, check_grounds
 from procedures.certificate.page import certificate_page, certificate_paper
-from procedures.report.paper.pdf import Attachment
+from procedures.delivery import attachments
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ def issue(archive_url: str, key: str, grounds_of: "GroundsOf", by: str, out: Pat
     grounds = grounds_of.complete(archive_url, key)
     check_grounds(grounds)
     page = certificate_page(grounds)
-    paper = certificate_paper(grounds, page, attachments_of(grounds))
+    paper = certificate_paper(grounds, page, attachments(grounds.coefficients))
     sha256 = hashlib.sha256(paper).hexdigest()
     if not grounds.is_specimen:
         issue_certificate(archive_url, grounds.coefficients.sha256, _entry(grounds, sha256, by))
@@ -63,8 +62,6 @@ class GroundsOf:
 
     def complete(self, archive_url: str, key: str) -> Grounds:
         """With set, adjustment and signatures from the archive. Raises: ArchiveError."""
-        from procedures.certificate.grounds import Amendment
-
         coefficients = show(archive_url, key)
         return Grounds(
             number=self.number,
@@ -75,13 +72,6 @@ class GroundsOf:
             amends=None if self.amends is None else Amendment(self.amends, self.reason),
             is_specimen=self.is_specimen,
         )
-
-
-def attachments_of(grounds: Grounds) -> Sequence[Attachment]:
-    """The set for machines: as a coefficient set and as a Digital Calibration Certificate."""
-    from procedures.delivery import attachments
-
-    return attachments(grounds.coefficients)
 
 
 def _entry(grounds: Grounds, sha256: str, by: str) -> Certificate:

@@ -1,7 +1,5 @@
 """The certificate as a page, and the page on paper: the same templates and the same typesetter as the report."""
 
-import hashlib
-from base64 import b64encode
 from collections.abc import Sequence
 from datetime import UTC, datetime, time
 from pathlib import Path
@@ -9,30 +7,23 @@ from pathlib import Path
 from ams.sets.canonical import Document, listed, number, table
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.certificate.results import angle_rows, coefficients_of, undetermined
-from procedures.report.cells import FILTERS
+from procedures.pages import own_style
 from procedures.report.numbers import angle, to_place
+from procedures.report.page import STYLE_SHEET, report_environment
+from procedures.report.page import TEMPLATES as SHARED_TEMPLATES
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 
 TEMPLATES = Path(__file__).with_name("templates")
-SHARED = Path(__file__).parent.parent / "report" / "templates"
 SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
 
 
 def certificate_page(grounds: Grounds) -> str:
     """The page's text."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    from markupsafe import Markup
-
-    style = (SHARED / "page.css").read_text(encoding="utf-8")
-    environment = Environment(
-        loader=FileSystemLoader([TEMPLATES, SHARED]),
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
-    environment.filters.update(FILTERS)
     capability = grounds.laboratory.get("capability_deg")
     capability_deg = None if capability is None else number(capability)
     errors = {} if grounds.adjustment is None else grounds.adjustment.as_left.errors
-    return environment.get_template("certificate.html.j2").render(
+    template = report_environment(TEMPLATES, SHARED_TEMPLATES).get_template("certificate.html.j2")
+    return template.render(
         grounds=grounds,
         one=grounds.coefficients,
         document=grounds.coefficients.document,
@@ -44,8 +35,7 @@ def certificate_page(grounds: Grounds) -> str:
         conditions=_conditions(grounds.coefficients.document),
         began=_began(grounds),
         specimen=SPECIMEN,
-        style=Markup(style),  # noqa: S704 (a constant of this package)
-        style_hash=b64encode(hashlib.sha256(style.encode()).digest()).decode(),
+        **own_style(STYLE_SHEET),
     )
 
 

@@ -4,13 +4,12 @@ Everything printed comes from the view; templates only place it. Names and notes
 Jinja's autoescape, and a content security policy forbids the page to load anything but its own pictures.
 """
 
-import hashlib
-from base64 import b64encode
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ams.sets.whole_file import write_whole
+from procedures.pages import own_style, page_environment
 from procedures.report.cells import FILTERS
 from procedures.report.figures import Figures
 from procedures.report.numbers import to_place
@@ -20,19 +19,18 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 TEMPLATES = Path(__file__).parent / "templates"
+STYLE_SHEET = TEMPLATES / "page.css"
 
 
 def render_page(view: RunView, figures: Figures) -> str:
     """The page's text."""
-    style = (TEMPLATES / "page.css").read_text(encoding="utf-8")
     return (
-        _environment()
+        report_environment(TEMPLATES)
         .get_template("page.html.j2")
         .render(
             view=view,
             figures=figures,
-            style=_trusted(style),
-            style_hash=b64encode(hashlib.sha256(style.encode()).digest()).decode(),
+            **own_style(STYLE_SHEET),
             attitudes=f"{view.design.points} × {view.design.replications} replications",
             temperature=_temperature(view),
         )
@@ -49,25 +47,11 @@ def write_page(view: RunView, figures: Figures, path: Path) -> str:
     return page
 
 
-def _environment() -> "Environment":
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+def report_environment(*folders: Path) -> "Environment":
+    """Templates that print their cells as the report does."""
+    environment = page_environment(*folders)
     environment.filters.update(FILTERS)
     return environment
-
-
-def _trusted(text: str) -> object:
-    """Our own style sheet, which must reach the page as it is for its hash to hold."""
-    from markupsafe import Markup
-
-    return Markup(text)  # noqa: S704 (a constant of this package)
 
 
 def _temperature(view: RunView) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from procedures.errors import ProcedureError
+from procedures.pages import page_environment
 from procedures.run.advice import advice
 from procedures.run.journal_reader import JournalReader
 from procedures.run.records import DwellRecord, Event
@@ -17,7 +18,7 @@ from procedures.run.sparkline import Sparkline, sparkline
 from procedures.run.states import State
 
 if TYPE_CHECKING:
-    from jinja2 import Environment
+    pass
 
 UNASKED = (State.TRIPPED, State.FAILED)
 """Endings that nobody asked for; ``held`` is no ending and has its page as well."""
@@ -55,7 +56,8 @@ def explain(run_dir: Path, reason: str = "", positions_deg: Mapping[str, float] 
 
     try:
         why = read_why(run_dir, reason, positions_deg or {})
-        write_whole(run_dir / PAGE, _environment().get_template("why.html.j2").render(why=why).encode("utf-8"))
+        page = page_environment(TEMPLATES).get_template("why.html.j2").render(why=why)
+        write_whole(run_dir / PAGE, page.encode("utf-8"))
         write_whole(run_dir / TEXT, text_of(why).encode("utf-8"))
     except (ProcedureError, WriteFailed):
         return  # the disk that refused the page has refused the journal, too: that is told by the outcome
@@ -158,15 +160,3 @@ def _plain(value: object) -> str:
         case list() | tuple():
             return ", ".join(map(_plain, value))
     return str(value)
-
-
-def _environment() -> "Environment":
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    return Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
