@@ -25,7 +25,7 @@ from rig.errors import DeviceFault, RequestRefused
 from rig.exchange import Patience
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
-from rig.settings import AxisSettings, Positive
+from rig.settings import Positive
 from rig.wire import oriental_az as wire
 from rig.wire.oriental_az import Operation
 
@@ -34,7 +34,7 @@ GAP_S = 0.03
 Bit = Annotated[int, Field(ge=0, le=15)]
 
 
-class OrientalAzSettings(AxisSettings):
+class OrientalAzSettings(rates.RevolvingSettings):
     """``driver = "oriental-az"``. ``axis`` is the unit number on the line."""
 
     driver: Literal["oriental-az"]
@@ -42,8 +42,6 @@ class OrientalAzSettings(AxisSettings):
     step_deg: Positive
     """What one step turns the table, gears included."""
     acceleration_dps2: Positive = 20.0
-    top_rate_dps: Positive | None = None
-    """Largest rate of continuous turning; without it the axis only positions."""
     current_percent: Annotated[float, Field(gt=0.0, le=100.0)] = 100.0
     baud_rate: Literal[9600, 19200, 38400, 57600, 115200, 230400] = 115200
     parity: Literal["N", "E", "O"] = "E"
@@ -55,16 +53,6 @@ class OrientalAzSettings(AxisSettings):
     """Written to the driver's parameter "communication timeout" when a run begins; 0 is written when it ends."""
     watchdog_register: Annotated[int, Field(ge=0, le=0xFFFE)] = wire.SILENCE_MS
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
-
-    @property
-    def turning(self) -> Literal["no", "revolves", "sweeps"]:
-        return "no" if self.top_rate_dps is None else "revolves"
-
-    def refuse_rate(self, name: str, rate_dps: float) -> None:
-        if self.top_rate_dps is None:
-            super().refuse_rate(name, rate_dps)
-        else:
-            rates.check_rate(name, rate_dps, self.top_rate_dps)
 
 
 class OrientalAzAxis:

@@ -3,10 +3,12 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 from rig.clock import Clock
 from rig.devices.abilities import TurnLook
 from rig.errors import RequestRefused
+from rig.settings import AxisSettings, Positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +28,23 @@ def check_rate(name: str, rate_dps: float, top_rate_dps: float) -> None:
             f"{name}: turn at {rate_dps:g} deg/s: allowed up to {top_rate_dps:g} deg/s either way and not 0"
             f" (axes.{name}: top_rate_dps); nothing moved; ask for a rate inside"
         )
+
+
+class RevolvingSettings(AxisSettings):
+    """Of an axis that turns on at a rate where its file says how fast."""
+
+    top_rate_dps: Positive | None = None
+    """Largest rate of continuous turning; without it the axis only positions."""
+
+    @property
+    def turning(self) -> Literal["no", "revolves", "sweeps"]:
+        return "no" if self.top_rate_dps is None else "revolves"
+
+    def refuse_rate(self, name: str, rate_dps: float) -> None:
+        if self.top_rate_dps is None:
+            super().refuse_rate(name, rate_dps)
+        else:
+            check_rate(name, rate_dps, self.top_rate_dps)
 
 
 def look(ask_angle_deg: Callable[[], float], clock: Clock) -> TurnLook:

@@ -22,14 +22,14 @@ from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefuse
 from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
-from rig.settings import AxisSettings, Positive
+from rig.settings import Positive
 from rig.wire import zaber as wire
 from rig.wire.zaber import Command, Reply
 
 _RATE_TOLERANCE = 1e-3
 
 
-class ZaberSettings(AxisSettings):
+class ZaberSettings(rates.RevolvingSettings):
     """``driver = "zaber"``. ``axis`` is the device's number on its chain."""
 
     driver: Literal["zaber"]
@@ -39,22 +39,10 @@ class ZaberSettings(AxisSettings):
     """What one microstep turns, from the data sheet."""
     velocity_scale: Positive = 1.6384
     """Data of ``move vel`` and ``maxspeed`` for one microstep a second."""
-    top_rate_dps: Positive | None = None
-    """Largest rate of continuous turning; without it the axis only positions."""
     baud_rate: Literal[9600, 19200, 38400, 57600, 115200] = 115200
     require_checksum: bool = True
     """Refuse replies without a checksum; the stage sends one where its ``comm.checksum`` is 1."""
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
-
-    @property
-    def turning(self) -> Literal["no", "revolves", "sweeps"]:
-        return "no" if self.top_rate_dps is None else "revolves"
-
-    def refuse_rate(self, name: str, rate_dps: float) -> None:
-        if self.top_rate_dps is None:
-            super().refuse_rate(name, rate_dps)
-        else:
-            rates.check_rate(name, rate_dps, self.top_rate_dps)
 
 
 class ZaberChain:
