@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ams.errors import AmsError
+from ams.errors import AmsError, ArchiveError
 from ams.sets.canonical import table
 from procedures.archiving import publish_solved
 from procedures.motion_solving import lines_document
@@ -125,7 +125,10 @@ def _past(
 
     if archived is None or archive_url is None:
         return Past(_as_left(run, sets))
-    told = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
+    try:
+        told = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
+    except ArchiveError:  # what was published stands; the look at the years before is told where the command looks
+        told = {}
     return Past(archived.adjustments, {name: one for name, one in told.items() if len(one.history.labels) > 1})
 
 
