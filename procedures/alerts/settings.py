@@ -5,8 +5,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from rig.description.device_settings import Positive
 from rig.errors import DescriptionError
-from rig.settings import Positive
 from rig.toml_file import StrictTable, as_tuple, read_toml
 
 

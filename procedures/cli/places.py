@@ -1,5 +1,6 @@
 """Where things are: run folders, the archive, the user's folders."""
 
+import getpass
 import os
 import re
 import unicodedata
@@ -96,8 +97,6 @@ def require_archive_url(archive_url: str) -> None:
 
 def login_name() -> str:
     """Who is logged in, for the record."""
-    import getpass
-
     try:
         return getpass.getuser()
     except (OSError, KeyError):

@@ -9,13 +9,13 @@ import json
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
-from procedures.description import CheckPlan, DwellSettings, EnvironmentPlan, Solve
+from procedures.description.motion import Levels, Static
+from procedures.description.procedure_file import CheckPlan, DwellSettings, EnvironmentPlan, Solve
 from procedures.errors import PlanError
-from procedures.motion_description import Levels, Static
 from procedures.plan.designs import Design
 from procedures.plan.order import Order
 from procedures.plan.steps import Dwell, Soak, Step
-from rig.description import AttitudeReference, Sensor
+from rig.description.rig_file import AttitudeReference, Sensor
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ams.sets.whole_file import write_whole
+from ams.whole_file import write_whole
 from procedures.pages import own_style, page_environment
-from procedures.report.cells import FILTERS
 from procedures.report.figures import Figures
+from procedures.report.filters import FILTERS
 from procedures.report.numbers import to_place
 from procedures.report.view import RunView
 

@@ -173,7 +173,7 @@ def _legend(figure: "Canvas", observations: Observations, *, with_bands: bool) -
     )  # fmt: skip
 
 
-def _entry(line: "type", place: int, labels: NDArray[np.int64]) -> object:
+def _entry(line: type, place: int, labels: NDArray[np.int64]) -> object:
     colour, symbol = series_style(place, labels.size)
     return line([], [], linestyle="", marker=symbol, color=colour, markersize=4, label=f"repl. {labels[place]}")
 

@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
 from rig.errors import DeviceNonsense, DeviceSilent
-from rig.exchange import Patience
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
+from rig.link.exchange import Patience
 from rig.link.modbus_replies import granted, told
 from rig.link.symptoms import remedy
 

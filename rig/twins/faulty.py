@@ -1,4 +1,4 @@
-"""A twin behind a line on which things go wrong, by the rules of :mod:`rig.fault_file`.
+"""A twin behind a line on which things go wrong, by the rules of :mod:`rig.description.fault_plan`.
 
 It is a twin itself, so the same faults happen in memory, on a pseudo-terminal and on a TCP port. Bytes are changed by
 :mod:`rig.link.faults`; a line that is gone raises LinkLost, which memory passes on and a port turns into a hang-up;
@@ -11,8 +11,8 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from rig.description.fault_plan import MOTION, FaultRule
 from rig.errors import LinkLost
-from rig.fault_file import MOTION, FaultRule
 from rig.link import faults
 from rig.link.faults import Fault, Part
 from rig.link.memory import Way
