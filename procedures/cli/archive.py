@@ -5,6 +5,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from cyclopts import App, Parameter
 
 from ams.archive.connection import migrate as migrate_archive
@@ -302,8 +303,6 @@ def demo(
     json
         Print one JSON document.
     """
-    import numpy as np
-
     if sensors < 8 or years < 4:
         raise RequestError(f"a demonstration needs at least 8 sensors and 4 years: got {sensors} and {years}")
     if out.exists():

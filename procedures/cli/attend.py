@@ -6,6 +6,8 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from platformdirs import user_state_path
+
 from procedures.alerts.dispatcher import AlertDesk
 from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
 from procedures.cli.output import note
@@ -45,8 +47,6 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
 
     Raises: DescriptionError where the file of alerts is wrong.
     """
-    from platformdirs import user_state_path
-
     with ExitStack() as opened:
         if is_virtual:
             yield Attendance(opened.enter_context(shown_on(sys.stderr)), Care())

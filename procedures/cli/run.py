@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
+from rich.console import Console
 
 from ams.archive.refusals import without_password
 from procedures.alerts.settings import read_alerts
@@ -16,10 +17,9 @@ from procedures.cli.places import (
     left_out_where_empty,
     login_name,
     new_run_folder,
-    require_archive_url,
 )
 from procedures.delivery.deliver import Delivery, deliver, run_document, solve_run
-from procedures.delivery.publish import history_findings
+from procedures.delivery.publish import history_findings, require_archive_url
 from procedures.description.procedure_file import read_procedure
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.header import make_header
@@ -211,8 +211,6 @@ def require_archived(delivery: Delivery) -> None:
 
 def tell(delivery: Delivery) -> None:
     """The outcome for a person: coefficients, verdict, and where everything is."""
-    from rich.console import Console
-
     print_summary(delivery.view, Console())
     say()
     say(f"report       {delivery.report}")
