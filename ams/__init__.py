@@ -1,39 +1,40 @@
 """The mathematics of the angular measurement system: models, solvers, uncertainty, attitude and coefficient sets.
 
 No device and no clock is known here. The names below load what they need when they are first used, so that importing
-the package costs next to nothing; ``from ams.calibrate import calibrate`` solves, ``ams.apply`` evaluates a set.
+the package costs next to nothing; ``from ams.calibration.calibrate import calibrate`` solves, ``ams.apply`` evaluates
+a set.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ams.document import to_document as to_document
+    from ams.analysis.design_variance import evaluate_design as evaluate_design
+    from ams.calibration.document import to_document as to_document
+    from ams.exports.formats import export_set as export_set
+    from ams.exports.formats import load_set as load_set
+    from ams.exports.verify import verify as verify
+    from ams.inputs.observations_csv import read_csv as read_csv
+    from ams.inputs.request import CalibrationRequest as CalibrationRequest
+    from ams.inputs.table_uncertainty import TableUncertainty as TableUncertainty
     from ams.observations import Observations as Observations
-    from ams.observations_csv import read_csv as read_csv
-    from ams.request import CalibrationRequest as CalibrationRequest
     from ams.sets.apply import apply as apply
     from ams.sets.coefficients import build_set as build_set
-    from ams.sets.export.formats import export_set as export_set
-    from ams.sets.export.formats import load_set as load_set
     from ams.sets.provenance import Provenance as Provenance
-    from ams.sets.verify import verify as verify
-    from ams.uncertainty.design_variance import evaluate_design as evaluate_design
-    from ams.uncertainty.table import TableUncertainty as TableUncertainty
 
 _HOME = {
-    "CalibrationRequest": "ams.request",
+    "CalibrationRequest": "ams.inputs.request",
     "Observations": "ams.observations",
     "Provenance": "ams.sets.provenance",
-    "TableUncertainty": "ams.uncertainty.table",
+    "TableUncertainty": "ams.inputs.table_uncertainty",
     "apply": "ams.sets.apply",
     "build_set": "ams.sets.coefficients",
-    "evaluate_design": "ams.uncertainty.design_variance",
-    "export_set": "ams.sets.export.formats",
-    "load_set": "ams.sets.export.formats",
-    "read_csv": "ams.observations_csv",
-    "to_document": "ams.document",
-    "verify": "ams.sets.verify",
+    "evaluate_design": "ams.analysis.design_variance",
+    "export_set": "ams.exports.formats",
+    "load_set": "ams.exports.formats",
+    "read_csv": "ams.inputs.observations_csv",
+    "to_document": "ams.calibration.document",
+    "verify": "ams.exports.verify",
 }
 
 __all__ = [

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from ams.sets.archive import list_sets, publish
-from ams.sets.archive_connection import writing
-from ams.sets.archive_history import history
-from ams.sets.characteristics import PackageNumbers
-from ams.sets.export.json_text import from_json
-from ams.sets.points import pack
-from ams.sets.series import PointLabel, Population
-from ams.sets.synthetic import Story, synthetic_archive
+from ams.archive.connection import writing
+from ams.archive.histories import history
+from ams.archive.sets import list_sets, publish
+from ams.archive.synthetic import Story, synthetic_archive
+from ams.exports.json_text import from_json
+from ams.surveillance.characteristics import PackageNumbers
+from ams.surveillance.history_points import pack
+from ams.surveillance.series import PointLabel, Population
 from bench.figure import Figure, best_s
 
 ONE_SET = Path(__file__).parents[1] / "tests" / "data" / "coefficient_set_v1.json"
@@ -58,7 +58,7 @@ def fill(url: str, population: Population) -> None:
     """One row a calibration, as publishing would write them; the first sensor's last one keeps the set's checksum."""
     from sqlalchemy import insert, select
 
-    from ams.sets.archive_tables import COEFFICIENTS, POINTS, SETS
+    from ams.archive.tables import COEFFICIENTS, POINTS, SETS
 
     first = from_json(ONE_SET.read_bytes(), str(ONE_SET))
     publish(url, [first], first.created_utc)

@@ -12,14 +12,14 @@ from timeit import Timer
 
 from bench.desk import Desk
 from bench.figure import Figure
-from procedures.description import read_procedure
+from procedures.description.procedure_file import read_procedure
+from procedures.journal.header import make_header
+from procedures.journal.journal import Journal
+from procedures.journal.spool import Spool
 from procedures.plan.planner import make_plan
+from procedures.records.states import State
 from procedures.run.engine import Start, run
-from procedures.run.header import make_header
-from procedures.run.journal import Journal
-from procedures.run.spool import Spool
-from procedures.run.states import State
-from rig.description import read_rig
+from rig.description.read import read_rig
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SCRATCH = Path(__file__).parents[1] / "build"

@@ -14,11 +14,11 @@ from lmfit import Model as LmfitModel  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 from scipy.optimize import curve_fit
 
-from ams.calibrate import calibrate
-from ams.columns import solve_columns
+from ams.calibration.calibrate import calibrate
+from ams.calibration.columns import solve_columns
+from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import PitchRoll
 from ams.observations import Observations
-from ams.request import CalibrationRequest
 from ams.solve.linear_form import factor
 from bench.figure import Figure, best_s
 

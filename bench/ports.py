@@ -14,13 +14,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from bench.figure import Figure
-from rig.assembly import Rig, open_rig
+from rig.assembly.open_rig import Rig, open_rig
+from rig.assembly.simulate import write_rig
 from rig.clock import SystemClock
 from rig.devices.abilities import Stream
 from rig.devices.csv_imu import CsvImuSettings
 from rig.devices.csv_imu import connect as connect_csv
 from rig.link.ports import open_stream
-from rig.simulate import write_rig
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "rig.toml"
 SECONDS, POLL_S = 4.0, 0.005

@@ -12,8 +12,8 @@ from tempfile import TemporaryDirectory
 from timeit import Timer
 
 from bench.figure import Figure
-from procedures.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
-from procedures.resolving import Job, Mapper, chunks, in_this_process, jobs_of
+from procedures.delivery.resolve import Job, Mapper, chunks, in_this_process, jobs_of
+from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
 
 RIG = Path(__file__).parents[1] / "examples" / "rig.toml"
 PROCEDURE = """

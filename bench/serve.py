@@ -12,9 +12,9 @@ import sys
 import tty
 from pathlib import Path
 
+from rig.assembly.simulate import serve_rig
 from rig.clock import SystemClock
-from rig.description import read_rig
-from rig.simulate import serve_rig
+from rig.description.read import read_rig
 
 WRAPS = 65536
 _PIECE_S = 0.002

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams import CalibrationRequest, Observations, TableUncertainty, to_document
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
 from ams.frames import RAD_PER_ARCSEC
 from ams.models.model import FloatArray, Stimulus
 

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.uncertainty.intervals import reading_halfwidth
+from ams.statistics.intervals import reading_halfwidth
 
 FloatArray = NDArray[np.float64]
 Part = tuple[FloatArray, float | FloatArray]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ams.attitude.spread import PackageErrors, Spread, UncertainSensor, output_errors, weighing_variances
 from ams.errors import DesignError
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
-from ams.uncertainty.intervals import reading_halfwidth, t_quantile
+from ams.statistics.intervals import reading_halfwidth, t_quantile
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -13,11 +13,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.calibration_result import AxisCalibration
 from ams.errors import ObservationsError
+from ams.models.added_parameters import Widened
 from ams.models.model import Model, Stimulus
-from ams.models.widened import Widened
 from ams.observations import Observations
-from ams.solve.result import AxisCalibration
 
 FloatArray = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ A model has *primary* parameters, in which it is linear or nearly so and whose i
 files name them (sensitivity, coning, azimuth), in the unit that their name ends in, derived from the primary ones.
 
 To add a model, write a class with these members anywhere and pass an instance per sensor axis to
-:func:`ams.calibrate.calibrate`; no solver changes.
+:func:`ams.calibration.calibrate.calibrate`; no solver changes.
 """
 
 from collections.abc import Hashable, Mapping

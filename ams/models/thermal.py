@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.errors import DesignError, ObservationsError
+from ams.models.added_parameters import Widened
 from ams.models.model import Stimulus
-from ams.models.widened import Widened
 from ams.observations import Observations
 
 FloatArray = NDArray[np.float64]

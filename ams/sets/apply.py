@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from ams.errors import OutsideValidity
 from ams.frames import Attitude
-from ams.sets.belonging import Serials, check_belonging
+from ams.sets.applicability import Serials, check_belonging
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import FloatArray, predicted_v
-from ams.sets.fields import field_at
+from ams.sets.sensed_quantity import field_at
 from ams.sets.vectors import inferred_force, is_package
 
 ROUNDING_DEG = 1e-9

@@ -4,12 +4,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ams.calibration_result import AxisCalibration, FloatArray, FTest, ParameterEstimate, Replication, TpReplication
 from ams.errors import SetError
 from ams.models.drifting import at_reference_time
 from ams.sets.canonical import Document, Json, number, plain, table
 from ams.sets.equations import AxisNumbers, equation_of
 from ams.sets.units import UNITS, unit_of
-from ams.solve.result import AxisCalibration, FloatArray, FTest, ParameterEstimate, Replication, TpReplication
 
 
 def axis_section(axis: AxisCalibration, sensor: str) -> Document:

@@ -8,17 +8,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
+from ams.calibration_result import Calibration
 from ams.errors import SetError
 from ams.sets.axis_section import axis_numbers, axis_section
 from ams.sets.canonical import Document, Json, listed, plain, seal, table
 from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
-from ams.sets.fields import FIELDS
+from ams.sets.instructions import use_section
 from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
 from ams.sets.schema import FORMAT, check_document, version_of
-from ams.sets.use import use_section
+from ams.sets.sensed_quantity import FIELDS
 from ams.sets.vectors import Validity, VectorAgreement, check_vectors, make_vectors
-from ams.solve.result import Calibration
 
 
 @dataclass(frozen=True)

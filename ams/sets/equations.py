@@ -1,7 +1,8 @@
 """The equations a set names, each as text for people and as code for us, from the set's own numbers alone.
 
 Every equation here is linear in the primary parameters b and k: v = b + k·f, with f the field that the model senses in
-package axes (x forward, y right, z down; ``ams.sets.fields``); the extended model adds fᵀQf. The usual parameters
+package axes (x forward, y right, z down; ``ams.sets.sensed_quantity``); the extended model adds fᵀQf. The usual
+parameters
 (sensitivity, coning angle, azimuth) are derived from k; both forms are printed and both must give the same outputs.
 Source: TP (1), (2), (4), (5); CR (III-B.27) to (III-B.32), (III-C.16) to (III-C.18).
 """
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from ams.errors import SetError
 from ams.models.cr import sensitive_axis
-from ams.sets.fields import FIELDS
+from ams.sets.sensed_quantity import FIELDS
 
 FloatArray = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ there the axes count as independent. A drift with time is not in it: a set stand
 
 import numpy as np
 
+from ams.calibration_result import PackageCovariance
 from ams.models.drifting import DRIFT_NAME
 from ams.sets.canonical import Document, Json, table
-from ams.solve.result import PackageCovariance
 
 TEXT = (
     "order: axis.parameter; components: independent parts of the covariance of all primary parameters together, whose "

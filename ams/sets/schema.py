@@ -3,6 +3,7 @@
 Not a set at all, of a newer version, changed after it was written, of a shape that no set has: each its own sentence.
 """
 
+import json
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
@@ -88,8 +89,6 @@ def _check_schema(document: Document, where: str) -> None:
 
 @cache
 def _validator() -> "Validator":
-    import json
-
     from jsonschema import Draft202012Validator
 
     text = files("ams.sets").joinpath("coefficient_set.schema.json").read_text(encoding="utf-8")

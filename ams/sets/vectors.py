@@ -13,7 +13,7 @@ from ams.errors import VectorsDisagree
 from ams.frames import Attitude
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.equations import AxisNumbers, FloatArray, derived_direction, predicted_v
-from ams.sets.fields import FIELDS, RATE_INPUTS, field_at
+from ams.sets.sensed_quantity import FIELDS, RATE_INPUTS, field_at
 
 TOLERANCE_RELATIVE = 1e-12
 TOLERANCE_TEXT = "outputs: of |offset_v| + |k_x| + |k_y| + |k_z| of the axis; angles: of 180 degrees"

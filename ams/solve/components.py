@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.solve.result import VarianceComponent
+from ams.calibration_result import VarianceComponent
 
 FloatArray = NDArray[np.float64]
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.calibration_result import ParameterEstimate
 from ams.models.model import Model
 from ams.solve.components import ComponentColumns
-from ams.solve.result import ParameterEstimate
-from ams.uncertainty.intervals import combined_dof, t_quantile
+from ams.statistics.intervals import combined_dof, t_quantile
 
 FloatArray = NDArray[np.float64]
 

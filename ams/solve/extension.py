@@ -13,15 +13,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.calibration_result import FTest
 from ams.errors import DesignError
-from ams.frames import specific_force
+from ams.frames import Attitude, specific_force
+from ams.inputs.table_uncertainty import TableUncertainty, index_columns
 from ams.models.accelerometer import PitchRoll
 from ams.models.extended import CONFOUNDED, quadratic_basis
 from ams.observations import Observations
 from ams.solve.layout import Layout, layout_of
-from ams.solve.result import FTest
-from ams.uncertainty.intervals import f_test
-from ams.uncertainty.table import TableUncertainty, index_columns
+from ams.statistics.intervals import f_test
 
 FloatArray = NDArray[np.float64]
 
@@ -115,8 +115,6 @@ def angles_of_points(observations: Observations, layout: Layout) -> tuple[FloatA
 
 
 def _slopes(primary: FloatArray, pitch: FloatArray, roll: FloatArray) -> dict[str, FloatArray]:
-    from ams.frames import Attitude
-
     return dict(PitchRoll("x").angle_jacobian(primary, Attitude(pitch, roll)))
 
 

@@ -14,9 +14,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.calibration_result import PackageCovariance, VarianceComponent
+from ams.inputs.shared_errors import SharedError
 from ams.solve.components import ComponentColumns
-from ams.solve.result import PackageCovariance, VarianceComponent
-from ams.uncertainty.shared_errors import SharedError
 
 FloatArray = NDArray[np.float64]
 

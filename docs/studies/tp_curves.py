@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib import pyplot as plt
 
-from ams.attitude.lines import SensorLine
 from ams.attitude.static import pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.frames import specific_force
+from ams.inference.lines import SensorLine
 from ams.models.accelerometer import vector_from_angles
 
 DEG = np.pi / 180

@@ -13,11 +13,11 @@ The oven is made up. 9600 baud, lines end with CR LF, and every reply repeats it
 import re
 from typing import Literal
 
+from rig.description.device_settings import EnvironmentSettings
 from rig.devices.abilities import Environment
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
-from rig.exchange import Exchange
-from rig.lines import Lines
-from rig.settings import EnvironmentSettings
+from rig.lines.open_lines import Lines
+from rig.link.exchange import Exchange
 from rig.twins.twin import Twin
 from rig.twins.world import World
 

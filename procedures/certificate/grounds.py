@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import date
 
-from ams.sets.adjustment import Adjustment
-from ams.sets.archive_signoff import Signature
+from ams.archive.signatures import Signature
 from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
+from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
 
 

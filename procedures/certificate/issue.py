@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, time
 from pathlib import Path
 
-from ams.sets.archive import show
-from ams.sets.archive_runs import adjustment_of
-from ams.sets.archive_signoff import Certificate, issue_certificate, sign_off
-from ams.sets.whole_file import write_whole
+from ams.archive.runs import adjustment_of
+from ams.archive.sets import show
+from ams.archive.signatures import Certificate, issue_certificate, sign_off
+from ams.whole_file import write_whole
 from procedures.certificate.grounds import Amendment, Grounds, check_grounds
 from procedures.certificate.page import certificate_page, certificate_paper
-from procedures.delivery import attachments
+from procedures.delivery.deliver import attachments
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from math import hypot, radians, sin
 
 import numpy as np
 
-from ams.sets.attitude_errors import AngleErrors
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
-from ams.uncertainty.intervals import t_quantile
+from ams.statistics.intervals import t_quantile
+from ams.surveillance.attitude_errors import AngleErrors
 from procedures.report.conclusions import LABELS
 from procedures.report.numbers import angle, last_place, to_place, with_uncertainty
 

@@ -5,8 +5,21 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from cyclopts import App, Parameter
 
+from ams.archive.connection import migrate as migrate_archive
+from ams.archive.histories import history as history_of
+from ams.archive.refusals import without_password
+from ams.archive.runs import Override, adjustment_of
+from ams.archive.sets import Search, list_sets
+from ams.archive.sets import show as show_set
+from ams.archive.signatures import sign as sign_set
+from ams.archive.signatures import sign_off, verify_archive
+from ams.archive.synthetic import Story, synthetic_archive
+from ams.archive.synthetic_runs import publish_synthetic
+from ams.surveillance.compare import compare as compare_sets
+from ams.whole_file import write_whole
 from procedures.cli.archive_text import (
     adjustment_lines,
     comparison_lines,
@@ -15,9 +28,14 @@ from procedures.cli.archive_text import (
     set_lines,
     sign_off_lines,
 )
+from procedures.cli.coefficients_text import set_text
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import default_archive_url, find_run, login_name
+from procedures.cli.run import archive_of
+from procedures.delivery.deliver import publish_folder
+from procedures.delivery.publish import history_findings
 from procedures.errors import ExitStatus, RequestError
+from procedures.report.history_figure import history_figure
 
 Json = Annotated[bool, Parameter(negative=())]
 
@@ -57,9 +75,6 @@ def list_(
     json
         Print one JSON document.
     """
-    from ams.sets.archive import Search, list_sets
-    from ams.sets.archive_refusals import without_password
-
     url = archive or default_archive_url()
     last = _day("until", until)
     wanted = Search(sensor, serial, rig, run, _day("since", since), None if last is None else last + timedelta(days=1))
@@ -85,11 +100,6 @@ def show(key: str, /, *, archive: str | None = None, json: Json = False) -> None
     json
         Print the whole set as one JSON document.
     """
-    from ams.sets.archive import show as show_set
-    from ams.sets.archive_runs import adjustment_of
-    from ams.sets.archive_signoff import sign_off
-    from procedures.cli.coefficients_text import set_text
-
     url = archive or default_archive_url()
     found = show_set(url, key)
     if json:
@@ -119,9 +129,6 @@ def compare(old: str, new: str, /, *, archive: str | None = None, json: Json = F
     json
         Print one JSON document.
     """
-    from ams.sets.archive import show as show_set
-    from ams.sets.compare import compare as compare_sets
-
     url = archive or default_archive_url()
     found = compare_sets(show_set(url, old), show_set(url, new))
     if json:
@@ -146,13 +153,8 @@ def history(sensor: str, /, *, archive: str | None = None, plot: Path | None = N
     json
         Print one JSON document.
     """
-    from ams.sets.archive_history import history as history_of
-
     found = history_of(archive or default_archive_url(), sensor)
     if plot is not None:
-        from ams.sets.whole_file import write_whole
-        from procedures.report.history_figure import history_figure
-
         write_whole(plot, history_figure(found).svg)
     if json:
         print_json(plain(asdict(found)))
@@ -188,11 +190,6 @@ def publish(
     json
         Print one JSON document.
     """
-    from ams.sets.archive_refusals import without_password
-    from ams.sets.archive_runs import Override
-    from procedures.archiving import history_findings, publish_folder
-    from procedures.cli.run import archive_of
-
     if (override is None) != (operator is None):
         raise RequestError("an override needs --override REASON and --operator NAME together; nothing was published")
     word = Override(operator, override) if override is not None and operator is not None else None
@@ -240,8 +237,6 @@ def sign(
     json
         Print one JSON document.
     """
-    from ams.sets.archive_signoff import sign as sign_set
-
     url = archive or default_archive_url()
     signed = sign_set(url, key, role, name or login_name(), datetime.now(UTC), comment)
     if json:
@@ -262,9 +257,6 @@ def verify(*, archive: str | None = None, json: Json = False) -> int:
     json
         Print one JSON document.
     """
-    from ams.sets.archive_refusals import without_password
-    from ams.sets.archive_signoff import verify_archive
-
     url = archive or default_archive_url()
     report = verify_archive(url)
     if json:
@@ -287,9 +279,6 @@ def migrate(*, archive: str | None = None) -> None:
     archive
         URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
     """
-    from ams.sets.archive_connection import migrate as migrate_archive
-    from ams.sets.archive_refusals import without_password
-
     url = archive or default_archive_url()
     before, after = migrate_archive(url)
     say(f"{without_password(url)}: schema {after}{'' if before == after else f', was {before}'}")
@@ -314,11 +303,6 @@ def demo(
     json
         Print one JSON document.
     """
-    import numpy as np
-
-    from ams.sets.synthetic import Story, synthetic_archive
-    from ams.sets.synthetic_runs import publish_synthetic
-
     if sensors < 8 or years < 4:
         raise RequestError(f"a demonstration needs at least 8 sensors and 4 years: got {sensors} and {years}")
     if out.exists():

@@ -3,18 +3,16 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import date, datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ams.archive.histories import SensorHistory
+from ams.archive.sets import ArchivedSet
+from ams.archive.signatures import SignOff
+from ams.surveillance.adjustment import Adjustment, Condition
+from ams.surveillance.check_chart import CheckHistory
+from ams.surveillance.compare import AxisChange, Change, Comparison
+from ams.surveillance.control_chart import Chart
 from procedures.cli.units_text import label_and_unit
-
-if TYPE_CHECKING:
-    from ams.sets.adjustment import Adjustment, Condition
-    from ams.sets.archive import ArchivedSet
-    from ams.sets.archive_history import SensorHistory
-    from ams.sets.archive_signoff import SignOff
-    from ams.sets.check_chart import CheckHistory
-    from ams.sets.compare import AxisChange, Change, Comparison
-    from ams.sets.history import Chart
 
 
 def plain(value: Any) -> Any:
@@ -32,7 +30,7 @@ def plain(value: Any) -> Any:
     return value
 
 
-def set_lines(rows: "Sequence[ArchivedSet]") -> Iterator[str]:
+def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
     """The sets, a line each."""
     for row in rows:
         stamp = f"{row.status}{', simulated' if row.simulated else ''}"
@@ -41,7 +39,7 @@ def set_lines(rows: "Sequence[ArchivedSet]") -> Iterator[str]:
         yield f"{row.sha256[:12]}  {row.sensor:<16} {row.created_utc:%Y-%m-%d %H:%M} UTC  {row.model}, {stamp}{told}"
 
 
-def adjustment_lines(adjustment: "Adjustment | None") -> Iterator[str]:
+def adjustment_lines(adjustment: Adjustment | None) -> Iterator[str]:
     """As found and as left."""
     if adjustment is None:
         yield "as found, as left: not in the archive"
@@ -55,7 +53,7 @@ def adjustment_lines(adjustment: "Adjustment | None") -> Iterator[str]:
         yield f"decision rule: {adjustment.acceptance.rule_text}"
 
 
-def _condition_lines(condition: "Condition") -> Iterator[str]:
+def _condition_lines(condition: Condition) -> Iterator[str]:
     name = condition.kind.replace("-", " ")
     yield f"{name}: {condition.verdict or 'no limit to judge by'} (set {condition.set_sha256[:12]})"
     for errors in condition.errors.values():
@@ -69,7 +67,7 @@ def _condition_lines(condition: "Condition") -> Iterator[str]:
     yield from (f"  {one.sentence}" for one in condition.judgements)
 
 
-def sign_off_lines(signed: "SignOff") -> Iterator[str]:
+def sign_off_lines(signed: SignOff) -> Iterator[str]:
     """Who signed, and which certificates were issued."""
     yield f"set {signed.sha256[:12]}: {signed.state}"
     for one in signed.signatures:
@@ -80,7 +78,7 @@ def sign_off_lines(signed: "SignOff") -> Iterator[str]:
         yield f"  certificate {certificate.number}, {certificate.issued_by}, {certificate.issued_utc:%Y-%m-%d}{amends}"
 
 
-def comparison_lines(found: "Comparison") -> Iterator[str]:
+def comparison_lines(found: Comparison) -> Iterator[str]:
     """Rotation first, then every axis."""
     yield f"{found.sensor}: {found.old_sha256[:12]} to {found.new_sha256[:12]}, {found.elapsed_days:.1f} days"
     yield from (f"note: {text}" for text in found.notes)
@@ -98,7 +96,7 @@ def comparison_lines(found: "Comparison") -> Iterator[str]:
     yield f"the scatter from day to day is not in these uncertainties: calrig archive history {found.sensor} knows it"
 
 
-def _axis_lines(change: "AxisChange") -> Iterator[str]:
+def _axis_lines(change: AxisChange) -> Iterator[str]:
     offset, relative = change.offset_v, change.sensitivity_relative
     yield f"axis {change.axis}"
     volts = f"{offset.value:+.3e} V (u {offset.standard_uncertainty:.1e})"
@@ -108,15 +106,15 @@ def _axis_lines(change: "AxisChange") -> Iterator[str]:
     yield f"  direction    {across}"
 
 
-def _turn(change: "Change | None") -> str:
+def _turn(change: Change | None) -> str:
     return "not told" if change is None else f"{change.value:+.5f}° (u {change.standard_uncertainty:.5f})"
 
 
-def _arcsec(change: "Change") -> str:
+def _arcsec(change: Change) -> str:
     return f"{change.value:+.2f}″ (u {change.standard_uncertainty:.2f})"
 
 
-def history_lines(found: "SensorHistory") -> Iterator[str]:
+def history_lines(found: SensorHistory) -> Iterator[str]:
     """Charts as a table, what was found, advice."""
     history = found.history
     first, last = history.labels[0], history.labels[-1]
@@ -138,7 +136,7 @@ def history_lines(found: "SensorHistory") -> Iterator[str]:
         yield f"next calibration, as advice: {found.advice.sentence}"
 
 
-def _chart_line(chart: "Chart") -> str:
+def _chart_line(chart: Chart) -> str:
     name, _, axis = chart.name.partition(".")
     label, unit = label_and_unit(name)
     rate, spread = chart.rate_per_year, chart.rate_standard_uncertainty
@@ -148,7 +146,7 @@ def _chart_line(chart: "Chart") -> str:
     return f"{f'{label} {axis}, {unit}':<28}{chart.value[-1]:>16.8g} {scatter:>10} {drift:>22}   {angle}"
 
 
-def _check_lines(check: "CheckHistory") -> Iterator[str]:
+def _check_lines(check: CheckHistory) -> Iterator[str]:
     if not check.findings:
         yield "check sensor: table, meter and the sensor itself stayed as they were"
     yield from (f"check sensor: {finding.cause}: {finding.sentence}" for finding in check.findings)

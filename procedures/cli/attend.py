@@ -5,32 +5,34 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from platformdirs import user_state_path
+
+from procedures.alerts.dispatcher import AlertDesk
+from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
 from procedures.cli.output import note
 from procedures.cli.places import login_name
-
-if TYPE_CHECKING:
-    from procedures.alerts.desk import AlertDesk
-    from procedures.run.care import Care, Pulse
-    from procedures.run.progress import RunObserver
+from procedures.journal.corrections import acknowledge, is_acknowledged
+from procedures.records.progress import RunObserver
+from procedures.run.progress import shown_on
+from procedures.run.services import Care, Pulse
+from procedures.run.watch.keep_awake import awake
+from rig.clock import SystemClock
 
 
 @dataclass(frozen=True, slots=True)
 class Attendance:
     """What surrounds one run."""
 
-    observer: "RunObserver"
-    care: "Care"
-    desk: "AlertDesk | None" = None
+    observer: RunObserver
+    care: Care
+    desk: AlertDesk | None = None
 
     def ring_out(self, folder: Path) -> None:
         """After everything is delivered: an alarm that others are to be told of rings on until it is acknowledged.
 
         Ctrl-C acknowledges it: somebody is there.
         """
-        from procedures.run.take_back import acknowledge, is_acknowledged
-
         if self.desk is None:
             return
         try:
@@ -45,11 +47,6 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
 
     Raises: DescriptionError where the file of alerts is wrong.
     """
-    from platformdirs import user_state_path
-
-    from procedures.run.care import Care
-    from procedures.run.progress import shown_on
-
     with ExitStack() as opened:
         if is_virtual:
             yield Attendance(opened.enter_context(shown_on(sys.stderr)), Care())
@@ -58,13 +55,7 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
         yield Attendance(desk, Care(pulse=pulse, second_place=user_state_path("calrig") / "emergency"), desk)
 
 
-def _told(title: str, alerts: Path | None, run: Path, opened: ExitStack) -> "tuple[AlertDesk, Pulse]":
-    from procedures.alerts.desk import AlertDesk
-    from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
-    from procedures.run.inhibit import awake
-    from procedures.run.progress import shown_on
-    from rig.clock import SystemClock
-
+def _told(title: str, alerts: Path | None, run: Path, opened: ExitStack) -> tuple[AlertDesk, Pulse]:
     settings = read_alerts(alerts) if alerts is not None else default_alerts()
     refusal = opened.enter_context(awake(title))
     screen = opened.enter_context(shown_on(sys.stderr))

@@ -1,17 +1,25 @@
 """``calrig attitude``: readings of a calibrated package to angles with standard deviations, from a file or a stream."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
+from io import BytesIO, StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TextIO
+from typing import Annotated, Any, TextIO
 
+import numpy as np
 from cyclopts import Parameter
 
+from ams.exports.formats import load_set
+from ams.inference.inference import MODEL, Inference, Package, inference
+from ams.inputs.csv_table import numbers, parse_csv, refuse_missing_columns
+from ams.whole_file import write_whole
+from procedures.cli.attitude_rows import csv_lines
+from procedures.cli.attitude_stream import answer_stream
 from procedures.cli.output import note
 from procedures.errors import RequestError
-
-if TYPE_CHECKING:
-    from ams.attitude.inference import Inference, Package
 
 Named = Annotated[list[str] | None, Parameter(negative=())]
 
@@ -60,8 +68,6 @@ def attitude(
         Also pitch_half_95_deg and so on: half-widths of 95 % intervals, by Student's factor for what the calibration
         rests on.
     """
-    from ams.attitude.inference import MODEL, inference
-
     package = package_of(coefficient_set, axis, "--axis", "")
     second = None if model_set is None else package_of(model_set, model_axis, "--model-axis", "model_")
     if model_set is None and model_axis:
@@ -77,11 +83,8 @@ def attitude(
         _answer_file(found, Path(data), out)
 
 
-def package_of(path: Path, pairs: list[str] | None, option: str, prefix: str) -> "Package":
+def package_of(path: Path, pairs: list[str] | None, option: str, prefix: str) -> Package:
     """A set from a file and the columns of its axes. Raises: RequestError for a pair that is none; SetError."""
-    from ams.attitude.inference import Package
-    from ams.sets.export.formats import load_set
-
     coefficients = load_set(path)
     coefficients.check_vectors(str(path))
     columns: dict[str, str] = {}
@@ -95,12 +98,8 @@ def package_of(path: Path, pairs: list[str] | None, option: str, prefix: str) ->
     return Package(coefficients, columns)
 
 
-def _answer_stream(found: "Inference", out: Path | None) -> None:
+def _answer_stream(found: Inference, out: Path | None) -> None:
     """Line by line, into a file as well: what was answered stays when the stream breaks."""
-    import sys
-
-    from procedures.cli.attitude_stream import answer_stream
-
     if out is None:
         answer_stream(found, sys.stdout)
         return
@@ -109,7 +108,7 @@ def _answer_stream(found: "Inference", out: Path | None) -> None:
         answer_stream(found, target)
 
 
-def _answer_file(found: "Inference", data: Path, out: Path | None) -> None:
+def _answer_file(found: Inference, data: Path, out: Path | None) -> None:
     readings = _read_parquet(found, data) if data.suffix == ".parquet" else _read_csv(found, data)
     answer = found.infer(readings)
     if out is not None and out.suffix == ".parquet":
@@ -120,34 +119,14 @@ def _answer_file(found: "Inference", data: Path, out: Path | None) -> None:
             target.write(line)
 
 
-def csv_lines(names: Sequence[str], answer: Mapping[str, Any]) -> Iterator[str]:
-    """Header and one line a row."""
-    yield ",".join(names) + "\n"
-    yield from row_lines(names, answer)
-
-
-def row_lines(names: Sequence[str], answer: Mapping[str, Any]) -> Iterator[str]:
-    """One line a row; what is not a number is an empty cell."""
-    for row in zip(*(answer[name] for name in names), strict=True):
-        yield ",".join(cell if isinstance(cell, str) else _cell(cell) for cell in row) + "\n"
-
-
-def _cell(value: float) -> str:
-    return "" if value != value else f"{value:.9g}"
-
-
-def _read_csv(found: "Inference", data: Path) -> "dict[str, Any]":
-    from ams.csv_table import numbers, parse_csv, refuse_missing_columns
-
+def _read_csv(found: Inference, data: Path) -> dict[str, Any]:
     table = parse_csv(data)
     refuse_missing_columns(table, found.needed)
     optional = [name for name in ("temperature_degc",) if name in table.columns]
     return {name: numbers(table, name) for name in dict.fromkeys((*found.needed, *optional))}
 
 
-def _read_parquet(found: "Inference", data: Path) -> "dict[str, Any]":
-    import numpy as np
-
+def _read_parquet(found: Inference, data: Path) -> dict[str, Any]:
     arrow = _parquet()
     try:
         table = arrow.read_table(data)
@@ -171,11 +150,7 @@ def _read_parquet(found: "Inference", data: Path) -> "dict[str, Any]":
 
 
 def _write_parquet(out: Path, answer: Mapping[str, Any]) -> None:
-    from io import BytesIO
-
     import pandas as pd
-
-    from ams.sets.whole_file import write_whole
 
     _parquet()
     memory = BytesIO()
@@ -184,9 +159,6 @@ def _write_parquet(out: Path, answer: Mapping[str, Any]) -> None:
 
 
 def _parquet() -> Any:
-    from importlib import import_module
-    from importlib.util import find_spec
-
     if find_spec("pyarrow") is None:
         raise RequestError(
             "Parquet: the library pyarrow is not installed; nothing was written; install calrig[export], or use CSV"
@@ -197,14 +169,10 @@ def _parquet() -> Any:
 @contextmanager
 def _output(out: Path | None) -> Iterator[TextIO]:
     """Standard output, or the file, whole and synced when all is written."""
-    import sys
-    from io import StringIO
-
     if out is None:
         yield sys.stdout
         return
     _check_csv(out)
-    from ams.sets.whole_file import write_whole
 
     memory = StringIO()
     yield memory

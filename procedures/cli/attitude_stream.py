@@ -11,9 +11,9 @@ from typing import TextIO
 
 import numpy as np
 
-from ams.attitude.inference import Inference
-from ams.csv_table import is_number
-from procedures.cli.attitude import row_lines
+from ams.inference.inference import Inference
+from ams.inputs.csv_table import is_number
+from procedures.cli.attitude_rows import row_lines
 from procedures.errors import RequestError
 
 

@@ -6,9 +6,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from procedures.certificate.issue import GroundsOf, issue
 from procedures.cli.output import print_json, say
 from procedures.cli.places import default_archive_url, login_name
 from procedures.errors import RequestError
+from rig.clock import SystemClock
 
 DAY = "%Y-%m-%d"
 
@@ -52,9 +54,6 @@ def certificate(
     json
         Print one JSON document.
     """
-    from procedures.certificate.issue import GroundsOf, issue
-    from rig.clock import SystemClock
-
     if not out.is_dir():
         raise RequestError(f"{out}: is no folder; nothing was issued; give --out with a folder that exists")
     if (amends is None) != (not reason.strip()):

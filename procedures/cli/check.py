@@ -1,21 +1,25 @@
 """``calrig check``: is the rig file right, can the procedure be done, how long and how well. Opens no port."""
 
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
+from rich.console import Console, Group
 
+from procedures.check import motion_check
+from procedures.check.check_text import render
+from procedures.check.grid_check import check as check_plan
+from procedures.check.grid_check import to_document
 from procedures.cli.output import print_json, say
 from procedures.cli.places import RUNS
+from procedures.description.procedure_file import ProcedureDescription, read_procedure
 from procedures.errors import ExitStatus
-from rig.description import RigDescription
-
-if TYPE_CHECKING:
-    from rich.console import Group
-
-    from procedures.description import ProcedureDescription
-    from procedures.plan.plan import Plan
-    from procedures.run.beforehand import Beforehand
+from procedures.plan.plan import Plan
+from procedures.plan.planner import make_plan
+from procedures.run.preflight import Beforehand, beforehand
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
 
 
 def check(
@@ -39,48 +43,37 @@ def check(
     json
         Print one JSON document.
     """
-    from rig.description import read_rig
-
     described = read_rig(rig)
     if procedure is None:
         before = _beforehand(rig, described, None, out)
         _tell_rig(rig, described, before, json)
         return _tell(before, json)
-    from procedures.description import read_procedure
 
     asked = read_procedure(procedure)
     document, page = (
         _motion_told(described, asked) if asked.moves or asked.design.kind == "up-down" else _told(described, asked)
     )
-    from procedures.plan.planner import make_plan
 
     before = _beforehand(rig, described, make_plan(described, asked), out)
     if json:
         print_json(document | _document_of(before))
         return _tell(before, json)
-    from rich.console import Console
 
     Console().print(page)
     return _tell(before, json)
 
 
-def _told(described: RigDescription, asked: "ProcedureDescription") -> "tuple[dict[str, Any], Group]":
-    from procedures.plan.check import check as check_plan
-    from procedures.plan.check import to_document
-    from procedures.plan.check_text import render
-
+def _told(described: RigDescription, asked: ProcedureDescription) -> tuple[dict[str, Any], Group]:
     report = check_plan(described, asked)
     return to_document(report), render(report)
 
 
-def _motion_told(described: RigDescription, asked: "ProcedureDescription") -> "tuple[dict[str, Any], Group]":
-    from procedures.plan.motion_check import check_motion, render, to_document
-
-    report = check_motion(described, asked)
-    return to_document(report), render(report)
+def _motion_told(described: RigDescription, asked: ProcedureDescription) -> tuple[dict[str, Any], Group]:
+    report = motion_check.check_motion(described, asked)
+    return motion_check.to_document(report), motion_check.render(report)
 
 
-def _tell_rig(path: Path, described: RigDescription, before: "Beforehand", json: bool) -> None:
+def _tell_rig(path: Path, described: RigDescription, before: Beforehand, json: bool) -> None:
     document: dict[str, Any] = {
         "rig": described.rig.name,
         "axes": {name: list(axis.limits_deg) for name, axis in described.axes.items()},
@@ -103,19 +96,15 @@ def _tell_rig(path: Path, described: RigDescription, before: "Beforehand", json:
         say(f"sensor {name}: {model}")
 
 
-def _beforehand(rig: Path, described: RigDescription, plan: "Plan | None", out: Path) -> "Beforehand":
-    from datetime import UTC, datetime
-
-    from procedures.run.beforehand import beforehand
-
+def _beforehand(rig: Path, described: RigDescription, plan: Plan | None, out: Path) -> Beforehand:
     return beforehand(rig, described, plan, out, datetime.now(UTC).date())
 
 
-def _document_of(before: "Beforehand") -> dict[str, Any]:
+def _document_of(before: Beforehand) -> dict[str, Any]:
     return {"refusals": list(before.refusals), "engineering": list(before.engineering)}
 
 
-def _tell(before: "Beforehand", json: bool) -> int:
+def _tell(before: Beforehand, json: bool) -> int:
     """What a run would meet now; a refusal leaves with the status that the run would have."""
     if not json:
         for sentence in before.engineering:

@@ -6,7 +6,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from ams.whole_file import write_whole
 from procedures.cli.output import note
+from procedures.cli.run import run
 from procedures.errors import RequestError
 
 
@@ -23,9 +25,6 @@ def demo(*, out: Path = Path("demo-out"), json: Annotated[bool, Parameter(negati
     json
         Print one JSON document at the end.
     """
-    from ams.sets.whole_file import write_whole
-    from procedures.cli.run import run
-
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

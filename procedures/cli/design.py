@@ -5,6 +5,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from procedures.check.design_map import plot_design
+from procedures.check.evaluation import design_document, design_text, judge, write_design
+from procedures.check.request import DesignRequest
 from procedures.cli.output import print_json, say
 
 Flag = Annotated[bool, Parameter(negative=())]
@@ -51,13 +54,8 @@ def design(
     json
         Print one JSON document.
     """
-    from procedures.plan.evaluation import design_document, design_text, judge, write_design
-    from procedures.plan.request import DesignRequest
-
     judged = judge(DesignRequest(kind, pitch, pitch_list, roll, repeat_roll, fractional, usage, file))
     if plot is not None:
-        from procedures.plan.design_map import plot_design
-
         plot_design(judged, plot)
     if csv is not None:
         write_design(judged, csv)

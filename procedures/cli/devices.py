@@ -2,15 +2,14 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from procedures.cli.output import note, print_json, say
 from procedures.errors import ExitStatus
-
-if TYPE_CHECKING:
-    from rig.discovery import Asked, SerialPort
+from rig.assembly.discovery import Asked, SerialPort, identify_each, serial_ports, visa_resources
+from rig.description.read import read_rig
 
 
 def devices(*, rig: Path | None = None, json: Annotated[bool, Parameter(negative=())] = False) -> ExitStatus:
@@ -26,8 +25,6 @@ def devices(*, rig: Path | None = None, json: Annotated[bool, Parameter(negative
     json
         Print one JSON document.
     """
-    from rig.discovery import serial_ports, visa_resources
-
     ports, resources = serial_ports(), visa_resources()
     asked = [] if rig is None else _asked(rig)
     if json:
@@ -40,7 +37,7 @@ def devices(*, rig: Path | None = None, json: Annotated[bool, Parameter(negative
     return ExitStatus.FAILED if any(device.trouble for device in asked) else ExitStatus.DONE
 
 
-def _tell(ports: "list[SerialPort]", resources: list[str] | None, asked: "list[Asked]") -> None:
+def _tell(ports: list[SerialPort], resources: list[str] | None, asked: list[Asked]) -> None:
     say(f"serial ports: {len(ports) or 'none found'}")
     for port in ports:
         say(f"  {port.stable_path}   {port.description} {port.hardware}".rstrip())
@@ -54,8 +51,5 @@ def _tell(ports: "list[SerialPort]", resources: list[str] | None, asked: "list[A
         note(f"calrig: {trouble}")
 
 
-def _asked(path: Path) -> "list[Asked]":
-    from rig.description import read_rig
-    from rig.discovery import identify_each
-
+def _asked(path: Path) -> list[Asked]:
     return identify_each(read_rig(path), path)

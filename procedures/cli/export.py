@@ -7,6 +7,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from ams.exports.dcc_schema import SCHEMA, check_against_schemas
+from ams.exports.formats import export_set, format_named, format_of, load_set
+from ams.exports.verify import verify as verify_file
 from procedures.cli.output import print_json, say
 from procedures.errors import RequestError
 
@@ -34,8 +37,6 @@ def export(
     json
         Print one JSON document.
     """
-    from ams.sets.export.formats import export_set, format_named, format_of, load_set
-
     wanted = format_named(to, str(coefficient_set))
     loaded = load_set(coefficient_set)
     loaded.check_vectors(str(coefficient_set))
@@ -63,8 +64,6 @@ def verify(file: Path, /, *, json: Annotated[bool, Parameter(negative=())] = Fal
     json
         Print one JSON document.
     """
-    from ams.sets.verify import verify as verify_file
-
     found = verify_file(file)
     note = _check_schemas(file) if found.format == "dcc" else None
     if json:
@@ -82,8 +81,6 @@ def verify(file: Path, /, *, json: Annotated[bool, Parameter(negative=())] = Fal
 
 def _check_schemas(file: Path) -> str:
     """What to say of the official schemas. Raises: ams.errors.SetError where the file is none by them."""
-    from ams.sets.export.dcc_schema import SCHEMA, check_against_schemas
-
     folder = os.environ.get(DCC_SCHEMAS)
     if not folder:
         return f"not validated against the official schemas: {DCC_SCHEMAS} is not set to the folder they are in"

@@ -4,10 +4,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from cyclopts import Parameter
 
+from ams.calibration.findings_document import full_document
+from ams.calibration.linear_levels import linear_document, read_levels
+from ams.errors import DesignError
+from ams.inference.inference import Package
+from ams.inference.sting_reference import WARNING, read_with_sting
+from ams.inputs.observations_csv import read_csv, unit_warnings
+from ams.inputs.request import CalibrationRequest
+from ams.models.thermal import TemperatureCoefficients
+from procedures.cli.attitude import package_of
 from procedures.cli.coefficients_text import axes_lines
 from procedures.cli.findings_text import check_trials
 from procedures.cli.fit_joint import check_joint, joint_lines, parse_priors
@@ -15,12 +24,11 @@ from procedures.cli.fit_joint import joint as fit_jointly
 from procedures.cli.fit_set import WishedSet, wished_set, write_set
 from procedures.cli.output import note, print_json, say
 from procedures.errors import RequestError
-
-if TYPE_CHECKING:
-    from ams.attitude.inference import Package
-    from ams.models.thermal import TemperatureCoefficients
-    from ams.request import CalibrationRequest
-    from rig.description import RigDescription, Sensor
+from procedures.solution.at_rest import solve_observations
+from procedures.solution.request import budgets_of, table_uncertainty
+from procedures.solution.type_b import shared_errors
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription, Sensor
 
 Named = Annotated[list[str] | None, Parameter(negative=())]
 Value = TypeVar("Value")
@@ -116,12 +124,6 @@ def fit(
     json
         Print one JSON document.
     """
-    from ams.errors import DesignError
-    from ams.request import CalibrationRequest
-    from procedures.certificates import shared_errors
-    from procedures.solving import table_uncertainty
-    from rig.description import read_rig
-
     columns = _by_axis(axis, "--axis", "COLUMN", lambda text: text)
     _refuse_shared(columns)
     name = _model_name(model, package)
@@ -171,17 +173,12 @@ def fit(
 def _solved(
     file: Path,
     columns: Mapping[str, str],
-    request: "CalibrationRequest",
-    wish: "WishedSet | None",
-    sting: "Package | None",
-    rig: "RigDescription | None",
+    request: CalibrationRequest,
+    wish: WishedSet | None,
+    sting: Package | None,
+    rig: RigDescription | None,
     trials: int,
 ) -> dict[str, Any]:
-    from ams.findings import full_document
-    from ams.observations_csv import read_csv, unit_warnings
-    from ams.sting_reference import WARNING, read_with_sting
-    from procedures.solving import budgets_of, solve_observations
-
     if sting is None:
         observations = read_csv(file, columns, ANGLES[request.model], rates=request.model == "gyro")
     else:
@@ -194,17 +191,15 @@ def _solved(
     return full_document(calibration, observations, budgets_of(calibration, request, rig, trials))
 
 
-def sensor_of(rig: "RigDescription", name: str | None) -> "Sensor | None":
+def sensor_of(rig: RigDescription, name: str | None) -> Sensor | None:
     """The sensor whose channels stand in the rig file: the one named, else its only one; None where that is open."""
     if name is not None and name in rig.sensors:
         return rig.sensors[name]
     return next(iter(rig.sensors.values())) if len(rig.sensors) == 1 else None
 
 
-def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_joint: bool) -> "Package | None":
+def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_joint: bool) -> Package | None:
     """The sting's set and its columns. Raises: RequestError unless a model package is to be solved."""
-    from procedures.cli.attitude import package_of
-
     if path is None:
         if pairs:
             raise RequestError("--sting-axis: belongs to --sting, which is missing")
@@ -219,9 +214,7 @@ def _refuse_curvature(hessian: bool) -> None:
         raise RequestError("--hessian: a straight line has none; it belongs to the models of attitude and rates")
 
 
-def _linear(file: Path, columns: Mapping[str, str], request: "CalibrationRequest") -> dict[str, Any]:
-    from ams.linear_levels import linear_document, read_levels
-
+def _linear(file: Path, columns: Mapping[str, str], request: CalibrationRequest) -> dict[str, Any]:
     return {**linear_document(read_levels(file, columns), request), "model": "linear", "convention": "SR"}
 
 
@@ -247,7 +240,7 @@ def _model_name(model: str, package: str | None) -> str:
     return f"{model}-{package}"
 
 
-def _coefficients(pairs: list[str] | None, temperature: str) -> "Mapping[str, TemperatureCoefficients]":
+def _coefficients(pairs: list[str] | None, temperature: str) -> Mapping[str, TemperatureCoefficients]:
     if not pairs:
         return {}
     if temperature != "apply":
@@ -255,10 +248,8 @@ def _coefficients(pairs: list[str] | None, temperature: str) -> "Mapping[str, Te
     return _by_axis(pairs, "--known-temperature", "OFFSET_TC,SENSITIVITY_TC", _two_or_four)
 
 
-def _two_or_four(text: str) -> "TemperatureCoefficients":
+def _two_or_four(text: str) -> TemperatureCoefficients:
     """Raises: ValueError."""
-    from ams.models.thermal import TemperatureCoefficients
-
     values = [float(part) for part in text.split(",")]
     if len(values) not in (2, 4) or not all(isfinite(value) for value in values) or any(u < 0.0 for u in values[2:]):
         raise ValueError(text)

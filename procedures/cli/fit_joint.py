@@ -2,14 +2,16 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ams.calibration.joint_document import joint_document, read_mountings
+from ams.frames import RAD_PER_ARCSEC
+from ams.inputs.request import CalibrationRequest
+from ams.solve.joint import joint_fit
+from ams.solve.table_errors import TablePriors
 from procedures.errors import RequestError
-
-if TYPE_CHECKING:
-    from ams.request import CalibrationRequest
-    from ams.solve.table_errors import TablePriors
-    from rig.description import RigDescription
+from procedures.solution.type_b import standard_uncertainty_arcsec
+from rig.description.rig_file import RigDescription
 
 PRIORS = {
     "pitch-zero": "pitch_zero_rad",
@@ -23,17 +25,14 @@ PRIORS = {
 
 
 def joint(
-    file: Path, columns: Mapping[str, str], rig: "RigDescription", priors: Mapping[str, float], mount: str | None
+    file: Path, columns: Mapping[str, str], rig: RigDescription, priors: Mapping[str, float], mount: str | None
 ) -> dict[str, Any]:
     """Solve the file with the table's errors as unknowns. Raises: ams.errors.AmsError."""
-    from ams.joint_document import joint_document, read_mountings
-    from ams.solve.joint import joint_fit
-
     found = joint_fit(read_mountings(file, columns, mount), tuple(columns), _priors(rig, priors))
     return {**joint_document(found), "model": "pitch-roll", "convention": "TP"}
 
 
-def check_joint(request: "CalibrationRequest", rig: "RigDescription | None", has_set: bool) -> "RigDescription":
+def check_joint(request: CalibrationRequest, rig: RigDescription | None, has_set: bool) -> RigDescription:
     """Raises: RequestError where the joint fit does not go with what else is asked for."""
     if rig is None:
         raise RequestError("--joint: needs --rig RIG: the table's uncertainties are the priors of its errors")
@@ -78,11 +77,7 @@ def joint_lines(document: Mapping[str, Any]) -> Iterator[str]:
     yield from (f"  confounded: {sentence}" for sentence in document["confounded"])
 
 
-def _priors(rig: "RigDescription", priors: Mapping[str, float]) -> "TablePriors":
-    from ams.frames import RAD_PER_ARCSEC
-    from ams.solve.table_errors import TablePriors
-    from procedures.certificates import standard_uncertainty_arcsec
-
+def _priors(rig: RigDescription, priors: Mapping[str, float]) -> TablePriors:
     return TablePriors(
         pitch_tooth_rad=standard_uncertainty_arcsec(rig, "pitch") * RAD_PER_ARCSEC,
         roll_tooth_rad=standard_uncertainty_arcsec(rig, "roll") * RAD_PER_ARCSEC,

@@ -4,18 +4,19 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.calibration_result import Calibration
+from ams.exports.formats import export_set
+from ams.frames import body_rates_rad_s
+from ams.observations import Observations
+from ams.sets.coefficients import build_set
+from ams.sets.provenance import Provenance
 from procedures.errors import RequestError
-
-if TYPE_CHECKING:
-    from ams.observations import Observations
-    from ams.sets.provenance import Provenance
-    from ams.solve.result import Calibration
-    from rig.description import RigDescription
+from rig.description.rig_file import RigDescription
 
 ROUNDING_DIGITS = 9
 
@@ -32,7 +33,7 @@ class WishedSet:
 
 
 def wished_set(
-    path: Path, sensor: str | None, gravity_mps2: float | None, rig: "RigDescription | None", model: str
+    path: Path, sensor: str | None, gravity_mps2: float | None, rig: RigDescription | None, model: str
 ) -> WishedSet:
     """Raises: RequestError where the command does not say what a set must know."""
     if model == "linear":
@@ -55,18 +56,12 @@ def wished_set(
     return WishedSet(path, sensor, gravity_mps2, "stated on the command line", "")
 
 
-def write_set(wish: WishedSet, observations: "Observations", calibration: "Calibration") -> None:
+def write_set(wish: WishedSet, observations: Observations, calibration: Calibration) -> None:
     """Write the set whole. Raises: ams.errors.SetError."""
-    from ams.sets.coefficients import build_set
-    from ams.sets.export.formats import export_set
-
     export_set(build_set(calibration, _provenance(wish, observations, calibration.convention)), "json", wish.path)
 
 
-def _provenance(wish: WishedSet, rows: "Observations", convention: str) -> "Provenance":
-    from ams.frames import body_rates_rad_s
-    from ams.sets.provenance import Provenance
-
+def _provenance(wish: WishedSet, rows: Observations, convention: str) -> Provenance:
     rates = None
     if rows.euler_rate_rad_s is not None:
         yaw = np.zeros(rows.rows) if rows.yaw_rad is None else rows.yaw_rad

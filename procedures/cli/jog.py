@@ -4,19 +4,24 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from procedures.cli.output import finite, note, print_json, say
 from procedures.cli.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
-
-if TYPE_CHECKING:
-    from rig.assembly import Rig
-    from rig.clock import Clock
-    from rig.description import RigDescription
-    from rig.devices.abilities import Wait
+from procedures.jog_screen.inferred import inferred_attitude
+from rig.assembly.open_rig import Rig, choose_clock, open_rig
+from rig.clock import Clock, SystemClock, VirtualClock
+from rig.description.device_settings import TWIN_PORT
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
+from rig.devices.abilities import Wait
+from rig.errors import RigError, WaitEnded
+from rig.motion import jog as by_hand
+from rig.motion.home_memory import HomeMemory
+from rig.motion.jog import home, readings
 
 Flag = Annotated[bool, Parameter(negative=())]
 LIVE_PAUSE_S = 0.2
@@ -78,9 +83,6 @@ def jog(
     log
         For the screen: the file that every action is added to, a JSON line each; by default beside the rig file.
     """
-    from rig.assembly import open_rig
-    from rig.description import read_rig
-
     wanted = _wanted(to, by, rate, home=home, stop=stop)
     _refuse_unclear(axis, wanted, read or live, samples, for_s, live=live and json)
     description = read_rig(rig)
@@ -121,13 +123,9 @@ def jog(
 
 
 def _screen(
-    description: "RigDescription", rig: Path, coefficient_set: Path | None, snapshot: Path | None, log: Path | None
+    description: RigDescription, rig: Path, coefficient_set: Path | None, snapshot: Path | None, log: Path | None
 ) -> ExitStatus:
     """The jog screen. Twins of this process live in real time there, whatever the file says of virtual time."""
-    from procedures.jog_screen.inferred import inferred_attitude
-    from procedures.jog_screen.session import jog_on_screen
-    from rig.assembly import open_rig
-
     _refuse_a_second_user_of_the_terminal(description)
     inferred = None if coefficient_set is None else inferred_attitude(coefficient_set, description)
     actions = log or rig.with_name(f"{rig.stem}.jog.jsonl")
@@ -136,17 +134,16 @@ def _screen(
         open_rig(description, clock=_bench_clock(description), rig_file=rig, purpose="jog") as opened,
         _homes_kept(opened),
     ):
+        from procedures.jog_screen.session import jog_on_screen  # textual: not for a single motion
+
         status = jog_on_screen(opened, rig, actions, snapshots, inferred)
     note(f"every axis stands still; actions are in {actions}")
     return status
 
 
 @contextmanager
-def _homes_kept(opened: "Rig") -> Iterator[None]:
+def _homes_kept(opened: Rig) -> Iterator[None]:
     """Homes that the machines prove to have kept since the last jog, and those of this one for the next."""
-    from rig.errors import RigError
-    from rig.home_memory import HomeMemory
-
     memory = HomeMemory(opened.description, opened.clock)
     for why in memory.take_over(opened.axes).values():
         note(why)
@@ -157,16 +154,13 @@ def _homes_kept(opened: "Rig") -> Iterator[None]:
         note(f"homes are not kept for the next jog: {error}")
 
 
-def _bench_clock(description: "RigDescription") -> "Clock":
+def _bench_clock(description: RigDescription) -> Clock:
     """At the bench a person watches: virtual time becomes the machine's."""
-    from rig.assembly import choose_clock
-    from rig.clock import SystemClock, VirtualClock
-
     clock = choose_clock(description)
     return SystemClock() if isinstance(clock, VirtualClock) else clock
 
 
-def _refuse_a_second_user_of_the_terminal(description: "RigDescription") -> None:
+def _refuse_a_second_user_of_the_terminal(description: RigDescription) -> None:
     for name, axis in description.axes.items():
         if axis.port == "terminal":
             raise RequestError(
@@ -175,11 +169,8 @@ def _refuse_a_second_user_of_the_terminal(description: "RigDescription") -> None
             )
 
 
-def _follow(opened: "Rig", samples: int, wait: "Wait") -> None:
+def _follow(opened: Rig, samples: int, wait: Wait) -> None:
     """One line a round with every channel's mean, until the wait is ended."""
-    from rig.clock import SystemClock
-    from rig.errors import WaitEnded
-
     try:
         while True:
             told = _readings(opened, samples, wait)
@@ -223,9 +214,7 @@ def _refuse_unclear(
         raise RequestError(f"jog: --samples: got {samples}, allowed 2 or more; nothing moved")
 
 
-def _move(opened: "Rig", axis: str, to: float | None, by: float | None, wait: "Wait") -> float:
-    from rig import jog as by_hand
-
+def _move(opened: Rig, axis: str, to: float | None, by: float | None, wait: Wait) -> float:
     if to is not None:
         return by_hand.jog_to(opened, axis, to, wait, note)
     if by is not None:
@@ -233,9 +222,7 @@ def _move(opened: "Rig", axis: str, to: float | None, by: float | None, wait: "W
     return by_hand.home(opened, axis, wait)
 
 
-def _turned(opened: "Rig", axis: str, rate_dps: float, for_s: float, wait: "Wait") -> dict[str, float]:
-    from rig import jog as by_hand
-
+def _turned(opened: Rig, axis: str, rate_dps: float, for_s: float, wait: Wait) -> dict[str, float]:
     measured = by_hand.turn_for(opened, axis, rate_dps, for_s, wait)
     return {
         "rate_dps": measured.rate_dps,
@@ -245,20 +232,16 @@ def _turned(opened: "Rig", axis: str, rate_dps: float, for_s: float, wait: "Wait
     }
 
 
-def _stopped(opened: "Rig", axis: str | None) -> dict[str, Any]:
-    from rig import jog as by_hand
-
+def _stopped(opened: Rig, axis: str | None) -> dict[str, Any]:
     stopped = by_hand.stop(opened, axis)
     return {"stopped": stopped, "positions_deg": {name: opened.axes[name].state().position_deg for name in stopped}}
 
 
-def _positions(opened: "Rig") -> dict[str, float]:
+def _positions(opened: Rig) -> dict[str, float]:
     return {name: device.state().position_deg for name, device in opened.axes.items()}
 
 
-def _readings(opened: "Rig", samples: int, wait: "Wait") -> dict[str, dict[str, float | int | None]]:
-    from rig.jog import readings
-
+def _readings(opened: Rig, samples: int, wait: Wait) -> dict[str, dict[str, float | int | None]]:
     channels = [channel for readout in opened.readouts.values() for channel in readout.channels]
     return {
         reading.channel: {
@@ -271,12 +254,9 @@ def _readings(opened: "Rig", samples: int, wait: "Wait") -> dict[str, dict[str, 
     }
 
 
-def _home_what_has_none(opened: "Rig", moved: str | None, wait: "Wait") -> None:
+def _home_what_has_none(opened: Rig, moved: str | None, wait: Wait) -> None:
     """Twins in this process were switched on by it: unlike a machine they cannot have been homed before. An operator,
     too, is asked for the zero of the axis that is ``moved``: nobody remembers it. Machines are left alone."""
-    from rig.jog import home
-    from rig.settings import TWIN_PORT
-
     for name, axis in opened.description.axes.items():
         if axis.port == TWIN_PORT or (name == moved and axis.driver == "manual"):
             home(opened, name, wait)

@@ -9,6 +9,12 @@ from cyclopts import Parameter
 from procedures.cli.output import say
 from procedures.cli.places import find_run, login_name
 from procedures.errors import RequestError
+from procedures.journal.corrections import Word, acknowledge, add_note, void_from
+from procedures.journal.corrections import redo as take_back
+from procedures.journal.owner import is_owned
+from procedures.journal.salvage import salvage as rescue
+from procedures.journal.spool import ask
+from procedures.run.handover import handover as page
 
 Flag = Annotated[bool, Parameter(negative=())]
 
@@ -25,10 +31,6 @@ def note(run: str, text: str, /, *, operator: str | None = None) -> None:
     operator
         Who writes; by default the login name.
     """
-    from procedures.run.owner import is_owned
-    from procedures.run.spool import ask
-    from procedures.run.take_back import add_note
-
     if not text.strip():
         raise RequestError(f"note: got {text!r}, needed is what to write down; nothing was noted")
     folder, by = find_run(run), operator or login_name()
@@ -51,10 +53,6 @@ def ack(run: str, text: str = "", /, *, operator: str | None = None) -> None:
     operator
         Who knows of it; by default the login name.
     """
-    from procedures.run.owner import is_owned
-    from procedures.run.spool import ask
-    from procedures.run.take_back import acknowledge
-
     folder, by = find_run(run), operator or login_name()
     if is_owned(folder):
         ask(folder, "ack", by, datetime.now(UTC), text)
@@ -83,8 +81,6 @@ def void(
     remounted
         The package was moved: it gets a coning angle and azimuth of its own from here on.
     """
-    from procedures.run.take_back import Word, void_from
-
     folder = find_run(run)
     count = void_from(folder, from_, Word(operator, reason, remounted))
     say(f"{folder}: {count} dwells taken back; calrig resume {folder} measures them again")
@@ -106,9 +102,6 @@ def redo(run: str, /, *, replication: int, reason: str, operator: str, remounted
     remounted
         The package was moved: it gets a coning angle and azimuth of its own from here on.
     """
-    from procedures.run.take_back import Word
-    from procedures.run.take_back import redo as take_back
-
     folder = find_run(run)
     count = take_back(folder, replication, Word(operator, reason, remounted))
     say(f"{folder}: {count} dwells of replication {replication} taken back; calrig resume {folder} measures them again")
@@ -122,8 +115,6 @@ def handover(run: str, /) -> None:
     run
         The run.
     """
-    from procedures.run.handover import handover as page
-
     say(page(find_run(run)).rstrip("\n"))
 
 
@@ -137,8 +128,6 @@ def salvage(run: str, /, *, to: Path | None = None) -> None:
     to
         The new folder; by default beside the run, its name with -salvaged.
     """
-    from procedures.run.salvage import salvage as rescue
-
     folder = find_run(run)
     found = rescue(folder, to or folder.with_name(f"{folder.name}-salvaged"))
     say(f"{found.path.parent}: {found.dwells} dwells and {found.events} events are intact")

@@ -1,20 +1,23 @@
 """``calrig resolve``: solve archived runs again, thousands at once, and tell what changed."""
 
+import os
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from ams.archive.refusals import without_password
+from ams.archive.runs import publish_run
 from procedures.cli.archive_text import plain
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import default_archive_url
+from procedures.delivery.resolve import Answer, Mapper, Treatment, chunks, in_this_process, jobs_of
+from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
 from procedures.errors import ExitStatus, RequestError
-
-if TYPE_CHECKING:
-    from procedures.resolving import Answer, Mapper
+from rig.clock import SystemClock
 
 Flag = Annotated[bool, Parameter(negative=())]
 LONGEST_LIST = 20
@@ -54,9 +57,6 @@ def resolve(
     json
         Print one JSON document.
     """
-    from ams.sets.archive_refusals import without_password
-    from procedures.resolving import Treatment, jobs_of
-
     url = archive or default_archive_url()
     jobs = jobs_of(url, runs, Treatment(temperature, extended), keep=publish)
     where, size = _place(len(jobs), workers, dask)
@@ -68,13 +68,8 @@ def resolve(
 
 def _place(
     jobs: int, workers: int | None, dask: str | None
-) -> "tuple[Callable[[], AbstractContextManager[Mapper]], int]":
+) -> tuple[Callable[[], AbstractContextManager[Mapper]], int]:
     """What solves, and how many runs it takes at once."""
-    import os
-
-    from procedures.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
-    from procedures.resolving import in_this_process
-
     if dask is not None:
         if workers is not None:
             raise RequestError("give --workers or --dask, not both; nothing was solved")
@@ -87,11 +82,7 @@ def _place(
     return lambda: in_processes(count), chunk_size(jobs, count)
 
 
-def _answered(
-    jobs: "Sequence[object]", where: "Callable[[], AbstractContextManager[Mapper]]", size: int
-) -> "list[Answer]":
-    from procedures.resolving import chunks
-
+def _answered(jobs: Sequence[object], where: Callable[[], AbstractContextManager[Mapper]], size: int) -> list[Answer]:
     answers: list[Answer] = []
     told = 0
     with where() as mapper:
@@ -104,10 +95,7 @@ def _answered(
     return sorted(answers, key=lambda one: one.run_id)
 
 
-def _publish(url: str, answers: "Sequence[Answer]") -> int:
-    from ams.sets.archive_runs import publish_run
-    from rig.clock import SystemClock
-
+def _publish(url: str, answers: Sequence[Answer]) -> int:
     count = 0
     for one in answers:
         if one.entry is not None:
@@ -117,7 +105,7 @@ def _publish(url: str, answers: "Sequence[Answer]") -> int:
     return count
 
 
-def _tell(url: str, answers: "Sequence[Answer]", published: int, *, json: bool) -> None:
+def _tell(url: str, answers: Sequence[Answer], published: int, *, json: bool) -> None:
     kinds = {kind: [one for one in answers if one.outcome == kind] for kind in ("same", "changed", "missing", "failed")}
     if json:
         changed = [
@@ -142,7 +130,7 @@ def _tell(url: str, answers: "Sequence[Answer]", published: int, *, json: bool) 
         say(f"{published} new sets published; the old ones stay")
 
 
-def _largest(answer: "Answer") -> str:
+def _largest(answer: Answer) -> str:
     change = max(answer.changes, key=lambda one: float("inf") if one.of_scale is None else one.of_scale)
     where = " ".join(part for part in (change.sensor, change.axis, change.name) if part)
     if change.old is None or change.new is None:

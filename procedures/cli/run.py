@@ -1,10 +1,14 @@
 """``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
+from rich.console import Console
 
+from ams.archive.refusals import without_password
+from procedures.alerts.settings import read_alerts
+from procedures.cli.attend import attended
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import (
     RUNS,
@@ -13,13 +17,24 @@ from procedures.cli.places import (
     left_out_where_empty,
     login_name,
     new_run_folder,
-    require_archive_url,
 )
+from procedures.delivery.deliver import Delivery, deliver, run_document, solve_run
+from procedures.delivery.publish import history_findings, require_archive_url
+from procedures.description.procedure_file import read_procedure
 from procedures.errors import ExitStatus, RequestError
-
-if TYPE_CHECKING:
-    from procedures.delivery import Delivery
-    from procedures.run.ending import Outcome
+from procedures.journal.header import make_header
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.location import require_local
+from procedures.journal.status import status
+from procedures.plan.planner import make_plan
+from procedures.records.states import State
+from procedures.report.summary import print_summary
+from procedures.run.begin import begin
+from procedures.run.ending import Outcome
+from procedures.run.resume import resume as resume_run
+from rig.assembly.open_rig import choose_clock, open_rig
+from rig.clock import SystemClock, VirtualClock
+from rig.description.read import read_rig, rig_from_json
 
 Flag = Annotated[bool, Parameter(negative=())]
 
@@ -63,16 +78,6 @@ def run(
     json
         Print one JSON document at the end.
     """
-    from procedures.cli.attend import attended
-    from procedures.description import read_procedure
-    from procedures.plan.planner import make_plan
-    from procedures.run.begin import begin
-    from procedures.run.header import make_header
-    from procedures.run.place import require_local
-    from rig.assembly import open_rig
-    from rig.clock import SystemClock, VirtualClock
-    from rig.description import read_rig
-
     described, asked = read_rig(rig), read_procedure(procedure)
     plan = make_plan(described, asked)
     performed = described.all_on_twins() if rehearse else described
@@ -133,12 +138,6 @@ def resume(
     json
         Print one JSON document at the end.
     """
-    from procedures.cli.attend import attended
-    from procedures.run.place import require_local
-    from procedures.run.resume import resume as resume_run
-    from procedures.run.states import State
-    from procedures.run.status import status
-
     folder = find_run(run)
     if operator is None and status(folder).state is State.TRIPPED:
         raise RequestError(f"{folder}: the run is tripped: a person must answer for it; give --operator and --reason")
@@ -163,8 +162,6 @@ def resume(
 
 def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> None:
     """Looked at before anything moves. Raises: RequestError, DescriptionError."""
-    from procedures.alerts.settings import read_alerts
-
     if archive is not None:
         require_archive_url(archive)
     if alerts is not None:
@@ -173,21 +170,13 @@ def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> Non
 
 def title_and_time(folder: Path) -> tuple[str, bool]:
     """Title of a run, and whether it runs in virtual time. Raises: JournalError."""
-    from procedures.run.journal_reader import JournalReader
-    from rig.assembly import choose_clock
-    from rig.clock import VirtualClock
-    from rig.description import rig_from_json
-
     with JournalReader.open(folder) as reader:
         clock = choose_clock(rig_from_json(reader.header.rig_json))
         return reader.header.title, isinstance(clock, VirtualClock)
 
 
-def conclude(folder: Path, outcome: "Outcome", archive: str | None, *, json: bool) -> int:
+def conclude(folder: Path, outcome: Outcome, archive: str | None, *, json: bool) -> int:
     """Deliver what there is to deliver, tell it, and return the exit status of the run."""
-    from procedures.archiving import history_findings
-    from procedures.delivery import deliver, run_document, solve_run
-
     solved = solve_run(folder)
     delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated))
     if outcome.reason:
@@ -213,20 +202,15 @@ def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
     return f"sqlite:///{folder.parent / 'archive.sqlite'}" if is_simulated else default_archive_url()
 
 
-def require_archived(delivery: "Delivery") -> None:
+def require_archived(delivery: Delivery) -> None:
     """Asked when everything else is told. Raises: ArchiveError as the archive refused the run."""
     if delivery.refusal is not None:
         note(f"not archived; everything else is written; calrig archive publish {delivery.run.folder} does it later")
         raise delivery.refusal
 
 
-def tell(delivery: "Delivery") -> None:
+def tell(delivery: Delivery) -> None:
     """The outcome for a person: coefficients, verdict, and where everything is."""
-    from rich.console import Console
-
-    from ams.sets.archive_refusals import without_password
-    from procedures.report.summary import print_summary
-
     print_summary(delivery.view, Console())
     say()
     say(f"report       {delivery.report}")

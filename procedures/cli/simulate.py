@@ -11,6 +11,12 @@ from cyclopts import Parameter
 from procedures.cli.output import note
 from procedures.cli.stopping import stoppable_wait
 from procedures.errors import RequestError
+from rig.assembly.faulty_lines import drivers_of
+from rig.assembly.simulate import serve_rig, write_rig
+from rig.clock import ScaledClock, SystemClock
+from rig.description.fault_plan import read_faults
+from rig.description.read import read_rig
+from rig.errors import WaitEnded
 
 
 def simulate(
@@ -40,13 +46,6 @@ def simulate(
         A file of what goes wrong on the lines, with power and with motion; each fault is told on standard error as it
         happens. With --pty the addresses are then stable names, which stay when a port comes back as another node.
     """
-    from rig.clock import ScaledClock, SystemClock
-    from rig.description import read_rig
-    from rig.errors import WaitEnded
-    from rig.fault_file import read_faults
-    from rig.faulty_lines import drivers_of
-    from rig.simulate import serve_rig, write_rig
-
     if time_factor is not None and not 0.0 < time_factor <= 1e6:
         raise RequestError(
             f"simulate: --time-factor: got {time_factor:g}, allowed above 0 up to 1e6; nothing was served"

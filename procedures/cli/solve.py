@@ -2,17 +2,17 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from procedures.cli.findings_text import check_trials, findings_lines
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import find_run
+from procedures.cli.run import archive_of, require_archived, tell
+from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
 from procedures.errors import ExitStatus
-
-if TYPE_CHECKING:
-    from procedures.delivery import SolvedRun
+from procedures.solution.at_rest import checked_by_monte_carlo
 
 Json = Annotated[bool, Parameter(negative=())]
 
@@ -31,9 +31,6 @@ def solve(run: str, /, *, archive: str | None = None, monte_carlo: int = 0, json
     json
         Print one JSON document.
     """
-    from procedures.cli.run import archive_of, require_archived, tell
-    from procedures.delivery import deliver, sensors_document, solve_run
-
     check_trials(monte_carlo, is_possible=True)
     folder = find_run(run)
     solved = solve_run(folder)
@@ -52,9 +49,7 @@ def solve(run: str, /, *, archive: str | None = None, monte_carlo: int = 0, json
     return ExitStatus.FAILED if solved.failures else ExitStatus.DONE
 
 
-def _checked(run: "SolvedRun", trials: int) -> "SolvedRun":
-    from procedures.solving import checked_by_monte_carlo
-
+def _checked(run: SolvedRun, trials: int) -> SolvedRun:
     plan = run.record.plan
     checked = {
         name: checked_by_monte_carlo(one, run.record.rig, plan.sensors[name], plan.solve, trials)
@@ -63,10 +58,8 @@ def _checked(run: "SolvedRun", trials: int) -> "SolvedRun":
     return replace(run, sensors=checked)
 
 
-def _findings(run: "SolvedRun") -> Iterator[str]:
+def _findings(run: SolvedRun) -> Iterator[str]:
     """Advice and budget of every axis, under its name."""
-    from procedures.delivery import sensors_document
-
     for name, document in sensors_document(run).items():
         for axis, section in document["axes"].items():
             yield ""

@@ -7,6 +7,8 @@ from cyclopts import Parameter
 
 from procedures.cli.output import print_json, say
 from procedures.cli.places import find_run, login_name
+from procedures.journal.spool import ask
+from procedures.journal.status import status as look
 
 Json = Annotated[bool, Parameter(negative=(), help="Print one JSON document.")]
 Run = Annotated[
@@ -17,8 +19,6 @@ Operator = Annotated[str | None, Parameter(help="Who asks; by default the login 
 
 def status(run: Run, /, *, json: Json = False) -> None:
     """Look at a run: state, dwells done, when it should end."""
-    from procedures.run.status import status as look
-
     found = look(find_run(run))
     if json:
         print_json(found.to_document())
@@ -53,8 +53,6 @@ def abort(run: Run, /, *, operator: Operator = None) -> None:
 
 
 def _ask(run: str, kind: Literal["pause", "continue", "stop", "abort"], operator: str | None) -> None:
-    from procedures.run.spool import ask
-
     folder = find_run(run)
     ask(folder, kind, operator or login_name(), datetime.now(UTC))
     say(f"{folder}: asked to {kind}; `calrig status {folder}` shows when it did")

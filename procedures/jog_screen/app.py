@@ -19,11 +19,11 @@ from textual.binding import Binding
 from textual.widgets import Static
 
 from procedures.jog_screen import panels
-from procedures.jog_screen.bench import Bench
 from procedures.jog_screen.heading import Heading
 from procedures.jog_screen.prompts import Prompt, prompt_for
 from procedures.jog_screen.values import AxisView, ClearStatistics, GoTo, Home, Snapshot
-from rig.jog_steps import nearest_step_deg
+from procedures.jog_screen.worker import Bench
+from rig.motion.jog_steps import nearest_step_deg
 
 DRAW_S = 0.1
 STOPS = ("space", "ctrl+c")

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ams.attitude.inference import Inference, Package, inference
 from ams.errors import AmsError
-from ams.sets.export.formats import load_set
+from ams.exports.formats import load_set
+from ams.inference.inference import Inference, Package, inference
 from procedures.errors import RequestError
 from procedures.jog_screen.values import AttitudeView
-from rig.description import RigDescription, Sensor
+from rig.description.rig_file import RigDescription, Sensor
 
 ANGLES = ("pitch", "roll", "yaw")
 

@@ -6,13 +6,13 @@ from threading import Event, Thread
 
 from procedures.errors import ExitStatus
 from procedures.jog_screen.app import JogApp, is_hung_up
-from procedures.jog_screen.bench import Bench
 from procedures.jog_screen.heading import Heading
 from procedures.jog_screen.inferred import InferredAttitude
-from procedures.jog_screen.records import ActionLog, Snapshots
-from rig.assembly import Rig
+from procedures.jog_screen.log import ActionLog, Snapshots
+from procedures.jog_screen.worker import Bench
+from rig.assembly.open_rig import Rig
 from rig.clock import ScaledClock, SystemClock
-from rig.lock import owner_of
+from rig.lines.lock import owner_of
 
 _LEAVE_S = 30.0
 """A screen whose terminal is gone may hang in its own clean-up: after this long, with every axis stopped, we go."""

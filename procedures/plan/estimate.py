@@ -9,12 +9,12 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from math import ceil
 
-from procedures.description import DwellSettings
+from procedures.description.procedure_file import DwellSettings
 from procedures.plan.plan import Expectation
 from procedures.plan.steps import Dwell, Soak, Step
-from procedures.run.settle import FEWEST_READINGS
-from rig.description import RigDescription
-from rig.settings import AxisSettings
+from procedures.plan.windows import FEWEST_READINGS
+from rig.description.device_settings import AxisSettings
+from rig.description.rig_file import RigDescription
 
 REPEATED_P90 = 0.05
 """Share of dwells that are measured again on a bad night."""

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from itertools import pairwise
 
-from procedures.description import DwellSettings
+from procedures.description.procedure_file import DwellSettings
 from procedures.plan.estimate import channel_reading_s, earliest_settling_s, move_s, window_s
 from procedures.plan.plan import Expectation
 from procedures.plan.steps import Dwell, Follow, Rest, Step, Turn
-from rig.description import RigDescription
+from rig.description.rig_file import RigDescription
 
 RAMP_S = 4.0
 """To come to speed and to rest again, and to be seen there."""

@@ -12,15 +12,18 @@ from math import ceil, floor
 import numpy as np
 from numpy.typing import NDArray
 
-from procedures.description import ProcedureDescription
+from ams.frames import body_rates_rad_s
+from procedures.description.motion import Levels, Profile, Rates
+from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
-from procedures.motion_description import Levels, Profile, Rates
+from procedures.plan.channels import AXES, channels_of, sensors_that_measure
 from procedures.plan.designs import Design, DesignPoint
 from procedures.plan.motion_estimate import expected_motion_duration
 from procedures.plan.plan import PLAN_VERSION, Plan
-from procedures.plan.planner import AXES, channels_of, sensors_that_measure
+from procedures.plan.profiles import profile_deg, range_deg, top_rate_dps
+from procedures.plan.rotations import body_axis, to_stage
 from procedures.plan.steps import Applied, Dwell, Follow, Motion, Rest, Step, Turn
-from rig.description import RigDescription, Sensor
+from rig.description.rig_file import RigDescription, Sensor
 from rig.errors import RequestRefused
 
 MEASURED: Mapping[str, tuple[str, ...]] = {
@@ -218,8 +221,6 @@ def _profile_points(rig: RigDescription, procedure: ProcedureDescription, channe
 
 
 def _refuse_profile(rig: RigDescription, procedure: ProcedureDescription, profile: Profile, motion: Follow) -> None:
-    from procedures.run.following import profile_deg, range_deg, top_rate_dps
-
     for axis in motion.span_deg:
         key = ("profile", "span_deg", axis)
         if axis not in rig.axes:
@@ -245,7 +246,6 @@ def _refuse_profile(rig: RigDescription, procedure: ProcedureDescription, profil
     places = np.array(
         [[profile_deg(motion, axis, at) if axis in motion.span_deg else 0.0 for at in edges] for axis in AXES]
     )
-    from ams.frames import body_rates_rad_s
 
     euler = np.deg2rad((places[:, 1:] + places[:, :-1]) / 2.0).T
     velocity = body_rates_rad_s(euler, np.deg2rad(np.diff(places)).T / profile.bin_s)
@@ -326,8 +326,6 @@ def _attitudes_along(
 
 def _component(sensor: Sensor, axis: str, attitude_deg: tuple[float, ...], level: NDArray[np.float64]) -> float:
     """Of a level vector along a body axis of the package."""
-    from procedures.attitude_matrices import body_axis, to_stage
-
     return float(body_axis(sensor, axis) @ to_stage(*np.deg2rad(attitude_deg)) @ level)
 
 

@@ -7,18 +7,17 @@ the plan of the journal and never make it again.
 import hashlib
 import json
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from procedures.description import CheckPlan, DwellSettings, EnvironmentPlan, Solve
+from pydantic import TypeAdapter, ValidationError
+
+from procedures.description.motion import Levels, Static
+from procedures.description.procedure_file import CheckPlan, DwellSettings, EnvironmentPlan, Solve
 from procedures.errors import PlanError
-from procedures.motion_description import Levels, Static
 from procedures.plan.designs import Design
 from procedures.plan.order import Order
 from procedures.plan.steps import Dwell, Soak, Step
-from rig.description import AttitudeReference, Sensor
-
-if TYPE_CHECKING:
-    from pydantic import TypeAdapter
+from rig.description.rig_file import AttitudeReference, Sensor
 
 PLAN_VERSION = 1
 
@@ -110,8 +109,6 @@ class Plan:
     @staticmethod
     def from_json(text: str, source: str = "plan") -> "Plan":
         """Read a plan back. Raises: PlanError when it is of another version or is no plan."""
-        from pydantic import ValidationError
-
         _require_version(text, source)
         try:
             return _adapter().validate_json(text, strict=True)
@@ -131,10 +128,8 @@ def _require_version(text: str, source: str) -> None:
         raise PlanError(f"{source}: plan version: got {found!r}, allowed {PLAN_VERSION}; use the calrig that wrote it")
 
 
-def _adapter() -> "TypeAdapter[Plan]":
+def _adapter() -> TypeAdapter[Plan]:
     """Reader and writer of the plan's JSON, built from the field types in about two milliseconds."""
-    from pydantic import TypeAdapter
-
     return TypeAdapter(Plan)
 
 

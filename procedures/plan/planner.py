@@ -4,24 +4,25 @@ Steps in their order: for each plateau its soak; before the first design dwell t
 each in the order asked for, with a return to the reference attitude after every so many design dwells.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import count
 
 import numpy as np
 
-from procedures.description import AngleSet, EnvironmentPlan, ProcedureDescription, Range
+from procedures.description.procedure_file import AngleSet, EnvironmentPlan, ProcedureDescription, Range
 from procedures.errors import PlanError
 from procedures.plan import designs
+from procedures.plan.channels import AXES, channels_of, sensors_that_measure
 from procedures.plan.designs import Design, DesignPoint
 from procedures.plan.estimate import expected_duration
-from procedures.plan.felt import felt_force
+from procedures.plan.motion_planner import make_motion_plan
 from procedures.plan.order import DRAWN_ANEW, SHUFFLED, sequence, visits
 from procedures.plan.plan import PLAN_VERSION, Plan
 from procedures.plan.refusals import refuse_impossible
+from procedures.plan.specific_force import felt_force
 from procedures.plan.steps import Dwell, Purpose, Soak, Step
-from rig.description import RigDescription, Sensor
+from rig.description.rig_file import RigDescription
 
-AXES = ("pitch", "yaw", "roll")
 """A gimbal from outside in: the order in which the axes move."""
 CHECK_ATTITUDES = 6
 
@@ -32,8 +33,6 @@ def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: 
     Raises: PlanError naming file, line and key of everything that the rig cannot do or the design cannot determine.
     """
     if procedure.procedure.kind not in ("grid", "tumble"):
-        from procedures.plan.motion_planner import make_motion_plan
-
         return make_motion_plan(rig, procedure)
     design = visits(make_design(procedure), procedure.design.order)
     axes = tuple(name for name in AXES if name in rig.axes)
@@ -117,19 +116,6 @@ def _refuse_sets_of_a_tumble(procedure: ProcedureDescription) -> None:
 
 def _values(angles: AngleSet) -> tuple[float, ...]:
     return angles.values() if isinstance(angles, Range) else tuple(angles)
-
-
-def sensors_that_measure(rig: RigDescription, *what: str) -> dict[str, Sensor]:
-    """Serial to package, those that a procedure of this kind calibrates."""
-    return {name: sensor for name, sensor in rig.sensors.items() if sensor.measures in what}
-
-
-def channels_of(rig: RigDescription, sensors: Mapping[str, Sensor]) -> tuple[str, ...]:
-    """Outputs first, then the sensors' own temperatures, then the supplies; each once."""
-    outputs = [channel for sensor in sensors.values() for channel in sensor.channels.values()]
-    temperatures = [sensor.temperature.channel for sensor in sensors.values() if sensor.temperature]
-    supplies = [chain.supply_channel for chain in rig.chain.values() if chain.supply_channel]
-    return tuple(dict.fromkeys([*outputs, *temperatures, *supplies]))
 
 
 def _environment(rig: RigDescription, procedure: ProcedureDescription) -> EnvironmentPlan | None:

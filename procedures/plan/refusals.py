@@ -9,14 +9,14 @@ from decimal import Decimal
 import numpy as np
 from numpy.typing import NDArray
 
-from procedures.description import EnvironmentPlan, ProcedureDescription
+from procedures.description.procedure_file import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
+from procedures.plan.channels import temperature_source
 from procedures.plan.designs import Design, DesignPoint
-from procedures.plan.felt import felt_force
-from procedures.solving import temperature_source
-from rig.description import RigDescription
+from procedures.plan.specific_force import felt_force
+from rig.description.device_settings import AxisSettings
+from rig.description.rig_file import RigDescription
 from rig.errors import RequestRefused
-from rig.settings import AxisSettings
 
 FloatArray = NDArray[np.float64]
 PARAMETERS = {

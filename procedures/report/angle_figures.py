@@ -1,7 +1,7 @@
 """Errors of the angles that users will infer with the new coefficients, with their expanded uncertainty.
 
 What a tunnel cares about is an angle, not a voltage: the set is applied to the run's own outputs, and the inferred
-angles are compared with those of the table. Source: TP 6; decision rules as in :mod:`ams.sets.adjustment`.
+angles are compared with those of the table. Source: TP 6; decision rules as in :mod:`ams.surveillance.adjustment`.
 """
 
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ams.sets.attitude_errors import AngleErrors
+from ams.surveillance.attitude_errors import AngleErrors
 from procedures.report.canvas import (
     BLUE,
     FAINT,

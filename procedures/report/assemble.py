@@ -4,58 +4,32 @@ Nothing is measured or solved here; what the journal does not say is not on the 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from procedures.motion_solving import is_solved_here
-from procedures.plan.plan import Plan
+from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in, seam_steps_in
+from procedures.records.dwells import DwellRecord
 from procedures.report.conclusions import axis_view
 from procedures.report.conditions import condition_sections
 from procedures.report.declared import declared_sections, device_rows, standard_rows
 from procedures.report.motion_section import MotionSection, motion_section
 from procedures.report.stability import check_comparisons, reference_traces, temperature_traces
-from procedures.report.trail import identities_in, interruptions_in, missing_in, notes_in, seam_steps_in
 from procedures.report.truth import truth_of
 from procedures.report.verdict import judge
 from procedures.report.view import Counts, DesignView, Past, RejectedDwell, RunView, SensorView
-from procedures.run.records import DwellRecord, Event
-from rig.description import RigDescription, Sensor
-
-if TYPE_CHECKING:
-    from procedures.solving import SolvedSensor
+from procedures.solution.in_motion import is_solved_here
+from procedures.solution.record import RunRecord
+from procedures.solution.request import SolvedSensor
+from rig.description.rig_file import Sensor
 
 UNFINISHED = ("running", "checking", "planned")
 
 
-@dataclass(frozen=True)
-class RunRecord:
-    """What the journal holds, as the report needs it."""
-
-    run_id: str
-    state: str
-    operator: str
-    is_simulated: bool
-    created_utc: datetime
-    plan: Plan
-    rig: RigDescription
-    events: Sequence[Event]
-    dwells: Sequence[DwellRecord]
-    hashes: Mapping[str, str]
-    """What was hashed (``journal content``, ``plan``, ``rig file`` …) to its SHA-256."""
-    versions: Mapping[str, str]
-
-    @property
-    def ended_utc(self) -> datetime:
-        """When the run came to its last state: people write notes into the journal long afterwards."""
-        return max((event.utc for event in self.events if event.kind == "state"), default=self.created_utc)
-
-
 def assemble_view(
     record: RunRecord,
-    solved: "Mapping[str, SolvedSensor]",
+    solved: Mapping[str, SolvedSensor],
     table_arcsec: float | None = None,
     past: Past | None = None,
 ) -> RunView:
@@ -110,7 +84,7 @@ def assemble_view(
     )
 
 
-def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: "SolvedSensor | None", place: int) -> SensorView:
+def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSensor | None, place: int) -> SensorView:
     observations = None if solved is None else solved.observations
     calibration = None if solved is None else solved.calibration
     failure = "it was not solved" if solved is None else solved.failure
@@ -139,7 +113,7 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: "SolvedSe
     )
 
 
-def _motion(record: RunRecord, name: str, sensor: Sensor, solved: "SolvedSensor | None") -> MotionSection | None:
+def _motion(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSensor | None) -> MotionSection | None:
     if solved is None or not is_solved_here(record.plan):
         return None
     return motion_section(sensor, name, record.dwells, record.plan, record.rig, solved.calibration, solved.static)

@@ -10,11 +10,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.analysis.predictions import model_of_solution
+from ams.calibration_result import AxisCalibration, VarianceComponent
 from ams.frames import Attitude
 from ams.observations import Observations
-from ams.solve.result import AxisCalibration, VarianceComponent
-from ams.uncertainty.intervals import confidence_halfwidth, prediction_halfwidth
-from ams.uncertainty.predictions import model_of_solution
+from ams.statistics.intervals import confidence_halfwidth, prediction_halfwidth
 
 FloatArray = NDArray[np.float64]
 Along = Literal["pitch", "roll"]

@@ -9,12 +9,13 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.analysis.advice import advise
+from ams.analysis.calibration_budget import AxisBudget
+from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
 from ams.models.extended import Q_NAMES
 from ams.observations import Observations
 from ams.solve.extension import Extension
-from ams.solve.result import AxisCalibration, FTest, ParameterEstimate, Replication
-from ams.uncertainty.advice import advise
-from ams.uncertainty.calibration_budget import AxisBudget
+from ams.statistics.intervals import t_quantile
 from procedures.report.numbers import angle, arcsec, three_digits, two_digits
 from procedures.report.view import AxisView, BudgetRow, BudgetView, ParameterRow, TestRow
 
@@ -128,7 +129,6 @@ def _expanded(estimate: ParameterEstimate) -> tuple[float | None, float | None]:
     u, dof = estimate.standard_uncertainty, estimate.effective_degrees_of_freedom
     if u is None or dof is None or not dof > 0.0:
         return None, None
-    from ams.uncertainty.intervals import t_quantile
 
     factor = float(t_quantile(0.95, dof))
     return factor, factor * u

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from procedures.run import meter_checks, watchdogs
-from procedures.run.links import lines_in
-from procedures.run.records import Event
+from procedures.journal.line_figures import lines_in
+from procedures.records.dwells import Event
+from procedures.run.watch import meter_checks, watchdogs
 
 MILLIVOLT = 1e-3
 

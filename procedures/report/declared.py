@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pydantic import BaseModel
 
 from procedures.report.view import Device, StandardRow
-from rig.description import RigDescription, Standard
+from rig.description.rig_file import RigDescription, Standard
 
 UNITS = {"arcsec": "″", "v": "V", "degc": "°C", "ohm": "Ω"}
 

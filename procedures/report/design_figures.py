@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ams.uncertainty.design_variance import PITCH_ROLL_TERMS, design_rank, variance_function
+from ams.analysis.design_variance import PITCH_ROLL_TERMS, design_rank, variance_function
 from procedures.report.canvas import FAINT, INK, Figure, angle_ticks, canvas, pitch_ticks, plain_axes, to_svg
 from procedures.report.view import DesignView
 

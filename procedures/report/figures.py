@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ams.sets.whole_file import write_whole
+from ams.whole_file import write_whole
 from procedures.report.angle_figures import angle_error_figure
 from procedures.report.canvas import Figure, style
 from procedures.report.history_figure import history_figure

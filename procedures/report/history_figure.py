@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.archive.histories import SensorHistory
+from ams.surveillance.check_chart import ComponentChart
+from ams.surveillance.control_chart import Chart
 from procedures.report import canvas
 from procedures.report.canvas import Figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ams.sets.archive_history import SensorHistory
-    from ams.sets.check_chart import ComponentChart
-    from ams.sets.history import Chart
 
 ARCSEC_PER_DEG = 3600.0
 ROW_IN = 1.75
@@ -31,7 +30,7 @@ CAPTION = (
 )
 
 
-def history_figure(found: "SensorHistory") -> Figure:
+def history_figure(found: SensorHistory) -> Figure:
     """All charts of a sensor on one page; those of a check sensor with its components."""
     history = found.history
     rows = [[chart for chart in history.charts if _kind(chart.name) == kind] for kind in _kinds(history.charts)]
@@ -51,7 +50,7 @@ def history_figure(found: "SensorHistory") -> Figure:
             if not axes.has_data():
                 axes.set_axis_off()
                 continue
-            _date_axis(axes)
+            canvas.date_axis(axes)
         for places in grid:
             places[0].set_ylabel("change, arc seconds")
         figure.suptitle(_title(found), fontsize=9.5, x=0.01, ha="left")
@@ -60,16 +59,7 @@ def history_figure(found: "SensorHistory") -> Figure:
     return Figure(f"history-{history.sensor}", f"History of {history.sensor}", CAPTION, svg)
 
 
-def _date_axis(axes: "Axes") -> None:
-    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
-
-    locator = AutoDateLocator(minticks=3, maxticks=5)  # type: ignore[no-untyped-call]
-    axes.xaxis.set_major_locator(locator)
-    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator, show_offset=False))  # type: ignore[no-untyped-call]
-    axes.tick_params(labelbottom=True)
-
-
-def _draw_chart(axes: "Axes", when: Any, chart: "Chart") -> None:
+def _draw_chart(axes: "Axes", when: Any, chart: Chart) -> None:
     """Values with their uncertainty, and the band each was to lie in."""
     value, scale = _as_arcsec(chart, chart.value), chart.deg_per_unit * ARCSEC_PER_DEG
     bounds = (chart.prediction_low, chart.prediction_high, chart.centre)
@@ -83,7 +73,7 @@ def _draw_chart(axes: "Axes", when: Any, chart: "Chart") -> None:
     axes.set_title(_label(chart.name), loc="left")
 
 
-def _draw_component(axes: "Axes", when: Any, chart: "ComponentChart") -> None:
+def _draw_component(axes: "Axes", when: Any, chart: ComponentChart) -> None:
     value, low, high = (part * ARCSEC_PER_DEG for part in (chart.value_deg, chart.low_deg, chart.high_deg))
     canvas.plain_axes(axes)
     axes.fill_between(when, low, high, color=canvas.SKY, alpha=0.25, linewidth=0.0)
@@ -92,7 +82,7 @@ def _draw_component(axes: "Axes", when: Any, chart: "ComponentChart") -> None:
     axes.set_title(chart.name, loc="left")
 
 
-def _mark(axes: "Axes", when: Any, found: "SensorHistory", chart: "Chart") -> None:
+def _mark(axes: "Axes", when: Any, found: SensorHistory, chart: Chart) -> None:
     """Every finding in the panels that told it."""
     value = _as_arcsec(chart, chart.value)
     places = {label.sha256: place for place, label in enumerate(found.history.labels)}
@@ -113,11 +103,11 @@ def _ring(axes: "Axes", when: Any, value: NDArray[np.float64]) -> None:
     axes.plot(when, value, linestyle="none", marker="o", markersize=7.5, markerfacecolor="none", color=canvas.RED)
 
 
-def _as_arcsec(chart: "Chart", values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _as_arcsec(chart: Chart, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray((values - chart.value[0]) * chart.deg_per_unit * ARCSEC_PER_DEG)
 
 
-def _kinds(charts: "tuple[Chart, ...]") -> list[str]:
+def _kinds(charts: tuple[Chart, ...]) -> list[str]:
     return list(dict.fromkeys(_kind(chart.name) for chart in charts))
 
 
@@ -125,7 +115,7 @@ def _kind(name: str) -> str:
     return name.partition(".")[0]
 
 
-def _is_shared(chart: "ComponentChart") -> bool:
+def _is_shared(chart: ComponentChart) -> bool:
     """The components that the charts of the sensor do not show already."""
     return not chart.name.startswith("sensor") and chart.name in ("meter gain", "meter offset", "table tilt y")
 
@@ -135,7 +125,7 @@ def _label(name: str) -> str:
     return f"{NAMES.get(kind, 'sensitivity')} {axis}"
 
 
-def _title(found: "SensorHistory") -> str:
+def _title(found: SensorHistory) -> str:
     history = found.history
     told = ", ".join(dict.fromkeys(SIGNS[finding.kind] for finding in history.findings)) or "nothing found"
     return f"{history.sensor}: {len(history.labels)} calibrations on {history.labels[-1].rig}: {told}"

@@ -9,14 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.calibration_result import AxisCalibration, Calibration, FTest, ParameterEstimate
 from ams.frames import wrap_deg
-from ams.solve.result import AxisCalibration, Calibration, FTest, ParameterEstimate
-from procedures.motion_solving import StaticAxis, unit_of
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Turn
+from procedures.records.dwells import DwellRecord
 from procedures.report.numbers import p_value, three_digits, two_digits, with_uncertainty
-from procedures.run.records import DwellRecord
-from rig.description import AxisTruth, RigDescription, Sensor
+from procedures.solution.in_motion import unit_of
+from procedures.solution.request import StaticAxis
+from rig.description.rig_file import AxisTruth, RigDescription, Sensor
 
 FloatArray = NDArray[np.float64]
 PRINTED_UNITS = {"dps": "°/s", "ut": "µT", "degc": "°C", "v": "V", "deg": "°", "mps2": "m/s²", "radps": "rad/s"}

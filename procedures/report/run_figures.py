@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ams.solve.result import Replication
+from ams.calibration_result import Replication
 from procedures.report.canvas import (
     FAINT,
     INK,

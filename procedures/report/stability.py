@@ -6,10 +6,10 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
+from procedures.records.dwells import ChannelReading, DwellRecord
 from procedures.report.numbers import attitude
-from procedures.report.observations import run_times_s
 from procedures.report.view import CheckComparison, ReferenceTrace, TemperatureTrace
-from procedures.run.records import ChannelReading, DwellRecord
+from procedures.solution.observations import run_times_s
 
 FloatArray = NDArray[np.float64]
 Labels = Mapping[str, tuple[str, float]]

@@ -6,9 +6,9 @@ mounted turned has its truth in axes other than the solution's.
 
 import numpy as np
 
+from ams.calibration_result import AxisCalibration
 from ams.observations import Observations
-from ams.solve.result import AxisCalibration
-from rig.description import AxisTruth, Mount, RigDescription
+from rig.description.rig_file import AxisTruth, Mount, RigDescription
 
 QUARTER_TURN_DEG = 90.0
 """CR's azimuth less TP's, and CR's sensitivity is minus TP's: it senses gravity (mathematics, section 1)."""

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.observations import Observations
+from procedures.journal.audit_trail import Interruption
 from procedures.report.bands import band_along
 from procedures.report.conclusions import repeating_v
 from procedures.report.numbers import angle, arcsec, two_digits
-from procedures.report.view import AxisView, Counts, Interruption, SensorView, Verdict
+from procedures.report.view import AxisView, Counts, SensorView, Verdict
 
 TABLE_MARGIN = 1.25
 """Lack of fit up to this multiple of the table's own standard uncertainty is taken as the table's."""

@@ -11,10 +11,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.archive.histories import SensorHistory
+from ams.calibration_result import AxisCalibration
 from ams.observations import Observations
-from ams.sets.adjustment import Adjustment
-from ams.sets.archive_history import SensorHistory
-from ams.solve.result import AxisCalibration
+from ams.surveillance.adjustment import Adjustment
+from procedures.journal.audit_trail import Interruption, Note
 from procedures.report.motion_section import MotionSection
 
 FloatArray = NDArray[np.float64]
@@ -161,22 +162,6 @@ class Past:
 
 
 @dataclass(frozen=True)
-class Interruption:
-    """A stretch in which the run did not go on."""
-
-    what: str
-    """``paused``, ``held``, ``stopped``, ``tripped``, ``interrupted`` …"""
-    began_utc: datetime
-    ended_utc: datetime | None
-    """None where it never went on."""
-    by: str
-    reason: str
-    resumed_by: str = ""
-    """Who took the run up again; empty where it went on by itself."""
-    resumed_because: str = ""
-
-
-@dataclass(frozen=True)
 class RejectedDwell:
     """A dwell that was judged and not used."""
 
@@ -188,15 +173,6 @@ class RejectedDwell:
     attempt: int
     targets_deg: Mapping[str, float]
     reasons: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Note:
-    """A line of the audit trail that a reader of the report should see."""
-
-    utc: datetime
-    by: str
-    text: str
 
 
 @dataclass(frozen=True)

@@ -3,22 +3,25 @@
 from dataclasses import replace
 from pathlib import Path
 
+from ams.whole_file import write_whole
+from procedures.journal.header import RunHeader
+from procedures.journal.journal import Journal
+from procedures.journal.owner import owning
+from procedures.journal.spool import Spool
+from procedures.journal.storage import JOURNAL_FILE
 from procedures.plan.plan import Plan
-from procedures.run.care import Care, with_precautions
+from procedures.records.progress import RunObserver
+from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
-from procedures.run.header import RunHeader
-from procedures.run.journal import Journal
-from procedures.run.measure import OpenRig
-from procedures.run.owner import owning
-from procedures.run.progress import RunObserver
 from procedures.run.readiness import readiness
-from procedures.run.space import require_room
-from procedures.run.spool import Spool
-from procedures.run.storage import JOURNAL_FILE
+from procedures.run.services import Care, with_precautions
+from procedures.run.watch.disk_space import require_room
+from rig.assembly.open_rig import open_rig
 from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
-from rig.description import RigDescription, rig_from_json
+from rig.description.read import rig_from_json
+from rig.description.rig_file import RigDescription
 
 
 def begin(
@@ -35,8 +38,6 @@ def begin(
     Raises: RequestError (also where the disk has no room or a standard is out of date), JournalError and
     StorageFailed before the first move; a defect of ours after the safe stop.
     """
-    from ams.sets.whole_file import write_whole
-
     care = with_precautions(care, header)
     ready = readiness(rig_from_json(header.rig_json), header.created_utc.date())
     if not header.is_simulated:
@@ -54,8 +55,6 @@ def rehearse(
     run_dir: Path, header: RunHeader, plan: Plan, description: RigDescription, observer: RunObserver | None = None
 ) -> Outcome:
     """The same run on twins of that very rig, in virtual time. Raises as :func:`begin`, and DescriptionError."""
-    from rig.assembly import open_rig
-
     twins = description.all_on_twins()
     rehearsed = replace(header, is_simulated=True, is_rehearsal=True, rig_json=twins.model_dump_json())
     with open_rig(twins, purpose="rehearsal") as rig:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from procedures.errors import ExitStatus
-from procedures.run.states import EXIT_STATUS, State
+from procedures.records.states import EXIT_STATUS, State
 
 STORAGE = "storage"
 """The cause of an ending that the disk forced."""

@@ -18,28 +18,29 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
+from procedures.journal.emergency import emergency_copy
+from procedures.journal.header import calrig_version
+from procedures.journal.journal import Journal
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.owner import owned_since
+from procedures.journal.spool import Spool
 from procedures.plan.plan import Plan
-from procedures.run.alarm import RECONNECT, TrustLost
-from procedures.run.care import Care
-from procedures.run.conduct import Conduct
-from procedures.run.emergency import emergency_copy
+from procedures.records.progress import RunObserver
+from procedures.records.states import ACTIVE, RESUMABLE, State
+from procedures.run.context import Conduct
+from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import PROCESS, STORAGE, Ending, Outcome, RunEnds
 from procedures.run.epoch import Epoch
-from procedures.run.header import calrig_version
-from procedures.run.history import History, read_history
-from procedures.run.journal import Journal
-from procedures.run.journal_reader import JournalReader
-from procedures.run.measure import OpenRig
-from procedures.run.owner import owned_since
-from procedures.run.progress import RunObserver, SilentObserver
-from procedures.run.safe_state import make_safe, resting_deg
-from procedures.run.spool import Spool
-from procedures.run.states import ACTIVE, RESUMABLE, State
+from procedures.run.judgement.alarm import RECONNECT, TrustLost
+from procedures.run.judgement.history import History, read_history
+from procedures.run.progress import SilentObserver
+from procedures.run.progress_log import Trail
+from procedures.run.services import Care
 from procedures.run.steering import Steering, signals_steer
-from procedures.run.trail import Trail
-from procedures.run.watch import Watch, lost_link
-from procedures.run.watchdogs import Watchdogs
-from procedures.run.why import UNASKED, explain
+from procedures.run.stop_page import UNASKED, explain
+from procedures.run.watch.safe_state import make_safe, resting_deg
+from procedures.run.watch.watch import Watch, lost_link
+from procedures.run.watch.watchdogs import Watchdogs
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.crash_points import CrashPoint, crash_point
 from rig.errors import (

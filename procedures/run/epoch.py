@@ -14,30 +14,30 @@ intent → move → arrival by read-back → settle → look, read, look → jud
 from collections import defaultdict, deque
 from itertools import count
 
+from procedures.journal.voids import DROPPED, void_detail
 from procedures.plan.steps import Dwell, Soak, Step
-from procedures.run.admission import require_declared_mounts, require_no_step
-from procedures.run.alarm import Alarm, TrustLost
-from procedures.run.conduct import LOOK_S, Conduct
+from procedures.records.dwells import DwellRecord, Measurement
+from procedures.records.states import State
+from procedures.run.context import LOOK_S, Conduct
+from procedures.run.dwell.measure import Announcement, move
+from procedures.run.dwell.perform import perform
+from procedures.run.dwell.soak import soak
+from procedures.run.dwell.warm_up import warm_up
 from procedures.run.ending import Ending, RunEnds
-from procedures.run.history import History, agenda, plateaus_of, replications_before
-from procedures.run.identity import other_devices
-from procedures.run.judge import Band, Limits, Measurement
-from procedures.run.judge_motion import judge_dwell
-from procedures.run.measure import Announcement, move
-from procedures.run.meter_checks import PHASE, MeterWatch
-from procedures.run.perform import perform
-from procedures.run.records import DwellRecord
-from procedures.run.running_fit import Doubt
-from procedures.run.soak import soak
-from procedures.run.space import needed_bytes
-from procedures.run.states import State
-from procedures.run.suspects import Suspects
-from procedures.run.voids import DROPPED, void_detail
-from procedures.run.warm_up import warm_up
-from procedures.run.watch import suspended
+from procedures.run.judgement.alarm import Alarm, TrustLost
+from procedures.run.judgement.history import History, agenda, plateaus_of, replications_before
+from procedures.run.judgement.judge import Band, Limits
+from procedures.run.judgement.judge_motion import judge_dwell
+from procedures.run.judgement.running_fit import Doubt
+from procedures.run.judgement.suspect_dwells import Suspects
+from procedures.run.start_checks import require_declared_mounts, require_no_step
+from procedures.run.watch.device_identity import other_devices
+from procedures.run.watch.disk_space import needed_bytes
+from procedures.run.watch.meter_checks import PHASE, MeterWatch
+from procedures.run.watch.watch import suspended
 from rig.crash_points import CrashPoint, crash_point
 from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent
-from rig.motion import home_and_arrive
+from rig.motion.move import home_and_arrive
 
 INTERLOCK = "interlock"
 """Cause of a hold, and phase under which the twins answer what is read between dwells."""

@@ -4,11 +4,11 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
-from procedures.run.advice import advice
-from procedures.run.journal_reader import JournalReader
-from procedures.run.records import DwellRecord, Event
-from procedures.run.states import ACTIVE, State
-from procedures.run.status import status
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.status import status
+from procedures.records.dwells import DwellRecord, Event
+from procedures.records.states import ACTIVE, State
+from procedures.run.stop_advice import advice
 
 _MOST = 8
 

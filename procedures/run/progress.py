@@ -3,34 +3,14 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import datetime, timedelta
-from typing import Protocol, TextIO
+from datetime import timedelta
+from typing import TextIO
 
-from procedures.run.states import State
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bar
 
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """One moment of a run."""
-
-    event: str
-    """``state``, ``dwell``, ``rejected``, ``void``, ``soak`` or ``check``."""
-    state: State
-    dwells_done: int
-    """Accepted design dwells."""
-    dwells_planned: int
-    replication: int
-    replications: int
-    rate_per_min: float | None
-    """Design dwells a minute of rig time in this epoch; None before the first."""
-    eta_utc: datetime | None
-    message: str
-
-
-class RunObserver(Protocol):
-    """Is told everything worth drawing, in the engine's thread: be quick, and never raise."""
-
-    def on_event(self, progress: Progress) -> None: ...
+from procedures.records.progress import Progress, RunObserver, line_of
 
 
 class SilentObserver:
@@ -94,18 +74,6 @@ class PlainLines:
         self._write(line_of(progress))
 
 
-def line_of(progress: Progress) -> str:
-    """``running 120/1482 · replication 1 of 6 · 7.4 dwells/min · ends 2026-03-01 04:12 UTC · message``."""
-    parts = [f"{progress.state} {progress.dwells_done}/{progress.dwells_planned}"]
-    if progress.replication:
-        parts.append(f"replication {progress.replication} of {progress.replications}")
-    if progress.rate_per_min is not None:
-        parts.append(f"{progress.rate_per_min:.3g} dwells/min")
-    if progress.eta_utc is not None and progress.state is State.RUNNING:
-        parts.append(f"ends {progress.eta_utc:%Y-%m-%d %H:%M} UTC")
-    return " · ".join([*parts, progress.message] if progress.message else parts)
-
-
 @contextmanager
 def shown_on(stream: TextIO) -> Iterator[RunObserver]:
     """An observer that draws on ``stream``: a live bar where it is a terminal, plain lines otherwise."""
@@ -118,10 +86,6 @@ def shown_on(stream: TextIO) -> Iterator[RunObserver]:
 
 @contextmanager
 def _bar_on(stream: TextIO) -> Iterator[RunObserver]:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[told]}"))
     with Bar(*columns, TimeElapsedColumn(), console=Console(file=stream), refresh_per_second=5) as bar:
         task = bar.add_task("planned", total=None, told="")

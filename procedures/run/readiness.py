@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import date, timedelta
 
 from procedures.errors import RequestError
-from rig.description import LevelReading, RigDescription
+from rig.description.rig_file import LevelReading, RigDescription
 
 FRESH = timedelta(days=7)
 """A level reading that is older says little about the base of today."""

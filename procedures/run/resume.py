@@ -2,7 +2,7 @@
 
 Nothing is re-used across a break in trust: every axis is homed anew, the six-attitude check set is measured again and
 compared with the one from the start, and only then the first missing dwell is measured. Changed files or software
-refuse the resume with the difference shown, unless somebody answers for it (:mod:`procedures.run.changes`).
+refuse the resume with the difference shown, unless somebody answers for it (:mod:`procedures.journal.changes`).
 """
 
 from collections.abc import Iterator
@@ -11,24 +11,25 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from procedures.errors import RequestError
+from procedures.journal.changes import KIND as OVERRIDE
+from procedures.journal.changes import Change, changes_since, require_unchanged, with_what_may_change
+from procedures.journal.header import RunHeader
+from procedures.journal.journal import Journal
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.owner import owning
+from procedures.journal.spool import Spool
+from procedures.journal.storage import JOURNAL_FILE
 from procedures.plan.plan import Plan
-from procedures.run.care import Care, with_precautions
-from procedures.run.changes import KIND as OVERRIDE
-from procedures.run.changes import Change, changes_since, require_unchanged, with_what_may_change
+from procedures.records.progress import RunObserver
+from procedures.records.states import ACTIVE, RESUMABLE, State
+from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
-from procedures.run.header import RunHeader
-from procedures.run.history import History, read_history
-from procedures.run.journal import Journal
-from procedures.run.journal_reader import JournalReader
-from procedures.run.measure import OpenRig
-from procedures.run.owner import owning
-from procedures.run.progress import RunObserver
-from procedures.run.spool import Spool
-from procedures.run.states import ACTIVE, RESUMABLE, State
-from procedures.run.storage import JOURNAL_FILE
+from procedures.run.judgement.history import History, read_history
+from procedures.run.services import Care, with_precautions
+from rig.assembly.open_rig import open_rig
 from rig.clock import Clock
-from rig.description import rig_from_json
+from rig.description.read import rig_from_json
 
 
 @dataclass(frozen=True)
@@ -72,8 +73,6 @@ def resume(
     Raises: RequestError (owner alive, not resumable, files or software changed, a trip without name and reason),
     JournalError (damaged), RigBusy and other rig errors before the first move.
     """
-    from rig.assembly import open_rig
-
     word = Word(operator, reason, accepts_changes)
     with _taken_over(run_dir, word, idle_clock) as found:
         rig_file = None if found.header.is_rehearsal else Path(found.header.rig_path)

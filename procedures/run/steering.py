@@ -15,7 +15,7 @@ from datetime import datetime
 from math import inf
 from types import FrameType
 
-from procedures.run.spool import Kind, Request, Spool, Taken
+from procedures.journal.spool import Kind, Request, Spool, Taken
 from rig.clock import Clock
 from rig.errors import WaitEnded
 

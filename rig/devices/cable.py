@@ -10,9 +10,9 @@ An axis in position never winds: its targets lie within its limits. Turning at a
 from dataclasses import replace
 from typing import Protocol
 
-from rig.cable_memory import CableMemory, Winding
 from rig.clock import Clock
 from rig.devices.abilities import Axis, AxisState, RateAxis, TurnLook, Wait
+from rig.devices.cable_memory import CableMemory, Winding
 from rig.errors import DeviceFault, RequestRefused, RigError
 
 TURN_DEG = 360.0

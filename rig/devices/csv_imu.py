@@ -17,10 +17,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from rig.clock import Clock
+from rig.description.device_settings import Positive, StreamSettings
 from rig.devices.abilities import StreamBlock, StreamGap
 from rig.devices.stream_reader import RowReader, Wrapping, count_gaps, refusal_gaps, time_gaps
 from rig.link.byte_stream import ByteStream
-from rig.settings import Positive, StreamSettings
 from rig.toml_file import StrictTable
 from rig.wire.csv_rows import Checksum, RowShape, parse_rows
 from rig.wire.stream_lines import Floats, Rows

@@ -13,13 +13,13 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field
 
+from rig.description.device_settings import AxisSettings
 from rig.devices.abilities import AxisState
 from rig.devices.machine_limits import require_travel
 from rig.devices.targets import check_target
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
-from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
-from rig.settings import AxisSettings
+from rig.link.exchange import Exchange, Patience
 from rig.wire import esp301 as wire
 from rig.wire.esp301 import Command, ErrorRecord
 

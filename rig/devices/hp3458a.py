@@ -13,13 +13,13 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from rig.clock import Clock
+from rig.description.device_settings import NotNegative, Positive, ReadoutSettings
 from rig.devices.abilities import Burst, MeterLook, Wait
 from rig.devices.hp3458a_meter import Hp3458aMeter, Setup
 from rig.devices.hp3488a import Hp3488aScanner
 from rig.devices.meter_checks import MeterChecks, proofs
 from rig.errors import LinkClosed, LinkLost, RequestRefused
 from rig.link.gpib import GpibBus, GpibResource, parse_resource
-from rig.settings import NotNegative, Positive, ReadoutSettings
 from rig.toml_file import StrictTable
 from rig.wire import hp3458a as wire
 from rig.wire import hp3488a as scanner_wire

@@ -7,13 +7,13 @@ from typing import Literal
 
 from pydantic import Field
 
+from rig.description.device_settings import AxisSettings
 from rig.devices.abilities import AxisState
 from rig.devices.starting import start_once
 from rig.devices.targets import check_target
 from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
-from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
-from rig.settings import AxisSettings
+from rig.link.exchange import Exchange, Patience
 from rig.wire.indexing_table import (
     AskPosition,
     AskState,

@@ -22,14 +22,14 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import Field, field_validator, model_validator
 
 from rig.clock import Clock
+from rig.description.device_settings import AxisSettings, Positive, WatchdogSeconds
 from rig.devices import rates
 from rig.devices.abilities import AxisState, TurnLook, Wait
 from rig.devices.targets import check_target, nearest_step
 from rig.devices.watchdog import prove
 from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
-from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
-from rig.settings import AxisSettings, Positive, WatchdogSeconds
+from rig.link.exchange import Exchange, Patience
 from rig.toml_file import as_tuple
 from rig.wire import maestro as wire
 from rig.wire.maestro import Errors, MaestroCodec, Request

@@ -7,11 +7,11 @@ Nobody knows where such an axis stands before it was set to its zero, nor after 
 from collections.abc import Mapping
 from typing import Literal
 
+from rig.description.device_settings import AxisSettings
 from rig.devices.abilities import AxisState
 from rig.devices.targets import check_target
 from rig.errors import DeviceNonsense, RequestRefused
 from rig.link.byte_stream import ByteStream
-from rig.settings import AxisSettings
 from rig.wire import manual as wire
 from rig.wire.manual import LeaveIt, Order, SetTo, SetToZero
 

@@ -6,11 +6,11 @@ Each step is said in one line and answered with Enter or with ``no``. Before the
 import math
 from typing import Literal
 
+from rig.description.device_settings import FieldSettings
 from rig.devices.abilities import FieldState
 from rig.devices.manual import Prompt
 from rig.errors import RequestRefused
 from rig.link.byte_stream import ByteStream
-from rig.settings import FieldSettings
 from rig.wire import manual as wire
 from rig.wire.manual import ApplyField, LeaveIt
 

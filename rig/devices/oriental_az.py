@@ -16,16 +16,16 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from rig.clock import Clock
+from rig.description.device_settings import Positive
 from rig.devices import rates
 from rig.devices.abilities import AxisState, TurnLook, Wait
 from rig.devices.starting import start_once
 from rig.devices.targets import check_target, nearest_step
 from rig.devices.watchdog import prove
 from rig.errors import DeviceFault, RequestRefused
-from rig.exchange import Patience
 from rig.link.byte_stream import ByteStream
+from rig.link.exchange import Patience
 from rig.link.modbus import ModbusRtu
-from rig.settings import Positive
 from rig.wire import oriental_az as wire
 from rig.wire.oriental_az import Operation
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from rig.clock import Clock
+from rig.description.device_settings import AxisSettings, Positive
 from rig.devices.abilities import TurnLook
 from rig.errors import RequestRefused
-from rig.settings import AxisSettings, Positive
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from rig.clock import Clock
+from rig.description.device_settings import Positive, ReadoutSettings
 from rig.devices.abilities import Burst, MeterLook, Wait
 from rig.devices.meter_checks import MeterChecks, proofs
 from rig.devices.waiting import wait_until
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkClosed, LinkLost, RequestRefused
 from rig.link.messages import MessageLine
-from rig.settings import Positive, ReadoutSettings
 from rig.toml_file import StrictTable
 from rig.wire import scpi
 

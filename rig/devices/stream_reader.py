@@ -7,8 +7,8 @@ import numpy as np
 
 from rig.devices.abilities import StreamGap
 from rig.errors import DeviceNonsense
-from rig.exchange import shown
 from rig.link.byte_stream import ByteStream
+from rig.link.exchange import shown
 from rig.wire.stream_lines import LONGEST_LINE, Floats, Refusal, Rows, split_whole_lines
 
 FOREIGN_LINES = 5

@@ -14,12 +14,12 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from rig.clock import Clock
+from rig.description.device_settings import StreamSettings
 from rig.devices.abilities import StreamBlock
 from rig.devices.stream_reader import RowReader, refusal_gaps
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent
-from rig.exchange import shown
 from rig.link.byte_stream import ByteStream
-from rig.settings import StreamSettings
+from rig.link.exchange import shown
 from rig.wire import vn100 as wire
 from rig.wire.stream_lines import LONGEST_LINE, Rows
 

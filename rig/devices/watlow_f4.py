@@ -10,10 +10,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from rig.description.device_settings import EnvironmentSettings
 from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
-from rig.settings import EnvironmentSettings
 
 PROCESS_VALUE, SETPOINT, DECIMALS = 100, 300, 606
 PLAUSIBLE_DEGC = (-100.0, 200.0)

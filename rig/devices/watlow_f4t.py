@@ -16,11 +16,11 @@ from typing import Annotated, Literal, Protocol
 
 from pydantic import Field, field_validator
 
+from rig.description.device_settings import EnvironmentSettings
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
 from rig.link.modbus_tcp import ModbusTcp
-from rig.settings import EnvironmentSettings
 from rig.toml_file import as_tuple
 
 LOOP = 160

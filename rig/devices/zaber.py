@@ -13,16 +13,16 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from rig.clock import Clock
+from rig.description.device_settings import Positive
 from rig.devices import rates
 from rig.devices.abilities import AxisState, TurnLook
 from rig.devices.machine_limits import require_travel
 from rig.devices.starting import start_once
 from rig.devices.targets import check_target, nearest_step
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
-from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
-from rig.settings import Positive
+from rig.link.exchange import Exchange, Patience
 from rig.wire import zaber as wire
 from rig.wire.zaber import Command, Reply
 

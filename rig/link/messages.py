@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Protocol, TypeVar
 
 from rig.clock import Clock
-from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
+from rig.link.exchange import Exchange, Patience
 from rig.link.gpib import GpibBus
 
 Reply = TypeVar("Reply")

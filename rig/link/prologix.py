@@ -11,9 +11,9 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent
-from rig.exchange import Exchange, Patience
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import ExchangeCounts
+from rig.link.exchange import Exchange, Patience
 from rig.wire import prologix as wire
 
 Reply = TypeVar("Reply")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 from rig.clock import Clock
 from rig.errors import DeviceNonsense, DeviceSilent, LinkClosed, LinkLost, RequestRefused
-from rig.exchange import shown
+from rig.link.exchange import shown
 
 if TYPE_CHECKING:
     from pyvisa import ResourceManager

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
-from rig.description import RigDescription, TwinSection
-from rig.twin_settings import TwinSupply
+from rig.description.rig_file import RigDescription, TwinSection
+from rig.description.twin_truth import TwinSupply
 
 
 class ChainTruth:

@@ -1,4 +1,4 @@
-"""A twin behind a line on which things go wrong, by the rules of :mod:`rig.fault_file`.
+"""A twin behind a line on which things go wrong, by the rules of :mod:`rig.description.fault_plan`.
 
 It is a twin itself, so the same faults happen in memory, on a pseudo-terminal and on a TCP port. Bytes are changed by
 :mod:`rig.link.faults`; a line that is gone raises LinkLost, which memory passes on and a port turns into a hang-up;
@@ -10,9 +10,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from pymodbus.framer import FramerRTU
 
+from rig.description.fault_plan import MOTION, FaultRule
 from rig.errors import LinkLost
-from rig.fault_file import MOTION, FaultRule
 from rig.link import faults
 from rig.link.faults import Fault, Part
 from rig.link.memory import Way
@@ -235,8 +236,6 @@ class FaultyTwin:
 
 def modbus_exception(reply: bytes, code: int) -> bytes:
     """The exception frame in place of a reply, by RTU or TCP as the reply itself is framed."""
-    from pymodbus.framer import FramerRTU
-
     is_tcp = len(reply) > 8 and reply[2:4] == b"\0\0" and int.from_bytes(reply[4:6], "big") == len(reply) - 6
     if is_tcp:
         return reply[:4] + b"\0\3" + bytes([reply[6], reply[7] | 0x80, code])

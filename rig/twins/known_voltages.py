@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from rig.twin_settings import TwinReadout
+from rig.description.twin_truth import TwinReadout
 from rig.twins.hp3458a import VoltageSource
 
 SHORT, REFERENCE = "checks:short", "checks:reference"

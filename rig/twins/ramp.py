@@ -151,5 +151,5 @@ class Runaway:
     def speed_at(self, now_s: float) -> float:
         return self._leg(now_s).speed_at(now_s)
 
-    def _leg(self, now_s: float) -> "Path | _Leg":
+    def _leg(self, now_s: float) -> Path | _Leg:
         return self._path if now_s < self._away.start_s else self._away

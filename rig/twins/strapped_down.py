@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from rig.description import TwinSection, TwinStream
+from rig.description.rig_file import TwinSection, TwinStream
 from rig.twins.geometry import Vector
 from rig.twins.imu import Motion
 from rig.twins.world import World

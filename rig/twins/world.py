@@ -10,7 +10,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rig.description import (
+from rig.description.device_settings import AxisSettings
+from rig.description.rig_file import (
     AxisTruth,
     AxisTwin,
     RigDescription,
@@ -21,7 +22,6 @@ from rig.description import (
     TwinSection,
     TwinStream,
 )
-from rig.settings import AxisSettings
 from rig.twins.chain import ChainTruth
 from rig.twins.chance import Announcement, Chance
 from rig.twins.geometry import (

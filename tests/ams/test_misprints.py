@@ -9,6 +9,8 @@ import pytest
 from scipy.integrate import dblquad
 from scipy.stats import f as f_distribution
 
+from ams.analysis.design_variance import gradient
+from ams.analysis.tp_replication import t_bias
 from ams.attitude.quaternion import from_turn, multiply, rate_matrix
 from ams.attitude.two_package import angles_from_gravity
 from ams.frames import specific_force
@@ -16,8 +18,6 @@ from ams.models.accelerometer import PitchRoll, vector_from_angles
 from ams.models.cr import jacobian, model_gravity_g, predict_v, sting_gravity_g
 from ams.models.linear import Line, compose
 from ams.solve.gauss_newton import gauss_newton
-from ams.uncertainty.design_variance import gradient
-from ams.uncertainty.tp_replication import t_bias
 
 sin, cos = np.sin, np.cos
 ALPHA, ROLL, OMEGA, AZIMUTH = 0.7, -1.1, 0.3, 2.0

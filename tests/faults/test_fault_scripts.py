@@ -11,9 +11,9 @@ from device_sets import RIGS, SHORTER, device_set
 from fault_scripts import Parameters, Story, parameters_of, random_script, tell_of, worst_deviation
 from small_run import Bench, measured_in
 
-from procedures.delivery import sensors_document, solve_run
-from procedures.run.states import State
-from rig.fault_file import FaultPlan
+from procedures.delivery.deliver import sensors_document, solve_run
+from procedures.records.states import State
+from rig.description.fault_plan import FaultPlan
 
 MOST_U = 4.0
 DURATION_S = 250.0

@@ -18,19 +18,19 @@ from mutations import mutated
 from solved_sets import tp_set
 
 from ams.errors import AmsError
-from ams.observations_csv import read_csv
-from ams.sets.export.formats import FORMATS, load_set
+from ams.exports.formats import FORMATS, load_set
+from ams.inputs.observations_csv import read_csv
 from procedures.alerts.settings import read_alerts
-from procedures.description import read_procedure
+from procedures.description.procedure_file import read_procedure
 from procedures.errors import ProcedureError
-from procedures.run.journal_reader import JournalReader
-from procedures.run.salvage import salvage
-from procedures.run.spool import Spool
-from procedures.run.storage import JOURNAL_FILE, CommittedCount
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.salvage import salvage
+from procedures.journal.spool import Spool
+from procedures.journal.storage import JOURNAL_FILE, CommittedCount
 from rig.clock import SystemClock
-from rig.description import read_rig
+from rig.description.fault_plan import read_faults
+from rig.description.read import read_rig
 from rig.errors import RigError
-from rig.fault_file import read_faults
 from rig.link.transcript import read_transcript
 from rig.wire import esp301, hp3458a, hp3488a, maestro, manual, prologix, scpi, vn100, zaber
 from rig.wire.csv_rows import RowShape, parse_rows

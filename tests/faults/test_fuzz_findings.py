@@ -7,9 +7,9 @@ from example_files import EXAMPLE_RIG
 from journals import journal_with
 
 from procedures.errors import JournalError
-from procedures.run.journal_reader import JournalReader
-from procedures.run.storage import JOURNAL_FILE
-from rig.description import read_rig
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.storage import JOURNAL_FILE
+from rig.description.read import read_rig
 from rig.errors import DescriptionError
 from rig.link.transcript import read_transcript
 from rig.wire import esp301

@@ -11,15 +11,15 @@ from fault_scripts import Person
 from killing import Target, after, kill_and_resume, require_kept, run_child
 from small_run import resumed
 
+from procedures.journal.spool import Request, Spool
+from procedures.journal.status import status
+from procedures.records.progress import Progress, RunObserver
+from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
-from procedures.run.progress import Progress, RunObserver
-from procedures.run.spool import Request, Spool
-from procedures.run.states import State
-from procedures.run.status import status
-from rig.assembly import open_rig
+from rig.assembly.open_rig import open_rig
 from rig.crash_points import CrashPoint
-from rig.fault_file import FaultPlan
+from rig.description.fault_plan import FaultPlan
 
 pytestmark = pytest.mark.timeout(600)
 DELIVERY = (CrashPoint.SOLVED, CrashPoint.SETS_WRITTEN, CrashPoint.PUBLISHED, CrashPoint.REPORTED)

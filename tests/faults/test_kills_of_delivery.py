@@ -16,10 +16,10 @@ import pytest
 from device_sets import CAMPAIGN, device_set
 from small_run import in_child, resumed
 
-from ams.sets.archive import list_sets
-from ams.sets.export.formats import FORMATS, export_set, load_set
+from ams.archive.sets import list_sets
+from ams.exports.formats import FORMATS, export_set, load_set
 from procedures.errors import RequestError
-from procedures.run.states import State
+from procedures.records.states import State
 from rig.crash_points import CrashPoint
 
 pytestmark = pytest.mark.timeout(600)

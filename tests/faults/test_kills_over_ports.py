@@ -15,14 +15,14 @@ from device_sets import SHORTER, device_set
 from killing import Aim, Target, require_kept, run_child
 from small_run import Bench
 
-from procedures.description import read_procedure
+from procedures.description.procedure_file import read_procedure
+from procedures.journal.status import status
 from procedures.plan.planner import make_plan
-from procedures.run.records import DwellRecord
+from procedures.records.dwells import DwellRecord
+from procedures.records.states import State
 from procedures.run.resume import resume
-from procedures.run.states import State
-from procedures.run.status import status
+from rig.assembly.simulate import SimulatedRig, serve_rig, write_rig
 from rig.clock import ScaledClock, SystemClock
-from rig.simulate import SimulatedRig, serve_rig, write_rig
 
 pytestmark = pytest.mark.timeout(600)
 FACTOR = 200.0

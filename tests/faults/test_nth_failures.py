@@ -13,11 +13,11 @@ from killing import Target
 from small_run import measured_in, resumed
 
 from procedures.errors import JournalError, StorageFailed
-from procedures.run.states import RESUMABLE, State
-from procedures.run.status import status
-from procedures.run.storage import JOURNAL_FILE
-from rig.fault_file import FaultPlan
-from rig.faulty_lines import drivers_of
+from procedures.journal.status import status
+from procedures.journal.storage import JOURNAL_FILE
+from procedures.records.states import RESUMABLE, State
+from rig.assembly.faulty_lines import drivers_of
+from rig.description.fault_plan import FaultPlan
 
 pytestmark = [pytest.mark.timeout(600), pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")]
 """A write at the close of a connection, whose failure SQLite shrugs off, is told by apsw as unraisable."""

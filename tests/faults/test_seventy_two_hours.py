@@ -8,10 +8,10 @@ import pytest
 from device_sets import device_set
 from fault_scripts import tell_of
 
-from procedures.run.process import process_figures
-from procedures.run.progress import Progress
-from rig.assembly import Rig
-from rig.fault_file import FaultPlan
+from procedures.records.progress import Progress
+from procedures.run.watch.process_health import process_figures
+from rig.assembly.open_rig import Rig
+from rig.description.fault_plan import FaultPlan
 
 PROCEDURE = """
 [procedure]

@@ -22,22 +22,22 @@ from killing import run_child
 from small_run import Bench, dwells_of, measured
 
 from procedures.errors import RequestError
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.spool import Request, Spool
+from procedures.journal.status import status
+from procedures.journal.storage import JOURNAL_FILE
+from procedures.records.progress import Progress
+from procedures.records.states import RESUMABLE, State, require_transition
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
-from procedures.run.journal_reader import JournalReader
-from procedures.run.progress import Progress
 from procedures.run.resume import resume_on
-from procedures.run.spool import Request, Spool
-from procedures.run.states import RESUMABLE, State, require_transition
-from procedures.run.status import status
-from procedures.run.storage import JOURNAL_FILE
-from rig.assembly import Rig, open_rig
+from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import Clock
 from rig.devices.abilities import AxisState
 from rig.errors import LinkLost, RequestRefused, RigBusy
-from rig.jog import jog_to
 from rig.link.byte_stream import ByteStream
-from rig.motion import home_and_arrive
+from rig.motion.jog import jog_to
+from rig.motion.move import home_and_arrive
 
 HAPPENINGS = ("pause", "stop", "abort", "note", "unplug", "stop button", "jog", "resume")
 RESTS_BEFORE_HELP, RESTS_BEFORE_STOP = 20, 150

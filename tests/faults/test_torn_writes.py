@@ -11,9 +11,9 @@ from journals import HEADER, a_clock, a_dwell, journal_with
 from torn_disk import Image, Operation, Sync, Write, image_at, recorded
 
 from procedures.errors import JournalError
-from procedures.run.journal import Journal
-from procedures.run.journal_reader import JournalReader
-from procedures.run.storage import JOURNAL_FILE
+from procedures.journal.journal import Journal
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.storage import JOURNAL_FILE
 
 pytestmark = pytest.mark.timeout(600)
 DWELLS = 24

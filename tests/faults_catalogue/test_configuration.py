@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from small_run import PROCEDURE, RIG
 
-from ams.calibrate import calibrate
+from ams.archive.synthetic import Story, synthetic_archive
+from ams.calibration.calibrate import calibrate
 from ams.errors import AmsError, DesignError
+from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
-from ams.request import CalibrationRequest
-from ams.sets.history import history_of
-from ams.sets.synthetic import Story, synthetic_archive
-from procedures.description import read_procedure
-from rig.description import read_rig
+from ams.surveillance.control_chart import history_of
+from procedures.description.procedure_file import read_procedure
+from rig.description.read import read_rig
 from rig.errors import DescriptionError
 
 

@@ -12,22 +12,22 @@ from journals import a_clock
 from night import Night, events, spend
 from small_run import Bench, bench, dwells_of, in_child, measured, resumed
 
-from ams.sets.whole_file import write_whole
+from ams.whole_file import write_whole
 from procedures.cli.places import new_run_folder
-from procedures.delivery import solve_run
+from procedures.delivery.deliver import solve_run
 from procedures.errors import ExitStatus, JournalError
-from procedures.run.journal_reader import JournalReader
-from procedures.run.process import growth
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.salvage import salvage
+from procedures.journal.status import status
+from procedures.journal.storage import JOURNAL_FILE, SCHEMA_VERSION
+from procedures.records.states import State
 from procedures.run.resume import resume
-from procedures.run.salvage import salvage
-from procedures.run.states import State
-from procedures.run.status import status
-from procedures.run.storage import JOURNAL_FILE, SCHEMA_VERSION
-from rig.assembly import Rig, open_rig
+from procedures.run.watch.process_health import growth
+from rig.assembly.open_rig import Rig, open_rig
 from rig.crash_points import VARIABLE, CrashPoint
 from rig.devices.abilities import Axis, Burst
 from rig.errors import DeviceFault
-from rig.motion import stop_all
+from rig.motion.move import stop_all
 
 
 @pytest.fixture(scope="module")
@@ -163,9 +163,9 @@ def test_fault_17_a_process_that_grows_ends_its_run_in_time_and_a_fresh_one_goes
     """Detected: memory, open files and threads of the process, every hundred dwells, in the journal.
     Response: far above its first look the run stops after the dwell and says so; resume goes on in a fresh process.
     """
-    monkeypatch.setattr("procedures.run.conduct.PROCESS_EVERY", 5)
+    monkeypatch.setattr("procedures.run.context.PROCESS_EVERY", 5)
     looks = iter([{"open_files": 10.0, "threads": 1.0}, {"open_files": 600.0, "threads": 1.0}])
-    monkeypatch.setattr("procedures.run.conduct.process_figures", lambda: next(looks, {"open_files": 10.0}))
+    monkeypatch.setattr("procedures.run.context.process_figures", lambda: next(looks, {"open_files": 10.0}))
     night = Night(tmp_path / "run")
     outcome = spend(small, night)
     assert (outcome.state, outcome.exit_status) == (State.STOPPED, ExitStatus.FAILED)
@@ -245,7 +245,7 @@ def test_fault_20_stuck_a_stop_that_hangs_keeps_no_other_axis_from_its_stop(
     """Detected: every stop has a thread and a deadline of its own.
     Response: all are attempted; what did not answer is named, and the run is tripped (aborted: failed).
     """
-    monkeypatch.setattr("rig.motion._ALLOWANCE_S", 0.05)
+    monkeypatch.setattr("rig.motion.move._ALLOWANCE_S", 0.05)
     released = Event()
     with open_rig(small.rig) as rig:
         for axis in rig.axes.values():

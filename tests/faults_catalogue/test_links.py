@@ -7,9 +7,9 @@ from night import Night, asks, events, states
 from plagued import faults, plagued
 from small_run import Bench, bench, dwells_of, measured
 
-from procedures.run.journal_reader import JournalReader
-from procedures.run.states import State
-from rig.assembly import open_rig
+from procedures.journal.journal_reader import JournalReader
+from procedures.records.states import State
+from rig.assembly.open_rig import open_rig
 from rig.errors import DeviceNonsense, DeviceSilent, RigBusy
 
 TABLE, METER, CHAMBER = "axes.pitch", "readouts.dmm", "environment.air"

@@ -11,10 +11,10 @@ from night import Night, asks, events, spend, states
 from plagued import two_packages
 from small_run import Bench, bench, dwells_of, measured
 
-from procedures.delivery import deliver, solve_run
+from procedures.delivery.deliver import deliver, solve_run
+from procedures.records.states import State
 from procedures.run.resume import resume_on
-from procedures.run.states import State
-from rig.assembly import Rig, open_rig
+from rig.assembly.open_rig import Rig, open_rig
 from rig.devices.abilities import Burst, Readout, Wait
 from rig.errors import DeviceNonsense
 

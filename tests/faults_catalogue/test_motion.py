@@ -13,17 +13,17 @@ from plagued import faults, plagued
 from small_run import Bench, bench, dwells_of, measured
 from standstill import STRIKES, Plagued, Unreachable, standstill_s
 
-from procedures.delivery import solve_run
+from procedures.delivery.deliver import solve_run
 from procedures.errors import PlanError
+from procedures.records.states import State
 from procedures.run.begin import begin
-from procedures.run.care import Care
 from procedures.run.resume import resume_on
-from procedures.run.states import State
-from rig.assembly import Rig, open_rig
+from procedures.run.services import Care
+from rig.assembly.open_rig import Rig, open_rig
 from rig.devices.abilities import AxisState
 from rig.errors import DeviceFault, RequestRefused
-from rig.jog import jog_to
-from rig.motion import move_and_arrive
+from rig.motion.jog import jog_to
+from rig.motion.move import move_and_arrive
 from rig.twins.world import World
 from rig.wire.maestro import Errors
 

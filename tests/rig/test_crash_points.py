@@ -8,9 +8,9 @@ import pytest
 from example_files import EXAMPLE_RIG
 from small_run import in_child
 
-from rig.assembly import open_rig
+from rig.assembly.open_rig import open_rig
 from rig.crash_points import VARIABLE, CrashPoint, crash_point
-from rig.description import read_rig
+from rig.description.read import read_rig
 from rig.errors import RequestRefused
 
 

@@ -10,12 +10,12 @@ from example_files import ROOT
 from ported_rig import LINES, rig_on
 from table_bench import rig_file, virtual_clock
 
-from rig.assembly import Rig, open_rig
+from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import VirtualClock
-from rig.description import read_rig
+from rig.description.fault_plan import FaultPlan, FaultRule
+from rig.description.read import read_rig
 from rig.errors import DescriptionError, DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
-from rig.exchange import Exchange
-from rig.fault_file import FaultPlan, FaultRule
+from rig.link.exchange import Exchange
 from rig.link.memory import MemoryStream
 
 FOLDER = ROOT / "examples" / "own_driver"

@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 from package_outputs import TRUTH, output_v
 
-from ams.calibrate import calibrate
+from ams.archive.runs import MeasuredSensor, RunEntry
+from ams.calibration.calibrate import calibrate
+from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
-from ams.request import CalibrationRequest
-from ams.sets.archive_runs import MeasuredSensor, RunEntry
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import Provenance, Standard
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from small_run import Bench
 
-from procedures.description import read_procedure
+from procedures.description.procedure_file import read_procedure
 from procedures.plan.planner import make_plan
-from rig.description import read_rig
+from rig.description.read import read_rig
 
 COMMON = """
 [rig]

@@ -15,18 +15,19 @@ import numpy as np
 from journals import a_clock
 from small_run import Bench
 
-from procedures.delivery import sensors_document, solve_run
+from procedures.delivery.deliver import sensors_document, solve_run
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.spool import Request, Spool
+from procedures.records.progress import Progress, RunObserver
+from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
-from procedures.run.journal_reader import JournalReader
-from procedures.run.progress import Progress, RunObserver, SilentObserver
+from procedures.run.progress import SilentObserver
 from procedures.run.resume import resume_on
-from procedures.run.spool import Request, Spool
-from procedures.run.states import State
-from rig.assembly import Rig, open_rig
+from rig.assembly.faulty_lines import drivers_of
+from rig.assembly.open_rig import Rig, open_rig
+from rig.description.fault_plan import FaultPlan
 from rig.errors import RigError
-from rig.fault_file import FaultPlan
-from rig.faulty_lines import drivers_of
 
 MOST_RESUMES = 3
 CONTINUES_EVERY, GIVES_UP_AFTER = 25, 125

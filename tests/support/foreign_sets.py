@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from solved import provenance, solved_axis, solved_package
 
+from ams.calibration_result import AxisCalibration, Calibration, ParameterEstimate
 from ams.sets.coefficients import CoefficientSet, build_set
-from ams.solve.result import AxisCalibration, Calibration, ParameterEstimate
 
 HOSTILE = '"; */ #error "x" /* $(P) ${P} ??/ \\ @p@ <a>&b; ]]> -- %s \n# \r\n * document_json| {} é µ 単位 \t\x1b'
 Q = (1e-4, -2e-4, 3e-4, 5e-5, -1e-4)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from rig.assembly import Rig
+from rig.assembly.open_rig import Rig
 from rig.clock import Clock
 from rig.devices.abilities import Axis, AxisState, Burst, Environment, Readout, Stream, TwinChance, Wait
 from rig.link.counts import ExchangeCounts

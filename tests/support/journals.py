@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from procedures.run.header import RunHeader, sha256
-from procedures.run.journal import Journal
-from procedures.run.records import ChannelReading, DwellRecord
+from procedures.journal.header import RunHeader, sha256
+from procedures.journal.journal import Journal
+from procedures.records.dwells import ChannelReading, DwellRecord
 from rig.clock import VirtualClock
 
 START_UTC = datetime(2026, 3, 29, 0, 59, 30, tzinfo=UTC)

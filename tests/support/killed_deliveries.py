@@ -11,7 +11,7 @@ from pathlib import Path
 
 from small_run import in_child
 
-from procedures.delivery import deliver, solve_run
+from procedures.delivery.deliver import deliver, solve_run
 from rig.crash_points import VARIABLE
 
 

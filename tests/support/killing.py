@@ -12,15 +12,15 @@ from pathlib import Path
 import numpy as np
 from small_run import Bench, dwells_of, measured, resumed
 
-from procedures.delivery import sensors_document, solve_run
+from procedures.delivery.deliver import sensors_document, solve_run
+from procedures.journal.owner import is_owned
+from procedures.journal.status import status
+from procedures.journal.storage import JOURNAL_FILE
+from procedures.records.dwells import DwellRecord
+from procedures.records.progress import Progress, RunObserver
+from procedures.records.states import State
 from procedures.run.ending import Outcome
-from procedures.run.owner import is_owned
-from procedures.run.progress import Progress, RunObserver
-from procedures.run.records import DwellRecord
 from procedures.run.resume import resume
-from procedures.run.states import State
-from procedures.run.status import status
-from procedures.run.storage import JOURNAL_FILE
 from rig.clock import SystemClock
 from rig.crash_points import VARIABLE
 

@@ -6,14 +6,14 @@ from typing import Any
 
 from table_bench import example_rig, virtual_clock
 
-from rig.axis_twins import AXIS_TWINS
 from rig.clock import VirtualClock
+from rig.description.device_settings import AxisSettings
 from rig.devices import esp301, indexing_table, maestro, manual, oriental_az, zaber
 from rig.devices.abilities import Axis
+from rig.drivers.axis_twins import AXIS_TWINS
 from rig.link.byte_stream import ByteStream
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
-from rig.settings import AxisSettings
 from rig.twins.oriental_az import OrientalAzTwin
 from rig.twins.world import World
 

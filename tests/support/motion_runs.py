@@ -8,16 +8,17 @@ from pathlib import Path
 
 from example_files import ROOT
 
-from procedures.delivery import SolvedRun, solve_run
-from procedures.description import read_procedure
+from procedures.delivery.deliver import SolvedRun, solve_run
+from procedures.description.procedure_file import read_procedure
+from procedures.journal.header import RunHeader, make_header
 from procedures.plan.plan import Plan
 from procedures.plan.planner import make_plan
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
-from procedures.run.header import RunHeader, make_header
-from rig.assembly import open_rig
-from rig.description import RigDescription, read_rig
-from rig.fault_file import FaultPlan
+from rig.assembly.open_rig import open_rig
+from rig.description.fault_plan import FaultPlan
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
 
 EXAMPLES = ROOT / "examples"
 Changes = Mapping[str, str]

@@ -8,14 +8,14 @@ from grumbling import Grumbling
 from journals import a_clock
 from small_run import Bench
 
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.spool import Request, Spool
+from procedures.records.dwells import Event
+from procedures.records.progress import Progress
 from procedures.run.begin import begin
-from procedures.run.care import Care
 from procedures.run.ending import Outcome
-from procedures.run.journal_reader import JournalReader
-from procedures.run.progress import Progress
-from procedures.run.records import Event
-from procedures.run.spool import Request, Spool
-from rig.assembly import Rig, open_rig
+from procedures.run.services import Care
+from rig.assembly.open_rig import Rig, open_rig
 from rig.errors import LinkLost
 from rig.link.counts import ExchangeCounts
 

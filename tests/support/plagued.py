@@ -6,10 +6,10 @@ from night import Night
 from small_run import Bench, bench
 
 from procedures.run.begin import begin
-from procedures.run.care import Care
 from procedures.run.ending import Outcome
-from rig.assembly import open_rig
-from rig.fault_file import FaultPlan
+from procedures.run.services import Care
+from rig.assembly.open_rig import open_rig
+from rig.description.fault_plan import FaultPlan
 
 SECOND = (
     (
@@ -38,7 +38,7 @@ def two_packages(folder: Path, procedure: tuple[tuple[str, str], ...] = ()) -> B
 
 
 def faults(**rules: dict[str, object]) -> FaultPlan:
-    """A fault file: rule name to its keys, as in :mod:`rig.fault_file`."""
+    """A fault file: rule name to its keys, as in :mod:`rig.description.fault_plan`."""
     return FaultPlan.model_validate({"seed": 3, "fault": rules})
 
 

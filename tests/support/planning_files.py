@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from procedures.description import ProcedureDescription, read_procedure
-from rig.description import RigDescription, read_rig
+from procedures.description.procedure_file import ProcedureDescription, read_procedure
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
 
 RIG = """
 [rig]

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rig.assembly import Rig, open_rig
+from rig.assembly.open_rig import Rig, open_rig
+from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock
-from rig.description import read_rig
-from rig.simulate import serve_rig, write_rig
+from rig.description.read import read_rig
 
 LINES = ("memory", "tcp", "pty")
 FACTOR = 100.0

@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
-from procedures.run.records import ChannelReading, DwellRecord, Event
+from procedures.records.dwells import ChannelReading, DwellRecord, Event
 
 START = datetime(2026, 3, 1, 18, 0, tzinfo=UTC)
 

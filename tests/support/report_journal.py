@@ -6,15 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from procedures.description import read_procedure
+from procedures.description.procedure_file import read_procedure
+from procedures.journal.header import make_header
+from procedures.journal.journal import Journal
 from procedures.plan.plan import Plan
 from procedures.plan.planner import make_plan
 from procedures.plan.steps import Dwell
-from procedures.run.header import make_header
-from procedures.run.journal import Journal
-from procedures.run.records import ChannelReading, DwellRecord
+from procedures.records.dwells import ChannelReading, DwellRecord
 from rig.clock import VirtualClock
-from rig.description import RigDescription, read_rig
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
 
 START = datetime(2026, 3, 1, 18, 0, tzinfo=UTC)
 EXAMPLE_RIG = Path(__file__).parents[2] / "examples" / "rig.toml"

@@ -8,24 +8,23 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
+from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication, TpReplication
 from ams.observations import Observations
-from ams.solve.result import AxisCalibration, FTest, ParameterEstimate, Replication, TpReplication
+from procedures.journal.audit_trail import Interruption, Note  # fmt: skip
 from procedures.report.conclusions import axis_view
 from procedures.report.verdict import judge
-from procedures.report.view import (
+from procedures.report.view import (  # fmt: skip
     CheckComparison,
     Counts,
     DesignView,
     Device,
-    Interruption,
-    Note,
     ReferenceTrace,
     RejectedDwell,
     RunView,
     SensorView,
     StandardRow,
     TemperatureTrace,
-)  # fmt: skip
+)
 
 START = datetime(2026, 3, 1, 18, 0, tzinfo=UTC)
 ARCSEC = np.deg2rad(1.0 / 3600.0)

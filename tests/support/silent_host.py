@@ -10,7 +10,7 @@ from motion_bench import DRIVERS, settings_of
 
 from rig.clock import ScaledClock, SystemClock
 from rig.link.ports import open_stream
-from rig.motion import home_and_arrive
+from rig.motion.move import home_and_arrive
 
 FEED_S = 1.0
 

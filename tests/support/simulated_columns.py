@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.columns import SolvedColumns, solve_columns
+from ams.calibration.columns import SolvedColumns, solve_columns
+from ams.inputs.request import select_rows
+from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.accelerometer import PitchRoll
 from ams.models.model import Model
 from ams.models.thermal import TemperatureCoefficients, WithTemperature
 from ams.observations import Observations
-from ams.request import select_rows
-from ams.uncertainty.table import TableUncertainty
 
 FloatArray = NDArray[np.float64]
 ARCSEC = np.pi / 180.0 / 3600.0

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from simulated_columns import ARCSEC, NOISE_V, REFERENCE_DEGC, Scene, force_of, model_of, warmed
 
-from ams.columns import SolvedColumns, solve_columns
+from ams.calibration.columns import SolvedColumns, solve_columns
+from ams.inputs.request import select_rows
+from ams.inputs.table_uncertainty import TableUncertainty
 from ams.observations import Observations
-from ams.request import select_rows
-from ams.uncertainty.table import TableUncertainty
 
 FloatArray = NDArray[np.float64]
 PACKAGE = np.array([[0.005, 2.4999, 0.0179, 0.0125], [-0.02, 0.0091, -2.48, 0.015], [0.011, -0.011, 0.02, 2.51]])

@@ -8,18 +8,19 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NoReturn
 
-from procedures.description import read_procedure
+from procedures.description.procedure_file import read_procedure
+from procedures.journal.header import RunHeader, make_header
+from procedures.journal.journal_reader import JournalReader
 from procedures.plan.plan import Plan
 from procedures.plan.planner import make_plan
+from procedures.records.dwells import DwellRecord
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
-from procedures.run.header import RunHeader, make_header
-from procedures.run.journal_reader import JournalReader
-from procedures.run.records import DwellRecord
 from procedures.run.resume import resume
-from rig.assembly import open_rig
+from rig.assembly.open_rig import open_rig
 from rig.clock import SystemClock
-from rig.description import RigDescription, read_rig
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
 
 RIG = """
 [rig]

@@ -5,8 +5,7 @@ from datetime import UTC, date, datetime
 
 import numpy as np
 
-from ams.sets.provenance import Provenance, Standard
-from ams.solve.result import (
+from ams.calibration_result import (
     AxisCalibration,
     Calibration,
     FTest,
@@ -15,6 +14,7 @@ from ams.solve.result import (
     TpReplication,
     VarianceComponent,
 )
+from ams.sets.provenance import Provenance, Standard
 
 PARAMETERS = {
     "x": (0.005, 2.5, 0.5, 35.0),

@@ -8,9 +8,9 @@ from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, TABLE_4, accelerometer_v, g
 from package_outputs import TRUTH as TP_TRUTH
 from package_outputs import output_v
 
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
+from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
-from ams.request import CalibrationRequest
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.provenance import Provenance
 

@@ -11,10 +11,10 @@ from grumbling import Grumbling
 from night import Night, asks
 from small_run import Bench, bench
 
+from procedures.journal.spool import Request
 from procedures.run.begin import begin
-from procedures.run.care import Care
-from procedures.run.spool import Request
-from rig.assembly import Rig, open_rig
+from procedures.run.services import Care
+from rig.assembly.open_rig import Rig, open_rig
 from rig.devices.abilities import AxisState
 from rig.errors import LinkLost
 from rig.twins.world import World
@@ -87,7 +87,7 @@ def _raises(error: Exception) -> Callable[[Plagued], None]:
 
 
 def _asks_abort(run: Plagued) -> None:
-    from procedures.run.spool import Spool
+    from procedures.journal.spool import Spool
 
     Spool(run.run_dir).submit(Request("abort", "anna", "2026-03-01T13:00:00+00:00"))
 

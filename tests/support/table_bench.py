@@ -7,7 +7,8 @@ from pathlib import Path
 from example_files import EXAMPLE_RIG
 
 from rig.clock import VirtualClock
-from rig.description import RigDescription, read_rig
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
 from rig.devices.indexing_table import IndexingTableAxis, IndexingTableSettings, connect
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream

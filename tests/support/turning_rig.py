@@ -6,9 +6,9 @@ from pathlib import Path
 
 from table_bench import rig_file
 
+from rig.assembly.simulate import SimulatedRig, serve_rig, write_rig
 from rig.clock import Clock, ScaledClock
-from rig.description import read_rig
-from rig.simulate import SimulatedRig, serve_rig, write_rig
+from rig.description.read import read_rig
 
 _TABLE = """driver = "indexing-table"
 port = "twin"

@@ -15,8 +15,8 @@ from tp_study.settings import (
     noise_and_drift,
 )
 
+from ams.inputs.request import select_rows
 from ams.observations import Observations
-from ams.request import select_rows
 from procedures.plan.designs import Design, fractional, tumble
 
 FloatArray = NDArray[np.float64]

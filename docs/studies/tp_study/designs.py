@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tp_study.printed import TABLE_1
 
-from ams.uncertainty.design_variance import AngleBox, figure_of_merit, variance_function
-from ams.uncertainty.design_without_roll import variance_without_roll
+from ams.analysis.design_variance import AngleBox, figure_of_merit, variance_function
+from ams.analysis.design_without_roll import variance_without_roll
 from procedures.plan.designs import Design, full_grid, tumble, uniform_circle_deg, uniform_roll, uniform_symmetric
 
 if TYPE_CHECKING:

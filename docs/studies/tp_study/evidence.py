@@ -19,9 +19,9 @@ from tp_study.judged import (
 from tp_study.laboratory import VOLTS, Campaign, from_world, prepare, through_engine
 from tp_study.soft_mount import accepted
 
+from ams.calibration_result import AxisCalibration, Calibration
 from ams.observations import Observations
 from ams.solve.extension import Extension, judge_extension
-from ams.solve.result import AxisCalibration, Calibration
 
 THROUGH_ENGINE = ("22", "24", "26", "44")
 """Campaigns that are whole runs on twins in memory, journal included; the others are read from the twins' world."""

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 from tp_study.laboratory import REFERENCE_DEGC, VOLTS, Temperature
 
-from ams.attitude.lines import SensorLine, package_lines, sensor_line
+from ams.analysis.predictions import model_of_solution, prediction_halfwidth_v
 from ams.attitude.static import pitch_roll_from_three, pitch_with_known_roll
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
+from ams.calibration_result import AxisCalibration, Calibration, VarianceComponent
 from ams.frames import Attitude, wrap_rad
+from ams.inference.lines import SensorLine, package_lines, sensor_line
+from ams.inputs.request import CalibrationRequest
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
-from ams.request import CalibrationRequest
-from ams.solve.result import AxisCalibration, Calibration, VarianceComponent
-from ams.uncertainty.predictions import model_of_solution, prediction_halfwidth_v
 from procedures.report.bands import Along, Band, band_along
 
 FloatArray = NDArray[np.float64]

@@ -14,17 +14,18 @@ from numpy.typing import NDArray
 from tp_study.settings import Truth
 
 from ams.observations import Observations
-from procedures.description import read_procedure
+from procedures.description.procedure_file import read_procedure
+from procedures.journal.header import make_header
+from procedures.journal.journal_reader import JournalReader
 from procedures.plan.plan import Plan
 from procedures.plan.planner import make_plan
 from procedures.plan.steps import Dwell
-from procedures.report.observations import observations_of
 from procedures.run.begin import begin
-from procedures.run.header import make_header
-from procedures.run.history import replications_before
-from procedures.run.journal_reader import JournalReader
-from rig.assembly import open_rig
-from rig.description import RigDescription, read_rig
+from procedures.run.judgement.history import replications_before
+from procedures.solution.observations import observations_of
+from rig.assembly.open_rig import open_rig
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
 from rig.twins.world import World
 
 FloatArray = NDArray[np.float64]

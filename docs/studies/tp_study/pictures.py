@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tp_study.judged import Inferred, band, residuals
 
+from ams.calibration_result import AxisCalibration
 from ams.observations import Observations
-from ams.solve.result import AxisCalibration
 from procedures.report.bands import Along
 from procedures.report.canvas import BLUE, FAINT, GRID, INK, SYMBOL_SIZES, angle_ticks, canvas, series_style, style
 

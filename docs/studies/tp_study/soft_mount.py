@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.frames import RAD_PER_ARCSEC, specific_force
+from ams.inputs.table_uncertainty import TableUncertainty
 from ams.observations import Observations
 from ams.solve.extension import judge_extension
-from ams.uncertainty.table import TableUncertainty
 
 FloatArray = NDArray[np.float64]
 

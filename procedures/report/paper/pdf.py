@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from procedures.report.paper.leaves import Leaves, leaves_of
+from procedures.report.paper.page_tree import Leaves, leaves_of
 
 TEMPLATE = Path(__file__).with_name("paper.typ")
 STANDARD = "a-3b"

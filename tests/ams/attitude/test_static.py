@@ -8,19 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated_campaign import OFFSET_V, VECTOR_V_PER_G, Campaign
 
-from ams.attitude.lines import SensorLine, sensor_line
 from ams.attitude.static import (
     pitch_roll_from_three,
     pitch_roll_from_two,
     pitch_with_known_roll,
 )
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
 from ams.errors import DesignError
 from ams.frames import specific_force
+from ams.inference.lines import SensorLine, sensor_line
+from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import vector_from_angles
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.pitch_yaw_roll import PitchYawRoll
-from ams.request import CalibrationRequest
 
 DEG = np.pi / 180
 NO_COVARIANCE = np.zeros((4, 4))

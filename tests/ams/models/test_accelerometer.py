@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
 from ams.errors import DesignError
 from ams.frames import Attitude
+from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import (
     PitchOnly,
     PitchRoll,
@@ -16,7 +17,6 @@ from ams.models.accelerometer import (
 )
 from ams.models.registry import model_named
 from ams.observations import Observations
-from ams.request import CalibrationRequest
 
 sin, cos = np.sin, np.cos
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from simulated_campaign import OFFSET_V, VECTOR_V_PER_G, Campaign
 
-from ams.calibrate import calibrate
+from ams.analysis.predictions import model_of_solution
+from ams.calibration.calibrate import calibrate
 from ams.errors import ObservationsError
 from ams.frames import Attitude
+from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import PitchRoll
 from ams.models.drifting import DRIFT_NAME, WithTime
 from ams.observations import Observations
-from ams.request import CalibrationRequest
-from ams.uncertainty.predictions import model_of_solution
 
 TIMED = CalibrationRequest(time_term=True)
 DRIFT_V_PER_H = 4e-6

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
+from ams.inputs.request import CalibrationRequest
 from ams.models.field_line import FieldLine
 from ams.observations import Observations
-from ams.request import CalibrationRequest
 
 GAIN, OFFSET_UT, BESIDE_UT = 0.997, -1.69, 43.0
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from cr_outputs import TABLE_4
 
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
 from ams.errors import ObservationsError
 from ams.frames import Attitude, body_rates_rad_s
+from ams.inputs.request import CalibrationRequest
 from ams.models.cr import predict_v
 from ams.models.gyro import Gyro
 from ams.observations import Observations
-from ams.request import CalibrationRequest
 
 DEG = np.pi / 180
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
 from ams.errors import DesignError, ObservationsError
 from ams.frames import AXES, Attitude
+from ams.inputs.request import CalibrationRequest
 from ams.models.cr import CrSensor, predict_v
 from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.observations import Observations
-from ams.request import CalibrationRequest
 
 
 def attitudes(n=60, seed=1):

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
 from ams.errors import DesignError, ObservationsError
+from ams.inputs.request import CalibrationRequest
 from ams.models.linear import fit_line
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
-from ams.request import CalibrationRequest
 
 
 def observed(level: np.ndarray, reading: np.ndarray, replications: int = 1) -> Observations:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from solved import NAMES, PARAMETERS, direction, provenance, solved_axis, solved_package
 
+from ams.calibration_result import AxisCalibration, Calibration, ParameterEstimate
 from ams.errors import SetError, VectorsDisagree
 from ams.sets.canonical import checksum, render
 from ams.sets.coefficients import build_set, from_document
-from ams.solve.result import AxisCalibration, Calibration, ParameterEstimate
 
 
 def one_axis(axis: AxisCalibration) -> Calibration:

@@ -10,11 +10,11 @@ from sealed import write_changed
 from solved_sets import TRUTH, gyro_set, package_set
 
 from ams.errors import OutsideValidity, SetError
+from ams.exports.formats import export_set, load_set
+from ams.exports.verify import verify
 from ams.sets.apply import apply, sensed_force
 from ams.sets.coefficients import build_set
-from ams.sets.export.formats import export_set, load_set
 from ams.sets.schema import check_document
-from ams.sets.verify import verify
 
 
 @pytest.mark.parametrize("package", ["sting", "model"])

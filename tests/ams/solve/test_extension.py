@@ -8,9 +8,9 @@ from simulated_campaign import ARCSEC, Campaign
 
 from ams.errors import DesignError
 from ams.frames import specific_force
+from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.extended import quadratic_basis
 from ams.solve.extension import judge_extension
-from ams.uncertainty.table import TableUncertainty
 
 TEETH = TableUncertainty(ARCSEC, ARCSEC, "limit")
 GRID = {"pitch_deg": np.arange(-180.0, 181.0, 30.0), "roll_deg": np.arange(-180.0, 181.0, 45.0)}

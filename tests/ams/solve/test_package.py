@@ -8,13 +8,13 @@ from simulated_campaign import ARCSEC, OFFSET_V, VECTOR_V_PER_G, Campaign
 from simulated_columns import Scene
 from simulated_package import PACKAGE, simulate_packages
 
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
+from ams.inputs.request import CalibrationRequest
+from ams.inputs.shared_errors import SharedError
+from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.thermal import TemperatureCoefficients
-from ams.request import CalibrationRequest
 from ams.solve.components import ComponentColumns
 from ams.solve.package import SolvedAxis, package_covariance
-from ams.uncertainty.shared_errors import SharedError
-from ams.uncertainty.table import TableUncertainty
 
 
 def correlation(covariance: np.ndarray) -> np.ndarray:

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from simulated_campaign import OFFSET_V, VECTOR_V_PER_G, Campaign
 
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
+from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
-from ams.request import CalibrationRequest
 from ams.solve.layout import layout_of
 from ams.solve.whole_plots import visit_warnings, visits_of, whole_plots
-from ams.uncertainty.intervals import t_quantile
+from ams.statistics.intervals import t_quantile
 
 OFFSET_TC, SENSITIVITY_TC = 3e-5, 2e-4
 POINTS = 12

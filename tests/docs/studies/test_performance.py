@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ams.analysis.tp_replication import t_bias
 from ams.solve.extension import judge_extension
-from ams.uncertainty.tp_replication import t_bias
 
 STUDIES = Path(__file__).parents[3] / "docs" / "studies"
 PICTURE = re.compile(r"!\[[^\]]*\]\(([^)]+)\)")

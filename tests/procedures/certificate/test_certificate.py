@@ -10,16 +10,16 @@ import pytest
 from certificate_scene import JOB, LABORATORY, RELEASED, STANDARD
 from solved import PARAMETERS, provenance, solved_package
 
+from ams.archive.signatures import Signature
 from ams.observations import Observations
-from ams.sets.adjustment import Acceptance, Adjustment, adjust
 from ams.sets.apply import apply
-from ams.sets.archive_signoff import Signature
 from ams.sets.coefficients import CoefficientSet, build_set
+from ams.surveillance.adjustment import Acceptance, Adjustment, adjust
 from procedures.certificate.grounds import Amendment, Grounds, check_grounds
 from procedures.certificate.page import SPECIMEN, certificate_page, certificate_paper
 from procedures.certificate.results import coefficients_of
 from procedures.errors import RequestError
-from procedures.report.paper.leaves import leaves_of
+from procedures.report.paper.page_tree import leaves_of
 
 SIGNED = datetime(2026, 3, 2, 9, tzinfo=UTC)
 

@@ -11,11 +11,11 @@ import pytest
 from certificate_scene import RELEASED
 from solved import provenance, solved_package
 
+from ams.archive.sets import publish
+from ams.archive.signatures import certificate_of, sign, verify_archive
 from ams.errors import ArchiveError, WriteFailed
-from ams.sets.archive import publish
-from ams.sets.archive_signoff import certificate_of, sign, verify_archive
+from ams.exports.dcc import from_dcc
 from ams.sets.coefficients import build_set
-from ams.sets.export.dcc import from_dcc
 from procedures.certificate.issue import GroundsOf, issue
 from procedures.cli.main import run_command
 from procedures.errors import RequestError

@@ -12,7 +12,7 @@ from command import call
 from package_outputs import TRUTH, output_v, write_observations
 from solved_sets import package_set, tp_set
 
-from ams.sets.export.formats import export_set
+from ams.exports.formats import export_set
 from procedures.cli import attitude as module
 
 ATTITUDES = [(-35.0, -20.0), (5.0, 60.0), (90.0, 10.0)]

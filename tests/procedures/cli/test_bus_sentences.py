@@ -11,10 +11,10 @@ from job_files import job
 from table_bench import rig_file
 from turning_rig import SERVO_FOR_PITCH, STAGE_FOR_ROLL
 
+from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock
-from rig.description import read_rig
-from rig.fault_file import FaultPlan, FaultRule
-from rig.simulate import serve_rig, write_rig
+from rig.description.fault_plan import FaultPlan, FaultRule
+from rig.description.read import read_rig
 
 FACTOR = 20.0
 MACHINES = {

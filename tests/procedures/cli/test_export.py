@@ -10,10 +10,10 @@ from foreign_sets import hostile, warm
 from sealed import write_changed
 from solved import provenance, solved_package
 
+from ams.exports.formats import FORMATS, load_set
 from ams.sets.canonical import render
 from ams.sets.coefficients import CoefficientSet, build_set
-from ams.sets.export.formats import FORMATS, load_set
-from procedures.description import ExportFormat
+from procedures.description.procedure_file import ExportFormat
 
 SCHEMAS = os.environ.get("CALRIG_DCC_SCHEMAS")
 LOSSY = {"c-fixed", "epics", "linear"}

@@ -11,7 +11,7 @@ from table_bench import rig_file
 from turning_rig import SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
 from rig.clock import ScaledClock
-from rig.lock import acquire
+from rig.lines.lock import acquire
 
 BY_HAND = (
     'driver = "indexing-table"\nport = "twin"\nincrement_deg = 1.0\n',

@@ -10,8 +10,8 @@ from procedures.cli.places import (
     find_run,
     left_out_where_empty,
     new_run_folder,
-    require_archive_url,
 )
+from procedures.delivery.publish import require_archive_url
 from procedures.errors import RequestError
 
 

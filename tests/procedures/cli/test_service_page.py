@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from procedures.errors import ExitStatus
-from rig.lock import lock_folder
+from rig.lines.lock import lock_folder
 
 PAGE = Path(__file__).parents[3] / "docs" / "service.md"
 

@@ -14,8 +14,8 @@ import pytest
 from command import Outcome, call
 from job_files import job, simulated
 
-from procedures.delivery import solve_run
-from rig.lock import acquire
+from procedures.delivery.deliver import solve_run
+from rig.lines.lock import acquire
 
 METER = "prologix+socket://127.0.0.1:1#22"
 

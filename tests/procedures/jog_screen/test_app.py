@@ -14,13 +14,13 @@ from textual.pilot import Pilot
 from turning_rig import QUICK_METER, STAGE_FOR_ROLL, served
 
 from procedures.jog_screen.app import ASK_TERMINAL, JogApp
-from procedures.jog_screen.bench import Bench
 from procedures.jog_screen.heading import Heading
-from procedures.jog_screen.records import ActionLog, Snapshots
-from rig.assembly import Rig, open_rig
+from procedures.jog_screen.log import ActionLog, Snapshots
+from procedures.jog_screen.worker import Bench
+from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import Clock, ScaledClock, SystemClock
-from rig.description import read_rig
-from rig.fault_file import FaultPlan, FaultRule
+from rig.description.fault_plan import FaultPlan, FaultRule
+from rig.description.read import read_rig
 
 CLOCK = SystemClock()
 SIZE = (118, 36)

@@ -15,8 +15,8 @@ from terminal_window import TerminalWindow
 from turning_rig import DRIVE_FOR_ROLL, QUICK_METER, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
 from procedures.errors import ExitStatus
+from rig.assembly.simulate import SimulatedRig
 from rig.clock import ScaledClock, SystemClock
-from rig.simulate import SimulatedRig
 
 CALRIG = Path(sys.executable).with_name("calrig")
 LEFT, RIGHT, UP, DOWN = "\x1b[D", "\x1b[C", "\x1b[A", "\x1b[B"
@@ -171,7 +171,7 @@ def test_a_held_key_turns_for_as_long_as_it_repeats(tmp_path: Path) -> None:
 
 
 def test_a_rig_that_a_run_owns_is_refused_with_its_owner(tmp_path: Path) -> None:
-    from rig.lock import acquire
+    from rig.lines.lock import acquire
 
     with (
         served(tmp_path, CLOCK, STAGE_FOR_ROLL) as (_, rig),

@@ -5,13 +5,13 @@ from pathlib import Path
 
 from planning_files import AIR, procedure_file, rig_file
 
+from procedures.journal.header import make_header
+from procedures.journal.journal import Journal
+from procedures.journal.spool import Spool
 from procedures.plan.planner import make_plan
+from procedures.records.states import State
 from procedures.run.engine import Start, run
-from procedures.run.header import make_header
-from procedures.run.journal import Journal
-from procedures.run.spool import Spool
-from procedures.run.states import State
-from rig.assembly import open_rig
+from rig.assembly.open_rig import open_rig
 
 
 def test_the_twins_take_as_long_as_was_expected(tmp_path: Path):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from report_scene import Scene, run_view
 
-from ams.sets.adjustment import Acceptance, Adjustment, Condition, judge
-from ams.sets.attitude_errors import AngleErrors
+from ams.surveillance.adjustment import Acceptance, Adjustment, Condition, judge
+from ams.surveillance.attitude_errors import AngleErrors
 from procedures.report.angle_figures import angle_error_figure
 from procedures.report.canvas import style
 from procedures.report.figures import Figures

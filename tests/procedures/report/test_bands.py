@@ -5,9 +5,9 @@ import pytest
 from report_scene import Scene, run_view
 from scipy.stats import t
 
-from ams.calibrate import calibrate
+from ams.calibration.calibrate import calibrate
+from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
-from ams.request import CalibrationRequest
 from procedures.report.bands import Along, band_along
 
 

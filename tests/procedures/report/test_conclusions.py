@@ -5,9 +5,9 @@ import pytest
 from report_scene import Scene, run_view
 from scipy.stats import t
 
-from ams.calibrate import calibrate
-from ams.request import CalibrationRequest
-from ams.solve.result import ParameterEstimate
+from ams.calibration.calibrate import calibrate
+from ams.calibration_result import ParameterEstimate
+from ams.inputs.request import CalibrationRequest
 from procedures.report.conclusions import axis_view, by_replication, mean_residuals, parameter_row
 
 

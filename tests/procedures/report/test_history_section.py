@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from report_scene import Scene, run_view
 
-from ams.sets.archive_history import SensorHistory
-from ams.sets.history import history_of
-from ams.sets.synthetic import SyntheticArchive, synthetic_archive
+from ams.archive.histories import SensorHistory
+from ams.archive.synthetic import SyntheticArchive, synthetic_archive
+from ams.surveillance.control_chart import history_of
 from procedures.report.figures import Figures, draw_figures
 from procedures.report.page import render_page
 from procedures.report.view import RunView

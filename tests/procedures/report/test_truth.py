@@ -5,10 +5,11 @@ import pytest
 from report_journal import EXAMPLE_RIG
 from report_scene import Scene, run_view
 
+from ams.calibration_result import AxisCalibration
 from ams.observations import Observations
-from ams.solve.result import AxisCalibration
 from procedures.report.truth import truth_of
-from rig.description import Mount, RigDescription, read_rig
+from rig.description.read import read_rig
+from rig.description.rig_file import Mount, RigDescription
 
 
 def _solved(degc: float | None = None) -> tuple[Observations, AxisCalibration]:

@@ -11,13 +11,14 @@ from night import Night, events, spend, states
 from small_run import RIG, Bench, bench, dwells_of
 
 from procedures.errors import ExitStatus
-from procedures.run.beforehand import beforehand
-from procedures.run.mount_check import contradictions
-from procedures.run.records import ChannelReading, DwellRecord
+from procedures.records.dwells import ChannelReading, DwellRecord
+from procedures.records.states import State
+from procedures.run.judgement.mount_check import contradictions
+from procedures.run.preflight import beforehand
 from procedures.run.resume import resume_on
-from procedures.run.states import State
-from rig.assembly import open_rig
-from rig.description import Mount, Sensor, read_rig
+from rig.assembly.open_rig import open_rig
+from rig.description.read import read_rig
+from rig.description.rig_file import Mount, Sensor
 from rig.devices.abilities import Burst, Readout, Wait
 
 LEVEL, ON_ITS_BACK, RIGHT_DOWN, NOSE_UP = (0.0, 0.0), (0.0, 180.0), (0.0, 90.0), (90.0, 0.0)

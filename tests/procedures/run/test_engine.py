@@ -13,15 +13,15 @@ from journals import a_clock
 from small_run import Bench, bench, dwells_of, measured
 
 from procedures.errors import ExitStatus
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.spool import Request, Spool
+from procedures.journal.status import status
+from procedures.records.dwells import Event
+from procedures.records.progress import Progress
+from procedures.records.states import State
 from procedures.run.begin import begin, rehearse
 from procedures.run.ending import Outcome
-from procedures.run.journal_reader import JournalReader
-from procedures.run.progress import Progress
-from procedures.run.records import Event
-from procedures.run.spool import Request, Spool
-from procedures.run.states import State
-from procedures.run.status import status
-from rig.assembly import open_rig
+from rig.assembly.open_rig import open_rig
 from rig.devices.abilities import AxisState, Burst
 from rig.errors import DeviceNonsense, DeviceSilent, LinkLost
 

@@ -9,9 +9,9 @@ from grumbling import Grumbling
 from night import Night, Unreachable, asks, events, spend, states
 from small_run import Bench, bench, dwells_of, measured
 
+from procedures.records.states import State
 from procedures.run.ending import Outcome
-from procedures.run.states import State
-from rig.assembly import Rig
+from rig.assembly.open_rig import Rig
 from rig.devices.abilities import AxisState, Burst
 from rig.errors import DeviceNonsense, DeviceSilent, LinkLost
 

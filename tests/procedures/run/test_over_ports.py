@@ -6,16 +6,16 @@ import pytest
 from cut_line import CutLine, cut_line
 from small_run import bench, dwells_of, measured
 
-from procedures.description import read_procedure
+from procedures.description.procedure_file import read_procedure
+from procedures.journal.header import make_header
+from procedures.journal.journal_reader import JournalReader
 from procedures.plan.planner import make_plan
+from procedures.records.progress import Progress
+from procedures.records.states import State
 from procedures.run.begin import begin
-from procedures.run.header import make_header
-from procedures.run.journal_reader import JournalReader
-from procedures.run.progress import Progress
-from procedures.run.states import State
-from rig.assembly import open_rig
+from rig.assembly.open_rig import open_rig
+from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock, SystemClock
-from rig.simulate import serve_rig, write_rig
 
 FACTOR = 100.0
 SHORT = (("step = 30.0", "step = 60.0"), ("replications = 2", "replications = 1"), ("samples = 5", "samples = 3"))

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 from small_run import bench, in_child, killed_after
 
-from procedures.run.progress import Pace, PlainLines, Progress, line_of, shown_on
-from procedures.run.states import State
-from procedures.run.status import status
+from procedures.journal.status import status
+from procedures.records.progress import Progress, line_of
+from procedures.records.states import State
+from procedures.run.progress import Pace, PlainLines, shown_on
 
 MOMENT = Progress(
     event="dwell",

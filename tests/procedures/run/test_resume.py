@@ -12,21 +12,21 @@ from grumbling import Grumbling
 from small_run import Bench, bench, dwells_of, in_child, measured
 
 from procedures.errors import ExitStatus, JournalError, RequestError
+from procedures.journal.changes import Change, with_what_may_change
+from procedures.journal.journal import Journal
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.owner import is_owned, owning
+from procedures.journal.spool import Request, Spool, ask
+from procedures.journal.status import status
+from procedures.journal.storage import JOURNAL_FILE
 from procedures.plan.steps import Dwell, Soak
-from procedures.run.changes import Change, with_what_may_change
-from procedures.run.history import agenda, history_of, replications_before
-from procedures.run.journal import Journal
-from procedures.run.journal_reader import JournalReader
-from procedures.run.owner import is_owned, owning
-from procedures.run.progress import Progress
+from procedures.records.progress import Progress
+from procedures.records.states import State
+from procedures.run.judgement.history import agenda, history_of, replications_before
 from procedures.run.resume import resume, resume_on
-from procedures.run.spool import Request, Spool, ask
-from procedures.run.states import State
-from procedures.run.status import status
-from procedures.run.storage import JOURNAL_FILE
-from rig.assembly import open_rig
+from rig.assembly.open_rig import open_rig
 from rig.clock import SystemClock
-from rig.description import RigDescription
+from rig.description.rig_file import RigDescription
 from rig.devices.abilities import Burst
 
 
@@ -179,7 +179,7 @@ def test_fault_70_of_a_changed_rig_file_only_ports_are_taken_over(tmp_path: Path
 
 def test_fault_70_resume_refuses_another_version_of_the_software(small: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     run_dir = _stopped(small)
-    monkeypatch.setattr("procedures.run.changes.calrig_version", lambda: "9.9.9")
+    monkeypatch.setattr("procedures.journal.changes.calrig_version", lambda: "9.9.9")
     with pytest.raises(RequestError, match=r"software: calrig: was .*, is .9\.9\.9"):
         resume(run_dir, "carla")
 

@@ -10,11 +10,11 @@ import pytest
 from journals import a_clock
 from small_run import bench, dwells_of, in_child, resumed
 
-from procedures.run.journal_reader import JournalReader
-from procedures.run.progress import Progress
-from procedures.run.spool import Request, Spool, Taken, ask
-from procedures.run.states import State
-from procedures.run.status import status
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.spool import Request, Spool, Taken, ask
+from procedures.journal.status import status
+from procedures.records.progress import Progress
+from procedures.records.states import State
 from procedures.run.steering import Steering, signals_steer
 from rig.clock import ScaledClock, SystemClock
 from rig.errors import WaitEnded

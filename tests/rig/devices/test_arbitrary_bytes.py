@@ -16,12 +16,12 @@ from stream_rig import csv_settings, vn100_settings
 from table_bench import virtual_clock
 
 from rig.clock import VirtualClock
+from rig.description.driver_names import BUILT_IN
 from rig.devices import csv_imu, vn100, watlow_f4, watlow_f4t
 from rig.devices.hp3458a import Hp3458aReadout
 from rig.devices.scpi_daq import ScpiDaqReadout
 from rig.devices.watlow_f4 import WatlowF4Settings
 from rig.devices.watlow_f4t import WatlowF4TSettings
-from rig.drivers import BUILT_IN
 from rig.errors import RigError
 from rig.link.byte_stream import ByteStream
 from rig.link.memory import MemoryStream

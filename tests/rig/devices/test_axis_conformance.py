@@ -14,7 +14,7 @@ from rig.errors import RequestRefused, RigError, WaitEnded
 from rig.link import faults
 from rig.link.memory import MemoryStream
 from rig.link.ports import open_stream
-from rig.motion import home_and_arrive, move_and_arrive, stop_all
+from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
 from rig.twins.servers import serve_pty, serve_tcp
 
 FACTOR = 50.0

@@ -6,12 +6,12 @@ import pytest
 from example_files import ROOT
 from motion_bench import MotionBench, motion_bench, settings_of
 
-from rig.assembly import open_rig
-from rig.cable_memory import KeptInFile, Unkept, Winding, memory_of
-from rig.description import read_rig
+from rig.assembly.open_rig import open_rig
+from rig.description.read import read_rig
 from rig.devices.cable import CableGuard
+from rig.devices.cable_memory import KeptInFile, Unkept, Winding, memory_of
 from rig.errors import DescriptionError, DeviceFault, RequestRefused
-from rig.motion import home_and_arrive, move_and_arrive
+from rig.motion.move import home_and_arrive, move_and_arrive
 
 
 def _bench() -> MotionBench:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from motion_bench import DRIVERS
 
-from rig.drivers import BUILT_IN
+from rig.description.driver_names import BUILT_IN
 
 SUITES = {
     "axes": "test_axis_conformance.py",

@@ -7,9 +7,9 @@ import pytest
 from ported_rig import LINES, rig_on
 from wider_rig import CHAMBER, wider_rig_file
 
-from rig.assembly import Rig
+from rig.assembly.open_rig import Rig
+from rig.description.driver_names import BUILT_IN
 from rig.devices.abilities import Environment
-from rig.drivers import BUILT_IN
 from rig.errors import RequestRefused
 
 TABLES = {

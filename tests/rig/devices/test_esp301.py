@@ -5,7 +5,7 @@ from motion_bench import motion_bench
 
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
 from rig.link import faults
-from rig.motion import home_and_arrive, move_and_arrive
+from rig.motion.move import home_and_arrive, move_and_arrive
 
 
 def test_every_command_is_followed_by_the_error_queue() -> None:

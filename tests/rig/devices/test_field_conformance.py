@@ -7,9 +7,9 @@ import pytest
 from example_files import EXAMPLE_RIG
 from ported_rig import LINES, rig_on
 
-from rig.assembly import Rig
+from rig.assembly.open_rig import Rig
+from rig.description.driver_names import BUILT_IN
 from rig.devices.abilities import Field, FieldState
-from rig.drivers import BUILT_IN
 from rig.errors import RequestRefused
 
 TABLES = {"manual": '[field.coil]\ndriver = "manual"\nport = "twin"\nlimits_ut = [-100.0, 100.0]\n'}

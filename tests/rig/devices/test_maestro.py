@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from rig.errors import DeviceFault, DeviceSilent, RequestRefused
 from rig.link import faults
-from rig.motion import home_and_arrive, move_and_arrive
+from rig.motion.move import home_and_arrive, move_and_arrive
 from rig.wire.maestro import Errors
 
 

@@ -7,7 +7,7 @@ from table_bench import virtual_clock
 from rig.devices.manual import connect
 from rig.errors import DeviceFault, DeviceNonsense, RequestRefused, WaitEnded
 from rig.link.memory import MemoryStream
-from rig.motion import home_and_arrive, move_and_arrive
+from rig.motion.move import home_and_arrive, move_and_arrive
 
 
 def test_an_operator_may_take_all_day() -> None:

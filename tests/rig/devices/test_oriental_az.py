@@ -6,7 +6,7 @@ from motion_bench import MotionBench, motion_bench
 from rig.devices.rates import measured_rate
 from rig.errors import DeviceFault, DeviceSilent, RequestRefused
 from rig.link import faults
-from rig.motion import home_and_arrive
+from rig.motion.move import home_and_arrive
 
 
 def _sent(bench: MotionBench) -> list[bytes]:

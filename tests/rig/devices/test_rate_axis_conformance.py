@@ -13,7 +13,7 @@ from rig.devices.rates import measured_rate
 from rig.errors import RequestRefused
 from rig.link.memory import MemoryStream
 from rig.link.ports import open_stream
-from rig.motion import home_and_arrive, stop_all
+from rig.motion.move import home_and_arrive, stop_all
 from rig.twins.servers import serve_pty, serve_tcp
 
 TURNING = ("oriental-az", "zaber")

@@ -9,9 +9,9 @@ from example_files import EXAMPLE_RIG
 from ported_rig import LINES, rig_on
 from wider_rig import wider_rig_file
 
-from rig.assembly import Rig
+from rig.assembly.open_rig import Rig
+from rig.description.driver_names import BUILT_IN
 from rig.devices.abilities import Readout
-from rig.drivers import BUILT_IN
 from rig.errors import RequestRefused, WaitEnded
 
 

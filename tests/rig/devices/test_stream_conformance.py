@@ -8,9 +8,9 @@ import pytest
 from ported_rig import LINES, rig_on
 from wider_rig import wider_rig_file
 
-from rig.assembly import Rig
+from rig.assembly.open_rig import Rig
+from rig.description.driver_names import BUILT_IN
 from rig.devices.abilities import Stream, StreamBlock
-from rig.drivers import BUILT_IN
 
 STREAMS = {"vn100": "imu", "csv-imu": "board"}
 """Driver to the stream of the wider rig that has it."""

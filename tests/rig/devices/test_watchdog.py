@@ -19,7 +19,7 @@ from rig.clock import Clock, ScaledClock, SystemClock
 from rig.devices.abilities import Watchdog
 from rig.errors import DeviceFault, WaitEnded
 from rig.link.ports import open_stream
-from rig.motion import home_and_arrive
+from rig.motion.move import home_and_arrive
 from rig.twins.servers import TwinServer, serve_pty, serve_tcp
 from rig.wire.maestro import Errors
 

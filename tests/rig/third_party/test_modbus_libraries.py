@@ -20,7 +20,7 @@ from rig.devices import watlow_f4, watlow_f4t
 from rig.devices.watlow_f4 import WatlowF4Settings
 from rig.devices.watlow_f4t import WatlowF4TSettings
 from rig.errors import DeviceNonsense, DeviceSilent
-from rig.exchange import Patience
+from rig.link.exchange import Patience
 from rig.link.modbus import ModbusRtu
 from rig.link.ports import open_stream
 from rig.twins.servers import serve_pty

@@ -9,14 +9,14 @@ import pytest
 from table_bench import example_rig, rig_file, virtual_clock
 from turning_rig import SERVO_FOR_PITCH, STAGE_FOR_ROLL
 
-from rig.assembly import Rig, open_rig
+from rig.assembly.open_rig import Rig, open_rig
+from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock, SystemClock
-from rig.description import read_rig
+from rig.description.fault_plan import FaultPlan, FaultRule
+from rig.description.read import read_rig
 from rig.errors import DeviceFault, DeviceRefused, DeviceSilent, LinkLost, RigError
-from rig.fault_file import FaultPlan, FaultRule
-from rig.jog import home, jog_to
 from rig.link.memory import MemoryStream
-from rig.simulate import serve_rig, write_rig
+from rig.motion.jog import home, jog_to
 from rig.twins.faulty import FaultyTwin, modbus_exception
 from rig.twins.world import World
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from table_bench import example_rig
 
-from rig.description import TwinSection, TwinStream
+from rig.description.rig_file import TwinSection, TwinStream
 from rig.twins.strapped_down import StrappedDown
 from rig.twins.world import World
 

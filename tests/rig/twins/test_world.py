@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from table_bench import example_rig
 
-from rig.description import AxisTruth, AxisTwin, Mount, RigDescription, TwinBase, TwinEnvironment
+from rig.description.rig_file import AxisTruth, AxisTwin, Mount, RigDescription, TwinBase, TwinEnvironment
 from rig.twins.geometry import about_x, about_y, about_z, sensitive_direction
 from rig.twins.world import World
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from table_bench import virtual_clock
 
 from rig.errors import DeviceNonsense, DeviceSilent
-from rig.exchange import Exchange, Patience
+from rig.link.exchange import Exchange, Patience
 from rig.link.memory import MemoryStream
 
 REFUSED = object()

@@ -10,7 +10,7 @@ import pikepdf
 import pytest
 from programs import require_program
 
-from procedures.report.paper.leaves import Leaf, leaves_of
+from procedures.report.paper.page_tree import Leaf, leaves_of
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 
 PICTURE = "data:image/svg+xml,%3Csvg xmlns=%22http://www.w3.org/2000/svg%22 width=%2240%22 height=%2220%22/%3E"

@@ -1,0 +1,200 @@
+"""How good a design is before anything is measured: variance function, figures of merit, rank, expected uncertainties.
+
+The variance of a predicted output over the variance of a reading is φᵀP⁻¹φ with φ = (1, sin α, −cos α sin R,
+−cos α cos R) and P the sum of φφᵀ over the points: free of the sensor's own parameters. Box's figure of merit V is K
+times its mean over a box of angles; its square root is what is tabulated. Source: TP (52), (53), (127), theorems I to
+IV and table 1, whose values hold for the whole roll circle.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import DesignError
+from ams.frames import Attitude, specific_force
+from ams.inputs.table_uncertainty import TableUncertainty, index_columns
+from ams.models.accelerometer import PitchRoll, cyclic, vector_from_angles
+from ams.solve.linear_form import RANK_TOLERANCE, factor
+
+FloatArray = NDArray[np.float64]
+
+PITCH_ROLL_TERMS = 4
+_NODES = 48
+"""Gauss-Legendre nodes an axis: exact to rounding for second harmonics over two turns and less."""
+_GRID = 91
+_PEAKS = 12
+_POLISHING = 24
+
+
+@dataclass(frozen=True)
+class AngleBox:
+    """A box of attitudes, radians; the whole roll circle unless it is narrowed."""
+
+    pitch_rad: tuple[float, float]
+    roll_rad: tuple[float, float] = (-np.pi, np.pi)
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in (("pitch", self.pitch_rad), ("roll", self.roll_rad)):
+            if not (np.isfinite(low) and np.isfinite(high) and low <= high):
+                raise DesignError(
+                    f"box: {name}: got {np.rad2deg(low):g}° to {np.rad2deg(high):g}°, allowed a range that "
+                    "does not fall; nothing was evaluated"
+                )
+
+
+@dataclass(frozen=True)
+class DesignEvaluation:
+    """One design, evaluated for the model with roll."""
+
+    figure_of_merit_sqrt: float
+    """V^½ over the calibration box."""
+    usage_figure_of_merit_sqrt: float | None
+    """V_R^½ over the usage box; None without one."""
+    max_variance: float
+    """Largest φᵀP⁻¹φ in the calibration box."""
+    rank: int
+    """Of the design matrix: 4 determines the model."""
+
+
+def gradient(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    """(N, 4) φ of TP (127)."""
+    force = specific_force(pitch_rad, roll_rad)
+    return np.concatenate([np.ones((*force.shape[:-1], 1)), force], axis=-1)
+
+
+def design_rank(pitch_rad: FloatArray, roll_rad: FloatArray) -> int:
+    """Rank of the design matrix of the model with roll, 1 to 4."""
+    basis = gradient(pitch_rad, roll_rad)
+    length = np.linalg.norm(basis, axis=0)
+    return int(np.linalg.matrix_rank(basis / np.where(length > 1e-12, length, np.inf), rtol=RANK_TOLERANCE))
+
+
+def variance_function(
+    pitch_rad: FloatArray, roll_rad: FloatArray, at_pitch_rad: FloatArray, at_roll_rad: FloatArray
+) -> FloatArray:
+    """φᵀP⁻¹φ at attitudes of any common shape, for the points (N,) of a design.
+
+    Raises:
+        DesignError: the points cannot determine the model.
+    """
+    return _variance(_inverse_moments(pitch_rad, roll_rad), at_pitch_rad, at_roll_rad)
+
+
+def figure_of_merit(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) -> float:
+    """V of TP (53): the number of points times the mean of the variance function over the box, by integration."""
+    return pitch_rad.size * _mean_variance(_inverse_moments(pitch_rad, roll_rad), box)
+
+
+def max_variance(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) -> float:
+    """The largest value of the variance function in the box, polished from the highest places of a grid."""
+    inverse = _inverse_moments(pitch_rad, roll_rad)
+    pitch, roll = np.linspace(*box.pitch_rad, _GRID), np.linspace(*box.roll_rad, _GRID)
+    values = _variance(inverse, *np.meshgrid(pitch, roll, indexing="ij"))
+    places = [np.unravel_index(i, values.shape) for i in _highest(values)]
+    cell = (pitch[1] - pitch[0], roll[1] - roll[0])
+    return max(_polish(inverse, box, (float(pitch[i]), float(roll[j])), cell) for i, j in places)
+
+
+def evaluate_design(
+    pitch_rad: FloatArray, roll_rad: FloatArray, calibration_box: AngleBox, usage_box: AngleBox | None = None
+) -> DesignEvaluation:
+    """Figures of merit, largest variance and rank of a design of K points.
+
+    Raises:
+        DesignError: the points cannot determine the model.
+    """
+    inverse = _inverse_moments(pitch_rad, roll_rad)
+    usage = None if usage_box is None else float(np.sqrt(pitch_rad.size * _mean_variance(inverse, usage_box)))
+    return DesignEvaluation(
+        figure_of_merit_sqrt=float(np.sqrt(pitch_rad.size * _mean_variance(inverse, calibration_box))),
+        usage_figure_of_merit_sqrt=usage,
+        max_variance=max_variance(pitch_rad, roll_rad, calibration_box),
+        rank=PITCH_ROLL_TERMS,
+    )
+
+
+def expected_standard_uncertainty(
+    pitch_rad: FloatArray,
+    roll_rad: FloatArray,
+    replications: int,
+    noise_v: float,
+    sensitivity_v_per_g: float,
+    nominal_axis: str = "x",
+    coning_rad: float = 0.0,
+    azimuth_rad: float = 0.0,
+    table: TableUncertainty | None = None,
+) -> Mapping[str, float | None]:
+    """Standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading and no lack of fit or drift.
+
+    The table's index errors stay whatever the number of replications. Without coning the azimuth is None and
+    ``coning_deg`` is the uncertainty of the sensitive axis' direction.
+    """
+    model, attitude = PitchRoll(nominal_axis), Attitude(pitch_rad, roll_rad)
+    form = factor(model.basis(attitude), model.primary_names, attitude)
+    k = vector_from_angles(nominal_axis, sensitivity_v_per_g, coning_rad, azimuth_rad)
+    primary = np.concatenate([[0.0], k])
+    covariance = noise_v**2 / replications * form.unscaled_covariance
+    if table is not None:
+        slopes = model.angle_jacobian(primary, attitude)
+        columns = form.estimator @ index_columns(table, {"pitch": pitch_rad, "roll": roll_rad}, slopes)
+        covariance = covariance + columns @ columns.T
+    return _edge_uncertainties(model, primary, covariance)
+
+
+def _edge_uncertainties(model: PitchRoll, primary: FloatArray, covariance: FloatArray) -> Mapping[str, float | None]:
+    if not model.undetermined(primary, covariance):
+        rows = model.parameters_jacobian(primary)
+        values = np.sqrt(np.einsum("mi,ij,mj->m", rows, covariance, rows))
+        return dict(zip(model.parameter_names, map(float, values), strict=True))
+    i, j, m = (1 + index for index in cyclic(model.nominal_axis))
+    across = np.sqrt(max(covariance[j, j], covariance[m, m])) / abs(primary[i])
+    return {
+        "offset_v": float(np.sqrt(covariance[0, 0])),
+        "sensitivity_v_per_g": float(np.sqrt(covariance[i, i])),
+        "coning_deg": float(np.rad2deg(across)),
+        "azimuth_deg": None,
+    }
+
+
+def _inverse_moments(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    names = PitchRoll.primary_names
+    return factor(gradient(pitch_rad, roll_rad), names, Attitude(pitch_rad, roll_rad)).unscaled_covariance
+
+
+def _variance(inverse: FloatArray, pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    phi = gradient(pitch_rad, roll_rad)
+    return np.asarray(np.einsum("...i,ij,...j->...", phi, inverse, phi))
+
+
+def _mean_variance(inverse: FloatArray, box: AngleBox) -> float:
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    axes = [0.5 * (low + high) + 0.5 * (high - low) * nodes for low, high in (box.pitch_rad, box.roll_rad)]
+    values = _variance(inverse, *np.meshgrid(*axes, indexing="ij"))
+    return float(weights @ values @ weights) / 4.0
+
+
+def _highest(values: FloatArray) -> NDArray[np.intp]:
+    """Flat places of the highest local maxima of a grid, the border included."""
+    padded = np.pad(values, 1, constant_values=-np.inf)
+    rows, columns = values.shape
+    around = np.stack([padded[i : i + rows, j : j + columns] for i in range(3) for j in range(3)])
+    peaks = np.flatnonzero(values >= around.max(axis=0))
+    return peaks[np.argsort(values.ravel()[peaks])[::-1][:_PEAKS]]
+
+
+def _polish(inverse: FloatArray, box: AngleBox, place: tuple[float, float], cell: tuple[float, float]) -> float:
+    """Climb from a place of the grid, ever finer once the top is inside the window."""
+    halves, best = np.array(cell), -np.inf
+    for _ in range(_POLISHING):
+        axes = [
+            np.clip(np.linspace(centre - half, centre + half, 11), low, high)
+            for centre, half, (low, high) in zip(place, halves, (box.pitch_rad, box.roll_rad), strict=True)
+        ]
+        values = _variance(inverse, *np.meshgrid(*axes, indexing="ij"))
+        i, j = np.unravel_index(int(np.argmax(values)), values.shape)
+        if values[i, j] <= best or (0 < i < 10 and 0 < j < 10):
+            halves = halves / 4.0
+        best, place = max(best, float(values[i, j])), (float(axes[0][i]), float(axes[1][j]))
+    return best

@@ -1,0 +1,98 @@
+"""How good a design without roll is: the same figures as :mod:`ams.analysis.design_variance` for TP (1).
+
+The variance function is φᵀP⁻¹φ with φ = (1, sin α, −cos α), a trigonometric polynomial of the second order in pitch.
+Boxes are ranges of pitch alone. Source: TP 4.2, calibration without roll, and 5.3.1.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.analysis.design_variance import DesignEvaluation
+from ams.frames import Attitude
+from ams.inputs.table_uncertainty import TableUncertainty, index_columns
+from ams.models.accelerometer import PitchOnly
+from ams.solve.linear_form import factor
+
+FloatArray = NDArray[np.float64]
+PitchRange = tuple[float, float]
+
+_TERMS = 3
+_NODES = 48
+_STATIONS = 721
+
+
+def variance_without_roll(pitch_rad: FloatArray, at_pitch_rad: FloatArray) -> FloatArray:
+    """φᵀP⁻¹φ at pitch angles (M,), for the points (N,) of a design.
+
+    Raises:
+        DesignError: the points cannot determine the model.
+    """
+    phi = _basis(at_pitch_rad)
+    return np.asarray(np.einsum("ij,ij->i", phi @ _inverse_moments(pitch_rad), phi))
+
+
+def evaluate_without_roll(
+    pitch_rad: FloatArray, calibration_range_rad: PitchRange, usage_range_rad: PitchRange | None = None
+) -> DesignEvaluation:
+    """Figures of merit, largest variance and rank (3 determines the model). Raises: DesignError."""
+    usage = None if usage_range_rad is None else _figure_of_merit_sqrt(pitch_rad, usage_range_rad)
+    return DesignEvaluation(
+        figure_of_merit_sqrt=_figure_of_merit_sqrt(pitch_rad, calibration_range_rad),
+        usage_figure_of_merit_sqrt=usage,
+        max_variance=_largest(pitch_rad, calibration_range_rad),
+        rank=_TERMS,
+    )
+
+
+def expected_without_roll(
+    pitch_rad: FloatArray,
+    replications: int,
+    noise_v: float,
+    sensitivity_v_per_g: float,
+    nominal_axis: str = "x",
+    misalignment_rad: float = 0.0,
+    table: TableUncertainty | None = None,
+) -> Mapping[str, float | None]:
+    """Standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading and no lack of fit or drift."""
+    model, attitude = PitchOnly(nominal_axis), Attitude(pitch_rad, np.zeros_like(pitch_rad))
+    form = factor(model.basis(attitude), model.primary_names, attitude)
+    along, across = (sensitivity_v_per_g * part(misalignment_rad) for part in (np.cos, np.sin))
+    primary = np.array([0.0, along, across] if nominal_axis == "x" else [0.0, -across, along])
+    covariance = noise_v**2 / replications * form.unscaled_covariance
+    if table is not None:
+        slopes = {"pitch": model.angle_jacobian(primary, attitude)["pitch"]}
+        columns = form.estimator @ index_columns(table, {"pitch": pitch_rad}, slopes)
+        covariance = covariance + columns @ columns.T
+    rows = model.parameters_jacobian(primary)
+    values = np.sqrt(np.einsum("mi,ij,mj->m", rows, covariance, rows))
+    return dict(zip(model.parameter_names, map(float, values), strict=True))
+
+
+def _basis(pitch_rad: FloatArray) -> FloatArray:
+    return PitchOnly("x").basis(Attitude(pitch_rad, np.zeros_like(pitch_rad)))
+
+
+def _inverse_moments(pitch_rad: FloatArray) -> FloatArray:
+    attitude = Attitude(pitch_rad, np.zeros_like(pitch_rad))
+    return factor(_basis(pitch_rad), PitchOnly.primary_names, attitude).unscaled_covariance
+
+
+def _figure_of_merit_sqrt(pitch_rad: FloatArray, range_rad: PitchRange) -> float:
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    low, high = range_rad
+    values = variance_without_roll(pitch_rad, 0.5 * (low + high) + 0.5 * (high - low) * nodes)
+    return float(np.sqrt(pitch_rad.size * (weights @ values) / 2.0))
+
+
+def _largest(pitch_rad: FloatArray, range_rad: PitchRange) -> float:
+    """The largest value in the range: a grid, then ever finer grids around its highest place."""
+    low, high = range_rad
+    while True:
+        stations = np.linspace(low, high, _STATIONS)
+        values = variance_without_roll(pitch_rad, stations)
+        place = int(values.argmax())
+        low, high = stations[max(place - 1, 0)], stations[min(place + 1, _STATIONS - 1)]
+        if high - low < 1e-7:
+            return float(values[place])

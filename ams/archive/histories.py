@@ -1,0 +1,118 @@
+"""Histories out of the archive: a sensor's calibrations among all of its kind, in one read.
+
+Where the rig has a permanent check sensor, what it says of a run stands beside what a sensor is found to have done.
+"""
+
+from dataclasses import dataclass, replace
+from datetime import datetime
+
+from sqlalchemy import Connection, select
+
+from ams.archive.connection import reading
+from ams.archive.sets import BUSY_TIMEOUT_S, show
+from ams.archive.tables import POINTS, SETS
+from ams.errors import ArchiveUnknown
+from ams.sets.canonical import table
+from ams.surveillance.adjustment import acceptance_of
+from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors
+from ams.surveillance.control_chart import History, history_of
+from ams.surveillance.history_points import unpack
+from ams.surveillance.interval_advice import IntervalAdvice, advise_interval
+from ams.surveillance.series import PointLabel, Population
+
+
+@dataclass(frozen=True)
+class SensorHistory:
+    """Everything that the archive tells of one sensor over the years."""
+
+    history: History
+    check: CheckHistory | None
+    """Where the sensor is itself a check sensor."""
+    limit_deg: float | None
+    """Largest error allowed, from its latest set."""
+    advice: IntervalAdvice | None
+    """None without a limit, or with one calibration."""
+
+
+def history(
+    archive_url: str, sensor: str, busy_timeout_s: float = BUSY_TIMEOUT_S, until_utc: datetime | None = None
+) -> SensorHistory:
+    """The control charts of a sensor, what was found, and advice on its interval.
+
+    ``until_utc``: as the archive knew it after the calibrations made up to then, that moment included.
+
+    Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
+    """
+    population = population_of(archive_url, sensor, busy_timeout_s, until_utc)
+    found = with_rig_causes(population, history_of(population, sensor))
+    declared = show(archive_url, found.labels[-1].sha256, busy_timeout_s).provenance["acceptance"]
+    limits = acceptance_of(None if declared is None else table(declared)).limits_deg
+    limit = min(limits.values(), default=None)
+    return SensorHistory(
+        found,
+        check_history(population, sensor) if found.labels[-1].is_check else None,
+        limit,
+        None if limit is None else advise_interval(found, limit),
+    )
+
+
+def with_rig_causes(population: Population, found: History) -> History:
+    """The findings of a sensor, each with what the check sensors of its rig say of the same run."""
+    rigs = {finding.at.rig for finding in found.findings}
+    watchers = [name for rig in sorted(rigs) for name in check_sensors(population, rig) if name != found.sensor]
+    told: dict[str | None, str] = {}
+    for name in watchers:
+        for finding in check_history(population, name).findings:
+            if finding.cause in ("table", "meter") and finding.at.run_id is not None:
+                told.setdefault(finding.at.run_id, finding.sentence)
+    findings = tuple(replace(one, rig_cause=told.get(one.at.run_id)) for one in found.findings)
+    return replace(found, findings=findings)
+
+
+def population_of(
+    archive_url: str, sensor: str, busy_timeout_s: float = BUSY_TIMEOUT_S, until_utc: datetime | None = None
+) -> Population:
+    """All calibrations of the sensor's kind (same axes, same unit); of several solutions of a run the one that was
+    published last. Simulated ones count only for a sensor that was never measured.
+
+    Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
+    """
+    with reading(archive_url, busy_timeout_s) as connection:
+        axes, name, simulated = _kind_of(connection, sensor)
+        rows = _rows(connection, axes, name, simulated)
+    known = [row for row in rows if until_utc is None or row[3] <= until_utc]
+    latest = {(sensor, run_id or sha256): row for row in known for sha256, sensor, run_id in (row[:3],)}
+    kept = sorted(latest.values(), key=lambda row: (row[1], row[3], row[0]))
+    labels = [PointLabel(*row[:-1]) for row in kept]
+    return Population(labels, unpack(axes.split(","), [row[-1] for row in kept], name))
+
+
+def _kind_of(connection: Connection, sensor: str) -> tuple[str, str, bool]:
+    both = SETS.join(POINTS, SETS.c.sha256 == POINTS.c.sha256)
+    query = (
+        select(POINTS.c.axes, POINTS.c.sensitivity_name, SETS.c.simulated)
+        .select_from(both)
+        .where(SETS.c.sensor == sensor)
+        .order_by(SETS.c.simulated, SETS.c.created_utc.desc())
+        .limit(1)
+    )
+    found = connection.execute(query).first()
+    if found is None:
+        raise ArchiveUnknown(f"archive: sensor {sensor!r}: has no set here; calrig archive list tells the names")
+    return str(found.axes), str(found.sensitivity_name), bool(found.simulated)
+
+
+def _rows(
+    connection: Connection, axes: str, sensitivity_name: str, simulated: bool
+) -> list[tuple[str, str, str | None, datetime, str, bool, float, bytes]]:
+    """The fields of a label and the packed numbers, in the order in which they were published."""
+    columns = (SETS.c.sha256, SETS.c.sensor, SETS.c.run_id, SETS.c.created_utc, POINTS.c.rig, POINTS.c.check_sensor,
+               POINTS.c.gravity_mps2, POINTS.c.numbers)  # fmt: skip
+    both = SETS.join(POINTS, SETS.c.sha256 == POINTS.c.sha256)
+    query = (
+        select(*columns)
+        .select_from(both)
+        .where(POINTS.c.axes == axes, POINTS.c.sensitivity_name == sensitivity_name, SETS.c.simulated == simulated)
+        .order_by(SETS.c.published_utc, SETS.c.sha256)
+    )
+    return [tuple(row) for row in connection.execute(query)]

@@ -1,0 +1,141 @@
+"""The record of an archive: every row that is written is told by a record, every record holds the hash of the last.
+
+A record is one transaction: when, what kind, by whom and why, and for each row its table, its key and the SHA-256 of
+its values. So a row that was changed, added or taken away behind calrig's back shows, and so does a record that was.
+What no chain can show by itself is that its end was cut off together with the rows it told: the head (the last
+record's hash) is printed by ``calrig archive verify`` to be written down elsewhere, as on a certificate.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, date, datetime
+from typing import Any
+
+from sqlalchemy import Connection, Table, insert, select
+
+from ams.archive.tables import METADATA, RECORDS
+from ams.sets.canonical import Json, canonical_bytes
+
+BEGINNING = "0" * 64
+ROWS_AT_ONCE = 500
+
+
+@dataclass(frozen=True)
+class Written:
+    """Rows of one table that a transaction wrote."""
+
+    table: Table
+    rows: Sequence[Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Head:
+    """The last record: how many there are, and the hash that stands for all of them."""
+
+    sequence: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class ChainReport:
+    """What a verification found."""
+
+    head: Head
+    rows: int
+    faults: tuple[str, ...]
+    """One sentence each; empty where everything is as it was written."""
+
+
+def write(
+    connection: Connection, utc: datetime, kind: str, written: Sequence[Written], detail: Mapping[str, Json]
+) -> Head:
+    """Insert the rows, tables in the order given, and tell them in one record."""
+    for part in written:
+        if part.rows:
+            connection.execute(insert(part.table), [dict(row) for row in part.rows])
+    return tell(connection, utc, kind, written, detail)
+
+
+def tell(
+    connection: Connection, utc: datetime, kind: str, written: Sequence[Written], detail: Mapping[str, Json]
+) -> Head:
+    """One record of rows that are there."""
+    last = head(connection)
+    rows: list[Json] = [list(_told(part.table, row)) for part in written for row in part.rows]
+    text = canonical_bytes({**detail, "rows": rows}).decode("utf-8")
+    record = {"sequence": last.sequence + 1, "utc": utc, "kind": kind, "detail": text, "previous": last.sha256}
+    digest = _record_hash(record)
+    connection.execute(insert(RECORDS).values({**record, "sha256": digest}))
+    return Head(last.sequence + 1, digest)
+
+
+def head(connection: Connection) -> Head:
+    """The last record; before the first, sequence 0 and 64 zeros."""
+    query = select(RECORDS.c.sequence, RECORDS.c.sha256).order_by(RECORDS.c.sequence.desc()).limit(1)
+    found = connection.execute(query).first()
+    return Head(0, BEGINNING) if found is None else Head(found.sequence, found.sha256)
+
+
+def verify_chain(connection: Connection) -> ChainReport:
+    """Recompute every record and every row."""
+    told: dict[tuple[str, str], str] = {}
+    faults = list(_record_faults(connection, told))
+    rows = 0
+    for table in METADATA.sorted_tables:
+        if table is RECORDS:
+            continue
+        for name, key, digest in _rows_of(connection, table):
+            rows += 1
+            expected = told.pop((name, key), None)
+            if expected is None:
+                faults.append(f"{name} {key}: no record tells of this row: it was added behind the record")
+            elif expected != digest:
+                faults.append(f"{name} {key}: is not as it was written (SHA-256 differs)")
+    faults += [f"{name} {key}: was written and is not there any more" for name, key in told]
+    return ChainReport(head(connection), rows, tuple(faults))
+
+
+def _record_faults(connection: Connection, told: dict[tuple[str, str], str]) -> Iterator[str]:
+    """Faults of the records themselves; fills what they tell."""
+    previous, expected = BEGINNING, 1
+    for record in map(dict, connection.execute(select(RECORDS).order_by(RECORDS.c.sequence)).mappings()):
+        if record["sequence"] != expected:
+            yield f"record {expected}: is missing"
+        if record["previous"] != previous and record["sequence"] == expected:
+            yield f"record {record['sequence']}: does not follow the record before it"
+        if _record_hash(record) != record["sha256"]:
+            yield f"record {record['sequence']} ({record['kind']}): is not as it was written (SHA-256 differs)"
+        for name, key, digest in json.loads(record["detail"]).get("rows", []):
+            told[name, key] = digest
+        previous, expected = record["sha256"], record["sequence"] + 1
+
+
+def _rows_of(connection: Connection, table: Table) -> Iterator[tuple[str, str, str]]:
+    found = connection.execution_options(yield_per=ROWS_AT_ONCE).execute(select(table)).mappings()
+    for row in found:
+        yield _told(table, dict(row))
+
+
+def _told(table: Table, row: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Table, key and hash of a row, as a record has them; null is left out, so that a later schema may add columns."""
+    key = " ".join(str(row[column.name]) for column in table.primary_key)
+    values = {name: _plain(value) for name, value in row.items() if value is not None}
+    return table.name, key, hashlib.sha256(canonical_bytes(values)).hexdigest()
+
+
+def _record_hash(record: Mapping[str, Any]) -> str:
+    parts: Iterable[str] = ("sequence", "utc", "kind", "detail", "previous")
+    return hashlib.sha256(canonical_bytes({name: _plain(record[name]) for name in parts})).hexdigest()
+
+
+def _plain(value: Any) -> Json:
+    if isinstance(value, datetime):
+        return value.astimezone(UTC).isoformat()
+    if isinstance(value, date):
+        return value.isoformat()
+    if isinstance(value, bytes | memoryview):
+        return bytes(value).hex()
+    plain: Json = value
+    return plain

@@ -1,0 +1,306 @@
+"""A run published: the run, the standards behind it, its sets, and of every sensor what was found and left.
+
+One transaction, told in one go: all of it is in the archive or nothing. What was found is worked out inside the
+transaction, against the latest set that the archive then holds of that sensor, so that two publishers never disagree.
+Publishing the same run again changes nothing and hands back what is there.
+
+A standard whose due date was past when the run ended is refused, unless somebody overrides it by name and with a
+reason; both go into the record. Simulated runs rest on no standard, so nothing of theirs expires.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date, datetime
+from typing import Any
+
+from sqlalchemy import Connection, and_, literal, or_, select
+
+from ams.archive.connection import reading, writing
+from ams.archive.ledger import ROWS_AT_ONCE, Written, write
+from ams.archive.sets import BUSY_TIMEOUT_S, Publication, find_set, insert_sets, require_publishable, stored_set
+from ams.archive.tables import ADJUSTMENTS, RUNS, SETS, STANDARDS, USES
+from ams.errors import ArchiveError, OutsideValidity
+from ams.observations import Observations
+from ams.sets.canonical import Document, canonical_bytes, listed, table
+from ams.sets.coefficients import CoefficientSet
+from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust, from_document, to_document
+
+
+@dataclass(frozen=True)
+class RunEntry:
+    """A run as the archive keeps it."""
+
+    journal_sha256: str
+    """Of the journal's content: what identifies the run."""
+    run_id: str
+    title: str
+    rig: str
+    operator: str
+    simulated: bool
+    started_utc: datetime
+    ended_utc: datetime
+    folder: str
+    """Where it lay when it was published."""
+    software_version: str
+
+
+@dataclass(frozen=True)
+class MeasuredSensor:
+    """One sensor of a run: its set, and the rows that the set was solved from."""
+
+    coefficients: CoefficientSet
+    observations: Observations
+    is_check: bool = False
+    """A permanent check sensor."""
+
+
+@dataclass(frozen=True)
+class Override:
+    """Who answers for an expired standard, and why."""
+
+    by: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class StandardUse:
+    """A standard as a run used it."""
+
+    name: str
+    serial: str
+    certificate: str
+    due: date | None
+    uncertainty: Mapping[str, object]
+
+    @property
+    def key(self) -> tuple[str, str]:
+        return self.serial, self.certificate
+
+    def is_expired(self, on: date) -> bool:
+        return self.due is not None and self.due < on
+
+
+@dataclass(frozen=True)
+class PublishedRun:
+    """What the archive holds of a run, whether it was new or not."""
+
+    publications: tuple[Publication, ...]
+    adjustments: Mapping[str, Adjustment]
+    """Sensor to as found and as left; a sensor whose angles the set does not tell (gyros) is missing."""
+
+
+def publish_run(
+    archive_url: str,
+    run: RunEntry,
+    sensors: Sequence[MeasuredSensor],
+    published_utc: datetime,
+    *,
+    usage_pitch_deg: tuple[float, float] | None = None,
+    override: Override | None = None,
+    busy_timeout_s: float = BUSY_TIMEOUT_S,
+) -> PublishedRun:
+    """Put a run, its sets and its adjustments into the archive, all or nothing.
+
+    ``usage_pitch_deg``: where the sensors will be used; limits what is judged.
+
+    Raises: ArchiveError where the archive cannot be written or a standard has expired; VectorsDisagree for a set that
+    contradicts itself.
+    """
+    sets = [sensor.coefficients for sensor in sensors]
+    require_publishable(sets, published_utc)
+    standards = standards_of(sets)
+    expired = [] if run.simulated else [one for one in standards if one.is_expired(run.ended_utc.date())]
+    _check_override(run, expired, override)
+    with writing(archive_url, busy_timeout_s) as connection:
+        _insert_run(connection, run, published_utc, standards, {one.key: override for one in expired if override})
+        checks = {sensor.coefficients.sensor: sensor.is_check for sensor in sensors}
+        publications = insert_sets(connection, sets, published_utc, checks)
+        found = {
+            sensor.coefficients.sensor: _adjusted(connection, sensor, published_utc, usage_pitch_deg)
+            for sensor in sensors
+        }
+    return PublishedRun(publications, {name: one for name, one in found.items() if one is not None})
+
+
+def adjustment_of(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Adjustment | None:
+    """As found and as left of a set (by sensor: its latest, or by checksum); None where the archive holds none.
+
+    Raises: ArchiveError.
+    """
+    with reading(archive_url, busy_timeout_s) as connection:
+        return _stored_adjustment(connection, find_set(connection, key))
+
+
+def list_runs(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> tuple[RunEntry, ...]:
+    """Every run, oldest first. Raises: ArchiveError."""
+    columns = [RUNS.c[name] for name in RunEntry.__dataclass_fields__]
+    with reading(archive_url, busy_timeout_s) as connection:
+        rows = connection.execute(select(*columns).order_by(RUNS.c.started_utc, RUNS.c.journal_sha256)).all()
+    return tuple(RunEntry(*tuple(row)) for row in rows)
+
+
+def run_primaries(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> dict[str, dict[str, str]]:
+    """Run to sensor to the primary parameters of its set, ``{"axes": {"x": {"primary": …}}}`` as JSON text.
+
+    Of several solutions of a run the last published counts. Documents are read a few at a time: an archive of ten
+    thousand does not have to fit into memory.
+
+    Raises: ArchiveError.
+    """
+    columns = (SETS.c.run_id, SETS.c.sensor, SETS.c.document)
+    query = select(*columns).where(SETS.c.run_id.is_not(None)).order_by(SETS.c.published_utc, SETS.c.sha256)
+    found: dict[str, dict[str, str]] = {}
+    with reading(archive_url, busy_timeout_s) as connection:
+        for run_id, sensor, text in connection.execution_options(yield_per=ROWS_AT_ONCE).execute(query):
+            axes = {name: {"primary": axis["primary"]} for name, axis in json.loads(text)["axes"].items()}
+            found.setdefault(run_id, {})[sensor] = json.dumps({"axes": axes})
+    return found
+
+
+def standards_used(
+    archive_url: str, journal_sha256: str, busy_timeout_s: float = BUSY_TIMEOUT_S
+) -> tuple[tuple[StandardUse, Override | None], ...]:
+    """The standards behind a run, an overridden one with who answers for it. Raises: ArchiveError."""
+    same = and_(USES.c.serial == STANDARDS.c.serial, USES.c.certificate == STANDARDS.c.certificate)
+    query = select(STANDARDS, USES.c.overridden_by, USES.c.override_reason).select_from(USES.join(STANDARDS, same))
+    wanted = query.where(USES.c.journal_sha256 == journal_sha256).order_by(STANDARDS.c.name)
+    with reading(archive_url, busy_timeout_s) as connection:
+        rows = connection.execute(wanted).mappings().all()
+    return tuple(
+        (
+            StandardUse(
+                row["name"], row["serial"], row["certificate"], row["due"], json.loads(row["uncertainty"])
+            ),
+            None if row["overridden_by"] is None else Override(row["overridden_by"], row["override_reason"]),
+        )
+        for row in rows
+    )  # fmt: skip
+
+
+def standards_of(sets: Sequence[CoefficientSet]) -> tuple[StandardUse, ...]:
+    """Every standard that the sets name, each certificate once."""
+    found: dict[tuple[str, str], StandardUse] = {}
+    for coefficients in sets:
+        for entry in map(table, listed(coefficients.provenance["standards"])):
+            serial, certificate, due = (entry[name] for name in ("serial", "certificate", "due"))
+            use = StandardUse(
+                name=str(entry["name"]),
+                serial=str(serial or ""),
+                certificate=str(certificate or ""),
+                due=None if due is None else date.fromisoformat(str(due)),
+                uncertainty=table(entry["uncertainty"] or {}),
+            )
+            found.setdefault(use.key, use)
+    return tuple(found.values())
+
+
+def _check_override(run: RunEntry, expired: Sequence[StandardUse], override: Override | None) -> None:
+    if expired and override is None:
+        told = ", ".join(f"{one.name} ({one.certificate or 'no certificate'}, due {one.due})" for one in expired)
+        raise ArchiveError(
+            f"run {run.run_id}: standards expired before the run ended on {run.ended_utc:%Y-%m-%d}: {told}; nothing "
+            "was published; have them calibrated and measure again, or answer for it: calrig archive publish RUN "
+            "--override REASON --operator NAME"
+        )
+    if override is not None and not (override.by.strip() and override.reason.strip()):
+        raise ArchiveError(
+            f"run {run.run_id}: an override needs a name and a reason: got {override.by!r} and {override.reason!r}; "
+            "nothing was published"
+        )
+
+
+def _insert_run(
+    connection: Connection,
+    run: RunEntry,
+    published_utc: datetime,
+    standards: Sequence[StandardUse],
+    overridden: Mapping[tuple[str, str], Override],
+) -> None:
+    if _has(connection, RUNS.c.journal_sha256 == run.journal_sha256):
+        return
+    new = [
+        one
+        for one in standards
+        if not _has(connection, STANDARDS.c.serial == one.serial, STANDARDS.c.certificate == one.certificate)
+    ]
+    uses = [_use_row(run, one, overridden.get(one.key)) for one in standards]
+    written = [
+        Written(RUNS, [{**vars(run), "published_utc": published_utc}]),
+        Written(STANDARDS, [_standard_row(one) for one in new]),
+        Written(USES, uses),
+    ]
+    overrides: Document = {
+        one.name: {"by": word.by, "reason": word.reason}
+        for one in standards
+        if (word := overridden.get(one.key)) is not None
+    }
+    write(connection, published_utc, "run", written, {"overrides": overrides} if overrides else {})
+
+
+def _has(connection: Connection, *conditions: Any) -> bool:
+    return connection.execute(select(literal(1)).where(*conditions).limit(1)).first() is not None
+
+
+def _standard_row(standard: StandardUse) -> dict[str, Any]:
+    text = canonical_bytes(dict(standard.uncertainty)).decode("utf-8")  # type: ignore[arg-type]
+    return {**vars(standard), "uncertainty": text}
+
+
+def _use_row(run: RunEntry, standard: StandardUse, override: Override | None) -> dict[str, Any]:
+    return {
+        "journal_sha256": run.journal_sha256,
+        "serial": standard.serial,
+        "certificate": standard.certificate,
+        "overridden_by": None if override is None else override.by,
+        "override_reason": None if override is None else override.reason,
+    }
+
+
+def _adjusted(
+    connection: Connection,
+    sensor: MeasuredSensor,
+    published_utc: datetime,
+    usage_pitch_deg: tuple[float, float] | None,
+) -> Adjustment | None:
+    """What is stored already, else what is found now and stored."""
+    new = sensor.coefficients
+    stored = _stored_adjustment(connection, new.sha256)
+    if stored is not None:
+        return stored
+    previous = _previous(connection, new)
+    declared = new.provenance["acceptance"]
+    acceptance = acceptance_of(None if declared is None else table(declared))
+    try:
+        found = adjust(previous, new, sensor.observations, acceptance, usage_pitch_deg)
+    except OutsideValidity:
+        return None
+    row = {
+        "sha256": new.sha256,
+        "previous_sha256": None if previous is None else previous.sha256,
+        "as_found": None if found.as_found is None else found.as_found.verdict,
+        "as_left": found.as_left.verdict,
+        "as_found_error_deg": None if found.as_found is None else found.as_found.largest_error_deg,
+        "as_left_error_deg": found.as_left.largest_error_deg,
+        "document": canonical_bytes(to_document(found)).decode("utf-8"),
+    }
+    write(connection, published_utc, "adjustment", [Written(ADJUSTMENTS, [row])], {})
+    return found
+
+
+def _previous(connection: Connection, new: CoefficientSet) -> CoefficientSet | None:
+    """The latest set of this sensor from an earlier calibration; a simulated one never stands before a measured one."""
+    query = select(SETS.c.sha256).where(
+        SETS.c.sensor == new.sensor, SETS.c.created_utc < new.created_utc, SETS.c.simulated == new.is_simulated
+    )
+    run_id = new.provenance["run_id"]
+    if run_id is not None:
+        query = query.where(or_(SETS.c.run_id.is_(None), SETS.c.run_id != run_id))
+    latest = query.order_by(SETS.c.created_utc.desc(), SETS.c.published_utc.desc(), SETS.c.sha256.desc()).limit(1)
+    sha256 = connection.execute(latest).scalar()
+    return None if sha256 is None else stored_set(connection, sha256)
+
+
+def _stored_adjustment(connection: Connection, sha256: str) -> Adjustment | None:
+    text = connection.execute(select(ADJUSTMENTS.c.document).where(ADJUSTMENTS.c.sha256 == sha256)).scalar()
+    return None if text is None else from_document(json.loads(text))

@@ -1,0 +1,227 @@
+"""The archive: coefficient sets kept for years, in SQLite by default and in PostgreSQL for a laboratory.
+
+A set is identified by its checksum. Publishing is idempotent and one transaction: every set is in, or none. What is
+read back has passed the same checks as a set from a file. Where the archive is, the caller says. Runs with what was
+found and left are published by :mod:`ams.archive.runs`; this file holds what is said of sets.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import ColumnElement, Connection, Select, select
+
+from ams.archive.connection import reading, writing
+from ams.archive.ledger import Written, write
+from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, SETS
+from ams.errors import ArchiveError, ArchiveUnknown, SetError
+from ams.exports.json_text import from_json, to_json
+from ams.sets.canonical import Document, table
+from ams.sets.coefficients import CoefficientSet
+from ams.surveillance.history_points import point_row
+
+BUSY_TIMEOUT_S = 10.0
+SHORTEST_KEY = 6
+
+
+@dataclass(frozen=True)
+class ArchivedSet:
+    """One set as a row of a list, in plain values."""
+
+    sha256: str
+    sensor: str
+    serial: str | None
+    model: str
+    convention: str
+    status: str
+    simulated: bool
+    run_id: str | None
+    software_version: str
+    created_utc: datetime
+    published_utc: datetime
+    rig: str
+    as_found: str | None
+    """Verdict; None where there was nothing to find or no limit."""
+    as_left: str | None
+
+
+@dataclass(frozen=True)
+class Publication:
+    """What became of one set: new in the archive, or there before."""
+
+    sha256: str
+    sensor: str
+    is_new: bool
+
+
+@dataclass(frozen=True)
+class Search:
+    """What to list; a field that is None does not narrow it. Times are of the calibration."""
+
+    sensor: str | None = None
+    serial: str | None = None
+    rig: str | None = None
+    run_id: str | None = None
+    since_utc: datetime | None = None
+    until_utc: datetime | None = None
+    """Not included."""
+
+
+def publish(
+    archive_url: str,
+    sets: Sequence[CoefficientSet],
+    published_utc: datetime,
+    busy_timeout_s: float = BUSY_TIMEOUT_S,
+) -> tuple[Publication, ...]:
+    """Put the sets into the archive, all or none; a set that is there already is left as it is.
+
+    Raises: ArchiveError where the archive cannot be written; VectorsDisagree for a set that contradicts itself.
+    """
+    require_publishable(sets, published_utc)
+    with writing(archive_url, busy_timeout_s) as connection:
+        return insert_sets(connection, sets, published_utc, {})
+
+
+def list_sets(
+    archive_url: str,
+    sensor: str | None = None,
+    busy_timeout_s: float = BUSY_TIMEOUT_S,
+    search: Search | None = None,
+) -> tuple[ArchivedSet, ...]:
+    """The sets, by sensor, then oldest first. Raises: ArchiveError where the archive cannot be read."""
+    from_other = {"rig": POINTS.c.rig, "as_found": ADJUSTMENTS.c.as_found, "as_left": ADJUSTMENTS.c.as_left}
+    names = [field.name for field in fields(ArchivedSet)]
+    listed = [from_other[name] if name in from_other else SETS.c[name] for name in names]
+    wanted = [*_conditions(search or Search()), *([] if sensor is None else [SETS.c.sensor == sensor])]
+    with reading(archive_url, busy_timeout_s) as connection:
+        rows = connection.execute(_query(listed, wanted)).all()
+    return tuple(ArchivedSet(*tuple(row)) for row in rows)
+
+
+def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> CoefficientSet:
+    """The set of a checksum (its first six or more characters), or the latest set of a sensor.
+
+    Raises: ArchiveError where nothing or more than one checksum fits; SetError where the stored set is damaged.
+    """
+    with reading(archive_url, busy_timeout_s) as connection:
+        return stored_set(connection, find_set(connection, key))
+
+
+def find_set(connection: Connection, key: str) -> str:
+    """The checksum that a key means: a sensor's latest set, or the one whose checksum begins so.
+
+    Raises: ArchiveUnknown where nothing or more than one fits.
+    """
+    rows = connection.execute(_query([SETS.c.sha256], [SETS.c.sensor == key])).scalars().all()[-1:]
+    if not rows and len(key) >= SHORTEST_KEY:
+        begins = SETS.c.sha256.startswith(key.lower(), autoescape=True)
+        rows = connection.execute(_query([SETS.c.sha256], [begins])).scalars().all()
+    if len(rows) != 1:
+        found = ", ".join(sha256[:12] for sha256 in rows) or "nothing"
+        raise ArchiveUnknown(
+            f"archive: no single set for {key!r}: found {found}, needed is a sensor's name or at least {SHORTEST_KEY} "
+            "characters of a checksum that fit one set; list the sets and take one from there"
+        )
+    return str(rows[0])
+
+
+def stored_set(connection: Connection, sha256: str) -> CoefficientSet:
+    """A set by its whole checksum, every check of a file made. Raises: SetError where it is damaged or another's."""
+    document = connection.execute(select(SETS.c.document).where(SETS.c.sha256 == sha256)).scalar_one()
+    found = from_json(document.encode("utf-8"), f"archive: set {sha256[:12]}")
+    if found.sha256 != sha256:
+        raise SetError(
+            f"archive: set {sha256[:12]}: holds another set, {found.sha256[:12]} of {found.sensor}; the set is not "
+            "used; calrig archive verify tells what was changed"
+        )
+    return found
+
+
+def require_publishable(sets: Sequence[CoefficientSet], published_utc: datetime) -> None:
+    """Raises: ArchiveError for a time without its zone; VectorsDisagree for a set that contradicts itself."""
+    if published_utc.tzinfo is None:
+        raise ArchiveError(
+            f"archive: published_utc has no time zone: got {published_utc.isoformat()}; nothing was published; "
+            "pass an aware time"
+        )
+    for coefficients in sets:
+        coefficients.check_vectors(f"{coefficients.sensor}: publish")
+
+
+def insert_sets(
+    connection: Connection,
+    sets: Sequence[CoefficientSet],
+    published_utc: datetime,
+    check_sensors: Mapping[str, bool],
+) -> tuple[Publication, ...]:
+    """Inside a write transaction: the sets that are new, told in one record."""
+    new: dict[str, CoefficientSet] = {}
+    publications = []
+    for coefficients in sets:
+        is_new = coefficients.sha256 not in new and not _is_there(connection, coefficients.sha256)
+        publications.append(Publication(coefficients.sha256, coefficients.sensor, is_new))
+        if is_new:
+            new[coefficients.sha256] = coefficients
+    if new:
+        points = [point_row(one, is_check=check_sensors.get(one.sensor, False)) for one in new.values()]
+        written = [
+            Written(SETS, [_set_row(one, published_utc) for one in new.values()]),
+            Written(COEFFICIENTS, [row for one in new.values() for row in _coefficient_rows(one)]),
+            Written(POINTS, points),
+        ]
+        write(connection, published_utc, "sets", written, {})
+    return tuple(publications)
+
+
+def _is_there(connection: Connection, sha256: str) -> bool:
+    return connection.execute(select(SETS.c.sha256).where(SETS.c.sha256 == sha256)).first() is not None
+
+
+def _query(columns: Sequence[ColumnElement[Any]], wanted: Sequence[ColumnElement[bool]]) -> Select[Any]:
+    """By sensor, then oldest first; of solutions of one run the one that was published last comes last."""
+    tables = SETS.outerjoin(POINTS, SETS.c.sha256 == POINTS.c.sha256)
+    tables = tables.outerjoin(ADJUSTMENTS, SETS.c.sha256 == ADJUSTMENTS.c.sha256)
+    order = (SETS.c.sensor, SETS.c.created_utc, SETS.c.published_utc, SETS.c.sha256)
+    return select(*columns).select_from(tables).where(*wanted).order_by(*order)
+
+
+def _conditions(search: Search) -> list[ColumnElement[bool]]:
+    equal = {SETS.c.sensor: search.sensor, SETS.c.serial: search.serial, POINTS.c.rig: search.rig,
+             SETS.c.run_id: search.run_id}  # fmt: skip
+    wanted = [column == value for column, value in equal.items() if value is not None]
+    if search.since_utc is not None:
+        wanted.append(SETS.c.created_utc >= search.since_utc)
+    if search.until_utc is not None:
+        wanted.append(SETS.c.created_utc < search.until_utc)
+    return wanted
+
+
+def _set_row(coefficients: CoefficientSet, published_utc: datetime) -> dict[str, Any]:
+    sensor, provenance = table(coefficients.document["sensor"]), coefficients.provenance
+    return {
+        "sha256": coefficients.sha256,
+        "sensor": coefficients.sensor,
+        "serial": sensor["serial"],
+        "model": coefficients.model,
+        "convention": coefficients.convention,
+        "status": coefficients.status,
+        "simulated": coefficients.is_simulated,
+        "run_id": provenance["run_id"],
+        "software_version": provenance["software_version"],
+        "created_utc": coefficients.created_utc,
+        "published_utc": published_utc,
+        "document": to_json(coefficients).decode("utf-8"),
+    }
+
+
+def _coefficient_rows(coefficients: CoefficientSet) -> list[dict[str, Any]]:
+    return [
+        {"sha256": coefficients.sha256, "axis": axis, "name": name, **_coefficient(table(parameter))}
+        for axis, section in table(coefficients.document["axes"]).items()
+        for name, parameter in table(table(section)["parameters"]).items()
+    ]
+
+
+def _coefficient(parameter: Document) -> dict[str, Any]:
+    return {name: parameter[name] for name in ("unit", "value", "standard_uncertainty")}

@@ -1,0 +1,222 @@
+"""Who stands behind a set: prepared, reviewed, approved, by name and in this order; certificates only after approval.
+
+Four eyes: whoever prepared a set neither reviews nor approves it. A signature is a row of its own and is never taken
+back; a set that must not be used any more is *withdrawn*, by name and with a reason, and stays withdrawn. Names are
+compared without regard to case and spaces; who a name is, the login of the machine and the database's roles say.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal, get_args
+
+from sqlalchemy import Connection, func, select
+
+from ams.archive.connection import reading, writing
+from ams.archive.ledger import ChainReport, Written, verify_chain, write
+from ams.archive.sets import BUSY_TIMEOUT_S, find_set
+from ams.archive.tables import CERTIFICATES, SIGNATURES
+from ams.errors import ArchiveForbids, ArchiveUnknown
+
+Role = Literal["prepared", "reviewed", "approved", "withdrawn"]
+ORDER: tuple[Role, ...] = ("prepared", "reviewed", "approved")
+
+
+@dataclass(frozen=True)
+class Signature:
+    """One person's word on one set."""
+
+    role: Role
+    name: str
+    signed_utc: datetime
+    comment: str
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A certificate that was issued on a set."""
+
+    number: str
+    sha256: str
+    """Of the set."""
+    file_sha256: str
+    issued_by: str
+    issued_utc: datetime
+    amends: str | None
+    """Number of the certificate that this one takes the place of."""
+    reason: str
+    """Why it amends; empty for a first issue."""
+
+
+@dataclass(frozen=True)
+class SignOff:
+    """Where a set stands."""
+
+    sha256: str
+    signatures: tuple[Signature, ...]
+    certificates: tuple[Certificate, ...]
+
+    @property
+    def state(self) -> str:
+        """``unsigned``, ``prepared``, ``reviewed``, ``approved`` or ``withdrawn``."""
+        return self.signatures[-1].role if self.signatures else "unsigned"
+
+    @property
+    def is_approved(self) -> bool:
+        return self.state == "approved"
+
+    def by(self, role: Role) -> Signature | None:
+        """The signature in a role, None where nobody signed."""
+        return next((one for one in self.signatures if one.role == role), None)
+
+
+def sign(
+    archive_url: str,
+    key: str,
+    role: str,
+    name: str,
+    signed_utc: datetime,
+    comment: str = "",
+    busy_timeout_s: float = BUSY_TIMEOUT_S,
+) -> SignOff:
+    """Sign a set (by sensor: its latest, or by checksum) in a role.
+
+    Raises: ArchiveError where the order, the four eyes or the archive do not allow it; nothing is written then.
+    """
+    wanted = _role(role)
+    with writing(archive_url, busy_timeout_s, only_existing=True) as connection:
+        sha256 = find_set(connection, key)
+        signed = _sign_off(connection, sha256)
+        _check_turn(signed, wanted, name, comment)
+        row = {
+            "sequence": _next_signature(connection),
+            "sha256": sha256,
+            "role": wanted,
+            "name": name.strip(),
+            "signed_utc": signed_utc,
+            "comment": comment,
+        }
+        write(connection, signed_utc, "signature", [Written(SIGNATURES, [row])], {"by": name.strip()})
+        return _sign_off(connection, sha256)
+
+
+def sign_off(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> SignOff:
+    """Signatures and certificates of a set. Raises: ArchiveError."""
+    with reading(archive_url, busy_timeout_s) as connection:
+        return _sign_off(connection, find_set(connection, key))
+
+
+def issue_certificate(
+    archive_url: str, key: str, certificate: Certificate, busy_timeout_s: float = BUSY_TIMEOUT_S
+) -> SignOff:
+    """Record a certificate of an approved set; ``certificate.sha256`` may be empty, it is taken from the set.
+
+    The same certificate (number and file) again changes nothing.
+
+    Raises: ArchiveError where the set is not approved, the number is taken by another file, or what it amends is not
+    there.
+    """
+    with writing(archive_url, busy_timeout_s, only_existing=True) as connection:
+        sha256 = find_set(connection, key)
+        signed = _sign_off(connection, sha256)
+        there = _certificate(connection, certificate.number)
+        if there is not None and (there.sha256, there.file_sha256) == (sha256, certificate.file_sha256):
+            return signed
+        _check_issue(signed, certificate, there)
+        if certificate.amends is not None and _certificate(connection, certificate.amends) is None:
+            raise ArchiveUnknown(
+                f"certificate {certificate.number}: amends {certificate.amends}, which is not in the archive; nothing "
+                "was issued; give the number of a certificate that was issued"
+            )
+        row = {**vars(certificate), "sha256": sha256}
+        detail = {"by": certificate.issued_by}
+        write(connection, certificate.issued_utc, "certificate", [Written(CERTIFICATES, [row])], {**detail})
+        return _sign_off(connection, sha256)
+
+
+def certificate_of(archive_url: str, number: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Certificate | None:
+    """A certificate by its number; None where there is none. Raises: ArchiveError."""
+    with reading(archive_url, busy_timeout_s) as connection:
+        return _certificate(connection, number)
+
+
+def verify_archive(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> ChainReport:
+    """Recompute the chain and every row under it. Raises: ArchiveError where the archive cannot be read."""
+    with reading(archive_url, busy_timeout_s) as connection:
+        return verify_chain(connection)
+
+
+def _role(role: str) -> Role:
+    found: Role | None = next((one for one in get_args(Role) if one == role), None)
+    if found is None:
+        raise ArchiveUnknown(
+            f"role: got {role!r}, allowed are {', '.join(get_args(Role))}; nothing was signed; name one of them"
+        )
+    return found
+
+
+def _check_turn(signed: SignOff, role: Role, name: str, comment: str) -> None:
+    where = f"set {signed.sha256[:12]}: {role}"
+    if not name.strip():
+        raise ArchiveForbids(f"{where}: needs a name: got {name!r}; nothing was signed")
+    if signed.state == "withdrawn":
+        raise ArchiveForbids(f"{where}: the set is withdrawn; nothing was signed; calibrate again")
+    if role == "withdrawn":
+        if not comment.strip():
+            raise ArchiveForbids(f"{where}: needs a reason; nothing was signed; say why")
+        return
+    expected = ORDER[len(signed.signatures)] if len(signed.signatures) < len(ORDER) else None
+    if role != expected:
+        told = "it is approved already" if expected is None else f"{expected} comes next"
+        raise ArchiveForbids(f"{where}: is not its turn: the set is {signed.state}, {told}; nothing was signed")
+    first = signed.by("prepared")
+    if first is not None and _same(first.name, name):
+        raise ArchiveForbids(
+            f"{where}: {name.strip()} prepared this set; nothing was signed; somebody else must do it (four eyes)"
+        )
+
+
+def _same(first: str, second: str) -> bool:
+    return " ".join(first.casefold().split()) == " ".join(second.casefold().split())
+
+
+def _check_issue(signed: SignOff, certificate: Certificate, there: Certificate | None) -> None:
+    if not certificate.number.strip() or not certificate.issued_by.strip():
+        raise ArchiveForbids("certificate: needs a number and the name of who issues it; nothing was issued")
+    if not signed.is_approved:
+        raise ArchiveForbids(
+            f"certificate {certificate.number}: the set {signed.sha256[:12]} is {signed.state}, needed is approved; "
+            "nothing was issued; have it signed first"
+        )
+    if there is not None:
+        raise ArchiveForbids(
+            f"certificate {certificate.number}: is issued already (set {there.sha256[:12]}, file "
+            f"{there.file_sha256[:12]}); nothing was issued; an amended certificate needs a number of its own"
+        )
+    if certificate.amends is not None and not certificate.reason.strip():
+        raise ArchiveForbids(
+            f"certificate {certificate.number}: amends {certificate.amends} and gives no reason; nothing was issued"
+        )
+
+
+def _next_signature(connection: Connection) -> int:
+    return int(connection.execute(select(func.coalesce(func.max(SIGNATURES.c.sequence), 0))).scalar_one()) + 1
+
+
+def _sign_off(connection: Connection, sha256: str) -> SignOff:
+    columns = [SIGNATURES.c[name] for name in Signature.__dataclass_fields__]
+    signed = select(*columns).where(SIGNATURES.c.sha256 == sha256).order_by(SIGNATURES.c.sequence)
+    issued = select(*_certificate_columns()).where(CERTIFICATES.c.sha256 == sha256).order_by(CERTIFICATES.c.issued_utc)
+    signatures = tuple(Signature(*tuple(row)) for row in connection.execute(signed))
+    certificates: Sequence[Certificate] = [Certificate(*tuple(row)) for row in connection.execute(issued)]
+    return SignOff(sha256, signatures, tuple(certificates))
+
+
+def _certificate(connection: Connection, number: str) -> Certificate | None:
+    row = connection.execute(select(*_certificate_columns()).where(CERTIFICATES.c.number == number)).first()
+    return None if row is None else Certificate(*tuple(row))
+
+
+def _certificate_columns() -> list:  # type: ignore[type-arg]
+
+    return [CERTIFICATES.c[name] for name in Certificate.__dataclass_fields__]

@@ -1,0 +1,178 @@
+"""The archive's tables as SQLAlchemy sees them; ``migrations`` is what makes them. Imported only when used.
+
+Rows are written once and never changed: what is told later (a signature, a certificate, a newer solution of the same
+run) is a row of its own. Every row is told by a record of the chain (:mod:`ams.archive.ledger`).
+"""
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import (
+    Boolean,
+    Column,
+    Date,
+    DateTime,
+    Dialect,
+    Double,
+    ForeignKey,
+    Integer,
+    LargeBinary,
+    MetaData,
+    String,
+    Table,
+    Text,
+    TypeDecorator,
+)
+
+
+class UtcDateTime(TypeDecorator[datetime]):
+    """A moment: aware in, aware UTC out, whether or not the database keeps time zones (SQLite does not)."""
+
+    impl = DateTime(timezone=True)
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
+        if value is None:
+            return None
+        if value.tzinfo is None:
+            raise ValueError(f"a moment needs its time zone: got {value.isoformat()}")
+        utc = value.astimezone(UTC)
+        return utc.replace(tzinfo=None) if dialect.name == "sqlite" else utc
+
+    def process_result_value(self, value: Any, dialect: Dialect) -> datetime | None:  # noqa: ARG002 (its signature)
+        if value is None:
+            return None
+        moment: datetime = value
+        return moment.replace(tzinfo=UTC) if moment.tzinfo is None else moment.astimezone(UTC)
+
+
+METADATA = MetaData()
+REVISIONS = ("0001", "0002")
+"""Of the schema, oldest first: what this calrig knows."""
+
+SETS = Table(
+    "sets",
+    METADATA,
+    Column("sha256", String(64), primary_key=True),
+    Column("sensor", Text, nullable=False, index=True),
+    Column("serial", Text),
+    Column("model", Text, nullable=False),
+    Column("convention", Text, nullable=False),
+    Column("status", Text, nullable=False),
+    Column("simulated", Boolean, nullable=False),
+    Column("run_id", Text),
+    Column("software_version", Text, nullable=False),
+    Column("created_utc", UtcDateTime, nullable=False),
+    Column("published_utc", UtcDateTime, nullable=False),
+    Column("document", Text, nullable=False),
+)
+
+COEFFICIENTS = Table(
+    "coefficients",
+    METADATA,
+    Column("sha256", String(64), ForeignKey("sets.sha256"), primary_key=True),
+    Column("axis", Text, primary_key=True),
+    Column("name", Text, primary_key=True),
+    Column("unit", Text, nullable=False),
+    Column("value", Double),
+    Column("standard_uncertainty", Double),
+)
+
+POINTS = Table(
+    "points",
+    METADATA,
+    Column("sha256", String(64), ForeignKey("sets.sha256"), primary_key=True),
+    Column("rig", Text, nullable=False),
+    Column("axes", Text, nullable=False),
+    Column("sensitivity_name", Text, nullable=False),
+    Column("check_sensor", Boolean, nullable=False),
+    Column("gravity_mps2", Double, nullable=False),
+    Column("numbers", LargeBinary, nullable=False),
+)
+"""A set as a point of its sensor's history: offset, k and covariances as ``ams.surveillance.history_points`` packs
+them."""
+
+RUNS = Table(
+    "runs",
+    METADATA,
+    Column("journal_sha256", String(64), primary_key=True),
+    Column("run_id", Text, nullable=False, index=True),
+    Column("title", Text, nullable=False),
+    Column("rig", Text, nullable=False),
+    Column("operator", Text, nullable=False),
+    Column("simulated", Boolean, nullable=False),
+    Column("started_utc", UtcDateTime, nullable=False),
+    Column("ended_utc", UtcDateTime, nullable=False),
+    Column("folder", Text, nullable=False),
+    Column("software_version", Text, nullable=False),
+    Column("published_utc", UtcDateTime, nullable=False),
+)
+
+STANDARDS = Table(
+    "standards",
+    METADATA,
+    Column("serial", Text, primary_key=True),
+    Column("certificate", Text, primary_key=True),
+    Column("name", Text, nullable=False),
+    Column("due", Date),
+    Column("uncertainty", Text, nullable=False),
+)
+
+USES = Table(
+    "uses",
+    METADATA,
+    Column("journal_sha256", String(64), ForeignKey("runs.journal_sha256"), primary_key=True),
+    Column("serial", Text, primary_key=True),
+    Column("certificate", Text, primary_key=True),
+    Column("overridden_by", Text),
+    Column("override_reason", Text),
+)
+"""Which standard stood behind which run; an expired one with who answers for it and why."""
+
+ADJUSTMENTS = Table(
+    "adjustments",
+    METADATA,
+    Column("sha256", String(64), ForeignKey("sets.sha256"), primary_key=True),
+    Column("previous_sha256", String(64), ForeignKey("sets.sha256")),
+    Column("as_found", Text),
+    Column("as_left", Text),
+    Column("as_found_error_deg", Double),
+    Column("as_left_error_deg", Double),
+    Column("document", Text, nullable=False),
+)
+"""As found and as left: verdicts, largest errors, and the whole as JSON."""
+
+SIGNATURES = Table(
+    "signatures",
+    METADATA,
+    Column("sequence", Integer, primary_key=True, autoincrement=False),
+    Column("sha256", String(64), ForeignKey("sets.sha256"), nullable=False, index=True),
+    Column("role", Text, nullable=False),
+    Column("name", Text, nullable=False),
+    Column("signed_utc", UtcDateTime, nullable=False),
+    Column("comment", Text, nullable=False),
+)
+
+CERTIFICATES = Table(
+    "certificates",
+    METADATA,
+    Column("number", Text, primary_key=True),
+    Column("sha256", String(64), ForeignKey("sets.sha256"), nullable=False, index=True),
+    Column("file_sha256", String(64), nullable=False),
+    Column("issued_by", Text, nullable=False),
+    Column("issued_utc", UtcDateTime, nullable=False),
+    Column("amends", Text, ForeignKey("certificates.number")),
+    Column("reason", Text, nullable=False),
+)
+
+RECORDS = Table(
+    "records",
+    METADATA,
+    Column("sequence", Integer, primary_key=True, autoincrement=False),
+    Column("utc", UtcDateTime, nullable=False),
+    Column("kind", Text, nullable=False),
+    Column("detail", Text, nullable=False),
+    Column("previous", String(64), nullable=False),
+    Column("sha256", String(64), nullable=False),
+)
+"""The chain: what was written, when, by whom, each record with the hash of the one before."""

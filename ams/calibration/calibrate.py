@@ -1,0 +1,211 @@
+"""Calibration of one sensor package: the whole story on one page.
+
+Observations and a request go in, a :class:`~ams.calibration_result.Calibration` comes out. For every sensor axis:
+
+1. the model, linear in its primary parameters (offset and vector of sensitivities) or made so at its solution;
+2. ordinary least squares over all rows: the pooled forms of TP (43) to (50), kept as ``tp``;
+3. what is common to all rows of an index or a coefficient (table, temperature) as columns of U_Y;
+4. the mixed-model estimate, whose covariance holds precision, drift, lack of fit and the common errors, each once;
+5. the derived parameters, their uncertainties, the tests, and in words what the data cannot say.
+
+Axes that share a basis are solved together (:mod:`ams.calibration.columns`); the words are made here.
+"""
+
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
+from ams.calibration.model_choice import ModelChoice, base_model, choose_model
+from ams.calibration_result import AxisCalibration, Calibration, Replication
+from ams.frames import AXES
+from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
+from ams.inputs.shared_errors import SharedError
+from ams.models.drifting import WithTime
+from ams.models.model import Model
+from ams.observations import Observations
+from ams.solve.components import components_of
+from ams.solve.layout import Layout, layout_of
+from ams.solve.linearised import linearise
+from ams.solve.package import SolvedAxis, package_covariance
+from ams.solve.residual_curvature import residual_curvature
+from ams.solve.usable_replications import standing_rows
+from ams.solve.whole_plots import visit_warnings, visits_of
+
+FloatArray = NDArray[np.float64]
+
+_LARGE_CONDITION = 1e4
+_LONGEST_LIST = 8
+
+
+def calibrate(observations: Observations, request: CalibrationRequest) -> Calibration:
+    """Solve every sensor axis that the request names.
+
+    Raises:
+        ObservationsError: rows are missing, repeated or not finite, or a column that the request needs is not there.
+        DesignError: the points or temperatures cannot determine the model.
+        SolveError: the iteration of a nonlinear model did not converge.
+    """
+    refuse_unusable(observations, request)
+    layout = layout_of(observations)
+    labels = tuple(request.axes_of(observations))
+    base = base_model(labels[0], observations, request)
+    kept, left_out = standing_rows(observations, layout, base)
+    rows = observations
+    if left_out:
+        rows = select_rows(observations, kept)
+        layout = layout_of(rows)
+    weights = None if request.weights is None else request.weights[kept] / request.weights[kept].mean()
+    choices = {label: choose_model(label, rows, request) for label in labels}
+    axes: dict[str, AxisCalibration] = {}
+    parts: dict[str, SolvedAxis] = {}
+    shared = {label: request.shared_errors.get(label, ()) for label in labels}
+    for group in _alike(choices, shared):
+        models = [choices[label].model for label in group]
+        outputs_v = np.stack([rows.outputs_v[label] for label in group], axis=1)
+        problem = linearise(models, rows, layout, outputs_v, weights)
+        plots = plots_of(models[0], rows, layout)
+        solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]])
+        for row, label in enumerate(group):
+            asked = request.residual_curvature
+            axes[label] = _axis(label, solved, row, observations, choices[label], asked=asked)
+            parts[label] = SolvedAxis(label, models[row].primary_names, solved.components, row, shared[label])
+    warnings = (*left_out, *_layout_warnings(layout, rows))
+    package = package_covariance([parts[label] for label in labels])
+    return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings, package=package)
+
+
+def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[SharedError]]) -> Iterator[Sequence[str]]:
+    """Labels of axes with the same basis, the same shared errors and nothing fixed, which are solved together; every
+    other axis alone."""
+    groups: dict[Hashable, list[str]] = {}
+    for label, choice in choices.items():
+        model = choice.model
+        together = model.basis_key is not None and not model.fixed
+        key = (model.basis_key, model.parameter_names, tuple(shared[label])) if together else (label,)
+        groups.setdefault(key, []).append(label)
+    yield from groups.values()
+
+
+def _axis(
+    label: str, solved: SolvedColumns, row: int, observations: Observations, choice: ModelChoice, *, asked: bool
+) -> AxisCalibration:
+    """``asked``: for H_E."""
+    model, primary = choice.model, solved.primary[row]
+    output_v = observations.outputs_v[label]
+    is_exact = solved.problem.convergence is None and not model.fixed and observations.rows == solved.layout.rows
+    fitted_v = solved.problem.form.basis @ primary if is_exact else model.predict(primary, observations)
+    return AxisCalibration(
+        axis=label,
+        model=model.name,
+        nominal_axis=model.nominal_axis,
+        parameters=solved.parameters.estimates(row),
+        covariance=solved.parameters.covariance[row],
+        primary_names=model.primary_names,
+        primary=primary,
+        primary_covariance=solved.primary_covariance[row],
+        tp_primary_covariance=solved.tp_primary_covariance[row],
+        primary_dof=solved.primary_dof[row],
+        standard_error_v=float(solved.standard_error_v[row]),
+        degrees_of_freedom=solved.degrees_of_freedom,
+        sensitive_axis_v_per_g=_sensitive_axis(model.primary_names, primary),
+        fitted_v=fitted_v,
+        residuals_v=output_v - fitted_v,
+        replication=_replication(solved, row),
+        warnings=(*choice.warnings, *_axis_warnings(label, solved, row)),
+        remarks=_axis_remarks(label, model),
+        variance_components=components_of(solved.components, row),
+        notes={
+            **_notes(solved, row, choice),
+            **_curvature(model, primary, observations, output_v - fitted_v, asked=asked),
+        },
+    )
+
+
+def _curvature(
+    model: Model, primary: FloatArray, observations: Observations, residuals_v: FloatArray, *, asked: bool
+) -> Mapping[str, object]:
+    if not asked:
+        return {}
+
+    return {"residual_curvature": residual_curvature(model, primary, observations, residuals_v)}
+
+
+def _sensitive_axis(names: Sequence[str], primary: FloatArray) -> tuple[float, float, float]:
+    """k, V/g per package axis; NaN for a component the model does not have."""
+    known = dict(zip(names, primary.tolist(), strict=True))
+    x, y, z = (known.get(f"k_{axis}_v_per_g", float("nan")) for axis in AXES)
+    return x, y, z
+
+
+def _replication(solved: SolvedColumns, row: int) -> Replication | None:
+    if solved.replication is None:
+        return None
+    return Replication(
+        replications=solved.layout.replications,
+        points=solved.layout.points,
+        lack_of_fit=solved.replication.lack_of_fit.of(row),
+        drift={name: test.of(row) for name, test in solved.replication.drift.items()},
+        tp=solved.replication.tp.of(row),
+        precision_v=float(np.sqrt(solved.mixed.precision_variance[row])),
+        lack_of_fit_v=float(np.sqrt(solved.mixed.lack_of_fit_variance[row])),
+        per_replication=solved.per_replication(row),
+    )
+
+
+def _notes(solved: SolvedColumns, row: int, choice: ModelChoice) -> dict[str, object]:
+    notes: dict[str, object] = {
+        "condition_number": solved.problem.form.condition_number,
+        "precision_variance_v2": float(solved.mixed.precision_variance[row]),
+        "lack_of_fit_variance_v2": float(solved.mixed.lack_of_fit_variance[row]),
+    }
+    if solved.problem.convergence is not None:
+        notes["convergence"] = solved.problem.convergence
+    if choice.extension is not None:
+        notes["extension"] = choice.extension
+    return notes
+
+
+def _axis_warnings(label: str, solved: SolvedColumns, row: int) -> Iterator[str]:
+    reasons: dict[str, list[str]] = {}
+    for name, reason in solved.parameters.undetermined[row].items():
+        reasons.setdefault(reason, []).append(name)
+    yield from (f"axis {label}: {' and '.join(names)} null: {reason}" for reason, names in reasons.items())
+    condition = solved.problem.form.condition_number
+    if condition > _LARGE_CONDITION:
+        yield (
+            f"axis {label}: the points tell the parameters apart poorly (condition number {condition:.3g}): "
+            "uncertainties are correct but large; use a wider range of angles"
+        )
+    sums = solved.mixed.sums
+    if sums is not None and sums.dof_precision <= 0:
+        yield (
+            f"axis {label}: no degrees of freedom are left for precision: lack of fit and drift are not "
+            "tested; add points"
+        )
+
+
+def _axis_remarks(label: str, model: Model) -> tuple[str, ...]:
+    if not isinstance(model, WithTime):
+        return ()
+    return (
+        f"axis {label}: the offset holds at the reference time, time_s = {model.reference_s:.0f} s "
+        "(the middle of the run); its drift is stated and never applied",
+    )
+
+
+def _layout_warnings(layout: Layout, rows: Observations) -> Iterator[str]:
+    if layout.replications == 1:
+        yield "one replication only: precision, lack of fit and drift cannot be told apart; measure two or more"
+    if layout.replications in (2, 3):
+        yield (
+            f"{layout.replications} replications only: intervals rest on {layout.replications - 1} degrees of freedom "
+            "and are wide; four or more make them much narrower"
+        )
+    for label, points in layout.missing().items():
+        some = ", ".join(map(str, points[:_LONGEST_LIST])) + (" …" if len(points) > _LONGEST_LIST else "")
+        yield f"replication {label} lacks {len(points)} of {layout.points} points ({some}): used as it is"
+    visits = visits_of(rows)
+    if visits is not None:
+        yield from visit_warnings(layout, visits)

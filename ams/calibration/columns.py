@@ -1,0 +1,222 @@
+"""Many sensor axes measured at the same points, solved at once: packages of a batch, or simulated campaigns.
+
+One factorised basis serves every output; estimates, covariances and tests come as arrays with one row for every axis.
+:func:`ams.calibration.calibrate.calibrate` tells its story from the same arrays, so there is one way to a number, not
+two.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.analysis.replication import ReplicationColumns, analyse, quantity
+from ams.inputs.shared_errors import SharedError, shared_columns
+from ams.inputs.table_uncertainty import TableUncertainty, columns_of_members, index_members
+from ams.models.drifting import REFERENCE_NAME
+from ams.models.model import Model, Stimulus
+from ams.observations import Observations
+from ams.solve.components import Causes, ComponentColumns
+from ams.solve.derived import DerivedParameters, derive
+from ams.solve.layout import Layout, layout_of
+from ams.solve.linearised import Linearised, is_shared, linearise, shared_regressors
+from ams.solve.mixed_model import CommonErrors, MixedEstimates, estimate
+from ams.solve.whole_plots import WholePlots, visits_of, whole_plots
+from ams.statistics.intervals import combined_dof
+
+FloatArray = NDArray[np.float64]
+
+NOT_PER_REPLICATION = frozenset({"reference_temperature_degc", REFERENCE_NAME})
+"""Beside what is only seen across replications."""
+
+
+@dataclass(frozen=True)
+class SolvedColumns:
+    """m sensor axes, solved; arrays have one row for every axis."""
+
+    problem: Linearised
+    layout: Layout
+    mixed: MixedEstimates
+    primary: FloatArray
+    """(m, P) primary estimates, fixed ones included."""
+    components: tuple[ComponentColumns, ...]
+    """They add up to ``primary_covariance``."""
+    primary_covariance: FloatArray
+    """(m, P, P) the reported (mixed-model) covariance."""
+    tp_primary_covariance: FloatArray
+    """(m, P, P) the pooled covariance, TP (50)."""
+    primary_dof: FloatArray
+    """(m, P) effective degrees of freedom."""
+    standard_error_v: FloatArray
+    """(m,) S_E of TP (48)."""
+    degrees_of_freedom: int
+    parameters: DerivedParameters
+    """What the files name, in edge units, with 95 % intervals."""
+    replication: ReplicationColumns | None
+    """None where nothing was replicated."""
+
+    def per_replication(self, row: int) -> Mapping[int, Mapping[str, float]]:
+        """Replication label to the parameters (edge units) of that replication alone, of one axis."""
+        mixed, model = self.mixed, self.problem.models[row]
+        assert mixed.sums is not None
+        own = self.problem.alone.basis.shape[1]
+        separate = np.repeat(mixed.estimate[row][None], self.layout.replications, axis=0)
+        separate[:, :own] = mixed.sums.separate[..., row]
+        kept = [i for i, name in enumerate(model.parameter_names) if _is_per_replication(name)]
+        names = [model.parameter_names[i] for i in kept]
+        values = model.parameters(self.problem.complete(separate))[:, kept].tolist()
+        rows = zip(self.layout.replication_labels, values, strict=True)
+        return {label: dict(zip(names, numbers, strict=True)) for label, numbers in rows}
+
+
+def solve_columns(
+    points: Observations,
+    outputs_v: FloatArray,
+    models: Sequence[Model],
+    weights: FloatArray | None = None,
+    table: TableUncertainty | None = None,
+) -> SolvedColumns:
+    """Solve (N, m) outputs, volts, of m sensor axes that were all measured at the rows of ``points``.
+
+    ``models`` names one model for every column; they may differ in the nominal axis only. ``points.outputs_v`` is not
+    looked at.
+
+    Raises:
+        ObservationsError: a (replication, point) pair stands twice.
+        DesignError: the points cannot determine the model.
+    """
+    layout = layout_of(points)
+    problem = linearise(models, points, layout, outputs_v, weights)
+    return solve_linearised(problem, layout, plots_of(problem.model, points, layout), table)
+
+
+def plots_of(model: Model, rows: Observations, layout: Layout) -> WholePlots:
+    """What the covariance of a model counts: replications, or visits of a temperature plateau."""
+    return whole_plots(layout, visits_of(rows), shared_regressors(model, rows))
+
+
+def solve_linearised(
+    problem: Linearised,
+    layout: Layout,
+    plots: WholePlots,
+    table: TableUncertainty | None,
+    shared: Sequence[SharedError] = (),
+) -> SolvedColumns:
+    """Estimate, covariance, derived parameters and tests; ``shared`` are errors that all rows of every axis share."""
+    common = _common_errors(problem, table, shared)
+    mixed = estimate(problem.form, problem.alone, layout, problem.outputs_v, common, plots)
+    primary = problem.complete(mixed.estimate)
+    components = _all_primary(problem, mixed, common)
+    dof = layout.rows - problem.free.size
+    pooled = (mixed.ss_ordinary / dof)[:, None, None] * problem.form.unscaled_covariance
+    tp_covariance = problem.placed(pooled)
+    parameters = derive(problem.models, primary, components, tp_covariance)
+    variances = np.stack([np.diagonal(part.covariance, axis1=-2, axis2=-1) for part in components])
+    return SolvedColumns(
+        problem=problem,
+        layout=layout,
+        mixed=mixed,
+        primary=primary,
+        components=components,
+        primary_covariance=np.asarray(sum(part.covariance for part in components)),
+        tp_primary_covariance=tp_covariance,
+        primary_dof=combined_dof(variances, np.stack([part.dof for part in components])),
+        standard_error_v=np.sqrt(mixed.ss_ordinary / dof),
+        degrees_of_freedom=dof,
+        parameters=parameters,
+        replication=_replication(problem, layout, mixed, parameters),
+    )
+
+
+def _common_errors(
+    problem: Linearised, table: TableUncertainty | None, shared: Sequence[SharedError]
+) -> list[CommonErrors]:
+    """For every axis: columns of errors that many rows share, one standard uncertainty each, volts."""
+    uncertain = _uncertain(problem.model)
+    if table is None and not uncertain and not shared:
+        return []
+    ordinary = problem.complete(problem.form.solve(problem.outputs_v).T)
+    rows = problem.block
+    members = {} if table is None else index_members(table, _angles_rad(rows))
+    common: list[CommonErrors] = []
+    for model, primary in zip(problem.models, ordinary, strict=True):
+        blocks: dict[str, FloatArray] = {}
+        if members:
+            blocks["table"] = columns_of_members(members, model.angle_jacobian(primary, rows))
+        if uncertain:
+            slopes = model.jacobian(primary, rows)
+            blocks["temperature"] = np.stack([u * slopes[:, place] for place, u in uncertain], axis=1)
+        blocks |= shared_columns(shared, model, primary, rows)
+        common.append({name: block for name, block in blocks.items() if block.shape[1] > 0})
+    return common
+
+
+def _angles_rad(rows: Stimulus) -> Mapping[str, FloatArray]:
+    angles = {"pitch": rows.pitch_rad, "roll": rows.roll_rad}
+    return angles if rows.yaw_rad is None else angles | {"yaw": rows.yaw_rad}
+
+
+def _uncertain(model: Model) -> list[tuple[int, float]]:
+    """Places of the fixed primary parameters that have an uncertainty, with it."""
+    return [(model.primary_names.index(name), u) for name, (_, u) in model.fixed.items() if u > 0.0]
+
+
+def _all_primary(
+    problem: Linearised, mixed: MixedEstimates, common: Sequence[CommonErrors]
+) -> tuple[ComponentColumns, ...]:
+    """Components over all primary parameters, fixed ones included with what their uncertainty does to the free ones."""
+    placed = []
+    for part in mixed.components:
+        covariance = problem.placed(part.covariance)
+        if part.name == "temperature":
+            pairs = zip(mixed.estimator, common, strict=True)
+            covariance = np.stack(
+                [
+                    _with_fixed(
+                        problem, problem.form.repeats * own[:, : problem.block.pitch_rad.size] @ blocks["temperature"]
+                    )
+                    for own, blocks in pairs
+                ]
+            )
+            placed.append(replace(part, covariance=covariance, causes=None))
+        else:
+            placed.append(replace(part, covariance=covariance, causes=_causes_of_all(problem, part.causes)))
+    return tuple(placed)
+
+
+def _causes_of_all(problem: Linearised, causes: Causes | None) -> Causes | None:
+    """Over all primary parameters: fixed ones have none."""
+    size = len(problem.model.primary_names)
+    if causes is None or problem.free.size == size:
+        return causes
+    effects = np.zeros((*causes.effects.shape[:-2], size, causes.effects.shape[-1]))
+    effects[..., problem.free, :] = causes.effects
+    return replace(causes, effects=effects)
+
+
+def _with_fixed(problem: Linearised, effect: FloatArray) -> FloatArray:
+    """A coefficient too high by u leaves the free parameters too low by the estimator's response to it."""
+    uncertain = _uncertain(problem.model)
+    errors = np.zeros((len(problem.model.primary_names), len(uncertain)))
+    errors[problem.free] = -effect
+    for column, (place, u) in enumerate(uncertain):
+        errors[place, column] = u
+    return errors @ errors.T
+
+
+def _replication(
+    problem: Linearised, layout: Layout, mixed: MixedEstimates, parameters: DerivedParameters
+) -> ReplicationColumns | None:
+    if mixed.sums is None:
+        return None
+    own = problem.alone.basis.shape[1]
+    tested = [i for i, name in enumerate(parameters.names) if _is_per_replication(name)]
+    names = [quantity(parameters.names[i]) for i in tested]
+    directions = parameters.directions[:, tested][..., problem.free][..., :own]
+    largest_v = np.abs(problem.outputs_v).max(axis=0)
+    return analyse(problem.alone, layout, largest_v, mixed.sums, names, directions)
+
+
+def _is_per_replication(name: str) -> bool:
+    return name not in NOT_PER_REPLICATION and not is_shared(name)

@@ -1,0 +1,171 @@
+"""Linear calibrations from a CSV file: known levels against readings, and the JSON document of what comes out.
+
+Columns: ``replication,point``, the known level as ``reference_<unit>`` for every axis or ``reference_<axis>_<unit>``
+for one (an empty cell: the row says nothing about this axis), and a reading per axis, ``<name>_<unit>``. Units are what
+the columns say, and the answers carry them: real = gain·measured + offset. Source: SR 4.1.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ams.calibration.calibrate import calibrate
+from ams.calibration.document import Document, to_document
+from ams.errors import ObservationsError
+from ams.inputs.csv_table import CsvTable, labels, numbers, parse_csv, refuse_missing_columns
+from ams.inputs.request import CalibrationRequest
+from ams.models.linear import fit_line
+from ams.models.straight_line import StraightLine
+from ams.observations import Observations
+
+_LARGEST_SPREAD = 0.01
+"""Levels of one point may differ by this part of the whole span."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """One axis: its rows and the units that its columns state."""
+
+    observations: Observations
+    model: StraightLine
+
+
+def read_levels(path: str | Path, axes: Mapping[str, str]) -> dict[str, Levels]:
+    """Read the levels of every axis; ``axes`` maps an axis to the column of its readings.
+
+    Raises:
+        ObservationsError: the file cannot be read or says something impossible; nothing was solved.
+    """
+    table = parse_csv(Path(path))
+    refuse_missing_columns(table, ("replication", "point", *axes.values()))
+    return {axis: _levels(table, axis, column) for axis, column in axes.items()}
+
+
+def linear_document(levels: Mapping[str, Levels], request: CalibrationRequest) -> Document:
+    """Every axis solved on its own rows: ``{"axes": {…}}``, the shape of a fit with the units of these columns."""
+    return {"axes": {axis: _axis_document(axis, found, request) for axis, found in levels.items()}}
+
+
+def _levels(table: CsvTable, axis: str, column: str) -> Levels:
+    reference = _reference_column(table, axis)
+    model = StraightLine(axis, reference.rpartition("_")[2], _unit(table, column))
+    used = [place for place, cell in enumerate(table.column(reference)) if cell or reference.count("_") == 1]
+    part = CsvTable(
+        table.file,
+        table.columns,
+        tuple(table.lines[place] for place in used),
+        tuple(table.rows[place] for place in used),
+    )
+    if not used:
+        raise ObservationsError(f"{table.file}: column {reference}: no level is given; nothing was solved; fill it in")
+    nothing = np.zeros(len(used))
+    temperature = numbers(part, "temperature_degc") if "temperature_degc" in part.columns else None
+    observations = Observations(
+        replication=labels(part, "replication"),
+        point=labels(part, "point"),
+        pitch_rad=nothing,
+        roll_rad=nothing,
+        outputs_v={axis: numbers(part, column)},
+        temperature_degc=temperature,
+        time_s=numbers(part, "time_s") if "time_s" in part.columns else None,
+        reference_level=numbers(part, reference),
+        source=table.file,
+    )
+    _refuse_wandering_levels(part, reference, observations)
+    return Levels(observations, model)
+
+
+def _reference_column(table: CsvTable, axis: str) -> str:
+    own = [name for name in table.columns if name.startswith(f"reference_{axis}_")]
+    shared = [name for name in table.columns if name.startswith("reference_") and name.count("_") == 1]
+    found = own or shared
+    if len(found) != 1:
+        raise ObservationsError(
+            f"{table.file}: line 1: axis {axis}: got {len(found)} columns of known levels "
+            f"({', '.join(found) or 'none'}), allowed one: reference_{axis}_<unit> or reference_<unit>, such as "
+            "reference_g; nothing was solved"
+        )
+    return found[0]
+
+
+def _unit(table: CsvTable, column: str) -> str:
+    name, _, unit = column.rpartition("_")
+    if not name or not unit:
+        raise ObservationsError(
+            f"{table.file}: line 1: column {column}: its name states no unit, allowed <name>_<unit>, such as ax_counts "
+            "or sx_v; nothing was solved; rename the column"
+        )
+    return unit
+
+
+def _refuse_wandering_levels(table: CsvTable, column: str, observations: Observations) -> None:
+    level = observations.reference_level
+    assert level is not None
+    _, first, index = np.unique(observations.point, return_index=True, return_inverse=True)
+    off = np.abs(level - level[first][index])
+    allowed = _LARGEST_SPREAD * float(np.ptp(level))
+    if off.max() > allowed:
+        row = int(np.argmax(off))
+        raise ObservationsError(
+            f"{table.file}: line {table.lines[row]}: column {column}: point {observations.point[row]} has "
+            f"{level[row]:g} here and {level[first][index][row]:g} on line {table.lines[int(first[index[row]])]}; "
+            f"allowed a difference up to {allowed:g}; nothing was solved; correct the level or the point label"
+        )
+
+
+def _axis_document(axis: str, levels: Levels, request: CalibrationRequest) -> Document:
+    if levels.observations.rows == 2 and request.temperature == "none":
+        return _two_levels(levels)
+
+    own = replace(request, nominal_axes={axis: axis}, models={axis: levels.model})
+    calibration = calibrate(levels.observations, own)
+    solved = to_document(calibration)["axes"][axis]  # type: ignore[index]
+    measured, (gain, offset) = levels.model.measured_unit, levels.model.parameter_names
+    document = {key: value for key, value in solved.items() if not key.endswith(("_v", "_per_g"))}
+    document["parameters"] = {
+        estimate.name: {
+            **solved["parameters"][estimate.name],
+            "interval_95": None if estimate.interval_95 is None else list(estimate.interval_95),
+        }
+        for estimate in calibration.axes[axis].parameters
+    }
+    document[f"standard_error_{measured}"] = solved["standard_error_v"]
+    document[f"residuals_{measured}"] = calibration.axes[axis].residuals_v.tolist()
+    return _renamed(document, {gain: "gain", offset: "offset"}, measured)
+
+
+def _renamed(document: Document, quantities: Mapping[str, str], measured: str) -> Document:
+    """The replication tests keyed by quantity, and sigmas by the unit that they have."""
+    replication = document["replication"]
+    if not isinstance(replication, dict):
+        return document
+    tp = {
+        key.removesuffix("_v") + f"_{measured}" if key.endswith("_v") else key: v
+        for key, v in replication["tp"].items()
+    }
+    tp["drift"] = {quantities.get(name, name): test for name, test in tp["drift"].items()}
+    drift = {quantities.get(name, name): test for name, test in replication["drift"].items()}
+    document["replication"] = {**replication, "drift": drift, "tp": tp}
+    return document
+
+
+def _two_levels(levels: Levels) -> Document:
+    """SR's two equations: exact, and nothing left over to judge the error by."""
+    rows, model = levels.observations, levels.model
+    assert rows.reference_level is not None
+    line = fit_line(rows.outputs_v[model.nominal_axis], rows.reference_level).line
+    unknown = {"standard_uncertainty": None, "tp_standard_uncertainty": None, "interval_95": None}
+    names = model.parameter_names
+    return {
+        "parameters": {name: {"value": v, **unknown} for name, v in zip(names, (line.gain, line.offset), strict=True)},
+        "covariance": [[None, None], [None, None]],
+        "degrees_of_freedom": 0,
+        "effective_degrees_of_freedom": dict.fromkeys(names),
+        "replication": None,
+        "warnings": ["two levels once: the line passes through both and nothing tells its uncertainty; add readings"],
+        "remarks": [],
+        f"standard_error_{model.measured_unit}": None,
+        f"residuals_{model.measured_unit}": [0.0, 0.0],
+    }

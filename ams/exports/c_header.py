@@ -1,0 +1,265 @@
+"""C header in floating point: macros, the equations as ``static inline`` functions, the test vectors and a self-test.
+
+Whoever has only the header can evaluate the set and see that he does it right: ``…_self_test()`` recomputes every
+vector and returns the largest relative error, which is to be at most 1e-12.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ams.errors import SetError
+from ams.exports.c_fields import BODIES, field_function
+from ams.exports.c_text import (
+    array,
+    c_seal,
+    check_names,
+    closing,
+    defined,
+    filled,
+    numbers_in,
+    opening,
+    prefix_of,
+    primary_lines,
+)
+from ams.exports.embedded import document_from
+from ams.exports.plain_values import check_same
+from ams.sets.canonical import Document, listed, number, table
+from ams.sets.coefficients import CoefficientSet
+from ams.sets.equations import EXTENDED_NAMES, AxisNumbers
+from ams.sets.instructions import polarity
+from ams.sets.sensed_quantity import FIELDS
+from ams.sets.vectors import is_package
+
+HEAD = "calrig coefficient set as C header, floating point, version 1"
+SEAL = c_seal("C header", HEAD)
+FUNCTION_TEXT = [
+    "Functions: PREFIX_force(INPUTS, f) gives what the sensors sense; PREFIX_AXIS_v(f, temperature_degc) the "
+    "output in volts (temperature_degc is ignored where the set has no temperature coefficients); of a package also "
+    "PREFIX_angles(outputs_v, temperature_degc, pitch_deg, roll_deg). PREFIX_self_test() must return at most 1e-12. "
+    "No function checks the validity: compare with the PREFIX_..._MIN and _MAX macros.",
+]
+OUTPUT = """
+static inline double @p@_@a@_offset_v(double temperature_degc)
+{
+    (void)temperature_degc;
+    return @P@_@A@_OFFSET_V@offset@;
+}
+
+static inline double @p@_@a@_gain(double temperature_degc)
+{
+    (void)temperature_degc;
+    return 1.0@gain@;
+}
+
+static inline double @p@_@a@_v(const double f[3], double temperature_degc)
+{
+    const double sensed_v = @P@_@A@_@KX@ * f[0] + @P@_@A@_@KY@ * f[1] + @P@_@A@_@KZ@ * f[2]@q@;
+    return @p@_@a@_offset_v(temperature_degc) + @p@_@a@_gain(temperature_degc) * sensed_v;
+}
+"""
+ABOVE = "(temperature_degc - @P@_@A@_REFERENCE_TEMPERATURE_DEGC)"
+OFFSET = " + @P@_@A@_OFFSET_TC_V_PER_DEGC * " + ABOVE
+GAIN = " + @P@_@A@_SENSITIVITY_TC_PER_DEGC * " + ABOVE
+QUADRATIC = (
+    "(f[0] * f[0] - f[2] * f[2])",
+    "2.0 * f[0] * f[1]",
+    "2.0 * f[0] * f[2]",
+    "(f[1] * f[1] - f[2] * f[2])",
+    "2.0 * f[1] * f[2]",
+)
+ANGLES = """
+/* outputs_v in the order @order@; returns 0, or -1 where the force is zero or not finite. */
+static inline int @p@_angles(const double outputs_v[3], double temperature_degc, double *pitch_deg, double *roll_deg)
+{
+    const double degree = 0.017453292519943295;
+    const double k[3][3] = {
+        @rows@
+    };
+    const double s[3] = {
+        @sensed@
+    };
+    double f[3];
+    int i;
+    for (i = 0; i < 3; i++) { /* Cramer's rule; the determinant's sign is kept, its size does not matter for angles */
+        const double (*m)[3] = k;
+        const int a = (i + 1) % 3, b = (i + 2) % 3;
+        f[i] = s[0] * (m[1][a] * m[2][b] - m[1][b] * m[2][a]) + s[1] * (m[2][a] * m[0][b] - m[2][b] * m[0][a])
+             + s[2] * (m[0][a] * m[1][b] - m[0][b] * m[1][a]);
+        f[i] *= @sign@;
+    }
+    if (!(f[0] * f[0] + f[1] * f[1] + f[2] * f[2] > 0.0) || !isfinite(f[0] + f[1] + f[2])) {
+        return -1;
+    }
+    *pitch_deg = atan2(f[0], sqrt(f[1] * f[1] + f[2] * f[2])) / degree;
+    *roll_deg = atan2(-f[1], -f[2]) / degree;
+    return 0;
+}
+"""
+SELF_TEST = """
+static inline double @p@_self_test(void)
+{
+    const int rows = (int)(sizeof @p@_vectors / sizeof @p@_vectors[0]);
+    double largest = 0.0;
+    int row;
+    for (row = 0; row < rows; row++) {
+        const double *vector = @p@_vectors[row];
+        double f[3], error;
+        @p@_force(@inputs@, f);
+@checks@
+    }
+    return largest;
+}
+"""
+CHECK = """
+        error = fabs(@p@_@a@_v(f, vector[@temperature@]) - vector[@column@]) / @P@_@A@_SCALE_V;
+        largest = error > largest || error != error ? error : largest; /* once not a number, always */
+"""
+
+
+def to_c_header(coefficients: CoefficientSet) -> bytes:
+    """The bytes of the file. Raises: SetError where C has no form of the equations here."""
+    model = _model(coefficients)
+    prefix = prefix_of(coefficients)
+    words = {"PREFIX": prefix, "INPUTS": ", ".join(FIELDS[model].inputs)}
+    guard = f"{prefix}_h".upper()
+    lines = [
+        *opening(coefficients, HEAD, [_worded(text, words) for text in FUNCTION_TEXT]),
+        *(f"#ifndef {guard}", f"#define {guard} 1", "#include <math.h>", ""),
+        *_macros(coefficients, prefix),
+        *_tables(coefficients, prefix),
+        *_functions(coefficients, prefix, model),
+        f"#endif /* {guard} */",
+        *closing(coefficients),
+    ]
+    return SEAL.sealed(("\n".join(lines) + "\n").encode("ascii"))
+
+
+def from_c_header(content: bytes, where: str) -> CoefficientSet:
+    """The set in the bytes of a file.
+
+    Raises: SetError where the file is damaged or no set; VectorsDisagree where its macros or tables hold other numbers
+    than the document in it.
+    """
+    body = SEAL.checked_body(content, where)
+    coefficients = document_from(body, " * ", where)
+    prefix = prefix_of(coefficients)
+    expected = "\n".join([*_macros(coefficients, prefix), *_tables(coefficients, prefix)])
+    check_same(numbers_in(body), numbers_in(expected.encode()), "macros and tables", where)
+    return coefficients
+
+
+def _model(coefficients: CoefficientSet) -> str:
+    """The one model of all axes. Raises: SetError where they have several, or one that C has no form of here."""
+    models = sorted({numbers.model for numbers in coefficients.axes.values()})
+    check_names(coefficients)
+    if len(models) != 1 or models[0] not in BODIES:
+        raise SetError(
+            f"{coefficients.sensor}: C header: has no form of this set: got the models {', '.join(models)}, allowed is "
+            f"one of {', '.join(BODIES)} for all axes; nothing was written; export another format"
+        )
+    return models[0]
+
+
+def _worded(text: str, words: Mapping[str, str]) -> str:
+    for name, word in words.items():
+        text = text.replace(name, word)
+    return text
+
+
+def _macros(coefficients: CoefficientSet, prefix: str) -> list[str]:
+    unit = table(coefficients.document["acceleration_unit"])
+    lines = [
+        defined(f"{prefix}_set_sha256", f'"{coefficients.sha256}"'),
+        defined(f"{prefix}_gravity_mps2", number(unit["value_mps2"])),
+    ]
+    for name, limits in table(coefficients.document["validity"]).items():
+        quantity, unit_text = name.rsplit("_", 1)
+        for end, value in zip(("min", "max"), listed(limits), strict=False):
+            lines.append(defined(f"{prefix}_{quantity}_{end}_{unit_text}", number(value)))
+    for numbers in coefficients.axes.values():
+        lines.append(defined(f"{prefix}_{numbers.axis}_polarity", polarity(numbers)))
+        lines.append(defined(f"{prefix}_{numbers.axis}_scale_v", numbers.scale_v))
+        lines.extend(primary_lines(prefix, numbers))
+    return [*lines, ""]
+
+
+def _tables(coefficients: CoefficientSet, prefix: str) -> list[str]:
+    inputs = _columns(coefficients)
+    axes = ", ".join([*inputs, *(f"{name}_v" for name in coefficients.axes)])
+    vectors = [
+        [
+            *(number(vector.get(name, 0.0)) for name in inputs),
+            *(number(table(vector["outputs_v"])[name]) for name in coefficients.axes),
+        ]
+        for vector in (table(entry) for entry in listed(coefficients.test_vectors["forward"]))
+    ]
+    return [
+        f"/* {axes} */",
+        *array("double", f"{prefix}_vectors", vectors),
+        "",
+        *(line for name in coefficients.axes for line in _covariance(coefficients, prefix, name)),
+    ]
+
+
+def _columns(coefficients: CoefficientSet) -> list[str]:
+    """Inputs in the table of vectors: those of the model, then the temperature (0 where the set needs none)."""
+    return [*FIELDS[next(iter(coefficients.axes.values())).model].inputs, "temperature_degc"]
+
+
+def _covariance(coefficients: CoefficientSet, prefix: str, axis: str) -> list[str]:
+    primary: Document = table(table(table(coefficients.document["axes"])[axis])["primary"])
+    rows = [[_or_nan(entry) for entry in listed(row)] for row in listed(primary["covariance"])]
+    order = ", ".join(str(name) for name in listed(primary["order"]))
+    return [f"/* in the order {order} */", *array("double", f"{prefix}_{axis}_covariance", rows), ""]
+
+
+def _or_nan(entry: object) -> float:
+    return float(entry) if isinstance(entry, int | float) else float("nan")
+
+
+def _functions(coefficients: CoefficientSet, prefix: str, model: str) -> list[str]:
+    names = {"p": prefix, "P": prefix.upper()}
+    lines = field_function(prefix, model)
+    for numbers in coefficients.axes.values():
+        here = {**names, "a": numbers.axis, "A": numbers.axis.upper()}
+        lines += ["", *filled("\n".join(filled(OUTPUT, _terms(numbers))), here)]
+    if is_package(coefficients.axes):
+        lines += ["", *filled("\n".join(filled(ANGLES, _package(coefficients))), names)]
+    count = len(FIELDS[model].inputs)
+    checks = [
+        line
+        for column, axis in enumerate(coefficients.axes, count + 1)
+        for line in filled(CHECK, {**names, "a": axis, "A": axis.upper(), "temperature": count, "column": column})
+    ]
+    inputs = ", ".join(f"vector[{place}]" for place in range(count))
+    return [*lines, "", *filled(SELF_TEST, {"checks": "\n".join(checks), "inputs": inputs, **names}), ""]
+
+
+def _terms(numbers: AxisNumbers) -> dict[str, str]:
+    quadratic = [
+        f"\n        + @P@_@A@_{name.upper()} * {term}" for name, term in zip(EXTENDED_NAMES, QUADRATIC, strict=True)
+    ]
+    k = zip(("KX", "KY", "KZ"), FIELDS[numbers.model].directions, strict=True)
+    return {
+        **{place: name.upper() for place, name in k},
+        "offset": OFFSET if numbers.needs_temperature else "",
+        "gain": GAIN if numbers.needs_temperature else "",
+        "q": "" if numbers.is_linear else "".join(quadratic),
+    }
+
+
+def _package(coefficients: CoefficientSet) -> dict[str, str]:
+    axes = list(coefficients.axes.values())
+    determinant = np.linalg.det(np.stack([numbers.direction_v_per_g for numbers in axes]))
+    k = [", ".join(f"@P@_{n.axis.upper()}_K_{c}_V_PER_G" for c in "XYZ") for n in axes]
+    sensed = [
+        f"(outputs_v[{i}] - @p@_{n.axis}_offset_v(temperature_degc)) / @p@_{n.axis}_gain(temperature_degc)"
+        for i, n in enumerate(axes)
+    ]
+    return {
+        "order": ", ".join(coefficients.axes),
+        "rows": ",\n        ".join(f"{{{row}}}" for row in k),
+        "sensed": ",\n        ".join(sensed),
+        "sign": "1.0" if determinant > 0.0 else "-1.0",
+    }

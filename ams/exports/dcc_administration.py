@@ -1,0 +1,111 @@
+"""The administrative ring of a DCC: who calibrated what for whom, and with what right; the unknown is named so."""
+
+import json
+import re
+
+from ams.exports.dcc_elements import NOT_STATED, Element, Elements, clean, contact, content, identification, plain
+from ams.sets.canonical import Document, Json, listed, table
+from ams.sets.coefficients import CoefficientSet
+from ams.sets.instructions import use_of
+
+UNKNOWN_COUNTRY = "XX"
+"""User-assigned in ISO 3166-1, used for 'unknown'."""
+
+
+def administrative_data(coefficients: CoefficientSet) -> Element:
+    """The first ring."""
+    provenance = coefficients.provenance
+    laboratory, job = declared(provenance["laboratory"]), declared(provenance["job"])
+    lab = contact("dcc:contact", laboratory.get("name"), laboratory.get("address"))
+    return Element(
+        "dcc:administrativeData",
+        [
+            Element("dcc:dccSoftware", [software(coefficients)]),
+            _core_data(coefficients, laboratory, job),
+            Element("dcc:items", [_item(coefficients, job)]),
+            Element("dcc:calibrationLaboratory", [lab]),
+            Element("dcc:respPersons", [_person(coefficients)]),
+            contact("dcc:customer", job.get("customer"), None),
+            Element("dcc:statements", _statements(coefficients)),
+        ],
+    )
+
+
+def software(coefficients: CoefficientSet) -> Element:
+    release = plain("dcc:release", coefficients.provenance["software_version"])
+    return Element("dcc:software", [content("dcc:name", "calrig"), release])
+
+
+def declared(value: Json) -> Document:
+    """What the rig declared, empty where it did not."""
+    return {} if value is None else table(value)
+
+
+def _core_data(coefficients: CoefficientSet, laboratory: Document, job: Document) -> Element:
+    country = str(laboratory.get("country_code") or UNKNOWN_COUNTRY)
+    ended = coefficients.created_utc.date().isoformat()
+    numbers = [identification("calibrationLaboratory", job["number"], "job")] if job.get("number") else []
+    received = [Element("dcc:receiptDate", str(job["received"]))] if job.get("received") else []
+    run_id = coefficients.provenance["run_id"]
+    if run_id is not None:
+        numbers.append(identification("calibrationLaboratory", run_id, "run"))
+    return Element(
+        "dcc:coreData",
+        [
+            Element("dcc:countryCodeISO3166_1", country if re.fullmatch("[A-Z]{2}", country) else UNKNOWN_COUNTRY),
+            Element("dcc:usedLangCodeISO639_1", "en"),
+            Element("dcc:mandatoryLangCodeISO639_1", "en"),
+            Element("dcc:uniqueIdentifier", f"calrig-{coefficients.sha256}"),
+            *([Element("dcc:identifications", numbers)] if numbers else []),
+            *received,
+            Element("dcc:beginPerformanceDate", _begun(run_id) or ended),
+            Element("dcc:endPerformanceDate", ended),
+            Element("dcc:performanceLocation", "laboratory"),
+        ],
+    )
+
+
+def _begun(run_id: Json) -> str | None:
+    """The date that a run's name begins with."""
+    found = re.match(r"(\d{4})(\d{2})(\d{2})T\d{6}Z", str(run_id))
+    return None if found is None else "-".join(found.groups())
+
+
+def _item(coefficients: CoefficientSet, job: Document) -> Element:
+    sensor = table(coefficients.document["sensor"])
+    model = [plain("dcc:model", sensor["model"])] if sensor["model"] else []
+    described = [content("dcc:description", job["item"])] if job.get("item") else []
+    known = [identification("manufacturer", sensor["serial"], "serial number")] if sensor["serial"] else []
+    known.append(identification("calibrationLaboratory", sensor["name"], "name in the rig file"))
+    name = content("dcc:name", sensor["name"])
+    return Element("dcc:item", [name, *described, *model, Element("dcc:identifications", known)])
+
+
+def _person(coefficients: CoefficientSet) -> Element:
+    approved_by = coefficients.document["approved_by"]
+    name = approved_by or coefficients.provenance["operator"] or NOT_STATED
+    person = Element("dcc:person", [content("dcc:name", name)])
+    role = plain("dcc:role", "approved" if approved_by else "operator; nobody has approved this")
+    return Element("dcc:respPerson", [person, role, Element("dcc:mainSigner", "true" if approved_by else "false")])
+
+
+def _statements(coefficients: CoefficientSet) -> Elements:
+    document = coefficients.document
+    unit = table(document["acceleration_unit"])
+    status = "approved" if coefficients.status == "approved" else "engineering: not approved, not a certificate"
+    said: dict[str, object] = {
+        "status": f"{status}{'; SIMULATED on a twin, not on hardware' if coefficients.is_simulated else ''}",
+        "acceleration unit": f"local g = {unit['value_mps2']} m/s^2 ({unit['source']}); specific force is relative to "
+        "it and of dimension one",
+        "validity": json.dumps(document["validity"]),
+        **{name.replace("_", " "): value for name, value in (use_of(document) or {}).items()},
+        **{f"warning {place}": text for place, text in enumerate(listed(document["warnings"]), 1)},
+    }
+    return [
+        Element("dcc:statement", [content("dcc:name", name), content("dcc:declaration", _flat(text))])
+        for name, text in said.items()
+    ]
+
+
+def _flat(value: object) -> str:
+    return clean(value if isinstance(value, str) else json.dumps(value, ensure_ascii=False))

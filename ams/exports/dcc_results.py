@@ -1,0 +1,163 @@
+"""The measurement ring of a DCC: method, equipment, conditions, coefficients, covariances, test vectors."""
+
+import json
+import math
+
+import numpy as np
+
+from ams.exports.csv_text import unit_below
+from ams.exports.dcc_administration import software
+from ams.exports.dcc_elements import (
+    D_SI,
+    Element,
+    Elements,
+    content,
+    expanded,
+    identification,
+    interval,
+    numbers,
+    quantity,
+    real,
+)
+from ams.exports.plain_values import columns, numeric
+from ams.sets.canonical import Document, Json, listed, number, table
+from ams.sets.coefficients import CoefficientSet
+from ams.statistics.distributions import student_t_quantile
+
+COVERAGE_QUANTILE = 0.975
+
+
+def measurement_result(coefficients: CoefficientSet, attachment: Element) -> Element:
+    """The one measurement of a set."""
+    axes = table(coefficients.document["axes"])
+    attached = Element("dcc:data", [attachment])
+    results = [
+        *(_axis(name, table(section)) for name, section in axes.items()),
+        _test_vectors(coefficients),
+        Element("dcc:result", [content("dcc:name", "the coefficient set, whole"), attached]),
+    ]
+    return Element(
+        "dcc:measurementResult",
+        [
+            content("dcc:name", f"calibration of {coefficients.sensor}"),
+            Element("dcc:usedMethods", [_method(coefficients)]),
+            Element("dcc:usedSoftware", [software(coefficients)]),
+            *_equipment(coefficients.provenance),
+            Element("dcc:influenceConditions", _conditions(coefficients)),
+            Element("dcc:results", results),
+        ],
+    )
+
+
+def _method(coefficients: CoefficientSet) -> Element:
+    convention = table(coefficients.document["convention"])
+    described = content("dcc:description", f"convention {convention['name']}: {convention['text']}")
+    name = content("dcc:name", f"{coefficients.model}: {coefficients.provenance['procedure']}")
+    return Element("dcc:usedMethod", [name, described])
+
+
+def _equipment(provenance: Document) -> Elements:
+    standards = [table(standard) for standard in listed(provenance["standards"])]
+    return [Element("dcc:measuringEquipments", [_standard(one) for one in standards])] if standards else []
+
+
+def _standard(standard: Document) -> Element:
+    said = [f"{key}: {standard[key]}" for key in ("certificate", "due") if standard[key] is not None]
+    said += [f"uncertainty: {json.dumps(standard['uncertainty'])}"] if standard["uncertainty"] else []
+    described = [content("dcc:description", *said)] if said else []
+    known = [identification("manufacturer", standard["serial"], "serial number")] if standard["serial"] else []
+    identifications = [Element("dcc:identifications", known)] if known else []
+    return Element("dcc:measuringEquipment", [content("dcc:name", standard["name"]), *described, *identifications])
+
+
+def _conditions(coefficients: CoefficientSet) -> Elements:
+    gravity = number(table(coefficients.document["acceleration_unit"])["value_mps2"])
+    conditions = [_condition("local acceleration of gravity", "gravity_mps2", gravity)]
+    for name, measured in table(coefficients.document["environment"]).items():
+        for key, value in (measured if isinstance(measured, dict) else {}).items():
+            if isinstance(value, int | float) and not isinstance(value, bool):
+                conditions.append(_condition(f"{name}: {key}", key, float(value), name))
+    return conditions
+
+
+def _condition(name: str, key: str, value: float, place: str = "site") -> Element:
+    given = quantity(name, real(value, unit_below({}, key, "")), f"condition.{place}.{key}")
+    return Element("dcc:influenceCondition", [content("dcc:name", name), Element("dcc:data", [given])])
+
+
+def _axis(name: str, section: Document) -> Element:
+    equation, primary = table(section["equation"]), table(section["primary"])
+    printed = content("dcc:text", f"primary: {equation['primary']}", f"derived: {equation['derived']}")
+    data = [
+        printed,
+        *(_primary(name, primary, place) for place in range(len(listed(primary["order"])))),
+        *(_derived(name, key, table(entry)) for key, entry in table(section["parameters"]).items()),
+        *_covariance(name, "covariance", primary["covariance"], primary),
+    ]
+    for component, part in table(primary["components"]).items():
+        data += _covariance(name, f"covariance, part: {component}", table(part)["covariance"], primary)
+    described = content("dcc:description", f"equation {equation['name']}, {equation['source']}")
+    return Element("dcc:result", [content("dcc:name", f"axis {name}"), described, Element("dcc:data", data)])
+
+
+def _primary(axis: str, primary: Document, place: int) -> Element:
+    name = str(listed(primary["order"])[place])
+    variance = listed(listed(primary["covariance"])[place])[place]
+    dof = table(primary["effective_degrees_of_freedom"])[name]
+    value, unit = number(table(primary["values"])[name]), str(table(primary["units"])[name])
+    known = None if variance is None else _expanded(math.sqrt(number(variance)), dof)
+    about = f"primary parameter of axis {axis}; effective degrees of freedom {'infinite' if dof is None else dof}"
+    return quantity(name, real(value, unit, known), f"{axis}.primary.{name}", about)
+
+
+def _expanded(standard_uncertainty: float, dof: Json) -> Elements:
+
+    factor = float(student_t_quantile(COVERAGE_QUANTILE, math.inf if dof is None else number(dof)))
+    return expanded(factor * standard_uncertainty, factor)
+
+
+def _derived(axis: str, name: str, parameter: Document) -> Element:
+    identifier, unit = f"{axis}.parameters.{name}", str(parameter["unit"])
+    about = f"derived parameter of axis {axis}"
+    ends, uncertainty = listed(parameter["interval_95"]), parameter["standard_uncertainty"]
+    if parameter["value"] is None:
+        undetermined = content("dcc:noQuantity", "not determined: see the warnings")
+        return quantity(name, undetermined, identifier, about)
+    known = None
+    if uncertainty is not None and len(ends) == 2 and None not in ends:
+        known = interval(number(uncertainty), number(ends[0]), number(ends[1]))
+    return quantity(
+        name, real(number(parameter["value"]), unit, known), identifier, f"derived parameter of axis {axis}"
+    )
+
+
+def _covariance(axis: str, title: str, matrix: Json, primary: Document) -> Elements:
+    """One quantity a row; none where an entry is not known."""
+    rows = numeric(listed(matrix))
+    order = [str(name) for name in listed(primary["order"])]
+    if rows is None or not np.isfinite(rows).all():
+        return []
+    units = [D_SI[str(table(primary["units"])[name])] for name in order]
+    return [
+        quantity(
+            f"{title}: row {name}",
+            numbers(row.tolist(), [f"{unit}{other}" for other in units]),
+            f"{axis}.{title}.{name}",
+            f"in the order {', '.join(order)}",
+        )
+        for name, unit, row in zip(order, units, rows, strict=True)
+    ]
+
+
+def _test_vectors(coefficients: CoefficientSet) -> Element:
+    section = coefficients.test_vectors
+    found = columns(section["forward"]) or {}
+    outputs = found.pop("outputs_v")
+    data = [content("dcc:text", "inputs and expected outputs", section["tolerance_text"])]
+    data += [_column(key, values.tolist(), unit_below({}, key, "")) for key, values in found.items()]
+    data += [_column(f"output of {axis}", values.tolist(), "V") for axis, values in outputs.items()]
+    return Element("dcc:result", [content("dcc:name", "test vectors"), Element("dcc:data", data)])
+
+
+def _column(name: str, values: list[float], unit: str) -> Element:
+    return quantity(name, numbers(values, [D_SI[unit]] * len(values)), f"vectors.{name}")

@@ -1,0 +1,174 @@
+"""The linear form of a set: real = A·measured + B for each axis, as a TOML file, for systems that know two numbers.
+
+Of v = b + k·f it keeps what lies along the nominal axis e: A = 1/k_e in local g per volt, B = −b/k_e in local g, their
+covariance by propagation. What it neglects (cross axes, the quadratic terms, the temperature over its range) is
+bounded for each axis, in g and as an angle where the axis is most sensitive to it.
+Source: SR's linear calibrations (real = A measured + B).
+"""
+
+import json
+import math
+import tomllib
+from dataclasses import dataclass
+
+import numpy as np
+
+from ams.errors import SetError
+from ams.exports.c_text import check_accelerometers
+from ams.exports.checksum_line import INTACT, Seal
+from ams.exports.embedded import comment_lines
+from ams.exports.json_text import parsed
+from ams.exports.plain_values import check_same
+from ams.exports.statement import statement
+from ams.sets.canonical import Document, listed, number, table
+from ams.sets.coefficients import CoefficientSet, from_document
+from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers, FloatArray
+from ams.sets.instructions import polarity
+
+HEAD = "# calrig coefficient set in linear form, version 1"
+SEAL = Seal("linear form", f"{HEAD}\n".encode(), b"# sha256 of all bytes above this line: ", b"\n")
+LOSES = (
+    "neglects cross axes, quadratic terms and temperature (bounds stated per axis) and keeps of the uncertainty only "
+    "that of A and B"
+)
+
+
+@dataclass(frozen=True)
+class LinearAxis:
+    """One axis as real_g = a_g_per_v * measured_v + b_g."""
+
+    a_g_per_v: float
+    b_g: float
+    covariance: FloatArray
+    """(2, 2) of A and B; NaN where the set does not know it."""
+    largest_error_g: float
+    """What the neglected terms amount to at most, for |f| = 1 and within the validity."""
+
+
+def to_linear_form(coefficients: CoefficientSet) -> bytes:
+    """The bytes of the file. Raises: SetError for an equation or an axis that has no linear form."""
+    check_accelerometers(coefficients, "linear form")
+    comment = comment_lines([f"Loses: {LOSES}.", *statement(coefficients)])
+    lines = [HEAD, *(f"# {line}" for line in comment), *_toml(coefficients)]
+    return SEAL.sealed(("\n".join(lines) + "\n").encode("ascii"))
+
+
+def from_linear_form(content: bytes, where: str) -> CoefficientSet:
+    """The set in the bytes of a file: the whole one, out of its key ``document_json``.
+
+    Raises: SetError where the file is damaged or no set; VectorsDisagree where its numbers are not those of the
+    document in it.
+    """
+    body = SEAL.checked_body(content, where)
+    try:
+        read = tomllib.loads(body.decode("ascii"))
+        document = str(read["document_json"])
+    except (ValueError, KeyError) as error:
+        raise SetError(f"{where}: is no TOML file with the key document_json: {error}; {INTACT}") from error
+    coefficients = from_document(parsed(document.encode(), f"{where}: document_json"), where)
+    check_accelerometers(coefficients, f"{where}: linear form")
+    check_same(_comparable(read), _comparable(tomllib.loads("\n".join(_toml(coefficients)))), "numbers", where)
+    return coefficients
+
+
+def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
+    """Raises: SetError where the axis does not sense along its nominal axis."""
+    numbers = coefficients.axes[name]
+    along = "xyz".index(numbers.nominal_axis)
+    k = numbers.direction_v_per_g
+    if abs(k[along]) < 0.5 * float(np.linalg.norm(k)):
+        raise SetError(
+            f"{coefficients.sensor}: axis {name}: linear form: got {k[along]:.6g} V/g along the nominal axis "
+            f"{numbers.nominal_axis} of {float(np.linalg.norm(k)):.6g} V/g, allowed at least half of it; nothing was "
+            "written; the sensor does not sense along its nominal axis: export another format"
+        )
+    offset_v, k_along = numbers.primary["offset_v"], float(k[along])
+    jacobian = np.array([[0.0, -1.0 / k_along**2], [-1.0 / k_along, offset_v / k_along**2]])
+    covariance = jacobian @ _covariance(coefficients, name, along) @ jacobian.T
+    cross = math.hypot(*np.delete(k, along))
+    quadratic = float(np.abs(np.linalg.eigvalsh(numbers.quadratic_v_per_g2)).max())
+    warming_v = _temperature_error_v(coefficients, numbers, float(np.linalg.norm(k)) + quadratic)
+    error_g = (cross + quadratic + warming_v) / abs(k_along)
+    return LinearAxis(1.0 / k_along, -offset_v / k_along, covariance, error_g)
+
+
+def _covariance(coefficients: CoefficientSet, name: str, along: int) -> FloatArray:
+    """(2, 2) of offset and k along the nominal axis."""
+    primary = table(table(table(coefficients.document["axes"])[name])["primary"])
+    order = [str(entry) for entry in listed(primary["order"])]
+    rows = [
+        [math.nan if entry is None else number(entry) for entry in listed(row)] for row in listed(primary["covariance"])
+    ]
+    places = [order.index("offset_v"), order.index(f"k_{'xyz'[along]}_v_per_g")]
+    return np.array(rows)[np.ix_(places, places)]
+
+
+def _temperature_error_v(coefficients: CoefficientSet, numbers: AxisNumbers, largest_sensed_v: float) -> float:
+    limits = coefficients.validity.temperature_degc
+    if not numbers.needs_temperature or limits is None:
+        return 0.0
+    reference, offset_tc, gain_tc = (
+        (numbers.primary[name] if name in numbers.primary else numbers.parameters.get(name)) or 0.0
+        for name in ("reference_temperature_degc", *TEMPERATURE_NAMES)
+    )
+    largest_degc = max(abs(limits[0] - reference), abs(limits[1] - reference))
+    return largest_degc * (abs(offset_tc) + abs(gain_tc) * largest_sensed_v)
+
+
+def _toml(coefficients: CoefficientSet) -> list[str]:
+    document = coefficients.document
+    lines = [
+        *_keys(
+            sensor=coefficients.sensor,
+            set_sha256=coefficients.sha256,
+            status=coefficients.status,
+            convention=coefficients.convention,
+            gravity_mps2=number(table(document["acceleration_unit"])["value_mps2"]),
+            equation="real_g = a_g_per_v * measured_v + b_g; g is the local g",
+            loses=LOSES,
+            document_json=json.dumps(document, separators=(",", ":"), allow_nan=False),
+        ),
+    ]
+    axes = {name: linear_axis(coefficients, name) for name in coefficients.axes}
+    for name, axis in axes.items():
+        lines += ["", f"[axes.{json.dumps(name)}]", *_axis_keys(coefficients.axes[name], axis)]
+    for vector in listed(coefficients.test_vectors["forward"]):
+        outputs_v = table(table(vector)["outputs_v"])
+        lines += ["", "[[test_vectors]]"]
+        for name, axis in axes.items():
+            measured_v = number(outputs_v[name])
+            real_g = axis.a_g_per_v * measured_v + axis.b_g
+            lines.append(f"{json.dumps(name)} = {{ measured_v = {measured_v!r}, real_g = {real_g!r} }}")
+    return lines
+
+
+def _axis_keys(numbers: AxisNumbers, axis: LinearAxis) -> list[str]:
+    return [
+        *_keys(
+            nominal_axis=numbers.nominal_axis,
+            polarity=polarity(numbers),
+            a_g_per_v=axis.a_g_per_v,
+            b_g=axis.b_g,
+            covariance=axis.covariance.tolist(),
+            largest_error_g=axis.largest_error_g,
+            largest_error_deg=math.degrees(axis.largest_error_g),
+        ),
+        "# covariance in the order a_g_per_v, b_g; largest errors: of the neglected terms, within the validity",
+    ]
+
+
+def _keys(**values: object) -> list[str]:
+    """TOML keys; JSON's text of numbers, lists and ASCII strings is TOML's, but for NaN."""
+    return [f"{name} = {_toml_value(value)}" for name, value in values.items()]
+
+
+def _toml_value(value: object) -> str:
+    if isinstance(value, str):
+        return json.dumps(value.encode("ascii", "backslashreplace").decode())
+    return json.dumps(value).replace("NaN", "nan")
+
+
+def _comparable(read: Document) -> Document:
+    """Lists of tables as tables, so that they are compared number for number; without the document."""
+    vectors = {str(place): vector for place, vector in enumerate(listed(read.get("test_vectors")))}
+    return {**{key: value for key, value in read.items() if key != "document_json"}, "test_vectors": vectors}

@@ -1,0 +1,46 @@
+"""What every text export says in words before its numbers: whose set, by which equations, where and how to use it."""
+
+import json
+
+from ams.sets.canonical import Document, Json, listed, table
+from ams.sets.coefficients import CoefficientSet
+from ams.sets.instructions import use_of
+
+
+def statement(coefficients: CoefficientSet) -> list[str]:
+    """Sentences, in the document's own names."""
+    document = coefficients.document
+    unit, validity = table(document["acceleration_unit"]), table(document["validity"])
+    return [
+        f"sensor: {_flat(document['sensor'])}; status: {coefficients.status}"
+        f"{'; SIMULATED on a twin' if coefficients.is_simulated else ''}",
+        f"set: sha256 {coefficients.sha256}, by calrig {coefficients.provenance['software_version']} on "
+        f"{coefficients.provenance['created_utc']}",
+        f"convention {coefficients.convention}: {table(document['convention'])['text']}",
+        f"acceleration unit: local g = {unit['value_mps2']} m/s^2 ({unit['source']}); units are the ends of the names",
+        f"valid: pitch {validity['pitch_deg']} deg, roll {validity['roll_deg']} deg, temperature "
+        f"{_flat(validity['temperature_degc'])} degC",
+        *(_axis(name, table(section)) for name, section in table(document["axes"]).items()),
+        *_use(document),
+        *(f"warning: {warning}" for warning in listed(document["warnings"])),
+    ]
+
+
+def _axis(name: str, section: Document) -> str:
+    equation, primary = table(section["equation"]), table(section["primary"])
+    return (
+        f"axis {name}: {equation['primary']}. Equally, with the derived parameters: {equation['derived']} "
+        f"[{equation['source']}]. Covariance in the order {_flat(primary['order'])}: {_flat(primary['covariance'])}; "
+        f"its independent parts: {_flat(primary['components'])}"
+    )
+
+
+def _use(document: Document) -> list[str]:
+    use = use_of(document)
+    if use is None:
+        return ["use: this set was written before sets said how to use them: ask who calibrated it"]
+    return [f"{name}: {_flat(value)}" for name, value in use.items()]
+
+
+def _flat(value: Json) -> str:
+    return json.dumps(value, ensure_ascii=False)

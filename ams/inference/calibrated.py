@@ -1,0 +1,195 @@
+"""A calibrated accelerometer with all its terms, as the inference of angles wants it: a line in the specific force.
+
+v = b0 + b1 dT + (1 + s1 dT)(k·f + fᵀQf). The temperature terms are taken off the reading first, the quadratic ones
+while the angles are sought; the variance of what is left holds the covariance of every term and the reading's
+own. CR's sets sense gravity, the opposite of the specific force, so their k change sign here.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.attitude.spread import Part
+from ams.calibration_result import VarianceComponent
+from ams.errors import OutsideValidity
+from ams.models.extended import Q_NAMES, quadratic_basis
+from ams.models.thermal import TEMPERATURE_NAMES
+from ams.sets.canonical import Json, listed, number, table
+from ams.sets.coefficients import CoefficientSet
+from ams.sets.package_section import package_of
+from ams.sets.sensed_quantity import PER_G
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CalibratedSensor:
+    """One axis of a set at the temperatures of N readings."""
+
+    names: Sequence[str]
+    primary: FloatArray
+    """(P,)"""
+    covariance: FloatArray
+    """(P, P)"""
+    reading_sd_v: float
+    rise_degc: FloatArray
+    """(N,) or (1,) temperature above the reference."""
+    components: Sequence[VarianceComponent] = ()
+    """(P, P) independent parts of the covariance; empty: it is known as it stands."""
+
+    @property
+    def offset_v(self) -> float:
+        return self._value("offset_v")
+
+    @property
+    def k_v_per_g(self) -> FloatArray:
+        return np.array([self._value(name) for name in PER_G])
+
+    def line_output_v(self, output_v: FloatArray) -> FloatArray:
+        """(N,) what the reading would be at the reference temperature."""
+        offset_tc, _ = (self._value(name) for name in TEMPERATURE_NAMES)
+        return np.asarray((output_v - self.offset_v - offset_tc * self.rise_degc) / self._gain() + self.offset_v)
+
+    def quadratic_v(self, force: FloatArray) -> FloatArray:
+        """(N,) fᵀQf; zero where the force is not known."""
+        q = np.array([self._value(name) for name in Q_NAMES])
+        return np.asarray(np.nan_to_num(quadratic_basis(force) @ q))
+
+    @property
+    def is_linear(self) -> bool:
+        return not any(self._value(name) for name in Q_NAMES)
+
+    def output_variance_v2(self, force: FloatArray) -> FloatArray:
+        """Of :meth:`line_output_v` less its prediction, calibration and reading together. Source: TP (52), (73)."""
+        rows = self.rows(force)
+        return np.asarray(_quadratic(rows, self.covariance) + self.reading_variance_v2(force))
+
+    def calibration_parts(self, force: FloatArray) -> Sequence[Part]:
+        """(N,) parts of the prediction's variance."""
+        rows, parts = self.rows(force), self.components or (VarianceComponent("", self.covariance, np.inf),)
+        return [(_quadratic(rows, part.covariance), part.dof) for part in parts]
+
+    def reading_variance_v2(self, force: FloatArray) -> FloatArray:
+        """(N,)"""
+        return np.broadcast_to((self.reading_sd_v / self._gain()) ** 2, force.shape[:-1])
+
+    def rows(self, force: FloatArray) -> FloatArray:
+        """(N, P) derivatives of :meth:`line_output_v` by the primary parameters."""
+        gain, rise = np.broadcast_arrays(self._gain(), self.rise_degc)
+        sensed = force @ self.k_v_per_g + self.quadratic_v(force)
+        ones = np.ones(force.shape[:-1])
+        columns: dict[str, FloatArray] = {"offset_v": ones / gain}
+        columns |= dict(zip(PER_G, np.moveaxis(force, -1, 0), strict=True))
+        columns |= dict(zip(Q_NAMES, np.moveaxis(quadratic_basis(force), -1, 0), strict=True))
+        columns |= dict(zip(TEMPERATURE_NAMES, (ones * rise / gain, rise * sensed / gain), strict=True))
+        return np.stack([columns[name] for name in self.names], axis=-1)
+
+    def _gain(self) -> FloatArray:
+        return np.asarray(1.0 + self._value(TEMPERATURE_NAMES[1]) * self.rise_degc)
+
+    def _value(self, name: str) -> float:
+        return float(self.primary[list(self.names).index(name)]) if name in self.names else 0.0
+
+
+@dataclass(frozen=True)
+class CalibratedPackage:
+    """The axes of a package, with what their calibrations have in common."""
+
+    sensors: Sequence[CalibratedSensor]
+    components: Sequence[VarianceComponent]
+    """(Q, Q) over the primary parameters of all sensors in turn."""
+
+    def output_parts(self, force: FloatArray) -> Sequence[Part]:
+        """(N, S, S) parts of the covariance of the predictions."""
+        rows = np.zeros((*force.shape[:-1], len(self.sensors), sum(len(sensor.names) for sensor in self.sensors)))
+        start = 0
+        for place, sensor in enumerate(self.sensors):
+            rows[..., place, start : start + len(sensor.names)] = sensor.rows(force)
+            start += len(sensor.names)
+        return [(rows @ part.covariance @ np.swapaxes(rows, -1, -2), part.dof) for part in self.components]
+
+
+def package_of_set(
+    coefficients: CoefficientSet, axes: Sequence[str], sensors: Sequence[CalibratedSensor]
+) -> CalibratedPackage | None:
+    """Some axes of a set; None where the set does not state what they have in common."""
+    section = package_of(coefficients.document)
+    if section is None or len(axes) < 2:
+        return None
+    order = [str(name) for name in listed(section["order"])]
+    wanted = [f"{axis}.{name}" for axis, sensor in zip(axes, sensors, strict=True) for name in sensor.names]
+    places = [order.index(name) for name in wanted]
+    sense = np.concatenate([_senses(coefficients, sensor.names) for sensor in sensors])
+    return CalibratedPackage(sensors, _components(table(section["components"]), places, sense))
+
+
+def sensor_of_set(
+    coefficients: CoefficientSet, axis: str, reading_sd_v: float | None, temperature_degc: FloatArray | None
+) -> CalibratedSensor:
+    """One axis of a set; without a reading's standard deviation that of the calibration's rows stands for it.
+
+    Raises: OutsideValidity where the set needs a temperature or states no standard error.
+    """
+    section = table(table(coefficients.document["axes"])[axis])
+    primary = table(section["primary"])
+    names = [str(name) for name in listed(primary["order"])]
+    values = np.array([number(table(primary["values"])[name]) for name in names])
+    sense = _senses(coefficients, names)
+    covariance = _matrix(primary["covariance"]) * np.outer(sense, sense)
+    return CalibratedSensor(
+        names, values * sense, covariance, _reading_sd_v(coefficients, axis, section, reading_sd_v),
+        _rise_degc(coefficients, axis, section, temperature_degc),
+        _components(table(primary["components"]), list(range(len(names))), sense),
+    )  # fmt: skip
+
+
+def _senses(coefficients: CoefficientSet, names: Sequence[str]) -> FloatArray:
+    """CR's sets sense gravity: their k change sign."""
+    return np.array([-1.0 if coefficients.convention == "CR" and name in PER_G else 1.0 for name in names])
+
+
+def _components(stated: Mapping[str, Json], places: Sequence[int], sense: FloatArray) -> tuple[VarianceComponent, ...]:
+    """Parts of a covariance for some of its rows; degrees of freedom of null are infinite."""
+    parts = []
+    for name, value in stated.items():
+        part = table(value)
+        covariance = _matrix(part["covariance"])[np.ix_(places, places)] * np.outer(sense, sense)
+        dof = part["degrees_of_freedom"]
+        parts.append(VarianceComponent(name, covariance, np.inf if dof is None else number(dof)))
+    return tuple(parts)
+
+
+def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("...i,ij,...j->...", rows, covariance, rows))
+
+
+def _reading_sd_v(
+    coefficients: CoefficientSet, axis: str, section: Mapping[str, Json], reading_sd_v: float | None
+) -> float:
+    stated = section["standard_error_v"] if reading_sd_v is None else reading_sd_v
+    if stated is None:
+        raise OutsideValidity(
+            f"{coefficients.sensor}: axis {axis}: the set states no standard error; nothing was computed; "
+            "give the standard deviation of a reading"
+        )
+    return number(stated)
+
+
+def _rise_degc(
+    coefficients: CoefficientSet, axis: str, section: Mapping[str, Json], temperature_degc: FloatArray | None
+) -> FloatArray:
+    if not coefficients.axes[axis].needs_temperature:
+        return np.zeros(1)
+    if temperature_degc is None:
+        raise OutsideValidity(
+            f"{coefficients.sensor}: temperature_degc is missing: the set has temperature coefficients; "
+            "nothing was computed; give the sensor's own temperature"
+        )
+    reference = table(table(section["parameters"])["reference_temperature_degc"])["value"]
+    return np.asarray(temperature_degc - number(reference))
+
+
+def _matrix(value: Json) -> FloatArray:
+    return np.array([[0.0 if cell is None else number(cell) for cell in listed(row)] for row in listed(value)])

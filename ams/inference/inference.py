@@ -1,0 +1,208 @@
+"""From columns of readings to columns of angles: the geometry that a coefficient set calls for.
+
+One axis near x gives pitch where roll is known; two and three axes give pitch and roll; CR's sting package gives pitch
+and yaw, together with its model package also roll. A model package alone has gravity for its reference and nothing
+else: its yaw is taken as zero. Every row has a flag, empty where all is well. Source: TP 6, CR IV-B.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
+from ams.errors import OutsideValidity
+from ams.frames import specific_force
+from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
+from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
+from ams.sets.coefficients import CoefficientSet
+
+FloatArray = NDArray[np.float64]
+
+STING: Final = "pitch-yaw-roll-sting"
+MODEL: Final = "pitch-yaw-roll-model"
+ROUNDING_DEG: Final = 1e-6
+_ROUNDS: Final = 30
+NO_ROLL: Final = "roll not sensed: sting package alone"
+
+
+@dataclass(frozen=True)
+class Package:
+    """A set and the columns that its axes are read from."""
+
+    coefficients: CoefficientSet
+    columns: Mapping[str, str]
+    """Axis to column; a set may be used with fewer axes than it has."""
+
+    @property
+    def model(self) -> str:
+        return next(iter(self.coefficients.axes.values())).model
+
+    def sensors(self, readings: Mapping[str, FloatArray], reading_sd_v: float | None) -> list[CalibratedSensor]:
+        temperature = readings.get("temperature_degc")
+        return [sensor_of_set(self.coefficients, axis, reading_sd_v, temperature) for axis in self.columns]
+
+    def together(self, sensors: Sequence[CalibratedSensor]) -> CalibratedPackage | None:
+        """What the calibrations of the axes have in common, where the set states it."""
+        return package_of_set(self.coefficients, tuple(self.columns), sensors)
+
+    def outputs_v(self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]) -> FloatArray:
+        """(N, A) readings brought to the reference temperature."""
+        pairs = zip(sensors, self.columns.values(), strict=True)
+        return np.stack([sensor.line_output_v(readings[column]) for sensor, column in pairs], axis=-1)
+
+
+@dataclass(frozen=True)
+class Inference:
+    """How one stream of readings becomes angles."""
+
+    package: Package
+    model_package: Package | None = None
+    """CR's second package, where there are two."""
+    reading_sd_v: float | None = None
+    """Standard deviation of a reading where the sets are used; None: that of the calibration."""
+    upright: bool = True
+    right_wing_down: bool = True
+    intervals: bool = False
+    """Whether the answer has half-widths of 95 % intervals as well."""
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """Columns that every row must have."""
+        packages = [self.package, *([self.model_package] if self.model_package else [])]
+        columns = [column for package in packages for column in package.columns.values()]
+        if any(package.coefficients.needs_temperature for package in packages):
+            columns.append("temperature_degc")
+        if self.package.model != "pitch-only" and len(self.package.columns) == 1:
+            columns.append("roll_deg")
+        return tuple(dict.fromkeys(columns))
+
+    @property
+    def answers(self) -> tuple[str, ...]:
+        """Columns of the answer, in order."""
+        angles = ("pitch", "roll", *(["yaw"] if self.package.model == STING else []))
+        endings = ("_deg", "_sd_deg", *(["_half_95_deg"] if self.intervals else []))
+        return (*(f"{angle}{ending}" for angle in angles for ending in endings), "flag")
+
+    def infer(self, readings: Mapping[str, FloatArray]) -> dict[str, FloatArray | tuple[str, ...]]:
+        """Answers by column from (N,) readings by column, NaN where the flag says why.
+
+        Raises: DesignError, OutsideValidity where no row can be inferred.
+        """
+        found = self._angles(readings)
+        answer: dict[str, FloatArray | tuple[str, ...]] = {
+            name: np.rad2deg(getattr(found, name.replace("_deg", "_rad"))) for name in self.answers if name != "flag"
+        }
+        answer["flag"] = self._flags(found, readings)
+        return answer
+
+    def _angles(self, readings: Mapping[str, FloatArray]) -> Angles | SpreadAngles:
+        sensors = self.package.sensors(readings, self.reading_sd_v)
+        outputs = self.package.outputs_v(sensors, readings)
+        if self.model_package is not None:
+            second = self.model_package.sensors(readings, self.reading_sd_v)
+            together = self.package.together(sensors), self.model_package.together(second)
+            return angles_from_packages(
+                sensors, second, outputs, self.model_package.outputs_v(second, readings), together
+            )
+        if self.package.model == STING:
+            alone = angles_from_sting(sensors, outputs, self.package.together(sensors))
+            return replace(alone, flags=tuple("; ".join(filter(None, (flag, NO_ROLL))) for flag in alone.flags))
+        return _unbent(sensors, outputs, self._geometry(sensors, readings))
+
+    def _geometry(
+        self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]
+    ) -> Callable[[FloatArray], Angles]:
+        together = self.package.together(sensors)
+        if len(sensors) == 3:
+            return lambda outputs: pitch_roll_from_three(sensors, outputs, together)
+        if len(sensors) == 2:
+            return lambda outputs: pitch_roll_from_two(
+                sensors, outputs, upright=self.upright, right_wing_down=self.right_wing_down, package=together
+            )
+        roll_deg = readings.get("roll_deg", np.zeros(1)) if self.package.model != "pitch-only" else np.zeros(1)
+        return lambda outputs: pitch_with_known_roll(sensors[0], outputs[:, 0], np.deg2rad(roll_deg))
+
+    def _flags(self, found: Angles | SpreadAngles, readings: Mapping[str, FloatArray]) -> tuple[str, ...]:
+        """The inference's own flags, and where a set is used beyond its calibration."""
+        validity = self.package.coefficients.validity
+        checked = [("pitch", np.rad2deg(found.pitch_rad), validity.pitch_deg)]
+        if isinstance(found, SpreadAngles) and validity.yaw_deg is not None:
+            checked.append(("yaw", np.rad2deg(found.yaw_rad), validity.yaw_deg))
+        if validity.temperature_degc is not None and "temperature_degc" in readings:
+            checked.append(("temperature", readings["temperature_degc"], validity.temperature_degc))
+        flags = [[flag] if flag else [] for flag in found.flags]
+        for name, values, (low, high) in checked:
+            for row in np.flatnonzero((values < low - ROUNDING_DEG) | (values > high + ROUNDING_DEG)):
+                flags[row].append(f"{name} outside the validity of the set")
+        return tuple("; ".join(parts) for parts in flags)
+
+
+def inference(
+    package: Package,
+    model_package: Package | None = None,
+    reading_sd_v: float | None = None,
+    *,
+    upright: bool = True,
+    right_wing_down: bool = True,
+    intervals: bool = False,
+) -> Inference:
+    """The inference that the sets allow. Raises: OutsideValidity where they allow none."""
+    if reading_sd_v is not None and not (np.isfinite(reading_sd_v) and reading_sd_v >= 0.0):
+        raise OutsideValidity(f"standard deviation of a reading: got {reading_sd_v!r} V, allowed 0 V or more")
+    _check_axes(package)
+    name, model, axes = package.coefficients.sensor, package.model, len(package.columns)
+    if model == "gyro":
+        raise OutsideValidity(
+            f"{name}: gyros sense rates, not attitude: nothing was computed; integrate them with ams.attitude.gyro"
+        )
+    needed = {STING: 3, "pitch-only": 1}.get(model, axes)
+    if axes != needed:
+        raise OutsideValidity(
+            f"{name}: model {model}: got {axes} axes, needed {needed}; nothing was computed; name the axes to use"
+        )
+    if axes == 1 and package.coefficients.axes[next(iter(package.columns))].nominal_axis != "x":
+        raise OutsideValidity(
+            f"{name}: one axis tells pitch only where it lies along x: got {next(iter(package.columns))}; nothing was "
+            "computed; use the x axis, or two axes"
+        )
+    if model_package is not None:
+        _check_pair(package, model_package)
+    return Inference(package, model_package, reading_sd_v, upright, right_wing_down, intervals)
+
+
+def _check_axes(package: Package) -> None:
+    unknown = [axis for axis in package.columns if axis not in package.coefficients.axes]
+    if unknown or not package.columns:
+        raise OutsideValidity(
+            f"{package.coefficients.sensor}: axis {', '.join(unknown) or 'none'}: the set has "
+            f"{', '.join(package.coefficients.axes)}; nothing was computed; name axes of the set"
+        )
+
+
+def _check_pair(sting: Package, model: Package) -> None:
+    _check_axes(model)
+    if (sting.model, model.model) != (STING, MODEL) or len(model.columns) != 3:
+        raise OutsideValidity(
+            f"two packages: got {sting.model} and {model.model} with {len(model.columns)} axes, needed a sting package "
+            "and a model package of three axes each; nothing was computed"
+        )
+
+
+def _unbent(
+    sensors: Sequence[CalibratedSensor], outputs_v: FloatArray, solve: Callable[[FloatArray], Angles]
+) -> Angles:
+    """Angles with the quadratic terms taken off at the angles themselves, until they stand still."""
+    found = solve(outputs_v)
+    if all(sensor.is_linear for sensor in sensors):
+        return found
+    for _ in range(_ROUNDS):
+        force = specific_force(found.pitch_rad, np.nan_to_num(found.roll_rad))
+        bent = np.stack([sensor.quadratic_v(force) for sensor in sensors], axis=-1)
+        before, found = found, solve(outputs_v - bent)
+        moved = np.abs(np.nan_to_num(found.pitch_rad - before.pitch_rad))
+        if np.all(moved < 1e-13):
+            return found
+    return found

@@ -1,0 +1,184 @@
+"""Observations from a CSV file.
+
+Columns: ``replication,point,pitch_deg,roll_deg[,yaw_deg][,temperature_degc][,time_s],<name>_v…``, in any order; for
+gyros also ``pitch_rate_dps,yaw_rate_dps,roll_rate_dps``, the rates of the angles.
+
+Every refusal names file, line (the header is line 1) and column. Degrees become radians here and nowhere else.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import ObservationsError
+from ams.frames import body_rates_rad_s
+from ams.inputs.csv_table import CsvTable, labels, numbers, parse_csv, refuse_cell, refuse_missing_columns
+from ams.observations import Observations
+
+FloatArray = NDArray[np.float64]
+
+RATES = ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")
+_OPTIONAL = ("yaw_deg", "temperature_degc", "time_s")
+_LARGEST_SPREAD_DEG = 0.5
+"""Attitudes of one point may differ by what a servo mechanism repeats to; more is another point."""
+_LARGEST_RATE_SPREAD = 0.01
+"""Rates of one point may differ by this part of the largest rate."""
+_LARGEST_ANGLE_DEG = 360.0
+_COLDEST_DEGC = -273.15
+_LARGEST_OUTPUT_V = 50.0
+"""Servo accelerometers and gyros end at ±15 V."""
+
+
+def read_csv(
+    path: str | Path,
+    axes: Mapping[str, str],
+    angles: Sequence[str] = ("pitch", "roll"),
+    *,
+    rates: bool = False,
+) -> Observations:
+    """Read observations; ``axes`` maps a sensor axis label to its column, such as ``{"x": "sx_v"}``.
+
+    ``angles`` are the angles that the file must state; one that is neither asked for nor there is 0° (yaw: None).
+    ``rates``: the file must state the three rates of the angles as well.
+
+    Raises:
+        ObservationsError: the file cannot be read or says something impossible; nothing was solved.
+    """
+    table = parse_csv(Path(path))
+    stimulus = (*(f"{angle}_deg" for angle in angles), *(RATES if rates else ()))
+    if not axes:
+        raise ObservationsError(f"{table.file}: no sensor axis was named; nothing was solved; name at least one column")
+    refuse_missing_columns(table, ("replication", "point", *stimulus, *axes.values()))
+    found = {name: numbers(table, name) for name in (*_present(table, stimulus), *axes.values())}
+    label = {name: labels(table, name) for name in ("replication", "point")}
+    _refuse_repeated(table, label)
+    _refuse_impossible(table, found)
+    nothing = np.zeros(len(table.rows))
+    radians = {name: np.deg2rad(found.get(name, nothing)) for name in ("pitch_deg", "yaw_deg", "roll_deg", *RATES)}
+    observations = Observations(
+        replication=label["replication"],
+        point=label["point"],
+        pitch_rad=radians["pitch_deg"],
+        roll_rad=radians["roll_deg"],
+        outputs_v={name: found[column] for name, column in axes.items()},
+        yaw_rad=radians["yaw_deg"] if "yaw_deg" in found else None,
+        temperature_degc=found.get("temperature_degc"),
+        time_s=found.get("time_s"),
+        euler_rate_rad_s=np.stack([radians[name] for name in RATES], axis=-1) if rates else None,
+        source=str(path),
+    )
+    if rates:
+        _refuse_wandering_rates(table, observations)
+    else:
+        _refuse_wandering_points(table, label["point"], found)
+    return observations
+
+
+def unit_warnings(observations: Observations, columns: Mapping[str, str] | None = None) -> tuple[str, ...]:
+    """Columns whose numbers can hardly be in the unit of their name, each in a sentence.
+
+    ``columns``: sensor axis to the column that it was read from.
+    """
+    warnings = []
+    angles = {"pitch_deg": observations.pitch_rad, "roll_deg": observations.roll_rad}
+    angles |= {} if observations.yaw_rad is None else {"yaw_deg": observations.yaw_rad}
+    widest_deg = max(float(np.rad2deg(np.abs(angle).max())) for angle in angles.values())
+    irregular = any(_looks_like_radians(np.rad2deg(angle)) for angle in angles.values())
+    if 0.0 < widest_deg <= 2.0 * np.pi and irregular:
+        warnings.append(
+            f"{observations.source}: columns {' and '.join(angles)}: no angle is above {widest_deg:.4g}° and the steps "
+            "are fractions of π: radians? nothing was converted"
+        )
+    rates = observations.euler_rate_rad_s
+    if rates is not None and _looks_like_radians(np.rad2deg(rates[rates != 0.0])):
+        warnings.append(
+            f"{observations.source}: columns {', '.join(RATES)}: whole degrees come out when the rates are taken as "
+            "radians per second: radians? nothing was converted"
+        )
+    for label, output in observations.outputs_v.items():
+        largest = float(np.abs(output).max())
+        if largest > _LARGEST_OUTPUT_V:
+            column = label if columns is None else columns[label]
+            warnings.append(
+                f"{observations.source}: column {column}: up to {largest:.4g} V, which no sensor gives: millivolts? "
+                "nothing was converted"
+            )
+    return tuple(warnings)
+
+
+def _looks_like_radians(angle_deg: FloatArray) -> bool:
+    """Whole degrees come out when the numbers are taken as radians, and do not as they stand."""
+    as_radians = np.rad2deg(angle_deg)
+    moved = angle_deg[np.abs(angle_deg) > 0.0]
+    if moved.size == 0:
+        return False
+    is_whole = np.abs(as_radians - np.round(as_radians)) < 1e-3
+    stands = np.abs(angle_deg * 1e3 - np.round(angle_deg * 1e3)) < 1e-7
+    return bool(is_whole.mean() > 0.9 and stands.mean() < 0.5)
+
+
+def _present(table: CsvTable, stimulus: Sequence[str]) -> tuple[str, ...]:
+    wanted = dict.fromkeys(("pitch_deg", "roll_deg", *stimulus, *_OPTIONAL))
+    return tuple(name for name in wanted if name in table.columns)
+
+
+def _refuse_repeated(table: CsvTable, labels: Mapping[str, NDArray[np.int64]]) -> None:
+    seen: dict[tuple[int, int], int] = {}
+    for line, replication, point in zip(table.lines, labels["replication"], labels["point"], strict=True):
+        pair = (int(replication), int(point))
+        if pair in seen:
+            raise ObservationsError(
+                f"{table.file}: line {line}: columns replication and point: replication {pair[0]}, point "
+                f"{pair[1]} stands on "
+                f"line {seen[pair]} already; allowed once; nothing was solved; remove one or give it a label of its own"
+            )
+        seen[pair] = line
+
+
+def _refuse_impossible(table: CsvTable, numbers: Mapping[str, FloatArray]) -> None:
+    for name, values in numbers.items():
+        if name.endswith("_deg"):
+            outside, allowed = np.abs(values) > _LARGEST_ANGLE_DEG, "−360° to 360°"
+        elif name.endswith("_degc"):
+            outside, allowed = values < _COLDEST_DEGC, "−273.15 °C or more"
+        else:
+            continue
+        if outside.any():
+            row = int(np.flatnonzero(outside)[0])
+            refuse_cell(table, name, table.lines[row], f"{values[row]:g}", allowed)
+
+
+def _refuse_wandering_points(table: CsvTable, point: NDArray[np.int64], numbers: Mapping[str, FloatArray]) -> None:
+    _, first, index = np.unique(point, return_index=True, return_inverse=True)
+    for name in (column for column in ("pitch_deg", "roll_deg", "yaw_deg") if column in numbers):
+        off = np.mod(numbers[name] - numbers[name][first][index] + 180.0, 360.0) - 180.0
+        if np.abs(off).max() > _LARGEST_SPREAD_DEG:
+            row = int(np.argmax(np.abs(off)))
+            raise ObservationsError(
+                f"{table.file}: line {table.lines[row]}: column {name}: point {point[row]} has "
+                f"{numbers[name][row]:g}° here and "
+                f"{numbers[name][first][index][row]:g}° on line {table.lines[int(first[index[row]])]}; "
+                f"allowed a difference up to "
+                f"{_LARGEST_SPREAD_DEG:g}°; nothing was solved; correct the angle or the point label"
+            )
+
+
+def _refuse_wandering_rates(table: CsvTable, observations: Observations) -> None:
+    """One point is one angular velocity in the package's axes, whatever angle a turning axis has reached."""
+    assert observations.euler_rate_rad_s is not None
+    assert observations.yaw_rad is not None
+    euler = np.stack([observations.pitch_rad, observations.yaw_rad, observations.roll_rad], axis=-1)
+    velocity_dps = np.rad2deg(body_rates_rad_s(euler, observations.euler_rate_rad_s))
+    _, first, index = np.unique(observations.point, return_index=True, return_inverse=True)
+    off_dps = np.abs(velocity_dps - velocity_dps[first][index]).max(axis=1)
+    allowed_dps = _LARGEST_RATE_SPREAD * float(np.abs(velocity_dps).max())
+    if off_dps.max() > allowed_dps:
+        row = int(np.argmax(off_dps))
+        raise ObservationsError(
+            f"{table.file}: line {table.lines[row]}: columns {', '.join(RATES)}: point {observations.point[row]} "
+            f"has an angular velocity in package axes that differs by {off_dps[row]:.3g} °/s from that on line "
+            f"{table.lines[int(first[index[row]])]}; allowed {allowed_dps:.3g} °/s; nothing was solved; correct the "
+            "rates and angles or the point label"
+        )

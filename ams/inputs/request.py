@@ -1,0 +1,148 @@
+"""What is asked of the observations, and what is refused before anything is solved."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import DesignError, ObservationsError
+from ams.inputs.shared_errors import SharedError
+from ams.inputs.table_uncertainty import TableUncertainty
+from ams.models.model import Model
+from ams.models.thermal import TemperatureCoefficients
+from ams.observations import Observations
+
+FloatArray = NDArray[np.float64]
+
+_NO_YAW_RAD = 1e-9
+
+
+@dataclass(frozen=True)
+class CalibrationRequest:
+    """One calibration of a package."""
+
+    model: str = "pitch-roll"
+    """A name of ``ams.models.registry.MODELS``: ``pitch-roll``, ``pitch-only``, ``pitch-yaw-roll-sting``,
+    ``pitch-yaw-roll-model`` or ``gyro``."""
+    nominal_axes: Mapping[str, str] = field(default_factory=dict)
+    """Sensor axis label to the package axis it nominally lies along. Empty: every output is its own (``x``,
+    ``y``, ``z``)."""
+    temperature: Literal["none", "apply", "estimate"] = "none"
+    known_temperature: Mapping[str, TemperatureCoefficients] = field(default_factory=dict)
+    """Sensor axis label to its coefficients, for ``apply``."""
+    reference_temperature_degc: float | None = None
+    """None: the mean of the measured temperatures rounded to 1 °C."""
+    extended: Literal["no", "test", "yes"] = "no"
+    """Five quadratic terms beside pitch-roll; ``test``: where an F-test asks for them."""
+    time_term: bool = False
+    """A drift of the offset, linear in time within the run, as a parameter ``offset_drift_v_per_h``."""
+    table: TableUncertainty | None = None
+    """Index errors of the table, carried in U_Y."""
+    shared_errors: Mapping[str, tuple[SharedError, ...]] = field(default_factory=dict)
+    """Sensor axis label to the errors that all its rows share (meter, level, thermometer), carried in U_Y."""
+    residual_curvature: bool = False
+    """H_E of TP appendix B at the solution, among the notes of every axis: what the residuals' own curvature would do
+    to the uncertainties. Zero for a model that is linear in its primary parameters."""
+    weights: FloatArray | None = None
+    """(N,) relative weights of the rows, inversely proportional to their variances. None: equal."""
+    models: Mapping[str, Model] = field(default_factory=dict)
+    """Sensor axis label to a model of the caller's own, used instead of the one that ``model`` names."""
+
+    def axes_of(self, observations: Observations) -> Mapping[str, str]:
+        """Sensor axis label to nominal axis, for the axes to solve."""
+        return self.nominal_axes or {label: label for label in observations.outputs_v}
+
+
+def refuse_unusable(observations: Observations, request: CalibrationRequest) -> None:
+    """Arrays of one length, finite numbers, known axes and weights.
+
+    Raises:
+        ObservationsError: what is wrong, and in which column.
+        DesignError: a combination that is asked for does not exist.
+    """
+    if request.temperature not in ("none", "apply", "estimate"):
+        raise DesignError(
+            f"temperature: got {request.temperature!r}, allowed none, apply, estimate; nothing was solved"
+        )
+    if request.extended not in ("no", "test", "yes"):
+        raise DesignError(f"extended: got {request.extended!r}, allowed no, test, yes; nothing was solved")
+    for label in request.axes_of(observations):
+        if label not in observations.outputs_v:
+            raise ObservationsError(
+                f"{observations.source}: axis {label}: no outputs; there are "
+                f"{', '.join(observations.outputs_v) or 'none'}; "
+                "nothing was solved; name an axis that was measured"
+            )
+    for name, values in _columns(observations, request).items():
+        _refuse_column(observations, name, values)
+    _refuse_ignored_yaw(observations, request)
+
+
+def _refuse_ignored_yaw(observations: Observations, request: CalibrationRequest) -> None:
+    yaw = observations.yaw_rad
+    if yaw is None or request.model not in ("pitch-roll", "pitch-only") or request.models:
+        return
+    if np.abs(yaw).max() > _NO_YAW_RAD:
+        row = int(np.argmax(np.abs(yaw)))
+        raise ObservationsError(
+            f"{observations.source}: yaw_deg: got {np.rad2deg(yaw[row]):g}° in replication "
+            f"{observations.replication[row]}, point {observations.point[row]}: the model {request.model} has no yaw, "
+            "allowed 0°; nothing was solved; use the model pitch-yaw-roll"
+        )
+
+
+def _columns(observations: Observations, request: CalibrationRequest) -> Mapping[str, FloatArray]:
+    columns: dict[str, FloatArray | None] = {
+        "pitch": observations.pitch_rad,
+        "roll": observations.roll_rad,
+        "yaw": observations.yaw_rad,
+        "temperature": observations.temperature_degc,
+        "time": observations.time_s,
+        "reference level": observations.reference_level,
+        **_rates(observations),
+        "weights": request.weights,
+    }
+    outputs = {f"output {label}": observations.outputs_v[label] for label in request.axes_of(observations)}
+    return {name: values for name, values in columns.items() if values is not None} | outputs
+
+
+def _rates(observations: Observations) -> Mapping[str, FloatArray]:
+    rates = observations.euler_rate_rad_s
+    return {} if rates is None else dict(zip(("pitch rate", "yaw rate", "roll rate"), rates.T, strict=True))
+
+
+def _refuse_column(observations: Observations, name: str, values: FloatArray) -> None:
+    if values.shape != (observations.rows,):
+        raise ObservationsError(
+            f"{observations.source}: {name}: got an array of shape {values.shape}, allowed ({observations.rows},), "
+            "one value a row; nothing was solved"
+        )
+    allowed = np.isfinite(values) & (values > 0.0) if name == "weights" else np.isfinite(values)
+    if not allowed.all():
+        row = int(np.flatnonzero(~allowed)[0])
+        raise ObservationsError(
+            f"{observations.source}: {name}: row {row + 1} (replication {observations.replication[row]}, point "
+            f"{observations.point[row]}): got {values[row]}, allowed a "
+            f"finite{' positive' if name == 'weights' else ''} number; "
+            "nothing was solved; correct or leave out the row"
+        )
+
+
+def select_rows(observations: Observations, kept: NDArray[np.bool_]) -> Observations:
+    """The rows where ``kept`` is true."""
+    return replace(
+        observations,
+        replication=observations.replication[kept],
+        point=observations.point[kept],
+        pitch_rad=observations.pitch_rad[kept],
+        roll_rad=observations.roll_rad[kept],
+        outputs_v={label: values[kept] for label, values in observations.outputs_v.items()},
+        yaw_rad=None if observations.yaw_rad is None else observations.yaw_rad[kept],
+        temperature_degc=None if observations.temperature_degc is None else observations.temperature_degc[kept],
+        time_s=None if observations.time_s is None else observations.time_s[kept],
+        euler_rate_rad_s=None if observations.euler_rate_rad_s is None else observations.euler_rate_rad_s[kept],
+        reference_level=None if observations.reference_level is None else observations.reference_level[kept],
+        mounting=None if observations.mounting is None else observations.mounting[kept],
+    )

@@ -1,0 +1,99 @@
+"""Errors that every reading of a calibration shares, as the laboratory's certificates state them (type B).
+
+The meter's zero and gain, the level of the base, the thermometer: one error of each, the same in every row, so that no
+number of replications makes it smaller. Each is a column of U_Y, one standard uncertainty at the solution of a sensor
+axis, beside the table's indices, and enters every uncertainty that is reported. Source: TP 10; GUM 4.3, F.1.2.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import ObservationsError
+from ams.models.model import Model, Stimulus
+from ams.models.thermal import TEMPERATURE_NAMES
+from ams.statistics.budget import Kind
+
+FloatArray = NDArray[np.float64]
+Effect = Literal["reading", "gain", "pitch", "base-tilt", "temperature"]
+"""``reading``: volts on every reading; ``gain``: relative, on every output; ``pitch``: radians, the zero of pitch with
+the tilt of the base about that axis; ``base-tilt``: radians, of the base across it; ``temperature``: °C."""
+
+
+@dataclass(frozen=True)
+class SharedError:
+    """One error, common to all rows of a sensor axis."""
+
+    name: str
+    """In words, such as ``multimeter zero``; names a part of the covariance."""
+    effect: Effect
+    standard_uncertainty: float
+    """In the unit of the effect."""
+    kind: Kind = "standard"
+    """Distribution, for the Monte Carlo check."""
+    stated: str = ""
+    """Where it comes from and as what, such as ``standards.meter: limit 20 µV``."""
+    is_of_one_channel: bool = False
+    """A load resistor: other sensor axes have one of their own, as good and as wrong."""
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.standard_uncertainty) and self.standard_uncertainty >= 0.0):
+            raise ObservationsError(
+                f"{self.name}: standard uncertainty: got {self.standard_uncertainty!r}, allowed 0 or more; nothing was "
+                "solved; correct the rig file"
+            )
+
+
+def shared_columns(
+    errors: Sequence[SharedError], model: Model, primary: FloatArray, rows: Stimulus
+) -> Mapping[str, FloatArray]:
+    """Name to an (N, 1) column, volts; an error that does not reach the model (a level for a gyro) has none."""
+    effects = {error.name: _effect(error.effect, model, primary, rows) for error in errors}
+    return {
+        error.name: (error.standard_uncertainty * effect)[:, None]
+        for error in errors
+        if (effect := effects[error.name]) is not None and effect.any() and error.standard_uncertainty > 0.0
+    }
+
+
+def reaches(error: SharedError, model: Model) -> bool:
+    """Whether the model has anything for the error to act on."""
+    if error.effect == "temperature":
+        return TEMPERATURE_NAMES[0] in model.primary_names
+    return error.effect in ("reading", "gain") or any(name.endswith("_v_per_g") for name in model.primary_names)
+
+
+def _effect(effect: Effect, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
+    """(N,) volts by one unit of the error."""
+    if effect == "reading":
+        return np.ones_like(rows.pitch_rad)
+    if effect == "gain":
+        return model.predict(primary, rows)
+    if effect == "pitch":
+        return model.angle_jacobian(primary, rows).get("pitch")
+    if effect == "base-tilt":
+        return _tilted(model, primary, rows)
+    return _warmed(model, primary, rows)
+
+
+def _tilted(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
+    """A tilt across the pitch axis brings gravity along it: (sin ψ, cos ψ cos R, −cos ψ sin R) in package axes."""
+    named = dict(zip(model.primary_names, primary, strict=True))
+    k = [named.get(f"k_{axis}_v_per_g", 0.0) for axis in "xyz"]
+    if not any(k):
+        return None
+    yaw = np.zeros_like(rows.pitch_rad) if rows.yaw_rad is None else rows.yaw_rad
+    roll = np.zeros_like(rows.roll_rad) if model.name.endswith("-sting") else rows.roll_rad
+    return np.asarray(k[0] * np.sin(yaw) + np.cos(yaw) * (k[1] * np.cos(roll) - k[2] * np.sin(roll)))
+
+
+def _warmed(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
+    """By a thermometer that is wrong by one °C, where the model has temperature terms."""
+    named = dict(zip(model.primary_names, primary, strict=True))
+    if TEMPERATURE_NAMES[0] not in named:
+        return None
+    offset_tc, sensitivity_tc = (named[name] for name in TEMPERATURE_NAMES)
+    return np.asarray(offset_tc + sensitivity_tc * (model.predict(primary, rows) - named["offset_v"]))

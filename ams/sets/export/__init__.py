@@ -1,1 +1,0 @@
-"""Exports of a coefficient set, one file a format: written whole, each read back by ``verify``."""

@@ -1,0 +1,264 @@
+"""As found and as left: how wrong a sensor was with the set it was used with, and how good it is with the new one.
+
+*As found* is the previous set applied to the data of the new run, before anything is adjusted: what users of the sensor
+got until now. *As left* is the new set applied to the same data. Both are errors of inferred angles over the usage
+range, judged against the limits that the rig file accepts (``[acceptance]``) by a stated decision rule.
+
+Decision rules, U being the expanded uncertainty of the error (95 %):
+
+- guard band (ISO 14253-1, ILAC-G8:09/2019 4.2.3): *pass* where |error| + U is inside the limit at every point; *fail*
+  where |error| − U is beyond it at any; *conditional* between, where the uncertainty leaves it open;
+- simple (ILAC-G8:09/2019 4.2.1): *pass* where |error| is inside the limit at every point, else *fail*.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+import numpy as np
+
+from ams.errors import OutsideValidity
+from ams.observations import Observations
+from ams.sets.canonical import Document, Json, listed, number, table
+from ams.sets.coefficients import CoefficientSet
+from ams.surveillance.attitude_errors import AngleErrors, errors_of
+
+Verdict = Literal["pass", "conditional", "fail"]
+Rule = Literal["guard-band", "simple"]
+
+RULES: Mapping[str, str] = {
+    "guard-band": (
+        "pass where |error| + U is inside the limit at every attitude, fail where |error| - U is beyond it at any, "
+        "conditional between; U is the expanded uncertainty of the error, 95 % (ISO 14253-1, ILAC-G8:09/2019)"
+    ),
+    "simple": (
+        "pass where |error| is inside the limit at every attitude, else fail; the uncertainty is stated and not "
+        "subtracted (simple acceptance, ILAC-G8:09/2019)"
+    ),
+}
+_ORDER: tuple[Verdict, ...] = ("pass", "conditional", "fail")
+
+
+@dataclass(frozen=True)
+class Acceptance:
+    """What the sensor must meet."""
+
+    limits_deg: Mapping[str, float]
+    """Angle (``pitch``, ``roll``) to the largest error allowed; an angle without a limit is not judged."""
+    rule: Rule = "guard-band"
+
+    @property
+    def rule_text(self) -> str:
+        return RULES[self.rule]
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """One angle against its limit."""
+
+    angle: str
+    limit_deg: float
+    verdict: Verdict
+    error_deg: float
+    """At the attitude that decides: where the error and its uncertainty together are largest."""
+    expanded_deg: float
+    pitch_deg: float
+    roll_deg: float
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A sensor as found or as left."""
+
+    kind: Literal["as-found", "as-left"]
+    set_sha256: str
+    """Of the set that was applied."""
+    set_created_utc: datetime
+    errors: Mapping[str, AngleErrors]
+    judgements: tuple[Judgement, ...]
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """The worst of all angles; None where no limit is declared."""
+        return max((one.verdict for one in self.judgements), key=_ORDER.index, default=None)
+
+    @property
+    def largest_error_deg(self) -> float | None:
+        """Of any angle, in size; None where no attitude tells any."""
+        return max((float(np.abs(one.error_deg).max()) for one in self.errors.values()), default=None)
+
+
+@dataclass(frozen=True)
+class Adjustment:
+    """As found and as left of one sensor in one run."""
+
+    sensor: str
+    usage_pitch_deg: tuple[float, float] | None
+    """None: the whole range of the run."""
+    acceptance: Acceptance
+    as_found: Condition | None
+    no_as_found: str | None
+    """Why there is none."""
+    as_left: Condition
+
+
+def adjust(
+    previous: CoefficientSet | None,
+    new: CoefficientSet,
+    observations: Observations,
+    acceptance: Acceptance,
+    usage_pitch_deg: tuple[float, float] | None = None,
+) -> Adjustment:
+    """As found by the previous set, as left by the new one, both on the data of the new run.
+
+    Raises: OutsideValidity where even the new set tells no angle (gyros, CR's packages).
+    """
+    as_left = _condition("as-left", new, new, observations, acceptance, usage_pitch_deg)
+    as_found, why = None, "first calibration in this archive" if previous is None else None
+    if previous is not None:
+        try:
+            as_found = _condition("as-found", previous, new, observations, acceptance, usage_pitch_deg)
+        except OutsideValidity as error:
+            why = str(error)
+    return Adjustment(new.sensor, usage_pitch_deg, acceptance, as_found, why, as_left)
+
+
+def acceptance_of(declared: Mapping[str, Json] | None) -> Acceptance:
+    """From a set's ``provenance.acceptance``, the rig file's ``[acceptance]``."""
+    given = declared or {}
+    limits = {
+        angle: number(value) for angle in ("pitch", "roll") if (value := given.get(f"{angle}_limit_deg")) is not None
+    }
+    return Acceptance(limits, "simple" if given.get("decision_rule") == "simple" else "guard-band")
+
+
+def judge(errors: AngleErrors, limit_deg: float, rule: Rule) -> Judgement:
+    """One angle against its limit by the rule."""
+    size, expanded = np.abs(errors.error_deg), errors.expanded_deg
+    if rule == "simple":
+        place = int(np.argmax(size))
+        verdict: Verdict = "pass" if size[place] <= limit_deg else "fail"
+    else:
+        place = errors.worst if (size + expanded).max() <= limit_deg else int(np.argmax(size - expanded))
+        verdict = _guarded(float((size + expanded).max()), float((size - expanded).max()), limit_deg)
+        place = errors.worst if verdict == "conditional" else place
+    decisive = float(errors.error_deg[place]), float(expanded[place])
+    where = float(errors.pitch_deg[place]), float(errors.roll_deg[place])
+    sentence = _sentence(errors.angle, verdict, decisive, limit_deg, where)
+    return Judgement(errors.angle, limit_deg, verdict, *decisive, *where, sentence)
+
+
+def _guarded(most_deg: float, least_deg: float, limit_deg: float) -> Verdict:
+    if most_deg <= limit_deg:
+        return "pass"
+    return "fail" if least_deg > limit_deg else "conditional"
+
+
+def _sentence(
+    angle: str, verdict: Verdict, decisive: tuple[float, float], limit_deg: float, where: tuple[float, float]
+) -> str:
+    error, expanded = decisive
+    side = "inside" if abs(error) <= limit_deg else "beyond"
+    told = {
+        "pass": "inside the limit",
+        "fail": "beyond the limit",
+        "conditional": f"{side} the limit, but closer to it than its uncertainty",
+    }[verdict]
+    return (
+        f"{angle} {verdict}: error {error:+.4f} deg with U {expanded:.4f} deg at pitch {where[0]:g} deg, roll "
+        f"{where[1]:g} deg is {told} of {limit_deg:g} deg"
+    )
+
+
+def _condition(
+    kind: Literal["as-found", "as-left"],
+    applied: CoefficientSet,
+    new: CoefficientSet,
+    observations: Observations,
+    acceptance: Acceptance,
+    usage_pitch_deg: tuple[float, float] | None,
+) -> Condition:
+    errors = errors_of(applied, new, observations, usage_pitch_deg)
+    judged = tuple(
+        judge(errors[angle], limit, acceptance.rule)
+        for angle, limit in acceptance.limits_deg.items()
+        if angle in errors
+    )
+    return Condition(kind, applied.sha256, applied.created_utc, errors, judged)
+
+
+def to_document(adjustment: Adjustment) -> Document:
+    """As plain JSON values."""
+    return {
+        "sensor": adjustment.sensor,
+        "usage_pitch_deg": None if adjustment.usage_pitch_deg is None else list(adjustment.usage_pitch_deg),
+        "acceptance": {"limits_deg": dict(adjustment.acceptance.limits_deg), "rule": adjustment.acceptance.rule},
+        "as_found": None if adjustment.as_found is None else _condition_document(adjustment.as_found),
+        "no_as_found": adjustment.no_as_found,
+        "as_left": _condition_document(adjustment.as_left),
+    }
+
+
+def from_document(document: Document) -> Adjustment:
+    """Back from :func:`to_document`."""
+    usage, accepted = document["usage_pitch_deg"], table(document["acceptance"])
+    acceptance = acceptance_of(
+        {f"{angle}_limit_deg": limit for angle, limit in table(accepted["limits_deg"]).items()}
+        | {"decision_rule": accepted["rule"]}
+    )
+    found, why = document["as_found"], document["no_as_found"]
+    return Adjustment(
+        str(document["sensor"]),
+        None if usage is None else (number(listed(usage)[0]), number(listed(usage)[1])),
+        acceptance,
+        None if found is None else _read_condition("as-found", table(found), acceptance),
+        None if why is None else str(why),
+        _read_condition("as-left", table(document["as_left"]), acceptance),
+    )
+
+
+def _condition_document(condition: Condition) -> Document:
+    return {
+        "set_sha256": condition.set_sha256,
+        "set_created_utc": condition.set_created_utc.isoformat(),
+        "verdict": condition.verdict,
+        "errors": {angle: _errors_document(errors) for angle, errors in condition.errors.items()},
+    }
+
+
+def _errors_document(errors: AngleErrors) -> Document:
+    columns = ("pitch_deg", "roll_deg", "error_deg", "standard_uncertainty_deg")
+    return {
+        **{name: [float(value) for value in getattr(errors, name)] for name in columns},
+        "coverage_factor": errors.coverage_factor,
+        "left_out": errors.left_out,
+    }
+
+
+def _read_condition(kind: Literal["as-found", "as-left"], document: Document, acceptance: Acceptance) -> Condition:
+    errors = {angle: _read_errors(angle, table(entry)) for angle, entry in table(document["errors"]).items()}
+    judged = tuple(
+        judge(errors[angle], limit, acceptance.rule)
+        for angle, limit in acceptance.limits_deg.items()
+        if angle in errors
+    )
+    created = datetime.fromisoformat(str(document["set_created_utc"]))
+    return Condition(kind, str(document["set_sha256"]), created, errors, judged)
+
+
+def _read_errors(angle: str, document: Document) -> AngleErrors:
+    def column(name: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        values: Sequence[Json] = listed(document[name])
+        return np.array([number(value) for value in values], dtype=float)
+
+    return AngleErrors(
+        angle,
+        column("pitch_deg"),
+        column("roll_deg"),
+        column("error_deg"),
+        column("standard_uncertainty_deg"),
+        number(document["coverage_factor"]),
+        int(number(document["left_out"])),
+    )

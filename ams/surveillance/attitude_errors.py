@@ -1,0 +1,204 @@
+"""How wrong a set is at known attitudes, in degrees: the errors of the angles that it would have inferred.
+
+At every point of a run the attitude is known, so the error of an inferred angle follows from the outputs by the slope
+of the set itself: δ = (JᵀWJ)⁻¹JᵀW (v − v(α, R)), with J = ∂v/∂(α, R). That serves one, two and three axes alike, has no
+second branch and is exact to the square of the error. One axis tells pitch alone, roll being known (TP (76), (79)); two
+and three tell both. Where the outputs hardly move with an angle (TP 6) its error is left out, and said to be.
+
+The uncertainty of an error is that of the new measurement: covariance of the new calibration (table, lack of fit,
+drift) and the scatter of its dwells. That of the set under test is not part of it: it is what is being found.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.errors import OutsideValidity
+from ams.frames import specific_force
+from ams.inference.calibrated import sensor_of_set
+from ams.observations import Observations
+from ams.sets.apply import apply
+from ams.sets.canonical import number, table
+from ams.sets.coefficients import CoefficientSet
+from ams.statistics.intervals import t_quantile
+
+FloatArray = NDArray[np.float64]
+
+COVERAGE = 0.95
+LARGEST_AMPLIFICATION = 10.0
+"""Points where an angle's error would be more than so many times that of an output at full slope are left out."""
+_STEP_RAD = 1e-4
+_ROUNDING_DEG = 1e-6
+
+
+@dataclass(frozen=True)
+class AngleErrors:
+    """Errors of one inferred angle at the K points of a run where the outputs tell it, means over the replications."""
+
+    angle: str
+    """``pitch`` or ``roll``."""
+    pitch_deg: FloatArray
+    roll_deg: FloatArray
+    error_deg: FloatArray
+    """(K,) inferred minus true."""
+    standard_uncertainty_deg: FloatArray
+    """(K,) of the error."""
+    coverage_factor: float
+    """For 95 %, from the degrees of freedom of the new calibration."""
+    left_out: int
+    """Points where the outputs do not tell this angle."""
+
+    @property
+    def expanded_deg(self) -> FloatArray:
+        return self.coverage_factor * self.standard_uncertainty_deg
+
+    @property
+    def worst(self) -> int:
+        """The point where the size of the error and its expanded uncertainty together are largest."""
+        return int(np.argmax(np.abs(self.error_deg) + self.expanded_deg))
+
+
+def errors_of(
+    applied: CoefficientSet,
+    measured_by: CoefficientSet,
+    observations: Observations,
+    usage_pitch_deg: tuple[float, float] | None = None,
+) -> Mapping[str, AngleErrors]:
+    """Errors of the set ``applied`` at the points of a run, by angle.
+
+    ``measured_by`` is the set solved from this very run: its covariance is the uncertainty of what the run says.
+    ``usage_pitch_deg`` limits the points. Empty where no point tells any angle.
+
+    Raises: OutsideValidity where the set cannot be applied to such outputs at all (other axes, other convention).
+    """
+    _check_alike(applied, measured_by, observations)
+    kept = _within(np.rad2deg(observations.pitch_rad), usage_pitch_deg)
+    if not kept.any():
+        return {}
+    pitch, roll = observations.pitch_rad[kept], observations.roll_rad[kept]
+    temperature = None if observations.temperature_degc is None else observations.temperature_degc[kept]
+    axes = tuple(applied.axes)
+    gain = _gain(applied, axes, pitch, roll, temperature)
+    outputs_v = np.stack([observations.outputs_v[axis][kept] for axis in axes], axis=-1)
+    errors_rad = np.einsum("nsa,na->ns", gain, outputs_v - _predicted_v(applied, axes, pitch, roll, temperature))
+    variance = np.einsum("nsa,na->ns", gain**2, _variance_v2(measured_by, axes, pitch, roll, temperature, observations))
+    factor = _coverage_factor(measured_by)
+    points = observations.point[kept]
+    found = {
+        angle: _at_points(angle, points, (pitch, roll, errors_rad[:, place], variance[:, place]), factor)
+        for place, angle in enumerate(("pitch", "roll")[: gain.shape[1]])
+    }
+    return {angle: errors for angle, errors in found.items() if errors.error_deg.size}
+
+
+def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observations: Observations) -> None:
+    lacking = [axis for axis in applied.axes if axis not in observations.outputs_v or axis not in measured_by.axes]
+    if applied.convention != "TP" or measured_by.convention != "TP":
+        raise OutsideValidity(
+            f"{applied.sensor}: errors in degrees need sets of pitch and roll: got convention {applied.convention}, "
+            f"measured by {measured_by.convention}, needed TP; nothing was computed"
+        )
+    if lacking:
+        raise OutsideValidity(
+            f"{applied.sensor}: axis {', '.join(lacking)} of the set was not measured: the run has "
+            f"{', '.join(observations.outputs_v)}; nothing was computed; it is another package, or another set"
+        )
+
+
+def _within(pitch_deg: FloatArray, usage_pitch_deg: tuple[float, float] | None) -> NDArray[np.bool_]:
+    if usage_pitch_deg is None:
+        return np.ones(pitch_deg.size, dtype=bool)
+    low, high = usage_pitch_deg
+    return np.asarray((pitch_deg >= low - _ROUNDING_DEG) & (pitch_deg <= high + _ROUNDING_DEG))
+
+
+def _predicted_v(
+    applied: CoefficientSet, axes: tuple[str, ...], pitch: FloatArray, roll: FloatArray, temperature: FloatArray | None
+) -> FloatArray:
+    outputs = apply(applied, pitch, roll, temperature, beyond_validity=True)
+    return np.stack([outputs[axis] for axis in axes], axis=-1)
+
+
+def _gain(
+    applied: CoefficientSet, axes: tuple[str, ...], pitch: FloatArray, roll: FloatArray, temperature: FloatArray | None
+) -> FloatArray:
+    """(N, s, A) radians per volt, s angles; NaN rows where the outputs do not tell an angle."""
+
+    def slope(by_pitch: float, by_roll: float) -> FloatArray:
+        ahead, behind = (
+            _predicted_v(applied, axes, pitch + sign * by_pitch, roll + sign * by_roll, temperature)
+            for sign in (1.0, -1.0)
+        )
+        return np.asarray((ahead - behind) / (2.0 * _STEP_RAD))
+
+    slopes = [slope(_STEP_RAD, 0.0)] + ([slope(0.0, _STEP_RAD)] if len(axes) > 1 else [])
+    scale = np.array([float(np.linalg.norm(applied.axes[axis].direction_v_per_g)) for axis in axes])
+    relative = np.stack(slopes, axis=-1) / scale[:, None]
+    inverse = np.linalg.pinv(relative, rcond=1e-9)
+    told = np.linalg.norm(inverse, axis=-1)
+    lost = ~_resolved(relative, told)
+    return np.asarray(np.where(lost[..., None], np.nan, inverse) / scale)
+
+
+def _resolved(relative: FloatArray, amplification: FloatArray) -> NDArray[np.bool_]:
+    """(N, s) whether each angle is told: some slope is there, no other angle hides it, noise is not blown up."""
+    columns = np.linalg.norm(relative, axis=1)
+    cosine = np.zeros(columns.shape[0])
+    if columns.shape[1] == 2:
+        with np.errstate(invalid="ignore", divide="ignore"):
+            cosine = np.abs(np.einsum("na,na->n", relative[..., 0], relative[..., 1])) / columns.prod(axis=1)
+    hidden = np.nan_to_num(cosine) > 1.0 - 0.5 / LARGEST_AMPLIFICATION**2
+    seen = columns * LARGEST_AMPLIFICATION >= 1.0
+    return np.asarray(seen & ~hidden[:, None] & (amplification <= LARGEST_AMPLIFICATION))
+
+
+def _variance_v2(
+    measured_by: CoefficientSet,
+    axes: tuple[str, ...],
+    pitch: FloatArray,
+    roll: FloatArray,
+    temperature: FloatArray | None,
+    observations: Observations,
+) -> FloatArray:
+    """(N, A) of the mean output of a point: the new calibration's covariance and its dwells' scatter."""
+    force = specific_force(pitch, roll)
+    replications = max(len(np.unique(observations.replication)), 1)
+    columns = []
+    for axis in axes:
+        sensor = sensor_of_set(measured_by, axis, 0.0, temperature)
+        scatter = sensor_of_set(measured_by, axis, None, temperature).reading_sd_v
+        columns.append(sensor.output_variance_v2(force) + scatter**2 / replications)
+    return np.stack(columns, axis=-1)
+
+
+def _coverage_factor(measured_by: CoefficientSet) -> float:
+    """Student's at the fewest effective degrees of freedom of any coefficient; that of the normal distribution where
+    all are stated by certificates."""
+    sections = [table(section) for section in table(measured_by.document["axes"]).values()]
+    stated = [table(table(section["primary"])["effective_degrees_of_freedom"]) for section in sections]
+    dof = [number(value) for axis in stated for value in axis.values() if value is not None]
+    return float(t_quantile(COVERAGE, max(min(dof, default=np.inf), 1.0)))
+
+
+def _at_points(
+    angle: str,
+    points: NDArray[np.int64],
+    rows: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    coverage_factor: float,
+) -> AngleErrors:
+    """Means over the rows of each point; a point is left out where any of its rows is."""
+    labels, index = np.unique(points, return_inverse=True)
+    counts = np.bincount(index)
+    pitch, roll, error, variance = (np.bincount(index, weights=column) / counts for column in rows)
+    told = np.isfinite(error)
+    return AngleErrors(
+        angle,
+        np.rad2deg(pitch[told]),
+        np.rad2deg(roll[told]),
+        np.rad2deg(error[told]),
+        np.rad2deg(np.sqrt(variance[told])),
+        coverage_factor,
+        int(labels.size - told.sum()),
+    )

@@ -1,0 +1,95 @@
+"""How far two calibrations of an unchanged sensor differ: the scatter between runs, day and remount included.
+
+It is learned from successive differences, d² / 2, which a slow drift hardly touches. Over all sensors of a kind the
+median is taken (times 1 / 0.4549, the median of χ² with one degree of freedom), so that those which drift, dropped or
+were mixed up do not count; with few differences the mean. A sensor's own differences are then weighed in, so that one
+that scatters more than its kind is soon judged by itself. How many degrees of freedom the others are worth follows from
+how much the sensors' own scatters differ among each other: variances moderated as by Smyth (2004), fitted to the
+logarithms, here by their median and median deviation.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.statistics.distributions import digamma, trigamma
+from ams.surveillance.series import Population
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+MEDIAN_OF_CHI_SQUARE_1 = 0.4549364
+ROBUST_FROM = 6
+"""Differences from which on the median is taken."""
+MEDIAN_EFFICIENCY = 0.37
+"""Degrees of freedom of the median form, of each difference."""
+DIFFERENCE_EFFICIENCY = 2.0 / 3.0
+"""Successive differences share calibrations: degrees of freedom of each (von Neumann)."""
+UNKNOWN_PRIOR_DOF = 10.0
+"""Where there are too few sensors to tell how alike they are."""
+LEAST_PRIOR_DOF, MOST_PRIOR_DOF = 4.0, 1000.0
+NORMAL_PER_MEDIAN_DEVIATION = 1.4826
+SENSORS_TO_TELL, DIFFERENCES_TO_TELL = 8, 3
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Variance of one calibration about its sensor's level, rad², with the degrees of freedom it is known by."""
+
+    variance: FloatArray
+    """(p,)"""
+    dof: FloatArray
+    """(p,) zero where nothing is known."""
+    prior_dof: FloatArray
+    """(p,) what it counts for beside a sensor's own."""
+
+    def with_own(self, squares: FloatArray, differences: int) -> "Scatter":
+        """Weighed with the sum of d² / 2 of a sensor's own differences, (p,)."""
+        own_dof = DIFFERENCE_EFFICIENCY * differences
+        dof = self.prior_dof + own_dof
+        own = squares * (own_dof / differences) if differences else np.zeros_like(self.variance)
+        total = self.prior_dof * self.variance + own
+        return Scatter(np.where(dof > 0.0, total / np.where(dof > 0.0, dof, 1.0), np.nan), dof, dof)
+
+
+def pooled_scatter(population: Population, leave_out: str | None = None) -> Scatter:
+    """The scatter of a kind of package from all its sensors but one, the same for all characteristics of a kind."""
+    same = np.diff(population.sensor_index) == 0
+    kept = same & np.array(
+        [label.sensor != leave_out and not label.is_check for label in population.labels[1:]], dtype=bool
+    )
+    halves = 0.5 * np.diff(population.coordinates, axis=0)[kept] ** 2
+    sensors = population.sensor_index[1:][kept]
+    width = len(population.kinds)
+    variance, dof, prior = np.zeros(width), np.zeros(width), np.zeros(width)
+    for kind in set(population.kinds):
+        columns = [place for place, name in enumerate(population.kinds) if name == kind]
+        variance[columns], dof[columns] = _of_kind(halves[:, columns].ravel())
+        prior[columns] = np.minimum(dof[columns], _prior_dof(halves[:, columns], sensors))
+    return Scatter(variance, dof, prior)
+
+
+def _of_kind(halves: FloatArray) -> tuple[float, float]:
+    if halves.size == 0:
+        return 0.0, 0.0
+    if halves.size < ROBUST_FROM:
+        return float(halves.mean()), DIFFERENCE_EFFICIENCY * halves.size
+    return float(np.median(halves)) / MEDIAN_OF_CHI_SQUARE_1, MEDIAN_EFFICIENCY * halves.size
+
+
+def _prior_dof(halves: FloatArray, sensors: IntArray) -> float:
+    """Degrees of freedom of the distribution from which the sensors' own variances seem to be drawn."""
+    counts = np.bincount(sensors)
+    told = np.flatnonzero(counts >= DIFFERENCES_TO_TELL)
+    if told.size < SENSORS_TO_TELL:
+        return UNKNOWN_PRIOR_DOF
+    own = np.bincount(sensors, weights=halves.mean(axis=1))[told] / counts[told]
+    half_dof = 0.5 * DIFFERENCE_EFFICIENCY * counts[told] * halves.shape[1]
+    logarithms = np.log(np.maximum(own, np.finfo(float).tiny)) - digamma(half_dof) + np.log(half_dof)
+    deviation = NORMAL_PER_MEDIAN_DEVIATION * np.median(np.abs(logarithms - np.median(logarithms)))
+    excess = float(deviation**2 - trigamma(half_dof).mean())
+    if excess <= 0.0:
+        return MOST_PRIOR_DOF
+    candidates = np.geomspace(LEAST_PRIOR_DOF, MOST_PRIOR_DOF, 200)
+    return float(candidates[int(np.argmin(np.abs(trigamma(0.5 * candidates) - excess)))])

@@ -1,0 +1,173 @@
+"""The desk: hears what a run tells, decides what people should know, and never lets a slow server hold the run.
+
+It is an observer in front of another one. Every message leaves in a thread of its own with a deadline; what became of
+it is handed to the engine at its next look, which journals it. A dead computer cannot ring: the heartbeat goes out
+only while the engine looks, so whoever waits for it outside learns of a hung or dead run.
+
+An alarm (held, tripped, failed) is told again until somebody acknowledges it, says continue, or it is over; after a
+while others are told as well. A run that has ended cannot ring by itself, so :meth:`AlertDesk.ring_out` goes on for it.
+"""
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from threading import Thread
+
+from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command
+from procedures.alerts.settings import AlertSettings, Escalation
+from procedures.records.progress import Progress, RunObserver, line_of
+from procedures.records.states import State
+from rig.clock import Clock
+
+ALARMS = (State.HELD, State.TRIPPED, State.FAILED)
+TOLD = (State.HELD, State.TRIPPED, State.FINISHED, State.FAILED, State.STOPPED, State.ABORTED)
+MOST_UNDER_WAY = 8
+"""Threads that wait for a server at once; more are not started and said to be lost."""
+RING_S = 1.0
+"""Between two looks whether an alarm of a run that has ended was acknowledged."""
+
+
+@dataclass(slots=True)
+class _Alarm:
+    """Told and not acknowledged."""
+
+    progress: Progress
+    since_s: float
+    told_s: float
+    is_escalated: bool = False
+
+
+class AlertDesk:
+    """An observer; :meth:`pulse` is the engine's sign of life."""
+
+    def __init__(self, settings: AlertSettings, title: str, clock: Clock, then: RunObserver, run: str = "RUN") -> None:
+        """``run``: what a person gives the command that acknowledges."""
+        self._settings = settings
+        self._title = title
+        self._run = run
+        self._alarm: _Alarm | None = None
+        self._clock = clock
+        self._then = then
+        self._last: Progress | None = None
+        self._told_s: dict[str, float] = {}
+        self._progress_s = self._beat_s = clock.monotonic_s()
+        self._beat_s -= settings.heartbeat_every_s
+        self._threads: list[Thread] = []
+        self._outcomes: deque[Mapping[str, object]] = deque()
+        self._last_failure = ""
+
+    def on_event(self, progress: Progress) -> None:
+        self._then.on_event(progress)
+        self._last = progress
+        if progress.event == "ack":
+            self._alarm = None
+        if progress.event == "dropped":
+            self._tell(Message(f"calrig: {self._title}: a sensor was dropped", _text(progress)), progress.message)
+        if progress.event == "state":
+            self._heard_state(progress)
+
+    def _heard_state(self, progress: Progress) -> None:
+        now_s, is_alarm = self._clock.monotonic_s(), progress.state in ALARMS
+        self._alarm = _Alarm(progress, now_s, now_s) if is_alarm else None
+        if progress.state in TOLD:
+            text = f"{_text(progress)}\ncalrig ack {self._run} ends the repeats." if is_alarm else _text(progress)
+            self._tell(Message(f"calrig: {self._title}: {progress.state}", text), progress.message)
+
+    def pulse(self) -> Sequence[Mapping[str, object]]:
+        """What is due now; what became of earlier messages."""
+        now_s, settings = self._clock.monotonic_s(), self._settings
+        if settings.heartbeat is not None and now_s - self._beat_s >= settings.heartbeat_every_s:
+            self._beat_s = now_s
+            target, deadline_s = settings.heartbeat, settings.deadline_s
+            self._send("heartbeat", lambda: beat(target, deadline_s))
+        if settings.every_h is not None and now_s - self._progress_s >= settings.every_h * 3600.0 and self._last:
+            self._progress_s = now_s
+            self._post(Message(f"calrig: {self._title}: {self._last.state}", _text(self._last)))
+        if self._alarm is not None:
+            self._ring(self._alarm, now_s)
+        return self._taken()
+
+    def ring_out(self, is_acknowledged: Callable[[], bool]) -> Sequence[Mapping[str, object]]:
+        """Go on for a run that has ended in an alarm, until it is acknowledged or others were told; nothing to do
+        where nobody else is to be told. What became of the messages."""
+        while self._alarm is not None and self._settings.escalate is not None and not self._alarm.is_escalated:
+            if is_acknowledged():
+                self._alarm = None
+                break
+            self._clock.sleep(RING_S)
+            self._ring(self._alarm, self._clock.monotonic_s())
+        return self.close()
+
+    def _ring(self, alarm: _Alarm, now_s: float) -> None:
+        """Again, and to others after a while."""
+        open_min = (now_s - alarm.since_s) / 60.0
+        told = f"{_text(alarm.progress)}\nNobody has acknowledged it for {open_min:.0f} min: calrig ack {self._run}"
+        message = Message(f"calrig: {self._title}: still {alarm.progress.state}", told)
+        if now_s - alarm.told_s >= self._settings.repeat_every_s:
+            alarm.told_s = now_s
+            self._post(message)
+        others = self._settings.escalate
+        if others is not None and not alarm.is_escalated and open_min >= others.after_min:
+            alarm.is_escalated = True
+            self._post_to(others, Message(f"{message.subject}, unacknowledged", told))
+
+    def close(self) -> Sequence[Mapping[str, object]]:
+        """Wait for what is under way, at most its deadline; what became of it."""
+        ends_s = self._clock.monotonic_s() + self._settings.deadline_s
+        for thread in self._threads:
+            thread.join(max(ends_s - self._clock.monotonic_s(), 0.0))
+        return self._taken()
+
+    def _taken(self) -> list[Mapping[str, object]]:
+        return [self._outcomes.popleft() for _ in range(len(self._outcomes))]
+
+    def _tell(self, message: Message, reason: str) -> None:
+        """The same thing is told once in a while, another at once."""
+        key, now_s = f"{message.subject}\n{reason}", self._clock.monotonic_s()
+        before_s = self._told_s.get(key)
+        if before_s is None or now_s - before_s >= self._settings.least_gap_s:
+            self._told_s[key] = now_s
+            self._post(message)
+
+    def _post(self, message: Message) -> None:
+        self._post_to(self._settings, message)
+
+    def _post_to(self, whom: AlertSettings | Escalation, message: Message) -> None:
+        deadline_s = self._settings.deadline_s
+        if whom.command:
+            self._send(message.subject, lambda: by_command(whom.command, message, deadline_s))
+        if whom.urls:
+            self._send(message.subject, lambda: by_apprise(whom.urls, message))
+
+    def _send(self, what: str, deliver: Callable[[], None]) -> None:
+        self._threads = [thread for thread in self._threads if thread.is_alive()]
+        if len(self._threads) >= MOST_UNDER_WAY:
+            self._note(what, f"{MOST_UNDER_WAY} messages are under way already; this one was not sent")
+            return
+        thread = Thread(target=self._delivered, args=(what, deliver), daemon=True)
+        self._threads.append(thread)
+        thread.start()
+
+    def _delivered(self, what: str, deliver: Callable[[], None]) -> None:
+        try:
+            deliver()
+        except NotDelivered as error:
+            self._note(what, str(error))
+        except Exception as error:  # noqa: BLE001  the rim of a thread: whatever a service does, the run goes on
+            self._note(what, f"{type(error).__name__}: {error}")
+        else:
+            self._note(what, "")
+
+    def _note(self, what: str, failure: str) -> None:
+        """Good heartbeats are not journalled, and a failure that repeats only once."""
+        is_beat = what == "heartbeat"
+        if is_beat and failure == self._last_failure:
+            return
+        if is_beat:
+            self._last_failure = failure
+        self._outcomes.append({"what": what, "failed": failure})
+
+
+def _text(progress: Progress) -> str:
+    is_unasked = progress.state in (State.HELD, State.TRIPPED, State.FAILED)
+    return line_of(progress) + ("\nThe run's folder holds why.txt and why.html." if is_unasked else "")

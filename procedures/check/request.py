@@ -1,0 +1,154 @@
+"""A design asked for on the command line, in the words of its options."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from procedures.description.procedure_file import Range
+from procedures.errors import PlanError, RequestError
+from procedures.plan import designs
+from procedures.plan.designs import Design
+
+LEVEL_DEG = (0.0,)
+KINDS = ("D", "D0", "D1", "T", "fractional", "file")
+
+
+@dataclass(frozen=True, slots=True)
+class DesignRequest:
+    """The options of ``calrig design`` that say which design is meant."""
+
+    kind: str | None = None
+    """Default: ``fractional`` where a fraction is given, ``file`` where a file is, else ``D1``, and ``D0`` for a list
+    of pitch values."""
+    pitch: str | None = None
+    """``from:to:count`` or ``from/to/step``, degrees."""
+    pitch_list: str | None = None
+    """``a,b,…`` in degrees; a value may stand more than once."""
+    roll: str | None = None
+    """A count, uniform on [−180°, 180° − ΔR], or a range as for pitch. Without it, or with one value, there is no
+    roll."""
+    repeat_roll: bool = False
+    fractional: str | None = None
+    """``Ka,KR``."""
+    usage: str | None = None
+    """``from:to``, pitch in degrees."""
+    file: Path | None = None
+
+
+def requested_design(request: DesignRequest) -> Design:
+    """The design of a request. Raises: RequestError naming the option, PlanError for sets that the kind forbids."""
+    kind = _kind(request)
+    if kind == "T":
+        _refuse_beside(request, "--kind T", "pitch", "pitch_list", "fractional", "file")
+        return designs.tumble(with_roll=request.roll is None or len(_roll(request)) > 1)
+    if kind == "file":
+        _refuse_beside(request, "--file", "pitch", "pitch_list", "fractional", "roll")
+        return designs.read_points(_needed(request.file, "--file", "the path of a CSV file"))
+    pitch, roll = _pitch(request), _roll(request)
+    if request.fractional is not None:
+        return designs.fractional(pitch, roll, _pair_of_counts(request.fractional))
+    match kind:
+        case "D":
+            return designs.full_grid(pitch, roll)
+        case "D0":
+            return designs.uniform_roll(pitch, roll)
+        case "D1":
+            return designs.uniform_symmetric(pitch, roll)
+    raise RequestError("design: --fractional: is missing, --kind fractional needs it, such as --fractional 3,4")
+
+
+def requested_usage_deg(request: DesignRequest) -> tuple[float, float] | None:
+    """The pitch range of later use. Raises: RequestError."""
+    if request.usage is None:
+        return None
+    low, high = _numbers(request.usage, ":", "--usage", "from:to such as -30:30", 2)
+    if not low < high:
+        raise _wrong("--usage", request.usage, "from:to with from below to")
+    return low, high
+
+
+def _kind(request: DesignRequest) -> str:
+    if request.kind is not None and request.kind not in KINDS:
+        raise _wrong("--kind", request.kind, ", ".join(KINDS))
+    if request.kind is not None:
+        return request.kind
+    if request.fractional is not None:
+        return "fractional"
+    if request.file is not None:
+        return "file"
+    return "D1" if request.pitch_list is None else "D0"
+
+
+def _pitch(request: DesignRequest) -> tuple[float, ...]:
+    if (request.pitch is None) == (request.pitch_list is None):
+        raise RequestError("design: give either --pitch=from:to:count or --pitch-list=a,b,…")
+    if request.pitch is not None:
+        return _range(request.pitch, "--pitch")
+    assert request.pitch_list is not None
+    return tuple(_numbers(request.pitch_list, ",", "--pitch-list", "degrees separated by commas", None))
+
+
+def _roll(request: DesignRequest) -> tuple[float, ...]:
+    if request.roll is None:
+        return LEVEL_DEG
+    if ":" in request.roll or "/" in request.roll:
+        values = _range(request.roll, "--roll")
+    else:
+        count = _count(request.roll, "--roll")
+        values = designs.uniform_circle_deg(count) if count > 1 else LEVEL_DEG
+    return designs.with_repeated_roll(values) if request.repeat_roll and len(values) > 1 else values
+
+
+def _range(text: str, option: str) -> tuple[float, ...]:
+    allowed = "from:to:count such as -45:45:33, or from/to/step such as -90/90/10"
+    by_step = "/" in text
+    start, stop, last = _numbers(text, "/" if by_step else ":", option, allowed, 3)
+    try:
+        if by_step:
+            return Range.model_validate({"from": start, "to": stop, "step": last}).values()
+        return Range.model_validate({"from": start, "to": stop, "count": int(last) if last % 1 == 0 else last}).values()
+    except ValidationError as error:
+        reason = error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
+        raise RequestError(f"design: {option}: got {text!r}: {reason}; allowed {allowed}") from None
+
+
+def _pair_of_counts(text: str) -> tuple[int, int]:
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise _wrong("--fractional", text, "Ka,KR such as 3,4")
+    return _count(parts[0], "--fractional"), _count(parts[1], "--fractional")
+
+
+def _count(text: str, option: str) -> int:
+    if not text.strip().isdecimal() or not 1 <= int(text) <= 100_000:
+        raise _wrong(option, text, "a whole number of 1 or more")
+    return int(text)
+
+
+def _numbers(text: str, separator: str, option: str, allowed: str, count: int | None) -> Sequence[float]:
+    parts = text.split(separator)
+    try:
+        numbers = [float(part) for part in parts]
+    except ValueError:
+        raise _wrong(option, text, allowed) from None
+    if (count is not None and len(parts) != count) or not all(abs(number) <= 100_000.0 for number in numbers):
+        raise _wrong(option, text, allowed)
+    return numbers
+
+
+def _needed(path: Path | None, option: str, what: str) -> Path:
+    if path is None:
+        raise RequestError(f"design: {option}: is missing; give {what}")
+    return path
+
+
+def _refuse_beside(request: DesignRequest, owner: str, *others: str) -> None:
+    for other in others:
+        if getattr(request, other) is not None and not (owner == "--file" and other == "file"):
+            raise RequestError(f"design: --{other.replace('_', '-')}: has no meaning beside {owner}; leave one out")
+
+
+def _wrong(option: str, text: str, allowed: str) -> PlanError | RequestError:
+    return RequestError(f"design: {option}: got {text!r}, allowed {allowed}")

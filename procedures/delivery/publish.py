@@ -1,0 +1,92 @@
+"""A solved run into the archive: the run as a row, its sensors with their rows, and who answers for what expired."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from sqlalchemy import make_url
+from sqlalchemy.exc import ArgumentError
+
+from ams.archive.histories import history
+from ams.archive.runs import MeasuredSensor, Override, PublishedRun, RunEntry, publish_run
+from ams.errors import ArchiveError
+from ams.sets.coefficients import CoefficientSet
+from procedures.errors import RequestError
+from procedures.solution.record import RunRecord
+from procedures.solution.request import SolvedSensor
+from rig.clock import SystemClock
+
+
+def publish_solved(
+    archive_url: str,
+    folder: Path,
+    record: RunRecord,
+    solved: Mapping[str, SolvedSensor],
+    sets: Mapping[str, CoefficientSet],
+    override: Override | None = None,
+) -> PublishedRun:
+    """Publishing again changes nothing; of several solutions of one run the one published last counts.
+
+    Raises: ams.errors.ArchiveError where the archive or an expired standard refuses.
+    """
+    entry = run_entry(folder, record)
+    measured = measured_sensors(record, solved, sets)
+    usage = record.plan.usage_pitch_deg
+    now = SystemClock().now_utc()
+    return publish_run(archive_url, entry, measured, now, usage_pitch_deg=usage, override=override)
+
+
+def measured_sensors(
+    record: RunRecord, solved: Mapping[str, SolvedSensor], sets: Mapping[str, CoefficientSet]
+) -> list[MeasuredSensor]:
+    """Every sensor that has a set, with its rows."""
+    return [
+        MeasuredSensor(one, solved[name].observations, record.plan.sensors[name].check_sensor)
+        for name, one in sets.items()
+    ]
+
+
+def run_entry(folder: Path, record: RunRecord) -> RunEntry:
+    """The run as the archive keeps it."""
+    return RunEntry(
+        journal_sha256=record.hashes["journal content"],
+        run_id=record.run_id,
+        title=record.plan.title,
+        rig=record.rig.rig.name,
+        operator=record.operator,
+        simulated=record.is_simulated,
+        started_utc=min((dwell.started_utc for dwell in record.dwells), default=record.created_utc),
+        ended_utc=record.ended_utc,
+        folder=str(folder.resolve()),
+        software_version=record.versions["calrig"],
+    )
+
+
+def history_findings(archive_url: str, published: PublishedRun) -> Iterator[str]:
+    """What the history of each sensor finds of the calibration that was published just now, a sentence each."""
+    for publication in published.publications:
+        try:
+            found = history(archive_url, publication.sensor).history.findings if publication.is_new else ()
+        except ArchiveError as error:  # what was published stands; only the look at the years before is missing
+            yield str(error)
+            continue
+        for finding in found:
+            if finding.at.sha256 == publication.sha256:
+                yield f"{finding.sentence}{f' (but {finding.rig_cause})' if finding.rig_cause else ''}"
+
+
+def require_archive_url(archive_url: str) -> None:
+    """Refuse before anything moves what would else be refused after the last dwell. Nothing is connected to: a server
+    that does not answer now may do so when the run ends. Raises: RequestError."""
+    shown = archive_url.rpartition("@")[2]  # what stands before it may hold a password
+    try:
+        url = make_url(archive_url)
+        url.get_dialect()
+    except (ArgumentError, ImportError, ValueError) as error:
+        raise RequestError(
+            f"archive: no archive can have this URL: got {shown!r} ({error.__class__.__name__}), allowed are "
+            "sqlite:///relative/path, sqlite:////absolute/path and postgresql+psycopg://…; nothing was begun"
+        ) from error
+    if url.get_backend_name() == "sqlite" and url.database and not Path(url.database).parent.is_dir():
+        raise RequestError(
+            f"archive: its folder is not there: got {shown!r}; nothing was begun; make the folder or give another URL"
+        )

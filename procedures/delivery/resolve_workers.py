@@ -1,0 +1,122 @@
+"""Where archived runs are solved: in spawned processes of this machine, or on a Dask cluster.
+
+Every worker has one BLAS thread: many small fits gain nothing from more, and lose to each other. A chunk is one task.
+On a cluster a task costs some milliseconds whatever it holds, so a chunk has at least fifty fits. A Dask scheduler runs
+whatever it is sent, so an address that is not on this machine must be ``tls://``.
+"""
+
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import get_context
+from typing import TYPE_CHECKING, Any
+
+from procedures.delivery.resolve import Answer, Job, Mapper, resolve_chunk
+from procedures.errors import RequestError, RunFailed
+from procedures.journal.header import calrig_version
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+THREAD_SETTINGS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+LEAST_FITS_OF_A_TASK = 50
+MOST_FITS_OF_A_CHUNK = 50
+CHUNKS_OF_A_WORKER = 4
+LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
+CONNECT_S = 15
+
+
+def chunk_size(jobs: int, workers: int) -> int:
+    """Runs of one chunk in a process pool: several chunks a worker, so that none waits long for the last."""
+    return max(1, min(MOST_FITS_OF_A_CHUNK, jobs // (CHUNKS_OF_A_WORKER * workers)))
+
+
+@contextmanager
+def in_processes(workers: int) -> Iterator[Mapper]:
+    """So many processes of this machine."""
+    with ProcessPoolExecutor(workers, get_context("spawn"), one_thread) as pool:
+
+        def answers(parts: Sequence[Sequence[Job]]) -> Iterator[list[Answer]]:
+            waiting = [pool.submit(resolve_chunk, part) for part in parts]
+            try:
+                yield from (future.result() for future in as_completed(waiting))
+            except BrokenProcessPool as error:
+                raise RunFailed(
+                    "resolve: a worker process died (killed, or out of memory); nothing was written; "
+                    "do it again, with fewer --workers if memory was short"
+                ) from error
+            finally:
+                for future in waiting:
+                    future.cancel()
+
+        yield answers
+
+
+def one_thread() -> None:
+    """Before numpy is imported in a new process."""
+    for name in THREAD_SETTINGS:
+        os.environ[name] = "1"
+
+
+@contextmanager
+def on_cluster(address: str) -> Iterator[Mapper]:
+    """A Dask cluster. Raises: RequestError for an address or workers that cannot be used."""
+    _require_safe(address)
+    client = _connected(address)
+    try:
+        _require_same_version(client)
+        yield lambda parts: _on_client(client, parts)
+    finally:
+        client.close()  # type: ignore[no-untyped-call]
+
+
+def _require_safe(address: str) -> None:
+    protocol, _, host = address.rpartition("://")
+    if protocol == "tls" or host.rpartition(":")[0] in LOOPBACK:
+        return
+    raise RequestError(
+        f"--dask: got {address}, allowed are tls://HOST:PORT and, on this machine, tcp://127.0.0.1:PORT; nothing was "
+        "solved; a scheduler without TLS runs whatever anybody sends it"
+    )
+
+
+def _connected(address: str) -> "Client":
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise RequestError(
+            f"--dask: the library is missing: {error}; nothing was solved; pip install 'calrig[cluster]'"
+        ) from error
+    try:
+        return Client(address, timeout=CONNECT_S, set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError, TypeError) as error:
+        raise RunFailed(
+            f"--dask {address}: no scheduler answers within {CONNECT_S} s: {error}; nothing was solved; start it, and "
+            "give its certificates in Dask's own settings (DASK_DISTRIBUTED__COMM__TLS__…)"
+        ) from error
+
+
+def _require_same_version(client: "Client") -> None:
+    """Raises: RequestError where there is no worker, or one has another calrig."""
+    ours = calrig_version()
+    theirs: dict[str, Any] = client.run(calrig_version)
+    others = {version for version in theirs.values() if version != ours}
+    if not theirs or others:
+        told = "no worker is there" if not theirs else f"workers have calrig {', '.join(sorted(map(str, others)))}"
+        raise RequestError(f"--dask: {told}, this is {ours}; nothing was solved; start workers of the same version")
+
+
+def _on_client(client: "Client", parts: Sequence[Sequence[Job]]) -> Iterator[list[Answer]]:
+    from distributed import KilledWorker, as_completed
+
+    waiting = client.map(resolve_chunk, parts, pure=False)
+    try:
+        for future, answers in as_completed(waiting, loop=client.loop, with_results=True):  # type: ignore[no-untyped-call]
+            yield answers
+            future.release()
+    except (KilledWorker, CancelledError, OSError) as error:
+        raise RunFailed(f"--dask: the cluster failed: {error}; nothing was written; look at its workers") from error
+    finally:
+        client.cancel(waiting)  # type: ignore[no-untyped-call]

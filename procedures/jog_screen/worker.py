@@ -1,0 +1,307 @@
+"""The bench by hand: one thread owns the devices; a screen asks, looks at a view, and stops past everybody.
+
+Requests wait in a queue of one motion at a time: a step asked for while an axis moves is refused, not saved up. Looking
+goes on during a motion. A stop does not queue: the guard sends it at once, this thread leaves whatever it does at its
+next look and then sees every axis stand.
+"""
+
+from contextlib import suppress
+from dataclasses import replace
+from queue import Empty, SimpleQueue
+from threading import Thread
+
+from procedures.errors import ProcedureError
+from procedures.jog_screen.guard import Guard
+from procedures.jog_screen.inferred import InferredAttitude
+from procedures.jog_screen.log import ActionLog, Snapshots
+from procedures.jog_screen.polling import Looks
+from procedures.jog_screen.values import (
+    MOTIONS,
+    BenchView,
+    ClearStatistics,
+    GoTo,
+    HoldTemperature,
+    Home,
+    Pulse,
+    Request,
+    Snapshot,
+    Told,
+    Tone,
+    Turn,
+)
+from procedures.jog_screen.watchdogs import TurningWatchdogs
+from rig.assembly.open_rig import Rig
+from rig.clock import Clock
+from rig.errors import DeviceFault, LinkLost, RequestRefused, RigError, WaitEnded
+from rig.motion import jog
+from rig.motion.move import stop_all
+
+SHOWN_LINES = 200
+_IDLE_S = 0.05
+_RECONNECT_S = 2.0
+
+
+class Bench:
+    """``clock`` is the machine's. :meth:`start` and :meth:`close` belong to whoever opened the rig."""
+
+    def __init__(
+        self,
+        rig: Rig,
+        log: ActionLog,
+        snapshots: Snapshots,
+        clock: Clock,
+        inferred: InferredAttitude | None = None,
+    ) -> None:
+        self._rig = rig
+        self._log = log
+        self._snapshots = snapshots
+        self._clock = clock
+        self._queue: SimpleQueue[Request] = SimpleQueue()
+        self._waiting_motion = ""
+        self._told: tuple[Told, ...] = ()
+        self._is_closing = False
+        self._identities = rig.identities()
+        self._strangers = ""
+        self._doing = ""
+        self._lost_line = ""
+        self._tried_s = clock.monotonic_s()
+        self.guard = Guard(lambda: rig.axes, clock, lambda text: self._tell("stopped", text))
+        self._looks = Looks(rig, self.guard, clock, inferred, lambda text: self._tell("failed", text))
+        self._watchdogs = TurningWatchdogs(rig, lambda text: self._tell("note", text))
+        self._thread = Thread(target=self._run, name="jog-bench", daemon=True)
+        self.view = BenchView((), (), ())
+        """What was last seen; replaced whole."""
+        self._publish()
+
+    def start(self) -> None:
+        self._log.write("begin", rig=self._rig.description.rig.name, identities=self._identities)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop every axis, see it stand, end both threads. The rig stays open."""
+        self._is_closing = True
+        if self._thread.is_alive():
+            self._thread.join()
+        self.guard.close()
+        self._log.write("end", lost=self.guard.lost)
+
+    def ask(self, request: Request) -> None:
+        """Have something done. What cannot be done now is refused in the view's lines."""
+        if refusal := self._why_not(request):
+            self._log.write("refused", asked=str(request), why=refusal)
+            self._tell("refused", f"{request}: {refusal}")
+            return
+        if isinstance(request, MOTIONS):
+            self._waiting_motion = str(request)
+        self._queue.put(request)
+
+    def stop(self, why: str) -> None:
+        """Stop every axis now, and forget what was asked for."""
+        self._log.write("stop", why=why)
+        self.guard.stop(why)
+
+    def refuse(self, why: str) -> None:
+        """Tell the operator what cannot be."""
+        self._tell("refused", why)
+
+    def turn_while_pressed(self, axis: str, rate_dps: float) -> None:
+        """A key that turns an axis came, for the first time or again."""
+        if not self.guard.press(axis):
+            self.ask(Turn(axis, rate_dps, is_held=True))
+
+    def _why_not(self, request: Request) -> str:
+        if self.guard.is_stopping:
+            return "a stop is under way"
+        if not isinstance(request, MOTIONS):
+            return ""
+        if self._strangers:
+            return self._strangers
+        busy = self._doing or self._waiting_motion or self._looks.turning()
+        return f"{busy} is under way; wait, or stop it (space)" if busy else ""
+
+    # The thread that owns the devices.
+
+    def _run(self) -> None:
+        with suppress(WaitEnded):
+            self._watchdogs.arm(self._silent_wait)
+        while not self._is_closing:
+            self._round()
+        self._stop_everything("the session ended")
+        self._watchdogs.disarm()
+
+    def _round(self) -> None:
+        """One request or one look; what fails is told and the bench goes on."""
+        try:
+            if self.guard.is_stopping and not self.guard.lost:
+                self._stop_everything("")
+            elif self.guard.lost:
+                self._rig.clock.sleep(min(_IDLE_S, self._rig.clock.slice_s))
+            elif (request := self._next()) is not None:
+                self._do(request)
+            elif self._lost_line:
+                self._reconnect()
+            else:
+                self._looks.round(self._wait)
+        except WaitEnded:
+            pass
+        except LinkLost as error:
+            self._lost_line = str(error)
+            self._tell("failed", str(error))
+        except RigError as error:
+            self._tell("failed", str(error))
+        self._publish()
+
+    def _next(self) -> Request | None:
+        try:
+            return self._queue.get_nowait()
+        except Empty:
+            return None
+
+    def _do(self, request: Request) -> None:
+        is_motion = isinstance(request, MOTIONS)
+        self._doing, self._waiting_motion = (str(request) if is_motion else ""), ""
+        self._log.write("asked", what=type(request).__name__, asked=str(request))
+        self._publish()
+        try:
+            told = self._done(request)
+            self._log.write("done", asked=str(request), outcome=told)
+            self._tell("done", told)
+        except WaitEnded as ended:
+            self._log.write("ended", asked=str(request), outcome=str(ended))
+            raise
+        except (RigError, ProcedureError) as error:
+            tone: Tone = "refused" if isinstance(error, RequestRefused | ProcedureError) else "failed"
+            self._log.write(tone, asked=str(request), why=str(error))
+            self._tell(tone, str(error))
+            if isinstance(error, LinkLost):
+                self._lost_line = str(error)
+        finally:
+            self._doing = ""
+            self._looks.aim(None, None)
+
+    def _done(self, request: Request) -> str:
+        """Do it; returns what to say. Raises: RigError, ProcedureError."""
+        match request:
+            case GoTo(axis, degrees, is_step):
+                return self._move(axis, self._looks.position_deg(axis) + degrees if is_step else degrees)
+            case Pulse(axis, pulse_us):
+                return self._move(axis, jog.attitude_of_pulse(self._rig, axis, pulse_us))
+            case Home(axis):
+                self._looks.clear_statistics()
+                return f"{axis}: homed, at rest at {jog.home(self._rig, axis, self._wait):+.4f}°"
+            case Turn(axis, rate_dps, is_held):
+                return self._turn(axis, rate_dps, is_held=is_held)
+            case HoldTemperature(chamber, setpoint_degc):
+                jog.hold(self._rig, chamber, setpoint_degc)
+                self._looks.forget_chambers()
+                return f"{chamber}: holds {setpoint_degc:g} °C"
+            case Snapshot():
+                return f"snapshot {self._snapshots.append(self.view)} in {self._snapshots.path}"
+            case ClearStatistics():
+                self._looks.clear_statistics()
+                return "statistics begin here"
+
+    def _move(self, axis: str, target_deg: float) -> str:
+        target_deg = round(target_deg, 9)
+        self._looks.aim(axis, target_deg)
+        self._looks.clear_statistics()
+        at_rest_deg = jog.jog_to(self._rig, axis, target_deg, self._wait, self._made_again)
+        self._looks.clear_statistics()
+        return f"{axis}: at rest at {at_rest_deg:+.4f}°"
+
+    def _made_again(self, told: str) -> None:
+        self._log.write("again", why=told)
+        self._tell("note", told)
+
+    def _turn(self, axis: str, rate_dps: float, *, is_held: bool) -> str:
+        device = jog.rate_axis(self._rig, axis)
+        device.check_rate(rate_dps)
+        self._looks.require_room(axis, rate_dps)
+        self.guard.grant(axis, is_held=is_held)
+        try:
+            device.start_rate(rate_dps)
+        except RigError:
+            self.guard.end_lease(axis)
+            device.stop()
+            raise
+        self._looks.turns(axis, rate_dps)
+        how = "while the key is held" if is_held else "while this terminal answers"
+        return f"{axis}: turns at {rate_dps:+g}°/s {how}"
+
+    def _silent_wait(self, duration_s: float) -> None:
+        self._wait(duration_s, is_looking=False)
+
+    def _wait(self, duration_s: float, *, is_looking: bool = True) -> None:
+        """Axes are looked at meanwhile: positions are shown, and machines hear that their host lives.
+
+        Raises: WaitEnded at a stop.
+        """
+        left_s = duration_s
+        while True:
+            if self.guard.is_stopping or self._is_closing:
+                raise WaitEnded("stopped by the operator")
+            if is_looking:
+                self._looks.axes_now_and_then()
+                self._publish()
+            if left_s <= 0.0:
+                return
+            slice_s = min(left_s, self._rig.clock.slice_s / 2.0)
+            self._rig.clock.sleep(slice_s)
+            left_s -= slice_s
+
+    def _stop_everything(self, why: str) -> None:
+        """Stop, see every axis stand for a second, and let nothing go on that was asked for before."""
+        while self._next() is not None:
+            pass
+        self._waiting_motion = ""
+        self._publish()
+        try:
+            stop_all(self._rig.axes, self._rig.clock)
+            told, tone = "every axis stands still", "stopped"
+        except DeviceFault as error:
+            told, tone = str(error), "failed"
+        self._looks.all_stand()
+        self.guard.stood_still()
+        self._log.write("stopped", outcome=told, why=why)
+        self._tell("stopped" if tone == "stopped" else "failed", told)
+
+    def _reconnect(self) -> None:
+        """Open every line anew, and see that the same devices answer."""
+        self._wait(_IDLE_S)
+        if self._clock.monotonic_s() - self._tried_s < _RECONNECT_S:
+            return
+        self._tried_s = self._clock.monotonic_s()
+        try:
+            self._rig.reconnect()
+            identities = self._rig.identities()
+        except RigError as error:
+            self._lost_line = str(error)
+            return
+        self._lost_line = ""
+        self._strangers = _difference(self._identities, identities)
+        self._looks.start_anew()
+        self._tell("failed" if self._strangers else "note", self._strangers or "every line is open again")
+        self._log.write("reconnected", identities=identities)
+
+    def _tell(self, tone: Tone, text: str) -> None:
+        clock = self._clock.now_utc().strftime("%H:%M:%S")
+        self._told = (*self._told, Told(clock, tone, text))[-SHOWN_LINES:]
+        self.view = replace(self.view, told=self._told)
+
+    def _publish(self) -> None:
+        axes, channels, chambers, attitude = self._looks.views()
+        self.view = BenchView(
+            axes=axes,
+            channels=channels,
+            chambers=chambers,
+            attitude=attitude,
+            doing=self._doing or self._looks.turning(),
+            is_stopping=self.guard.is_stopping,
+            told=self._told,
+        )
+
+
+def _difference(before: dict[str, str], now: dict[str, str]) -> str:
+    """Empty where the same devices answer as at the start."""
+    other = [f"{key} was {told!r} and is {now.get(key)!r}" for key, told in before.items() if now.get(key) != told]
+    return f"other devices answer than before: {'; '.join(other)}; put the cables right and start anew" if other else ""

@@ -1,0 +1,120 @@
+"""The audit trail as a reader of the report needs it: interruptions, notes and who the devices said they are."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+
+from procedures.records.dwells import Event
+
+GOING = "running"
+NOT_GOING = ("paused", "held", "stopped", "tripped", "aborted", "failed", "interrupted")
+
+
+@dataclass(frozen=True)
+class Interruption:
+    """A stretch in which the run did not go on."""
+
+    what: str
+    """``paused``, ``held``, ``stopped``, ``tripped``, ``interrupted`` …"""
+    began_utc: datetime
+    ended_utc: datetime | None
+    """None where it never went on."""
+    by: str
+    reason: str
+    resumed_by: str = ""
+    """Who took the run up again; empty where it went on by itself."""
+    resumed_because: str = ""
+
+
+@dataclass(frozen=True)
+class Note:
+    """A line of the audit trail that a reader of the report should see."""
+
+    utc: datetime
+    by: str
+    text: str
+
+
+def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
+    """Every stretch between leaving ``running`` and coming back to it, under the name it began with.
+
+    A process that died wrote nothing: the resume that took the run over wrote ``interrupted``, and the stretch began
+    with the last event before that process opened the journal.
+    """
+    found: list[Interruption] = []
+    open_one: Interruption | None = None
+    last_sign: Event | None = None
+    for event in events:
+        state = _state(event)
+        if open_one is None and state in NOT_GOING:
+            began = last_sign if last_sign is not None and state == "interrupted" else event
+            open_one = Interruption(state, began.utc, None, _who(event), _why(event))
+        elif open_one is not None and state == GOING:
+            found.append(replace(open_one, ended_utc=event.utc))
+            open_one = None
+        elif open_one is not None and state == "checking" and _who(event):
+            open_one = replace(open_one, resumed_by=_who(event), resumed_because=_why(event))
+        last_sign = last_sign if event.kind == "opened" else event
+    return tuple(found if open_one is None else [*found, open_one])
+
+
+def notes_in(events: Iterable[Event]) -> tuple[Note, ...]:
+    """What people wrote down, and what a reader should know of: words, changes answered for, dwells taken back."""
+    return tuple(Note(event.utc, _who(event), text) for event in events if (text := _word(event)))
+
+
+def missing_in(events: Iterable[Event]) -> tuple[str, ...]:
+    """What the laboratory lacked for a calibration when the run began."""
+    return tuple(
+        str(sentence) for event in events if event.kind == "readiness" for sentence in _listed(event, "engineering")
+    )
+
+
+def _word(event: Event) -> str:
+    match event.kind:
+        case "note":
+            return str(event.detail.get("text", ""))
+        case "ack":
+            return f"acknowledged. {event.detail.get('text', '')}".strip()
+        case "override":
+            return f"went on over changes: {'; '.join(map(str, _listed(event, 'differences')))}: {_why(event)}"
+        case "dropped":
+            return f"{event.detail.get('sensor')} was dropped: {_why(event)}"
+        case "voided":
+            moved = "; the package was moved" if event.detail.get("remounted") else ""
+            return f"{len(_listed(event, 'dwells'))} dwells taken back: {_why(event)}{moved}"
+    return ""
+
+
+def _listed(event: Event, key: str) -> list[object]:
+    found = event.detail.get(key, [])
+    return list(found) if isinstance(found, list) else []
+
+
+def identities_in(events: Iterable[Event]) -> Mapping[str, str]:
+    """Device name to its latest answer to the question who it is."""
+    return {
+        str(name): str(identity)
+        for event in events
+        if event.kind == "identities"
+        for name, identity in event.detail.items()
+    }
+
+
+def seam_steps_in(events: Iterable[Event]) -> tuple[str, ...]:
+    """What a check set after a restart found changed beyond its limit."""
+    return tuple(
+        str(event.detail.get("worst", "")) for event in events if event.kind == "seam" and event.detail.get("steps")
+    )
+
+
+def _state(event: Event) -> str:
+    return str(event.detail.get("to", "")) if event.kind == "state" else ""
+
+
+def _who(event: Event) -> str:
+    return str(event.detail.get("by") or event.detail.get("operator") or "")
+
+
+def _why(event: Event) -> str:
+    return str(event.detail.get("reason") or "")

@@ -1,0 +1,118 @@
+"""What a person writes into the journal of a run that no process runs: notes, dwells taken back, replications redone.
+
+Nothing is edited: each is one more line of the audit trail (:mod:`procedures.journal.voids`).
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from procedures.errors import RequestError
+from procedures.journal.journal import Journal
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.owner import owning
+from procedures.journal.storage import JOURNAL_FILE
+from procedures.journal.voids import KIND, void_detail
+from procedures.records.dwells import DwellRecord
+from procedures.records.states import ACTIVE, RESUMABLE, State, require_transition
+from rig.clock import Clock, SystemClock
+
+_TAKES_BACK = (*ACTIVE, *RESUMABLE, State.FINISHED)
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """Who says it, and why."""
+
+    operator: str
+    reason: str
+    is_remounted: bool = False
+    """The package was moved: what is measured from now on belongs to a new mounting."""
+
+
+def void_from(run_dir: Path, step: int, word: Word, clock: Clock | None = None) -> int:
+    """Take back the dwell of ``step`` and everything measured after it, in the order of time; returns how many.
+
+    Raises: RequestError (a process runs the run, no such dwell, no reason), JournalError, StorageFailed.
+    """
+    accepted = _accepted(run_dir)
+    place = next((place for place, dwell in enumerate(accepted) if dwell.step == step), None)
+    if place is None:
+        known = f"{accepted[0].step} to {accepted[-1].step}" if accepted else "none"
+        raise RequestError(
+            f"{run_dir}: no accepted dwell of step {step} (accepted steps: {known}); nothing was changed; the report "
+            "and calrig handover name steps"
+        )
+    return _take_back(run_dir, accepted[place:], "void", word, clock)
+
+
+def redo(run_dir: Path, replication: int, word: Word, clock: Clock | None = None) -> int:
+    """Take back every dwell of one replication, to be measured again. Returns and raises as :func:`void_from`."""
+    dwells = [dwell for dwell in _accepted(run_dir) if dwell.replication == replication]
+    if not dwells:
+        raise RequestError(
+            f"{run_dir}: replication {replication} has no accepted dwell, so it is measured anyway; nothing was changed"
+        )
+    return _take_back(run_dir, dwells, "redo", word, clock)
+
+
+def add_note(run_dir: Path, operator: str, text: str, clock: Clock | None = None) -> None:
+    """A note on a run that no process runs. Raises: RequestError, JournalError, StorageFailed."""
+    clock = clock or SystemClock()
+    with _owned_journal(run_dir, clock) as journal:
+        journal.append_event("note", {"by": operator, "text": text, "at_utc": clock.now_utc().isoformat()}, clock)
+
+
+def acknowledge(run_dir: Path, operator: str, text: str, clock: Clock | None = None) -> None:
+    """Somebody knows of the alarm of a run that no process runs. Raises as :func:`add_note`."""
+    clock = clock or SystemClock()
+    with _owned_journal(run_dir, clock) as journal:
+        journal.append_event("ack", {"by": operator, "text": text, "at_utc": clock.now_utc().isoformat()}, clock)
+
+
+def is_acknowledged(run_dir: Path) -> bool:
+    """Whether somebody acknowledged the last state of a run, or took the run up again."""
+    with JournalReader.open(run_dir) as reader:
+        state, known = reader.last_event("state"), reader.last_event("ack")
+        is_alarm = reader.state() in (State.HELD, State.TRIPPED, State.FAILED)
+    assert state is not None
+    return not is_alarm or (known is not None and known.sequence > state.sequence)
+
+
+def _accepted(run_dir: Path) -> list[DwellRecord]:
+    """In the order of commitment, check sets of the past left out: each epoch measures its own."""
+    with JournalReader.open(run_dir) as reader:
+        return [dwell for dwell in reader.dwells(accepted_only=True) if dwell.purpose != "check"]
+
+
+def _take_back(run_dir: Path, dwells: list[DwellRecord], cause: str, word: Word, clock: Clock | None) -> int:
+    if not word.reason.strip():
+        raise RequestError(
+            f"{run_dir}: {cause} needs a reason, got {word.reason!r}; nothing was changed; give --reason"
+        )
+    clock = clock or SystemClock()
+    with _owned_journal(run_dir, clock) as journal:
+        with JournalReader.open(run_dir) as reader:
+            state = reader.state()
+        if state not in _TAKES_BACK:
+            raise RequestError(
+                f"{run_dir}: the run is {state}, nothing follows it; nothing was changed; begin a new run"
+            )
+        detail = void_detail(dwells, word.operator, word.reason, cause, is_remounted=word.is_remounted)
+        journal.append_event(KIND, detail, clock)
+        if state is State.FINISHED:
+            require_transition(state, State.STOPPED)
+            told = {"from": state, "to": State.STOPPED, "by": word.operator, "reason": f"{cause}: {word.reason}"}
+            journal.append_event("state", told, clock)
+    return len(dwells)
+
+
+@contextmanager
+def _owned_journal(run_dir: Path, clock: Clock) -> Iterator[Journal]:
+    with owning(run_dir, clock):
+        journal = Journal.open_for_append(run_dir / JOURNAL_FILE)
+        try:
+            yield journal
+        finally:
+            journal.close()

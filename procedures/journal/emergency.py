@@ -1,0 +1,32 @@
+"""When the disk of a run fails: everything provable is copied to a second place, with the dwell that found no room."""
+
+from pathlib import Path
+
+from procedures.errors import ProcedureError
+from procedures.journal.encoding import compact_json, encode_dwell
+from procedures.journal.salvage import salvage
+from procedures.records.dwells import DwellRecord
+
+UNSAVED_FILE = "unsaved-dwell.json"
+
+
+def emergency_copy(run_dir: Path, place: Path, unsaved: DwellRecord | None) -> str:
+    """Copy, and tell where in words that follow the disk's own sentence; never raises for a disk."""
+    target = place / run_dir.name
+    try:
+        number = 2
+        while (target / "journal.sqlite").exists():
+            target, number = place / f"{run_dir.name}-{number}", number + 1
+        found = salvage(run_dir, target)
+        if unsaved is not None:
+            (target / UNSAVED_FILE).write_text(_as_text(unsaved), encoding="utf-8")
+    except (ProcedureError, OSError) as error:
+        return f"; no copy could be made in {place}: {error}"
+    return f"; copied to {target} ({found.dwells} dwells, {found.events} events)"
+
+
+def _as_text(record: DwellRecord) -> str:
+    """The dwell that was measured and not committed: for a person, it is not part of the run."""
+    text, _ = encode_dwell(record)
+    samples = {name: [repr(float(value)) for value in reading.samples_v] for name, reading in record.readings.items()}
+    return compact_json({"record": text, "samples_v": samples})

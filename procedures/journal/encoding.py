@@ -1,0 +1,112 @@
+"""Records as the bytes that are stored and hashed: the text of a row is the very text its SHA-256 was taken of.
+
+A dwell is one line of JSON (everything but the samples, fields and mappings in their own order) and one blob (the
+samples of every channel, float64, little-endian, in the order of the readings). An event's hash covers the hash of the
+event before it, the first one the header's.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+
+from procedures.errors import JournalError
+from procedures.records.dwells import ChannelReading, DwellRecord, Event, MotionRecord, StreamTiming
+
+FLOAT = np.dtype("<f8")
+
+
+def compact_json(value: object) -> str:
+    """One line. Raises: ValueError for a number that is not finite."""
+    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
+def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:
+    """(text, samples) of a record; its ``sha256`` is not part of either."""
+    document: dict[str, Any] = {
+        "step": record.step,
+        "purpose": record.purpose,
+        "replication": record.replication,
+        "point": record.point,
+        "attempt": record.attempt,
+        "epoch": record.epoch,
+        "accepted": record.accepted,
+        "reasons": list(record.reasons),
+        "targets_deg": dict(record.targets_deg),
+        "measured_deg": dict(record.measured_deg),
+        "temperature_degc": dict(record.temperature_degc),
+        "readings": [
+            [channel, int(reading.samples_v.size), reading.started_s, reading.interval_s]
+            for channel, reading in record.readings.items()
+        ],
+        "started_utc": record.started_utc.isoformat(),
+        "ended_utc": record.ended_utc.isoformat(),
+        "started_s": record.started_s,
+        "ended_s": record.ended_s,
+        "settle_s": record.settle_s,
+        "mounting": record.mounting,
+    }
+    if record.motion is not None:
+        document["motion"] = asdict(record.motion)
+    samples = b"".join(reading.samples_v.astype(FLOAT).tobytes() for reading in record.readings.values())
+    return compact_json(document), samples
+
+
+def hash_dwell(text: str, samples: bytes) -> str:
+    """SHA-256 of a stored dwell."""
+    digest = hashlib.sha256(text.encode("utf-8"))
+    digest.update(b"\0")
+    digest.update(samples)
+    return digest.hexdigest()
+
+
+def decode_dwell(text: str, samples: bytes | None, sha256: str) -> DwellRecord:
+    """A stored dwell as a record; without ``samples`` its readings are empty. Raises: JournalError."""
+    try:
+        document: dict[str, Any] = json.loads(text)
+        readings = _readings(document.pop("readings"), samples)
+        for key in ("started_utc", "ended_utc"):
+            document[key] = datetime.fromisoformat(document[key])
+        document["reasons"] = tuple(document["reasons"])
+        if "motion" in document:
+            document["motion"] = _motion(document["motion"])
+        return DwellRecord(**document, readings=readings, sha256=sha256)
+    except (ValueError, TypeError, KeyError) as error:
+        raise JournalError(f"journal: a dwell cannot be read: {error}; the journal was left as it is") from None
+
+
+def _motion(document: dict[str, Any]) -> MotionRecord:
+    return MotionRecord(**{**document, "streams": tuple(StreamTiming(**stream) for stream in document["streams"])})
+
+
+def _readings(layout: list[list[Any]], samples: bytes | None) -> dict[str, ChannelReading]:
+    if samples is None:
+        return {}
+    values_v = np.frombuffer(samples, dtype=FLOAT)
+    announced = sum(count for _, count, _, _ in layout)
+    if announced != values_v.size:
+        raise ValueError(f"{values_v.size} samples, but {announced} are announced")
+    found, first = {}, 0
+    for channel, count, started_s, interval_s in layout:
+        found[channel] = ChannelReading(channel, values_v[first : first + count], started_s, interval_s)
+        first += count
+    return found
+
+
+def with_sha256(record: DwellRecord, sha256: str) -> DwellRecord:
+    return replace(record, sha256=sha256)
+
+
+def hash_event(previous: str, sequence: int, utc: str, monotonic_s: float, kind: str, detail: str) -> str:
+    """SHA-256 of an event in its chain."""
+    line = compact_json([previous, sequence, utc, monotonic_s, kind, detail])
+    return hashlib.sha256(line.encode("utf-8")).hexdigest()
+
+
+def decode_event(sequence: int, utc: str, monotonic_s: float, kind: str, detail: str, sha256: str) -> Event:
+    content: Mapping[str, object] = json.loads(detail)
+    return Event(sequence, datetime.fromisoformat(utc), monotonic_s, kind, content, sha256)

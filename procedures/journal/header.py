@@ -1,0 +1,114 @@
+"""The journal's first page: what was to be done, on which rig, by whom, with which software."""
+
+import hashlib
+import json
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import apsw
+import numpy as np
+
+from procedures.errors import JournalError
+from procedures.plan.plan import Plan
+from rig.description.rig_file import RigDescription
+
+
+@dataclass(frozen=True, slots=True)
+class RunHeader:
+    """Everything a run knew before it began. Texts are the files as they were read."""
+
+    run_id: str
+    title: str
+    created_utc: datetime
+    operator: str
+    is_simulated: bool
+    is_rehearsal: bool
+    """True where every device was replaced by its twin, in virtual time."""
+    software: Mapping[str, str]
+    """Name to version."""
+    plan_json: str
+    plan_sha256: str
+    rig_path: str
+    rig_text: str
+    rig_json: str
+    """The description as it was understood, defaults filled in."""
+    rig_sha256: str
+    """Of ``rig_text``."""
+    procedure_path: str
+    procedure_text: str
+    procedure_sha256: str
+
+    @property
+    def plan(self) -> Plan:
+        """Raises: PlanError where it is of another version."""
+        return Plan.from_json(self.plan_json, f"run {self.run_id}: plan")
+
+    def to_json(self) -> str:
+        return json.dumps(asdict(self) | {"created_utc": self.created_utc.isoformat()}, ensure_ascii=False)
+
+    @staticmethod
+    def from_json(text: str) -> "RunHeader":
+        """Raises: JournalError where it lacks what a header has."""
+        try:
+            document: dict[str, Any] = json.loads(text)
+            document["created_utc"] = datetime.fromisoformat(document["created_utc"])
+            return RunHeader(**document)
+        except (ValueError, TypeError, KeyError) as error:
+            raise JournalError(f"journal: the header cannot be read: {error}; the journal was left as it is") from None
+
+
+def make_header(
+    run_id: str,
+    plan: Plan,
+    rig: RigDescription,
+    rig_path: Path,
+    procedure_path: Path,
+    operator: str,
+    created_utc: datetime,
+    *,
+    is_rehearsal: bool = False,
+) -> RunHeader:
+    """The header of a new run; ``rig`` is the description that is opened, twins in place where it is a rehearsal."""
+    plan_json = plan.to_json()
+    rig_text, procedure_text = (path.read_text(encoding="utf-8") for path in (rig_path, procedure_path))
+    return RunHeader(
+        run_id=run_id,
+        title=plan.title,
+        created_utc=created_utc,
+        operator=operator,
+        is_simulated=rig.is_simulated,
+        is_rehearsal=is_rehearsal,
+        software=software_versions(),
+        plan_json=plan_json,
+        plan_sha256=sha256(plan_json),
+        rig_path=str(rig_path.resolve()),
+        rig_text=rig_text,
+        rig_json=rig.model_dump_json(),
+        rig_sha256=sha256(rig_text),
+        procedure_path=str(procedure_path.resolve()),
+        procedure_text=procedure_text,
+        procedure_sha256=sha256(procedure_text),
+    )
+
+
+def software_versions() -> dict[str, str]:
+    """What measures and what keeps the record."""
+    return {
+        "calrig": calrig_version(),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "sqlite": apsw.sqlite_lib_version(),
+    }
+
+
+def calrig_version() -> str:
+    return version("calrig")
+
+
+def sha256(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()

@@ -1,0 +1,167 @@
+"""The journal's writer: the engine's, and nobody else's.
+
+Everything is committed whole or not at all. A dwell and the event that tells of it are one transaction; a dwell that
+is committed twice (the process died before it learned of the first) is stored once.
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import apsw
+
+from procedures.errors import JournalError
+from procedures.journal.encoding import compact_json, encode_dwell, hash_dwell, hash_event, with_sha256
+from procedures.journal.header import RunHeader, sha256
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.storage import (
+    SCHEMA,
+    CommittedCount,
+    checkpoint_and_close,
+    fold,
+    make_file,
+    open_for_writing,
+    put_in_place,
+    require_journal_file,
+    require_our_schema,
+    told_as,
+)
+from procedures.records.dwells import DwellRecord
+from procedures.records.states import State
+from rig.clock import Clock
+from rig.crash_points import CrashPoint, crash_point
+
+if TYPE_CHECKING:
+    import apsw
+
+
+class Journal:
+    """An open journal that can be appended to. Made by :meth:`create` or :meth:`open_for_append`."""
+
+    def __init__(self, path: Path, connection: apsw.Connection, run_id: str, chain: tuple[int, str], dwells: int):
+        self.path = path
+        self._connection = connection
+        self._run_id = run_id
+        self._last_sequence, self._last_sha256 = chain
+        self._dwells = dwells
+        self._count = CommittedCount(path)
+
+    @staticmethod
+    def create(path: Path, header: RunHeader, clock: Clock) -> "Journal":
+        """A new journal in state ``planned``, made under another name: where there is a journal, it is whole.
+
+        Raises: JournalError where there is a file, StorageFailed.
+        """
+        if path.exists():
+            raise JournalError(
+                f"{path}: exists already; a run never writes into another's journal; nothing was written"
+            )
+        document = header.to_json()
+        new_file = path.with_name(path.name + ".new")
+        new_file.unlink(missing_ok=True)
+        begun = Journal(new_file, make_file(new_file), header.run_id, (0, sha256(document)), 0)
+        with begun._transaction():
+            begun._connection.execute(SCHEMA)
+            begun._connection.execute("INSERT INTO header VALUES (1, ?, ?)", (document, sha256(document)))
+            chain = begun._insert_event("state", {"to": State.PLANNED, "by": header.operator, "reason": ""}, clock)
+        fold(new_file, begun._connection)
+        put_in_place(new_file, path)
+        journal = Journal(path, open_for_writing(path), header.run_id, chain, 0)
+        journal._committed(chain, 0)
+        return journal
+
+    @staticmethod
+    def open_for_append(path: Path) -> "Journal":
+        """An existing journal, after all of it was verified. Raises: JournalError, StorageFailed."""
+        require_journal_file(path)
+        with JournalReader.open(path) as reader:
+            reader.verify()
+            header, last = reader.header, reader.last_event()
+            dwells = reader.committed_dwells()
+        connection = open_for_writing(path)
+        require_our_schema(path, connection)
+        assert last is not None
+        return Journal(path, connection, header.run_id, (last.sequence, last.sha256), dwells)
+
+    def append_event(self, kind: str, detail: Mapping[str, object], clock: Clock) -> None:
+        """One line of the audit trail, on the disk when this returns. Raises: StorageFailed."""
+        with self._transaction():
+            chain = self._insert_event(kind, detail, clock)
+        self._committed(chain, self._dwells)
+
+    def commit_dwell(self, record: DwellRecord, clock: Clock) -> DwellRecord:
+        """Store a judged dwell with its event; returns it with its SHA-256.
+
+        Raises: JournalError where another dwell stands under the same (step, attempt, epoch), StorageFailed.
+        """
+        text, samples = encode_dwell(record)
+        stored = with_sha256(record, hash_dwell(text, samples))
+        if self._has(stored):
+            return stored
+        row = (record.step, record.attempt, record.epoch, int(record.accepted), text, samples, stored.sha256)
+        with self._transaction():
+            self._connection.execute("INSERT INTO dwells VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (self._dwells + 1, *row))
+            chain = self._insert_event("dwell", _told(stored), clock)
+        self._committed(chain, self._dwells + 1)
+        return stored
+
+    def close(self) -> None:
+        """Fold the write-ahead log into the file, so that nothing stands beside it unless a reader is looking."""
+        self._connection.set_busy_timeout(0)
+        crash_point(CrashPoint.BEFORE_CHECKPOINT)
+        try:
+            checkpoint_and_close(self._connection)
+        except (apsw.IOError, apsw.FullError) as error:
+            raise JournalError(f"{self.path}: cannot be closed: {error}; all that was committed is in it") from error
+
+    def _has(self, record: DwellRecord) -> bool:
+        key = (record.step, record.attempt, record.epoch)
+        with told_as(self.path):
+            found = self._connection.execute(
+                "SELECT sha256 FROM dwells WHERE step = ? AND attempt = ? AND epoch = ?", key
+            ).fetchone()
+        if found is not None and found[0] != record.sha256:
+            raise JournalError(
+                f"{self.path}: step {key[0]}, attempt {key[1]}, epoch {key[2]} is stored already, with other content; "
+                "a stored dwell is never changed; nothing was written"
+            )
+        return found is not None
+
+    def _insert_event(self, kind: str, detail: Mapping[str, object], clock: Clock) -> tuple[int, str]:
+        sequence, text = self._last_sequence + 1, compact_json(dict(detail))
+        utc, monotonic_s = clock.now_utc().isoformat(), clock.monotonic_s()
+        digest = hash_event(self._last_sha256, sequence, utc, monotonic_s, kind, text)
+        self._connection.execute(
+            "INSERT INTO events VALUES (?, ?, ?, ?, ?, ?)", (sequence, utc, monotonic_s, kind, text, digest)
+        )
+        return sequence, digest
+
+    def _committed(self, chain: tuple[int, str], dwells: int) -> None:
+        self._last_sequence, self._last_sha256 = chain
+        self._dwells = dwells
+        self._count.write(self._run_id, self._last_sequence, self._dwells)
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        with told_as(self.path):
+            self._connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+                crash_point(CrashPoint.BEFORE_COMMIT)
+                self._connection.execute("COMMIT")
+                crash_point(CrashPoint.AFTER_COMMIT)
+            finally:
+                if self._connection.in_transaction:
+                    self._connection.execute("ROLLBACK")
+
+
+def _told(record: DwellRecord) -> dict[str, object]:
+    return {
+        "step": record.step,
+        "attempt": record.attempt,
+        "epoch": record.epoch,
+        "accepted": record.accepted,
+        "reasons": list(record.reasons),
+        "sha256": record.sha256,
+    }

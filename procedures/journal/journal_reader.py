@@ -1,0 +1,234 @@
+"""The journal as everybody but the engine sees it: read-only, in short transactions, verified on demand."""
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from procedures.errors import JournalError
+from procedures.journal.encoding import decode_dwell, decode_event, hash_dwell, hash_event
+from procedures.journal.header import RunHeader, sha256
+from procedures.journal.storage import JOURNAL_FILE, CommittedCount, open_for_reading, told_as
+from procedures.journal.voids import KIND as VOIDED
+from procedures.journal.voids import QUARANTINED, Key, keys_in, voided_in
+from procedures.records.dwells import DwellRecord, Event
+from procedures.records.states import State
+
+if TYPE_CHECKING:
+    import apsw
+
+_CHUNK = 256
+_EVENTS = "SELECT * FROM events WHERE sequence > ? ORDER BY sequence LIMIT ?"
+_EVENTS_OF = "SELECT * FROM events WHERE sequence > ? AND kind = ? ORDER BY sequence LIMIT ?"
+_LAST_EVENT = "SELECT * FROM events WHERE ? IS NULL OR kind = ? ORDER BY sequence DESC LIMIT 1"
+_DWELLS_WITHOUT_SAMPLES = (
+    "SELECT number, step, attempt, epoch, accepted, record, NULL, sha256 FROM dwells "
+    "WHERE number > ? ORDER BY number LIMIT ?"
+)
+_DWELLS = _DWELLS_WITHOUT_SAMPLES.replace("NULL", "samples")
+_LEFT = "it was left as it is"
+_SALVAGE = "calrig salvage takes the rest into a new folder, where a resume measures it again"
+
+
+AFTERTHOUGHTS = ("note", "ack")
+"""What people write when the run has ended."""
+
+
+class JournalReader:
+    """A journal open for reading. A context manager; made by :meth:`open`."""
+
+    def __init__(self, path: Path, connection: "apsw.Connection") -> None:
+        self.path = path
+        self._connection = connection
+        self.header = self._read_header()
+
+    @staticmethod
+    def open(path: Path) -> "JournalReader":
+        """Open a journal or the folder of a run. Raises: JournalError naming what is wrong with the file."""
+        path = path / JOURNAL_FILE if path.is_dir() else path
+        promised = CommittedCount(path).read()
+        connection = open_for_reading(path)
+        try:
+            reader = JournalReader(path, connection)
+            reader._require_committed(promised)
+        except BaseException:
+            connection.close()
+            raise
+        return reader
+
+    def __enter__(self) -> "JournalReader":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._connection.close()
+
+    def events(self, kind: str | None = None) -> Iterator[Event]:
+        """Events in their order, all or those of one kind."""
+        for row in self._rows(_EVENTS if kind is None else _EVENTS_OF, () if kind is None else (kind,)):
+            yield decode_event(*row)
+
+    def last_event(self, kind: str | None = None) -> Event | None:
+        """The newest event, of one kind if given; None where there is none."""
+        row = self._one(_LAST_EVENT, (kind, kind))
+        return None if row is None else decode_event(*row)
+
+    def dwells(self, accepted_only: bool = False, with_samples: bool = True) -> Iterator[DwellRecord]:
+        """Dwells in the order of commitment, rejected ones too unless ``accepted_only``.
+
+        A dwell that was taken back counts as rejected, and so does one that is not as it was written (noticed only
+        ``with_samples``): each says so in its reasons. :meth:`quarantined` names the damaged ones.
+        """
+        voided = voided_in(self.events(VOIDED))
+        for row in self._rows(_DWELLS if with_samples else _DWELLS_WITHOUT_SAMPLES):
+            dwell = _as_it_stands(row, voided, with_samples)
+            if dwell is not None and (dwell.accepted or not accepted_only):
+                yield dwell
+
+    def quarantined(self) -> tuple[str, ...]:
+        """Dwells that are not as they were written, or were left out when the journal was salvaged, by name."""
+        damaged = [_name(*row[1:4]) for row in self._rows(_DWELLS) if not _is_whole(row)]
+        left_out = [_name(*key) for event in self.events(QUARANTINED) for key in keys_in(event)]
+        return (*damaged, *left_out)
+
+    def state(self) -> State:
+        """As last written; whether its owner still lives is :func:`procedures.journal.status.status`'s to say."""
+        event = self.last_event("state")
+        if event is None:
+            raise JournalError(f"{self.path}: holds no state; {_LEFT}")
+        return State(str(event.detail["to"]))
+
+    def committed_dwells(self) -> int:
+        return int(self._one("SELECT count(*) FROM dwells")[0])  # type: ignore[index]
+
+    def accepted_steps(self) -> set[int]:
+        """Steps with an accepted dwell that was not taken back."""
+        voided = voided_in(self.events(VOIDED))
+        with told_as(self.path):
+            rows = self._connection.execute("SELECT step, attempt, epoch FROM dwells WHERE accepted = 1").fetchall()
+        return {key[0] for row in rows if (key := _key(*row)) not in voided}
+
+    def verify(self) -> None:
+        """Check the file, the chain of events and the SHA-256 of every dwell. Raises: JournalError naming the first
+        dwell or event that is not as it was written."""
+        with told_as(self.path):
+            problems = [row[0] for row in self._connection.execute("PRAGMA quick_check(1)")]
+        if problems != ["ok"]:
+            raise JournalError(f"{self.path}: is damaged ({problems[0]}); {_LEFT}; restore it from a copy")
+        told = self._verify_chain()
+        self._verify_dwells(told)
+
+    def sha256_of_content(self) -> str:
+        """Of header, events and dwells as they were written, whatever the state of the file around them.
+
+        Notes and acknowledgements behind the last other event change nothing of what was measured.
+        """
+        digest = hashlib.sha256(self._one("SELECT sha256 FROM header")[0].encode())  # type: ignore[index]
+        events = list(self._rows(_EVENTS))
+        while events and events[-1][3] in AFTERTHOUGHTS:
+            events.pop()
+        for row in (*events, *self._rows(_DWELLS_WITHOUT_SAMPLES)):
+            digest.update(row[-1].encode())
+        return digest.hexdigest()
+
+    def _read_header(self) -> RunHeader:
+        row = self._one("SELECT document, sha256 FROM header")
+        if row is None:
+            raise JournalError(f"{self.path}: holds no header; {_LEFT}")
+        if sha256(row[0]) != row[1]:
+            raise JournalError(f"{self.path}: the header is not as it was written (SHA-256 differs); {_LEFT}")
+        return RunHeader.from_json(row[0])
+
+    def _require_committed(self, promised: tuple[int, int] | None) -> None:
+        if promised is None:
+            return
+        events = int(self._one("SELECT count(*) FROM events")[0])  # type: ignore[index]
+        held = (events, self.committed_dwells())
+        if held[0] < promised[0] or held[1] < promised[1]:
+            raise JournalError(
+                f"{self.path}: holds {held[1]} dwells and {held[0]} events, but {promised[1]} and {promised[0]} were "
+                f"committed; its file {self.path.name}-wal is missing or of another day; put it back beside the journal"
+            )
+
+    def _verify_chain(self) -> dict[Key, str]:
+        """The SHA-256 that the chain tells of every dwell."""
+        previous, told = self._one("SELECT sha256 FROM header")[0], {}  # type: ignore[index]
+        expected = 1
+        for row in self._rows(_EVENTS):
+            sequence, utc, monotonic_s, kind, detail, digest = row
+            if sequence != expected:
+                raise JournalError(f"{self.path}: event {expected} is missing from the audit trail; {_LEFT}")
+            if hash_event(previous, sequence, utc, monotonic_s, kind, detail) != digest:
+                raise JournalError(f"{self.path}: event {sequence} ({kind}) is not as it was written; {_LEFT}")
+            if kind == "dwell":
+                dwell = decode_event(*row).detail
+                told[_key(dwell["step"], dwell["attempt"], dwell["epoch"])] = str(dwell["sha256"])
+            if kind == QUARANTINED:
+                for key in keys_in(decode_event(*row)):
+                    told.pop(key, None)
+            previous, expected = digest, expected + 1
+        return told
+
+    def _verify_dwells(self, told: dict[Key, str]) -> None:
+        found = 0
+        for _, step, attempt, epoch, accepted, text, samples, digest in self._rows(_DWELLS):
+            name = f"{self.path}: the dwell of step {step}, attempt {attempt}, epoch {epoch}"
+            if hash_dwell(text, samples) != digest or told.get((step, attempt, epoch)) != digest:
+                raise JournalError(f"{name} is not as it was written (SHA-256 differs); {_LEFT}; {_SALVAGE}")
+            record = decode_dwell(text, samples, digest)
+            if (record.step, record.attempt, record.epoch, record.accepted) != (step, attempt, epoch, bool(accepted)):
+                raise JournalError(f"{name} is filed under another key than its own; {_LEFT}; {_SALVAGE}")
+            found += 1
+        if found != len(told):
+            raise JournalError(f"{self.path}: {len(told)} dwells were committed, {found} are there; {_LEFT}")
+
+    def _rows(self, query: str, bindings: tuple[object, ...] = ()) -> Iterator[tuple[Any, ...]]:
+        """All rows of a query that ends in ``> ? … LIMIT ?`` over its first column, a short transaction a chunk."""
+        last = 0
+        while True:
+            with told_as(self.path):
+                rows = self._connection.execute(query, (last, *bindings, _CHUNK)).fetchall()
+            yield from rows
+            if len(rows) < _CHUNK:
+                return
+            last = int(rows[-1][0])  # type: ignore[arg-type]
+
+    def _one(self, query: str, bindings: tuple[object, ...] = ()) -> tuple[Any, ...] | None:
+        with told_as(self.path):
+            row: tuple[Any, ...] | None = self._connection.execute(query, bindings).fetchone()
+            return row
+
+
+def _key(*parts: object) -> Key:
+    step, attempt, epoch = (int(str(part)) for part in parts)
+    return step, attempt, epoch
+
+
+def _name(step: int, attempt: int, epoch: int) -> str:
+    return f"step {step}, attempt {attempt}, epoch {epoch}"
+
+
+def _is_whole(row: tuple[Any, ...]) -> bool:
+    *_, text, samples, digest = row
+    return bool(hash_dwell(text, samples) == digest)
+
+
+def _as_it_stands(row: tuple[Any, ...], voided: Mapping[Key, str], with_samples: bool) -> DwellRecord | None:
+    """The dwell of a row; None where it is too damaged to be shown."""
+    *_, text, samples, digest = row
+    taken_back = voided.get(_key(*row[1:4]))
+    if with_samples and not _is_whole(row):
+        taken_back = "quarantined: it is not as it was written (SHA-256 differs)"
+        try:
+            dwell = decode_dwell(text, samples, digest)
+        except JournalError:
+            return None
+    else:
+        dwell = decode_dwell(text, samples, digest)
+    return dwell if taken_back is None else replace(dwell, accepted=False, reasons=(*dwell.reasons, taken_back))

@@ -1,0 +1,32 @@
+"""Rotations of a gimbal and the axes of a package on it, for levels that are known as vectors.
+
+Axes x forward, y right, z down. Matrices turn components in level axes into components in stage axes, pitch, yaw, roll
+from outside in. Source: CR III-B, elementary matrices TP (110) to (112).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.description.rig_file import Sensor
+
+FloatArray = NDArray[np.float64]
+UP = np.array([0.0, 0.0, -1.0])
+"""Specific force of a body at rest in level axes, local g."""
+
+
+def to_stage(pitch_rad: float, yaw_rad: float, roll_rad: float) -> FloatArray:
+    """(3, 3) from level axes into the axes of the stage that carries the package."""
+    (cp, sp), (cy, sy), (cr, sr) = ((np.cos(angle), np.sin(angle)) for angle in (pitch_rad, yaw_rad, roll_rad))
+    by_pitch = np.array([[cp, 0.0, -sp], [0.0, 1.0, 0.0], [sp, 0.0, cp]])
+    by_yaw = np.array([[cy, sy, 0.0], [-sy, cy, 0.0], [0.0, 0.0, 1.0]])
+    by_roll = np.array([[1.0, 0.0, 0.0], [0.0, cr, sr], [0.0, -sr, cr]])
+    turned: FloatArray = by_roll @ by_yaw @ by_pitch
+    return turned
+
+
+def body_axis(sensor: Sensor, axis: str) -> FloatArray:
+    """(3,) the package's nominal axis in stage axes, by its declared mount."""
+    named = getattr(sensor.mount, axis)
+    direction = np.zeros(3)
+    direction["xyz".index(named[1])] = 1.0 if named[0] == "+" else -1.0
+    return direction

@@ -1,0 +1,183 @@
+"""What the journal holds, as values: the vocabulary between engine, journal, report and solver."""
+
+from bisect import insort
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from math import isfinite, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from procedures.statistics import median_variance_ratio
+from rig.devices.abilities import AxisState
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelReading:
+    """One channel over one dwell: the raw samples and what follows from them."""
+
+    channel: str
+    """Full name, ``readout.channel``."""
+    samples_v: NDArray[np.float64]
+    """(n,) as read, in order, NaN where overloaded."""
+    started_s: float
+    interval_s: float
+
+    @property
+    def mean_v(self) -> float:
+        return float(self.samples_v.mean())
+
+    @property
+    def standard_deviation_v(self) -> float:
+        return float(self.samples_v.std(ddof=1)) if self.samples_v.size > 1 else float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class StreamTiming:
+    """How the samples of one stream lie in rig time, and what is missing among them."""
+
+    stream: str
+    samples: int
+    offset_s: float
+    """Rig time less device time at the middle of the dwell, by the stamps of least delay."""
+    offset_uncertainty_s: float
+    drift: float
+    """How much faster rig time runs than the device's, as part of it."""
+    drift_uncertainty: float
+    missing: int
+    doubled: int
+    doubtful: int
+    """Gaps of unknown length, and lines that were no sample."""
+    first_gap: str
+    """Where and why; empty where there is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class MotionRecord:
+    """What a dwell with motion, a field or a reference has beside its readings."""
+
+    rates_dps: Mapping[str, float] = field(default_factory=dict)
+    """Axis to its mean rate while it was read, from position and time."""
+    rate_uncertainty_dps: Mapping[str, float] = field(default_factory=dict)
+    """Standard."""
+    turned_deg: float = 0.0
+    attitude_uncertainty_deg: Mapping[str, float] = field(default_factory=dict)
+    """Standard, of a measured attitude that a reference sensor told."""
+    commanded_deg: Mapping[str, float] = field(default_factory=dict)
+    """Where the axes stood by their own read-back when a reference told where they are."""
+    field_ut: Mapping[str, float] = field(default_factory=dict)
+    """Coil to the field that stood."""
+    streams: tuple[StreamTiming, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class DwellRecord:
+    """One judged dwell, accepted or rejected with its reasons."""
+
+    step: int
+    purpose: str
+    replication: int
+    point: int
+    attempt: int
+    """1-based judged attempt of this step."""
+    epoch: int
+    """1-based; each restart of the run opens a new one."""
+    accepted: bool
+    reasons: tuple[str, ...]
+    """Why it was rejected, or what is remarkable about an accepted one."""
+    targets_deg: Mapping[str, float]
+    measured_deg: Mapping[str, float]
+    """Read back, mean of before and after the readings."""
+    temperature_degc: Mapping[str, float]
+    """Environment name to the mean of before and after; empty where none is declared."""
+    readings: Mapping[str, ChannelReading]
+    started_utc: datetime
+    ended_utc: datetime
+    started_s: float
+    """Rig seconds (monotonic) since the run's clock started; comparable within one epoch."""
+    ended_s: float
+    settle_s: float
+    sha256: str
+    """Over everything but itself, as stored; empty before it is stored."""
+    mounting: int = 1
+    """1-based; a package that was moved begins a new one, with a coning angle and azimuth of its own."""
+    motion: MotionRecord | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One line of the audit trail, hash-chained to the line before."""
+
+    sequence: int
+    utc: datetime
+    monotonic_s: float
+    kind: str
+    """Such as ``state``, ``intent``, ``request``, ``note``, ``trip``, ``opened``."""
+    detail: Mapping[str, object]
+    sha256: str
+
+
+FEWEST_DWELLS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Position and temperature at one moment."""
+
+    axes: Mapping[str, AxisState]
+    temperature_degc: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """One dwell as it was read, not yet judged."""
+
+    before: Look
+    after: Look
+    readings: Mapping[str, ChannelReading]
+    is_settled: bool
+    settle_s: float
+    motion: MotionRecord | None = None
+    """Of a dwell with motion, a field or a reference."""
+    told_deg: Mapping[str, float] | None = None
+    """The attitude that a reference sensor told, which is better than the axes' own read-back."""
+
+    def mean_position_deg(self) -> dict[str, float]:
+        """Of before and after the readings."""
+        after = self.after.axes
+        told = self.told_deg or {}
+        own = {name: 0.5 * (state.position_deg + after[name].position_deg) for name, state in self.before.axes.items()}
+        return {**own, **told}
+
+    def mean_temperature_degc(self) -> dict[str, float]:
+        """Of before and after; what is not finite is left out."""
+        after = self.after.temperature_degc
+        means = {name: 0.5 * (degc + after[name]) for name, degc in self.before.temperature_degc.items()}
+        return {name: degc for name, degc in means.items() if isfinite(degc)}
+
+
+class NoiseReference:
+    """The scatter that each channel is known to have, from the dwells accepted so far."""
+
+    def __init__(self) -> None:
+        self._variances_v2: dict[str, list[float]] = {}
+
+    def learn(self, readings: Mapping[str, ChannelReading]) -> None:
+        """Take an accepted dwell in."""
+        for channel, reading in readings.items():
+            degrees = reading.samples_v.size - 1
+            if degrees >= 1:
+                variance_v2 = reading.standard_deviation_v**2 / median_variance_ratio(degrees)
+                insort(self._variances_v2.setdefault(channel, []), variance_v2)
+
+    def standard_deviation_v(self, channel: str) -> float | None:
+        """None until enough dwells were accepted."""
+        known = self._variances_v2.get(channel, [])
+        if len(known) < FEWEST_DWELLS:
+            return None
+        middle = len(known) // 2
+        return sqrt(known[middle] if len(known) % 2 else (known[middle - 1] + known[middle]) / 2.0)
+
+
+ANGLE, LOOKED, TAKEN = "angle_deg", "looked_s", "taken_s"

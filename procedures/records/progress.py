@@ -1,0 +1,43 @@
+"""What a run tells while it goes on."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Protocol
+
+from procedures.records.states import State
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """One moment of a run."""
+
+    event: str
+    """``state``, ``dwell``, ``rejected``, ``void``, ``soak`` or ``check``."""
+    state: State
+    dwells_done: int
+    """Accepted design dwells."""
+    dwells_planned: int
+    replication: int
+    replications: int
+    rate_per_min: float | None
+    """Design dwells a minute of rig time in this epoch; None before the first."""
+    eta_utc: datetime | None
+    message: str
+
+
+class RunObserver(Protocol):
+    """Is told everything worth drawing, in the engine's thread: be quick, and never raise."""
+
+    def on_event(self, progress: Progress) -> None: ...
+
+
+def line_of(progress: Progress) -> str:
+    """``running 120/1482 · replication 1 of 6 · 7.4 dwells/min · ends 2026-03-01 04:12 UTC · message``."""
+    parts = [f"{progress.state} {progress.dwells_done}/{progress.dwells_planned}"]
+    if progress.replication:
+        parts.append(f"replication {progress.replication} of {progress.replications}")
+    if progress.rate_per_min is not None:
+        parts.append(f"{progress.rate_per_min:.3g} dwells/min")
+    if progress.eta_utc is not None and progress.state is State.RUNNING:
+        parts.append(f"ends {progress.eta_utc:%Y-%m-%d %H:%M} UTC")
+    return " · ".join([*parts, progress.message] if progress.message else parts)

@@ -1,0 +1,174 @@
+"""Cells of the page: every value as the text that stands in a table. The templates call these as filters."""
+
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from typing import Any, Protocol
+from urllib.parse import quote
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from ams.surveillance.attitude_errors import AngleErrors
+from procedures.journal.audit_trail import Interruption
+from procedures.report.canvas import Figure
+from procedures.report.numbers import (
+    angle,
+    arcsec,
+    attitude,
+    duration,
+    last_place,
+    p_value,
+    three_digits,
+    to_place,
+    two_digits,
+    with_uncertainty,
+)
+from procedures.report.view import AxisView, ParameterRow, RunView
+
+PRIMARY_LABELS = {"offset_v": "b", "k_x_v_per_g": "k forward", "k_y_v_per_g": "k right", "k_z_v_per_g": "k down"}
+
+
+URI_SAFE = " !$()*+,-./:;=?@_~"
+"""What a data URI inside an attribute may hold as it is."""
+
+
+class _HasSensitivity(Protocol):
+    @property
+    def sensitivity_v_per_g(self) -> float: ...
+
+
+def grouped(text: str) -> Markup:
+    """Decimals in groups of three, set apart by space that is not copied with the number."""
+    whole, point, decimals = text.partition(".")
+    groups = [decimals[start : start + 3] for start in range(0, len(decimals), 3)]
+    if not decimals.isdigit() or len(decimals) <= 4:
+        return escape(_minus(text))
+    tail = Markup("").join(Markup('<span class="g">{}</span>').format(group) for group in groups[1:])
+    return Markup("{}{}{}{}").format(_minus(whole), point, groups[0], tail)
+
+
+def value_text(row: ParameterRow) -> Markup:
+    assert row.value is not None
+    return grouped(with_uncertainty(row.value, row.standard_uncertainty)[0])
+
+
+def uncertainty_text(row: ParameterRow) -> Markup:
+    return grouped(with_uncertainty(0.0, row.standard_uncertainty)[1])
+
+
+def expanded_text(row: ParameterRow) -> Markup:
+    return grouped(with_uncertainty(0.0, row.expanded_uncertainty)[1])
+
+
+def truth_text(row: ParameterRow) -> Markup:
+    """The truth with one digit more than the estimate."""
+    if row.truth is None:
+        return grouped("—")
+    u = row.standard_uncertainty
+    return grouped(to_place(row.truth, last_place(u)) if u is not None and u > 0.0 else f"{row.truth:.9g}")
+
+
+def holds_truth(row: ParameterRow) -> str:
+    return {True: "yes", False: "no", None: "—"}[row.holds_truth]
+
+
+def dof_text(dof: float | None) -> str:
+    if dof is None or np.isnan(dof):
+        return "—"
+    return "∞" if dof > 1e6 else f"{dof:.0f}" if dof >= 10 else f"{dof:.1f}".removesuffix(".0")
+
+
+def factor_text(factor: float | None) -> str:
+    return "—" if factor is None else f"{factor:.2f}"
+
+
+def as_arcsec(voltage_v: float, owner: _HasSensitivity) -> str:
+    return f"{_minus(two_digits(arcsec(voltage_v, owner.sensitivity_v_per_g)))}″"
+
+
+def microvolt(voltage_v: float) -> str:
+    return f"{two_digits(voltage_v * 1e6)} µV"
+
+
+def primary_label(name: str) -> str:
+    return PRIMARY_LABELS.get(name, name.replace("_", " "))
+
+
+def primary_texts(axis: AxisView) -> list[Markup]:
+    """Primary estimates as value(uncertainty in the last two digits)."""
+    deviations = np.sqrt(np.maximum(np.diag(axis.calibration.primary_covariance), 0.0))
+    return [_concise(float(v), float(u)) for v, u in zip(axis.calibration.primary, deviations, strict=True)]
+
+
+def _concise(value: float, uncertainty: float) -> Markup:
+    printed, deviation = with_uncertainty(value, uncertainty)
+    digits = deviation.replace(".", "").lstrip("0")
+    return grouped(printed) + (f"({digits})" if digits.isdigit() else "")
+
+
+def utc_text(moment: datetime) -> str:
+    return moment.astimezone(UTC).strftime("%Y-%m-%d %H:%M:%S")
+
+
+def lasted(interruption: Interruption) -> str:
+    if interruption.ended_utc is None:
+        return "—"
+    return duration((interruption.ended_utc - interruption.began_utc).total_seconds())
+
+
+def run_duration(view: RunView) -> str:
+    if view.ended_utc is None:
+        return "—"
+    return duration((view.ended_utc - view.started_utc).total_seconds())
+
+
+def data_uri(figure: Figure) -> str:
+    """Percent-encoded: a picture inside the figure is base64 already and need not be so twice."""
+    return "data:image/svg+xml," + quote(figure.svg.replace(b"\n", b" "), safe=URI_SAFE)
+
+
+def largest_error(errors: AngleErrors) -> str:
+    """Degrees, to the place of its uncertainty."""
+    return (
+        _minus(with_uncertainty(float(errors.error_deg[errors.worst]), float(errors.expanded_deg[errors.worst]))[0])
+        + "°"
+    )
+
+
+def largest_expanded(errors: AngleErrors) -> str:
+    return f"{two_digits(float(errors.expanded_deg[errors.worst]))}°"
+
+
+def largest_at(errors: AngleErrors) -> str:
+    return attitude({"pitch": float(errors.pitch_deg[errors.worst]), "roll": float(errors.roll_deg[errors.worst])})
+
+
+def _minus(text: str) -> str:
+    return text.replace("-", "−", 1) if text.startswith("-") else text
+
+
+FILTERS: Mapping[str, Callable[..., Any]] = {
+    "value_text": value_text,
+    "uncertainty_text": uncertainty_text,
+    "expanded_text": expanded_text,
+    "truth_text": truth_text,
+    "holds_truth": holds_truth,
+    "dof": dof_text,
+    "factor": factor_text,
+    "as_arcsec": as_arcsec,
+    "microvolt": microvolt,
+    "primary_label": primary_label,
+    "primary_texts": primary_texts,
+    "utc": utc_text,
+    "lasted": lasted,
+    "run_duration": run_duration,
+    "data_uri": data_uri,
+    "attitude": attitude,
+    "degrees": angle,
+    "largest_error": largest_error,
+    "largest_expanded": largest_expanded,
+    "largest_at": largest_at,
+    "grouped": grouped,
+    "three": three_digits,
+    "p": p_value,
+}

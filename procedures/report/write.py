@@ -1,0 +1,56 @@
+"""From a run's journal to its report: the one call that the command makes."""
+
+from collections.abc import Mapping, Sequence
+from math import hypot
+from pathlib import Path
+
+from ams.whole_file import write_whole
+from procedures.report.assemble import assemble_view
+from procedures.report.figures import draw_figures, write_figures
+from procedures.report.page import write_page
+from procedures.report.paper.pdf import Attachment, Imprint, paper_of
+from procedures.report.view import Past, RunView
+from procedures.solution.at_rest import solve_sensors
+from procedures.solution.in_motion import is_solved_here, solve_motion
+from procedures.solution.record import RunRecord
+from procedures.solution.request import SolvedSensor
+from procedures.solution.type_b import standard_uncertainty_arcsec
+from rig.description.rig_file import RigDescription
+
+REPORT_FILE = "report.html"
+PAPER_FILE = "report.pdf"
+FIGURES_FOLDER = "figures"
+
+
+def solve_record(record: RunRecord) -> dict[str, SolvedSensor]:
+    """Every sensor of the run, solved from its accepted dwells as the procedure asks."""
+    if is_solved_here(record.plan):
+        return solve_motion(record.dwells, record.rig, record.plan, f"run {record.run_id}")
+    return solve_sensors(record.dwells, record.rig, record.plan.sensors, record.plan.solve, f"run {record.run_id}")
+
+
+def view_of(record: RunRecord, solved: Mapping[str, SolvedSensor], past: Past | None = None) -> RunView:
+    """The run as every screen draws it; ``past``: what the archive says of the sensors."""
+    return assemble_view(record, solved, _table_arcsec(record.rig), past)
+
+
+def write_report(view: RunView, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:
+    """``report.html``, the same on paper with the attachments inside, and ``figures/``; returns the page's path.
+
+    Raises: WriteFailed where the folder cannot be written.
+    """
+    figures = draw_figures(view)
+    write_figures(figures, folder / FIGURES_FOLDER)
+    page = write_page(view, figures, folder / REPORT_FILE)
+    write_whole(folder / PAPER_FILE, paper_of(page, _imprint(view), attachments))
+    return folder / REPORT_FILE
+
+
+def _imprint(view: RunView) -> Imprint:
+    moment = view.ended_utc or view.started_utc
+    return Imprint(f"{view.title}: calibration report", view.stamps, f"Run {view.run_id}", moment)
+
+
+def _table_arcsec(rig: RigDescription) -> float | None:
+    """Standard uncertainty of one attitude of the table, pitch and roll together; None where none is declared."""
+    return hypot(*(standard_uncertainty_arcsec(rig, axis) for axis in ("pitch", "roll"))) or None

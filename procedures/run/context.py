@@ -1,0 +1,129 @@
+"""What every part of a running engine works with: plan, rig, pen, waits, watch; and how a run is held."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import inf
+
+from procedures.journal.line_figures import KIND as LINKS
+from procedures.journal.line_figures import link_detail
+from procedures.journal.spool import Request
+from procedures.plan.plan import Plan
+from procedures.records.states import State
+from procedures.run.dwell.measure import OpenRig
+from procedures.run.ending import PROCESS, Ending, RunEnds
+from procedures.run.judgement.alarm import Alarm
+from procedures.run.progress_log import Trail
+from procedures.run.services import Care
+from procedures.run.steering import Steering
+from procedures.run.watch.process_health import PROCESS_EVERY, growth, process_figures
+from procedures.run.watch.watch import Watch
+from procedures.run.watch.watchdogs import Watchdogs
+from rig.clock import VirtualClock
+from rig.crash_points import CrashPoint, crash_point
+
+LOOK_S = 1.0
+"""Rig seconds between two looks whether a hold is over."""
+
+
+@dataclass
+class Conduct:
+    """One process working through one plan."""
+
+    plan: Plan
+    rig: OpenRig
+    trail: Trail
+    wait: Steering
+    watch: Watch
+    care: Care
+    explain: Callable[[], None]
+    """Write the page that says why the run stands still."""
+    watchdogs: Watchdogs
+    is_attended: bool
+    """False in virtual time without a person's clock: whatever needs the outside world fails the run instead."""
+    began_s: float = field(init=False)
+    dwells: int = 0
+    """Judged by this process."""
+    first_figures: dict[str, float] = field(default_factory=dict)
+    """Of the process, at its first look at itself."""
+
+    def __post_init__(self) -> None:
+        self.began_s = self.rig.clock.monotonic_s()
+
+    def count_dwell(self) -> None:
+        """Every hundred dwells the process looks at itself. Raises: RunEnds where it has grown too far."""
+        self.dwells += 1
+        if self.dwells % PROCESS_EVERY:
+            return
+        now = process_figures()
+        self.trail.event("process", now)
+        self.record_lines()
+        self.first_figures = self.first_figures or now
+        grown = growth(self.first_figures, now)
+        if grown:
+            raise RunEnds(
+                Ending(
+                    State.STOPPED,
+                    f"this process has grown: {grown}; calrig resume goes on in a fresh one",
+                    cause=PROCESS,
+                )
+            )
+
+    def record_lines(self) -> None:
+        """What happened on every line since it was opened."""
+        self.trail.event(LINKS, link_detail(self.rig.link_counts()))
+
+    def stop_if_asked(self) -> None:
+        if self.wait.stop is not None:
+            raise RunEnds(Ending(State.STOPPED, self.wait.stop.text, self.wait.stop.by))
+
+    def wait_unless_stopped(self, duration_s: float) -> None:
+        """During a soak there is no dwell to finish first."""
+        self.wait(duration_s)
+        self.stop_if_asked()
+
+    def requests(self) -> None:
+        """Between dwells: stop, pause and the longest duration take effect here."""
+        self.wait.look()
+        self.stop_if_asked()
+        limit_s, spent_s = self.plan.max_duration_s, self.rig.clock.monotonic_s() - self.began_s
+        if limit_s is not None and spent_s > limit_s:
+            raise RunEnds(Ending(State.STOPPED, f"[stop] max_duration_s = {limit_s:g} s has passed", "procedure"))
+        if self.wait.pause is not None and self.trail.state is State.RUNNING:
+            self._pause(self.wait.pause)
+
+    def hold(self, alarm: Alarm, is_over: Callable[[], bool] = lambda: False) -> None:
+        """Stand still until ``is_over``, or until a person says continue where the alarm asks for one."""
+        before = self.trail.state
+        self.enter_held(alarm.cause, alarm.reason)
+        self.wait.continued = None
+        by = self.stand_still(lambda: (alarm.response == "ask" and self.wait.continued is not None) or is_over())
+        self.trail.enter(before, by=by)
+
+    def enter_held(self, cause: str, reason: str) -> None:
+        """Raises: RunEnds where nobody could ever clear it."""
+        self.trail.enter(State.HELD, reason, cause=cause)
+        crash_point(CrashPoint.HELD)
+        self.explain()
+        if not self.is_attended:
+            raise RunEnds(Ending(State.FAILED, reason, cause=cause))
+
+    def stand_still(self, is_over: Callable[[], bool], limit_s: float = inf) -> str:
+        """Rest, with an eye on requests, until ``is_over`` or for ``limit_s``; returns who said continue."""
+        rested_s = looked_s = 0.0
+        while rested_s < limit_s:
+            self.stop_if_asked()
+            if rested_s >= looked_s:
+                if is_over():
+                    break
+                looked_s = rested_s + LOOK_S
+            rested_s += self.wait.rest()
+            if isinstance(self.rig.clock, VirtualClock):
+                self.rig.clock.sleep(LOOK_S)
+        self.stop_if_asked()
+        return self.wait.continued.by if self.wait.continued is not None else ""
+
+    def _pause(self, request: Request) -> None:
+        self.trail.enter(State.PAUSED, request.text, request.by)
+        crash_point(CrashPoint.PAUSED)
+        by = self.stand_still(lambda: self.wait.pause is None)
+        self.trail.enter(State.RUNNING, by=by)

@@ -1,0 +1,112 @@
+"""One attempt at one dwell: settle, look, read every channel, look again. Nothing is judged here."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from procedures.plan.plan import Plan
+from procedures.plan.steps import Dwell
+from procedures.records.dwells import ChannelReading, Look, Measurement
+from procedures.run.dwell.settle import Settled, settle
+from procedures.run.dwell.stream_readout import StreamedReadout
+from rig.clock import Clock
+from rig.crash_points import CrashPoint, crash_point
+from rig.devices.abilities import Axis, Environment, Field, Readout, Stream, TwinChance, Wait
+from rig.link.counts import ExchangeCounts
+from rig.motion.move import Tell, move_and_arrive
+
+
+class OpenRig(Protocol):
+    """What a run needs of :class:`rig.assembly.open_rig.Rig`."""
+
+    @property
+    def axes(self) -> Mapping[str, Axis]: ...
+    @property
+    def readouts(self) -> Mapping[str, Readout]: ...
+    @property
+    def environments(self) -> Mapping[str, Environment]: ...
+    @property
+    def streams(self) -> Mapping[str, Stream]: ...
+    @property
+    def fields(self) -> Mapping[str, Field]: ...
+    @property
+    def chance(self) -> TwinChance: ...
+    @property
+    def clock(self) -> Clock: ...
+    def identities(self) -> Mapping[str, str]: ...
+    def link_counts(self) -> Mapping[str, ExchangeCounts]: ...
+    def reconnect(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Announcement:
+    """How an attempt is told to the twins; real devices do not listen."""
+
+    step: int
+    attempt: int
+    replications: float
+    settle_phase: str
+    read_phase: str
+
+    def settle(self, chance: TwinChance) -> None:
+        chance.announce(self.step, self.settle_phase, self.attempt, self.replications)
+
+    def read(self, chance: TwinChance) -> None:
+        chance.announce(self.step, self.read_phase, self.attempt, self.replications)
+
+    def of_sweep(self, number: int) -> "Announcement":
+        """Every sweep of a dwell has chance of its own."""
+        return replace(self, read_phase=f"{self.read_phase}-sweep-{number}")
+
+
+def move(rig: OpenRig, dwell: Dwell, wait: Wait, tell: Tell = lambda _told: None) -> dict[str, float]:
+    """Bring every axis of the dwell to its target, in its order; their read-backs, degrees. ``tell`` hears of a move
+    that is made again.
+
+    Raises as :func:`rig.motion.move.move_and_arrive`.
+    """
+    return {
+        name: move_and_arrive(rig.axes[name], target_deg, rig.clock, wait, tell)
+        for name, target_deg in dwell.targets_deg.items()
+    }
+
+
+def measure(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, wait: Wait) -> Measurement:
+    """Settle and read at the attitude the axes have reached. Raises: RigError of the device that failed, WaitEnded."""
+    announcement.settle(rig.chance)
+    settled = settle_at(rig, plan, wait)
+    announcement.read(rig.chance)
+    before = look(rig, dwell.targets_deg)
+    readings = {channel: read_channel(rig, channel, plan.dwell.samples, wait) for channel in plan.channels}
+    after = look(rig, dwell.targets_deg)
+    return Measurement(before, after, readings, settled.is_settled, settled.took_s)
+
+
+def look(rig: OpenRig, axes: Mapping[str, object]) -> Look:
+    """Position of every axis and every temperature, now."""
+    return Look(
+        {name: rig.axes[name].state() for name in axes},
+        {name: environment.temperature_degc() for name, environment in rig.environments.items()},
+    )
+
+
+def settle_at(rig: OpenRig, plan: Plan, wait: Wait) -> Settled:
+    """Wait until the package is at rest, by the channel that decides it. Raises as the readout, WaitEnded."""
+    channel = plan.settle_channel
+    settings = plan.dwell
+    return settle(readout_of(rig, channel), channel, settings.settle, settings.settle_nplc, rig.clock, wait)
+
+
+def read_channel(rig: OpenRig, channel: str, samples: int, wait: Wait) -> ChannelReading:
+    """One burst, overloaded readings as NaN."""
+    burst = readout_of(rig, channel).read(channel, samples, wait)
+    crash_point(CrashPoint.ACQUIRING)
+    values_v = burst.values_v.copy()
+    values_v[burst.overload] = float("nan")
+    return ChannelReading(channel, values_v, burst.started_s, burst.interval_s)
+
+
+def readout_of(rig: OpenRig, channel: str) -> Readout:
+    """What answers for a full channel name: ``readout.channel``, or ``stream.channel`` read on demand."""
+    name = channel.partition(".")[0]
+    return rig.readouts[name] if name in rig.readouts else StreamedReadout(rig.streams[name], rig.clock)

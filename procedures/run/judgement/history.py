@@ -1,0 +1,161 @@
+"""What the journal says was done already: where a run stands when a process takes it up.
+
+The noise reference is rebuilt from the same dwells in the same order in which an uninterrupted run learned them, so
+that an interrupted run judges alike.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.voids import DROPPED
+from procedures.journal.voids import KIND as VOIDED
+from procedures.plan.plan import Plan
+from procedures.plan.steps import Dwell, Soak, Step
+from procedures.records.dwells import DwellRecord, Event, NoiseReference
+
+
+@dataclass(frozen=True)
+class History:
+    """Dwells of the epochs before this one, in the order of commitment."""
+
+    dwells: tuple[DwellRecord, ...]
+    epoch: int
+    """Of the process that begins now, 1-based."""
+    first_check_epoch: int | None
+    """The first whose check set was finished; None where there is none."""
+    baseline_epoch: int | None
+    """Whose check set later ones are compared with: the first of this mounting, or one whose seam a person accepted."""
+    mounting: int = 1
+    """Of the package, 1-based."""
+    dropped: frozenset[str] = frozenset()
+    """Sensors that are measured no more."""
+
+    @property
+    def accepted_steps(self) -> frozenset[int]:
+        """Steps that are not measured again; check dwells are, in every epoch."""
+        return frozenset(dwell.step for dwell in self.dwells if dwell.accepted and dwell.purpose != "check")
+
+    @property
+    def baseline(self) -> dict[int, DwellRecord]:
+        """Step to dwell of the check set that later ones are compared with."""
+        return self.check_set(self.baseline_epoch) if self.baseline_epoch is not None else {}
+
+    def check_set(self, epoch: int) -> dict[int, DwellRecord]:
+        """Step to accepted check dwell of one epoch."""
+        return {
+            dwell.step: dwell
+            for dwell in self.dwells
+            if dwell.purpose == "check" and dwell.accepted and dwell.epoch == epoch
+        }
+
+    def attempts(self, step: int) -> int:
+        """Judged attempts of a step so far, outside the check set."""
+        judged = (dwell.attempt for dwell in self.dwells if dwell.step == step and dwell.purpose != "check")
+        return max(judged, default=0)
+
+    @property
+    def measured_once(self) -> tuple[DwellRecord, ...]:
+        """Accepted dwells as an uninterrupted run has them: of the check sets only the first whole one."""
+        first = self.first_check_epoch
+        return tuple(
+            dwell for dwell in self.dwells if dwell.accepted and (dwell.purpose != "check" or dwell.epoch == first)
+        )
+
+    @property
+    def visits(self) -> tuple[DwellRecord, ...]:
+        """Accepted dwells of this mounting: what two visits to one attitude differ by."""
+        return tuple(dwell for dwell in self.measured_once if dwell.mounting == self.mounting)
+
+    def noise(self) -> NoiseReference:
+        """The reference as the process before had learned it."""
+        reference = NoiseReference()
+        for dwell in self.measured_once:
+            reference.learn(dwell.readings)
+        return reference
+
+
+def history_of(
+    dwells: Iterable[DwellRecord],
+    epochs_opened: int,
+    plan: Plan,
+    accepted_break: int | None = None,
+    mounting: int = 1,
+    remounted_after: int = 0,
+    dropped: frozenset[str] = frozenset(),
+) -> History:
+    """``accepted_break``: the epoch whose seam a person accepted with name and reason; its check set counts from
+    then on. ``remounted_after``: how many epochs were opened before the package was last moved."""
+    found = tuple(dwells)
+    wanted = {dwell.step for dwell in plan.check_set}
+    bare = History(found, epochs_opened + 1, None, None)
+    whole = [epoch for epoch in range(1, epochs_opened + 1) if wanted and wanted <= bare.check_set(epoch).keys()]
+    alike = [epoch for epoch in whole if epoch > remounted_after]
+    baseline = accepted_break if accepted_break in alike else next(iter(alike), None)
+    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting, dropped)
+
+
+def read_history(reader: JournalReader, plan: Plan) -> History:
+    """Where the journal stands. Raises: JournalError."""
+    epochs, remounted_after, mounting, dropped = 0, 0, 1, set[str]()
+    for event in reader.events():
+        if event.kind == DROPPED:
+            dropped.add(str(event.detail["sensor"]))
+        epochs += event.kind == "opened"
+        if event.kind == VOIDED and event.detail.get("remounted"):
+            remounted_after, mounting = epochs, mounting + 1
+    accepted_break = _accepted_break(reader.events())
+    return history_of(reader.dwells(), epochs, plan, accepted_break, mounting, remounted_after, frozenset(dropped))
+
+
+def _accepted_break(events: Iterable[Event]) -> int | None:
+    """The epoch whose seam trip a person is accepting now or accepted before: whoever resumes accepts."""
+    epoch, tripped = 0, None
+    for event in events:
+        epoch += event.kind == "opened"
+        if event.kind == "state" and event.detail.get("cause") == "seam":
+            tripped = epoch
+    return tripped
+
+
+def agenda(steps: Sequence[Step], accepted: frozenset[int]) -> tuple[Step, ...]:
+    """What is left to do, in order: the soak in force, the whole check set, then every step without an accepted dwell.
+
+    A later soak is kept only where a dwell follows it before the next one. Nothing left is an empty agenda.
+    """
+    dwells = [step for step in steps if isinstance(step, Dwell)]
+    missing = [dwell for dwell in dwells if dwell.purpose != "check" and dwell.step not in accepted]
+    if not missing:
+        return ()
+    checks = [dwell for dwell in dwells if dwell.purpose == "check"]
+    soaks = [step for step in steps if isinstance(step, Soak)]
+    left: list[Step] = []
+    for index, dwell in enumerate(missing):
+        soak = next((soak for soak in reversed(soaks) if soak.step < dwell.step), None)
+        if soak is not None and soak not in left:
+            left.append(soak)
+        if index == 0:
+            left.extend(checks)
+        left.append(dwell)
+    return tuple(left)
+
+
+def plateaus_of(steps: Sequence[Step]) -> dict[int, Soak]:
+    """Step to the soak that it stands under; a step before the first soak is missing."""
+    found, soak = {}, None
+    for step in steps:
+        if isinstance(step, Soak):
+            soak = step
+        elif soak is not None:
+            found[step.step] = soak
+    return found
+
+
+def replications_before(plan: Plan) -> dict[int, float]:
+    """Step to the replications completed when it begins: the twins' drift follows it, by the plan and not by time."""
+    points = max(len(plan.design_dwells) / plan.replications, 1.0)
+    done, found = 0, {}
+    for step in plan.steps:
+        found[step.step] = done / points
+        done += isinstance(step, Dwell) and step.purpose == "design"
+    return found

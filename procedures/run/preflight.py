@@ -1,0 +1,60 @@
+"""Would a run begin, if it were started now: what refuses it, and what would make its result an engineering one.
+
+The same questions that a run asks before it writes anything, so that they are answered at six in the evening and not
+at nine, when somebody wants to go home.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from procedures.errors import ProcedureError
+from procedures.journal.location import require_local
+from procedures.plan.plan import Plan
+from procedures.run.readiness import readiness
+from procedures.run.watch.disk_space import free_bytes, require_room
+from rig.description.rig_file import RigDescription
+
+
+@dataclass(frozen=True, slots=True)
+class Beforehand:
+    """Two lists of sentences."""
+
+    refusals: tuple[str, ...]
+    """Why the run would not begin."""
+    engineering: tuple[str, ...]
+    """What is missing for a calibration; empty where twins are measured, which is none anyway."""
+
+
+def beforehand(
+    rig_file: Path,
+    rig: RigDescription,
+    plan: Plan | None,
+    out: Path,
+    today: date,
+    free: Callable[[Path], int] = free_bytes,
+) -> Beforehand:
+    """``out``: where run folders are made; it need not exist. ``plan``: None where only the rig is looked at."""
+    ready = readiness(rig, today)
+    asked: list[Callable[[], None]] = [lambda: require_local(out)]
+    if not rig.is_simulated:
+        asked.append(lambda: ready.require(str(rig_file)))
+    if plan is not None:
+        planned, most_mb = plan, rig.interlocks.min_free_mb
+        asked.append(lambda: require_room(out, planned, free(_nearest(out)), most_mb))
+    return Beforehand(tuple(_refused(asked)), () if rig.is_simulated else ready.missing)
+
+
+def _refused(asked: list[Callable[[], None]]) -> Iterator[str]:
+    for ask in asked:
+        try:
+            ask()
+        except ProcedureError as error:
+            yield str(error)
+
+
+def _nearest(folder: Path) -> Path:
+    """The innermost folder that is there."""
+    folder = folder.resolve()
+    return next(place for place in (folder, *folder.parents) if place.exists())

@@ -1,0 +1,100 @@
+"""The engine's pen: the state of the run, its audit trail, and what observers are told, always in step."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from procedures.journal.journal import Journal
+from procedures.journal.spool import Taken
+from procedures.journal.voids import KIND as VOIDED
+from procedures.records.dwells import DwellRecord
+from procedures.records.progress import Progress, RunObserver
+from procedures.records.states import State, require_transition
+from procedures.run.progress import Pace
+from rig.clock import Clock
+
+
+class Trail:
+    """Writes to the journal first and tells the observer afterwards."""
+
+    def __init__(
+        self, journal: Journal, clock: Clock, observer: RunObserver, state: State, counts: tuple[int, int, int]
+    ) -> None:
+        self._journal = journal
+        self._clock = clock
+        self._observer = observer
+        self.state = state
+        self.dwells_done, self.dwells_planned, self._replications = counts
+        self._replication = 0
+        self._pace: Pace | None = None
+        self.unsaved: DwellRecord | None = None
+        """Measured, but refused by the disk."""
+
+    def enter(self, state: State, reason: str = "", by: str = "", cause: str = "") -> None:
+        """Go to another state. Raises: RequestError where the table does not allow it."""
+        require_transition(self.state, state)
+        detail = {"from": self.state, "to": state, "by": by, "reason": reason}
+        self.event("state", detail | ({"cause": cause} if cause else {}))
+        self.state = state
+        self.tell("state", reason)
+
+    def event(self, kind: str, detail: Mapping[str, object]) -> None:
+        """One line of the audit trail."""
+        self._journal.append_event(kind, detail, self._clock)
+
+    def request(self, taken: Taken) -> None:
+        """A request that was taken; a note and an acknowledgement are events of their own."""
+        asked = taken.request
+        if asked is not None and asked.kind in ("note", "ack"):
+            self.event(asked.kind, {"by": asked.by, "text": asked.text, "at_utc": asked.at_utc})
+        else:
+            self.event("request", taken.detail())
+        if asked is not None and asked.kind in ("ack", "continue"):
+            self.tell("ack", f"acknowledged by {asked.by}")
+
+    def commit(self, record: DwellRecord) -> DwellRecord:
+        """Store a judged dwell and tell of it."""
+        self.unsaved = record
+        stored = self._journal.commit_dwell(record, self._clock)
+        self.unsaved = None
+        counts = stored.accepted and stored.purpose == "design"
+        self.dwells_done += counts
+        self._replication = stored.replication or self._replication
+        if self._pace is not None:
+            self._pace.done += counts
+        self.tell("dwell" if stored.accepted else "rejected", "; ".join(stored.reasons))
+        return stored
+
+    @property
+    def folder(self) -> Path:
+        """Of the run."""
+        return self._journal.path.parent
+
+    def take_back(self, dwells: Sequence[DwellRecord], detail: Mapping[str, object]) -> None:
+        """Accepted dwells that count no more."""
+        self.event(VOIDED, detail)
+        taken_back = sum(dwell.accepted and dwell.purpose == "design" for dwell in dwells)
+        self.dwells_done -= taken_back
+        if self._pace is not None:
+            self._pace.done = max(self._pace.done - taken_back, 0)
+        self.tell("void", str(detail["reason"]))
+
+    def begin_pace(self, planned_s: float) -> None:
+        """Count the rate from now on; ``planned_s`` a design dwell by the plan."""
+        self._pace = Pace(planned_s, self._clock.monotonic_s())
+
+    def tell(self, event: str, message: str) -> None:
+        now_s, pace = self._clock.monotonic_s(), self._pace
+        left = self.dwells_planned - self.dwells_done
+        self._observer.on_event(
+            Progress(
+                event=event,
+                state=self.state,
+                dwells_done=self.dwells_done,
+                dwells_planned=self.dwells_planned,
+                replication=self._replication,
+                replications=self._replications,
+                rate_per_min=None if pace is None else pace.rate_per_min(now_s),
+                eta_utc=None if pace is None else self._clock.now_utc() + pace.remaining(left, now_s),
+                message=message,
+            )
+        )

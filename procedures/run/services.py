@@ -1,0 +1,35 @@
+"""What surrounds a run beside its rig, its journal and its screen: all of it may be left out."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from procedures.journal.header import RunHeader
+from procedures.run.judgement.run_limits import Precautions, precautions_of
+from procedures.run.watch.disk_space import free_bytes
+from rig.description.read import rig_from_json
+
+Pulse = Callable[[], Sequence[Mapping[str, object]]]
+
+
+def _nothing() -> Sequence[Mapping[str, object]]:
+    return ()
+
+
+@dataclass(frozen=True, slots=True)
+class Care:
+    """Collaborators of an unattended run."""
+
+    precautions: Precautions = field(default_factory=Precautions)
+    pulse: Pulse = _nothing
+    """Called at every look of every wait: a heartbeat goes out while the engine really lives. What it returns, such as
+    what became of an alert, is journalled."""
+    free_bytes: Callable[[Path], int] = free_bytes
+    """Of the disk that holds a folder."""
+    second_place: Path | None = None
+    """Where an emergency copy of the journal goes when its own disk fails."""
+
+
+def with_precautions(care: Care | None, header: RunHeader) -> Care:
+    """What the journal's own rig description asks for."""
+    return replace(care or Care(), precautions=precautions_of(rig_from_json(header.rig_json)))

@@ -1,0 +1,161 @@
+"""One page for every stop that nobody asked for: ``why.html`` and ``why.txt`` in the run's folder.
+
+Cause, moment, that nothing moved since, what to do, and the last minutes of everything, out of the journal alone.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ams.errors import WriteFailed
+from ams.whole_file import write_whole
+from procedures.errors import ProcedureError
+from procedures.journal.journal_reader import JournalReader
+from procedures.pages import page_environment
+from procedures.records.dwells import DwellRecord, Event
+from procedures.records.states import State
+from procedures.run.sparkline import Sparkline, sparkline
+from procedures.run.stop_advice import advice
+
+if TYPE_CHECKING:
+    pass
+
+UNASKED = (State.TRIPPED, State.FAILED)
+"""Endings that nobody asked for; ``held`` is no ending and has its page as well."""
+PAGE, TEXT = "why.html", "why.txt"
+TEMPLATES = Path(__file__).parent / "templates"
+LAST = timedelta(minutes=15)
+_MOST_ROWS = 40
+
+
+@dataclass(frozen=True)
+class Why:
+    """What the page says."""
+
+    run: str
+    title: str
+    state: str
+    cause: str
+    reason: str
+    utc: datetime
+    progress: str
+    positions: str
+    advice: str
+    traces: Sequence[Sparkline]
+    dwells: Sequence[DwellRecord]
+    events: Sequence[tuple[datetime, str, str]]
+
+
+def explain(run_dir: Path, reason: str = "", positions_deg: Mapping[str, float] | None = None) -> None:
+    """Write both; a page that cannot be written never keeps a run from its safe state.
+
+    ``reason``: where the journal could not take it. ``positions_deg``: read back at rest.
+    """
+    try:
+        why = read_why(run_dir, reason, positions_deg or {})
+        page = page_environment(TEMPLATES).get_template("why.html.j2").render(why=why)
+        write_whole(run_dir / PAGE, page.encode("utf-8"))
+        write_whole(run_dir / TEXT, text_of(why).encode("utf-8"))
+    except (ProcedureError, WriteFailed):
+        return  # the disk that refused the page has refused the journal, too: that is told by the outcome
+
+
+def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> Why:
+    """Raises: JournalError."""
+    with JournalReader.open(run_dir) as reader:
+        events, state = list(reader.events()), reader.last_event("state")
+        plan = reader.header.plan
+        assert state is not None
+        since = state.utc - LAST
+        dwells = [dwell for dwell in reader.dwells() if dwell.ended_utc >= since]
+        done = len(reader.accepted_steps() & {dwell.step for dwell in plan.design_dwells})
+        cause = str(state.detail.get("cause", ""))
+        return Why(
+            run=run_dir.name,
+            title=reader.header.title,
+            state=str(state.detail["to"]),
+            cause=cause or "unknown",
+            reason=reason or str(state.detail.get("reason", "")),
+            utc=state.utc,
+            progress=f"{done} of {len(plan.design_dwells)} dwells of the design",
+            positions=_positions(positions_deg),
+            advice=advice(cause),
+            traces=_traces(dwells),
+            dwells=dwells[-_MOST_ROWS:],
+            events=[(event.utc, event.kind, _told(event)) for event in events if event.utc >= since][-_MOST_ROWS:],
+        )
+
+
+def text_of(why: Why) -> str:
+    """The same for a terminal or a mail."""
+    lines = [
+        f"{why.title}: {why.state}",
+        f"run      {why.run}",
+        f"when     {why.utc:%Y-%m-%d %H:%M:%S} UTC",
+        f"cause    {why.reason}",
+        f"so far   {why.progress}",
+        f"axes     {why.positions}",
+        f"to do    {why.advice}",
+        "",
+        "last events:",
+        *(f"  {utc:%H:%M:%S}  {kind:<11} {told}" for utc, kind, told in why.events),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _positions(positions_deg: Mapping[str, float]) -> str:
+    if not positions_deg:
+        return "not known: no axis answered; go and look before anything is moved"
+    told = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in positions_deg.items())
+    return f"at rest, read back: {told}; nothing has been moved since"
+
+
+def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:
+    if not dwells:
+        return []
+    minutes = [(dwell.ended_utc - dwells[-1].ended_utc).total_seconds() / 60.0 for dwell in dwells]
+    channels = list(dwells[-1].readings)
+    rows: list[tuple[str, str, list[float]]] = [
+        (f"{name}: scatter", "µV", [1e6 * dwell.readings[name].standard_deviation_v for dwell in dwells])
+        for name in channels
+    ]
+    rows += [
+        (name, "°C", [dwell.temperature_degc.get(name, float("nan")) for dwell in dwells])
+        for name in dwells[-1].temperature_degc
+    ]
+    rows += [
+        (f"{name}: read-back less target", "″",
+         [3600.0 * (dwell.measured_deg.get(name, float("nan")) - target) for dwell in dwells
+          for target in (dwell.targets_deg.get(name, float("nan")),)])
+        for name in dwells[-1].targets_deg
+    ]  # fmt: skip
+    rows.append(("settling", "s", [dwell.settle_s for dwell in dwells]))
+    return [sparkline(name, unit, minutes, values) for name, unit, values in rows]
+
+
+def _told(event: Event) -> str:
+    detail = event.detail
+    match event.kind:
+        case "state":
+            return f"{detail.get('to')}: {detail['reason']}" if detail.get("reason") else str(detail.get("to"))
+        case "dwell":
+            reasons = detail.get("reasons")
+            judged = "accepted" if detail.get("accepted") else f"rejected: {_plain(reasons)}"
+            return f"step {detail.get('step')}, attempt {detail.get('attempt')}: {judged}"
+    return ", ".join(f"{key} {_plain(value)}" for key, value in detail.items() if value not in ("", None))[:300]
+
+
+def _plain(value: object) -> str:
+    """As a person reads it: what a journal keeps as tables and lists, without their brackets."""
+    match value:
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return f"{value:g}"
+        case Mapping():
+            return " ".join(f"{name} {_plain(one)}" for name, one in value.items())
+        case list() | tuple():
+            return ", ".join(map(_plain, value))
+    return str(value)

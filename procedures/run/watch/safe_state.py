@@ -1,0 +1,96 @@
+"""The safe state: every axis stopped and seen at rest, streams quiet, and the chamber where the procedure wants it.
+
+All of it at once, each part within its deadline, and no part keeps another from its stop. A chamber keeps its
+setpoint unless the procedure says ``[environment] end_degc``: a package that cools alone at night is no danger, and
+the soak is not lost. Signals only leave a mark (:mod:`procedures.run.steering`), so none can skip this.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from threading import Thread
+
+from procedures.plan.plan import Plan
+from procedures.run.dwell.measure import OpenRig
+from rig.errors import RigError
+from rig.motion.move import stop_all
+
+LIMIT_S = 30.0
+"""For everything but the axes, which have their own deadline."""
+MOST_STOPS = 3
+BETWEEN_LOOKS_S = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Safe:
+    """What is known when everything was told to stop."""
+
+    failures: tuple[str, ...]
+    positions_deg: dict[str, float] = field(default_factory=dict)
+    """Read back at rest; an axis that does not answer is missing."""
+
+
+def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True) -> Safe:
+    """Never raises for a device. ``is_over``: the process gives the rig up, so the chamber goes to its end as well."""
+    failures: list[str] = []
+    work = [lambda: stop_all(rig.axes, rig.clock)]
+    if is_over:
+        work += _chamber(rig, plan)
+    threads = [Thread(target=_told, args=(part, failures), daemon=True) for part in work]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(LIMIT_S)
+        if thread.is_alive():
+            failures.append(f"stop: a device did not answer within {LIMIT_S:g} s; use the stop button at the machine")
+    is_hung = any(thread.is_alive() for thread in threads)
+    positions_deg = {} if is_hung else _seen_at_rest(rig, failures)
+    return Safe(tuple(failures), positions_deg)
+
+
+def _seen_at_rest(rig: OpenRig, failures: list[str]) -> dict[str, float]:
+    """Where the axes rest, by two looks that agree over lines without an error: a question that the line damages can
+    itself send servos home. Where they do not agree, everything is stopped again."""
+    for _ in range(MOST_STOPS):
+        before_deg, errors = resting_deg(rig), _line_errors(rig)
+        rig.clock.sleep(BETWEEN_LOOKS_S)
+        now_deg = resting_deg(rig)
+        if failures or (now_deg == before_deg and _line_errors(rig) == errors):
+            return now_deg
+        _told(lambda: stop_all(rig.axes, rig.clock), failures)
+    failures.append("stop: an axis moves again after it was seen at rest; use the stop button at the machine")
+    return resting_deg(rig)
+
+
+def _line_errors(rig: OpenRig) -> int:
+    return sum(counts.errors for counts in rig.link_counts().values())
+
+
+def _chamber(rig: OpenRig, plan: Plan) -> list[Callable[[], None]]:
+    wanted = plan.environment
+    if wanted is None or wanted.end_degc is None:
+        return []
+    assert wanted.name is not None, "the planner fills it in"
+    environment, end_degc = rig.environments[wanted.name], wanted.end_degc
+    return [lambda: environment.hold(end_degc)]
+
+
+def _told(work: Callable[[], None], failures: list[str]) -> None:
+    try:
+        work()
+    except RigError as error:
+        failures.append(str(error))
+    except Exception as error:  # noqa: BLE001  the rim of a thread: no defect may keep the others from their stop
+        failures.append(f"stop: a defect of calrig: {type(error).__name__}: {error}")
+
+
+def resting_deg(rig: OpenRig) -> dict[str, float]:
+    """Read back now; an axis that does not answer, or moves, is missing."""
+    found = {}
+    for name, axis in rig.axes.items():
+        try:
+            state = axis.state()
+        except Exception:  # noqa: BLE001, S112  its stop has failed as well, and that is told
+            continue
+        if not state.is_moving:
+            found[name] = state.position_deg
+    return found

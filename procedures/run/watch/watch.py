@@ -1,0 +1,189 @@
+"""The look around between two dwells: bands, disk, lines, clocks, and axes that should rest.
+
+Nothing is decided here about the run; what is found is an :class:`procedures.run.judgement.alarm.Alarm`. Values that
+a dwell has just brought are used as they are, everything else is read.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+
+from procedures.records.dwells import Measurement
+from procedures.run.dwell.measure import OpenRig
+from procedures.run.judgement.alarm import LINK, Alarm
+from procedures.run.judgement.interlocks import Interlock, Watched, look_at
+from procedures.run.judgement.run_limits import Precautions
+from procedures.run.watch.clock_watch import ClockChange, ClockWatch
+from procedures.run.watch.disk_space import MB
+from rig.devices.abilities import AxisState, Wait
+from rig.link.counts import ExchangeCounts
+
+FEWEST_QUESTIONS = 200
+"""So many on a line before its error rate means anything; the rate is of the last one to two thousand."""
+WINDOW = 1000
+WARN_RATE = 0.001
+
+
+class Watch:
+    """Of one process, over all its epochs."""
+
+    def __init__(
+        self, rig: OpenRig, precautions: Precautions, wait: Wait, record: Callable[[str, Mapping[str, object]], None]
+    ) -> None:
+        self._rig = rig
+        self._precautions = precautions
+        self._wait = wait
+        self._record = record
+        self._clocks = ClockWatch(rig.clock)
+        self._bands: dict[str, Watched] = {}
+        self._brought: dict[str, float] = {}
+        self._rest_deg: dict[str, float] = {}
+        most_within = precautions.rejected
+        self._rejections: deque[bool] = deque(maxlen=most_within[1] if most_within else 1)
+        self._counted: dict[str, ExchangeCounts] = {}
+
+    @property
+    def is_in_doubt(self) -> bool:
+        """True while a value is outside its band and its delay has not passed: the dwells since may yet be void."""
+        return any(seen.outside_since_s is not None and not seen.is_alarmed for seen in self._bands.values())
+
+    def rests_at(self, positions_deg: Mapping[str, float]) -> None:
+        """Where axes were left; from now on they have no reason to be elsewhere."""
+        self._rest_deg.update(positions_deg)
+
+    def forget_positions(self) -> None:
+        """Before homing."""
+        self._rest_deg.clear()
+        self._counted.clear()
+
+    def saw(self, measured: Measurement, *, is_accepted: bool) -> None:
+        """What a dwell brought."""
+        self._rejections.append(not is_accepted)
+        if is_accepted:
+            self.rests_at({name: state.position_deg for name, state in measured.after.axes.items()})
+        else:
+            self._rest_deg.clear()  # it may be rejected for just that; the next attempt approaches anew
+        self._brought = {f"environment.{name}": degc for name, degc in measured.after.temperature_degc.items()}
+        self._brought |= {channel: reading.mean_v for channel, reading in measured.readings.items()}
+
+    def clock_change(self) -> ClockChange:
+        """Look at the clocks; a step of the wall clock is recorded and harms nothing."""
+        change = self._clocks.look()
+        if change.is_step:
+            self._record("clock_step", {"step_s": round(change.step_s, 3)})
+        return change
+
+    def look(self, free_bytes: float, needed_bytes: float, announce: Callable[[], None]) -> Alarm | None:
+        """The first thing that is not as it should be. ``announce`` tells the twins that interlocks are read.
+
+        Raises: RigError of a device that cannot be asked.
+        """
+        return next(self._findings(free_bytes, needed_bytes, announce), None)
+
+    def _findings(self, free_bytes: float, needed_bytes: float, announce: Callable[[], None]) -> Iterator[Alarm]:
+        change = self.clock_change()
+        if change.is_suspension:
+            yield suspended(change)
+        yield from self._axes()
+        yield from self._disk(free_bytes, needed_bytes)
+        yield from self._bands_kept(announce)
+        yield from self._rejected()
+        yield from self._lines()
+
+    def _axes(self) -> Iterator[Alarm]:
+        """What an axis tells twice: a digit that the line turned over is no motion. Told once, it is recorded."""
+        for name, rest_deg in self._rest_deg.items():
+            axis = self._rig.axes[name]
+            first = _axis_alarm(name, axis.state(), rest_deg, axis.arrival_tolerance_deg)
+            if first is None:
+                continue
+            alarm = _axis_alarm(name, axis.state(), rest_deg, axis.arrival_tolerance_deg)
+            if alarm is None:
+                self._record("unconfirmed", {"axis": name, "told": first.reason})
+            else:
+                yield alarm
+
+    def _disk(self, free_bytes: float, needed_bytes: float) -> Iterator[Alarm]:
+        needed_bytes += self._precautions.min_free_mb * MB
+        if free_bytes < needed_bytes:
+            told = f"{free_bytes / MB:.1f} MB are free, what is left to measure needs {needed_bytes / MB:.1f} MB"
+            yield Alarm(
+                "disk", f"disk: {told} (rig file: interlocks.min_free_mb); it goes on when there is room", "hold"
+            )
+
+    def _bands_kept(self, announce: Callable[[], None]) -> Iterator[Alarm]:
+        locks = [lock for _, lock in (*self._precautions.temperatures, *self._precautions.voltages)]
+        if not locks:
+            return
+        announce()
+        for name, lock in self._precautions.temperatures:
+            yield from self._band(lock, lambda name=name: self._rig.environments[name].temperature_degc())  # type: ignore[misc]
+        for channel, lock in self._precautions.voltages:
+            yield from self._band(lock, lambda channel=channel: self._one_reading_v(channel))  # type: ignore[misc]
+
+    def _band(self, lock: Interlock, read: Callable[[], float]) -> Iterator[Alarm]:
+        brought = self._brought.pop(lock.name, None)
+        value = read() if brought is None else brought
+        now_s, before = self._rig.clock.monotonic_s(), self._bands.get(lock.name, Watched())
+        seen = look_at(lock, before, value, now_s)
+        self._bands[lock.name] = seen
+        if seen.is_alarmed:
+            yield Alarm("interlock", lock.told(value), lock.action, seen.kept_until_s)
+
+    def _one_reading_v(self, channel: str) -> float:
+        burst = self._rig.readouts[channel.partition(".")[0]].read(channel, 1, self._wait)
+        return float("nan") if burst.overload[0] else float(burst.values_v[0])
+
+    def _rejected(self) -> Iterator[Alarm]:
+        limit = self._precautions.rejected
+        if limit is not None and (found := sum(self._rejections)) > limit[0]:
+            within = len(self._rejections)
+            self._rejections.clear()
+            told = (
+                f"{found} of the last {within} dwells were rejected, allowed {limit[0]} (rig file: interlocks.rejected)"
+            )
+            yield Alarm("noise", f"{told}; look for vibration, a loose cable, a failing sensor; then continue", "ask")
+
+    def _lines(self) -> Iterator[Alarm]:
+        for name, now in self._rig.link_counts().items():
+            before = self._counted.setdefault(name, ExchangeCounts())
+            asked, errors = now.asked - before.asked, now.errors - before.errors
+            if asked < FEWEST_QUESTIONS:
+                continue
+            limit = self._precautions.max_link_error_rate
+            if asked >= WINDOW or errors > limit * asked:
+                self._counted[name] = replace(now)
+            if asked >= WINDOW and errors > WARN_RATE * asked:
+                self._record("link_quality", {"line": name, "asked": asked, "errors": errors})
+            if errors > limit * asked:
+                told = f"{name}: {errors} of the last {asked} questions had no good answer, allowed {limit:.2g} of them"
+                yield Alarm(
+                    "link quality",
+                    f"{told} (rig file: interlocks.max_link_error_rate); check cable, earth and adapter; then continue",
+                    "ask",
+                )
+
+
+def suspended(change: ClockChange) -> Alarm:
+    """After a suspension nothing is known of lines, positions and temperatures."""
+    return Alarm("suspend", f"the machine was suspended for {change.suspended_s:.0f} s", "restart")
+
+
+def lost_link(error: Exception) -> Alarm:
+    return Alarm(LINK, f"link lost: {error}", "restart")
+
+
+def _axis_alarm(name: str, state: AxisState, rest_deg: float, tolerance_deg: float) -> Alarm | None:
+    if state.fault:
+        return Alarm("device", f"{name}: {state.fault} while it should rest; clear it at the machine", "trip")
+    if not state.is_homed:
+        return Alarm("home", f"{name}: the axis has lost its home, so its position is not known", "restart")
+    if state.is_moving or abs(state.position_deg - rest_deg) > 2.0 * tolerance_deg:
+        what = "moves" if state.is_moving else "was moved"
+        return Alarm(
+            "motion",
+            f"{name}: {what}, though nothing told it to: left at {rest_deg:g} deg, now at {state.position_deg:g} deg, "
+            f"allowed within {2.0 * tolerance_deg:g} deg; see who or what moved it",
+            "trip",
+        )
+    return None

@@ -1,0 +1,65 @@
+"""Watchdogs of the machines while a run lasts: proven before the axes are homed, fed at every look, let go at the end.
+
+The journal says of every axis what stops it when this computer dies; where nothing does, it says that.
+"""
+
+from collections.abc import Callable, Mapping
+from math import inf
+
+from procedures.run.dwell.measure import OpenRig
+from rig.devices.abilities import Wait, Watchdog
+from rig.errors import RigError
+
+KIND = "watchdog"
+FEEDS = 4.0
+"""Times within a time-out that a machine is spoken to."""
+
+
+class Watchdogs:
+    """Of the axes of one rig. ``record`` journals an event."""
+
+    def __init__(self, rig: OpenRig, record: Callable[[str, Mapping[str, object]], None]) -> None:
+        self._rig = rig
+        self._record = record
+        self._armed: dict[str, Watchdog] = {}
+        self._fed_s: dict[str, float] = {}
+
+    def arm(self, wait: Wait) -> None:
+        """Prove those that the rig file declares; nothing may move. Raises: DeviceFault, WaitEnded."""
+        self.forget()
+        for name, axis in self._rig.axes.items():
+            if isinstance(axis, Watchdog) and axis.watchdog_s is not None:
+                told = axis.arm_watchdog(wait)
+                self._armed[name] = axis
+            else:
+                told = "no watchdog: a move that was started ends at its target, a rate goes on"
+            self._record(KIND, {"axis": name, "is_armed": name in self._armed, "told": told})
+
+    def feed(self) -> float:
+        """Speak to those that were not spoken to for a while; rig seconds until it must be done again.
+
+        Raises: DeviceSilent, DeviceNonsense, LinkLost.
+        """
+        now_s, within_s = self._rig.clock.monotonic_s(), inf
+        for name, axis in self._armed.items():
+            assert axis.watchdog_s is not None
+            every_s = axis.watchdog_s / FEEDS
+            if now_s - self._fed_s.get(name, -inf) >= every_s:
+                self._fed_s[name] = now_s
+                axis.feed_watchdog()
+            within_s = min(within_s, every_s)
+        return within_s
+
+    def forget(self) -> None:
+        """The lines are gone: nobody can be fed, and the machines will stop by themselves."""
+        self._armed.clear()
+        self._fed_s.clear()
+
+    def disarm(self) -> None:
+        """The axes stand; a machine that cannot be told so will report a silence that is none."""
+        for name, axis in self._armed.items():
+            try:
+                axis.disarm_watchdog()
+            except RigError as error:
+                self._record(KIND, {"axis": name, "is_armed": True, "told": f"could not be let go: {error}"})
+        self.forget()

@@ -1,0 +1,134 @@
+"""From judged dwells to observations: the one way in which a run's numbers reach a solver.
+
+Only accepted dwells of the design enter, at the attitude that was read back, in the order of the plan, so that an
+interrupted run and its uninterrupted brother give the same rows.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.observations import Observations
+from procedures.errors import JournalError
+from procedures.plan.channels import TemperatureChannel
+from procedures.records.dwells import DwellRecord
+from rig.description.signal_chain import Chain
+
+FloatArray = NDArray[np.float64]
+
+
+def observations_of(
+    dwells: Iterable[DwellRecord],
+    channels: Mapping[str, str],
+    temperature: TemperatureChannel | str | None = None,
+    source: str = "run",
+    chains: Mapping[str, Chain] | None = None,
+) -> Observations:
+    """Accepted design dwells as rows.
+
+    ``channels``: sensor axis (``x``) to full channel name (``dmm.x``). ``temperature``: the sensor's own channel, or
+    the environment whose reading stands for it, or None. Roll and yaw are 0 where the rig has no such axis.
+
+    ``chains``, by full channel name, bring readings to the declared supply and load resistor, dwell by dwell.
+
+    Raises: JournalError where a (replication, point) pair stands twice, or an accepted dwell lacks a finite reading.
+    """
+    rows = sorted((dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"), key=lambda row: row.step)
+    _refuse_repeats(rows, source)
+    return Observations(
+        replication=np.array([row.replication for row in rows], dtype=np.int64),
+        point=np.array([row.point for row in rows], dtype=np.int64),
+        pitch_rad=_attitude_rad(rows, "pitch"),
+        roll_rad=_attitude_rad(rows, "roll"),
+        outputs_v={axis: _means_v(rows, channel, source, chains) for axis, channel in channels.items()},
+        yaw_rad=_attitude_rad(rows, "yaw") if rows and "yaw" in rows[0].measured_deg else None,
+        temperature_degc=_temperature_degc(rows, temperature, source, chains),
+        time_s=run_times_s(rows),
+        mounting=_mounting(rows),
+        source=source,
+    )
+
+
+def _mounting(rows: Sequence[DwellRecord]) -> NDArray[np.int64] | None:
+    """(N,) where the package was moved in between; None where it never was."""
+    labels = np.array([row.mounting for row in rows], dtype=np.int64)
+    return labels if np.unique(labels).size > 1 else None
+
+
+def run_times_s(dwells: Sequence[DwellRecord]) -> FloatArray:
+    """(N,) middle of every dwell, seconds since the start of the first.
+
+    Rig seconds inside an epoch; epochs are placed by the wall clock, since a restart begins a new monotonic clock.
+    """
+    starts: dict[int, DwellRecord] = {}
+    for dwell in dwells:
+        starts.setdefault(dwell.epoch, dwell)
+    if not starts:
+        return np.zeros(0)
+    origin_utc = dwells[0].started_utc
+    shift_s = {
+        epoch: (first.started_utc - origin_utc).total_seconds() - first.started_s for epoch, first in starts.items()
+    }
+    return np.array([0.5 * (dwell.started_s + dwell.ended_s) + shift_s[dwell.epoch] for dwell in dwells])
+
+
+def _refuse_repeats(rows: Sequence[DwellRecord], source: str) -> None:
+    seen: dict[tuple[int, int], int] = {}
+    for row in rows:
+        key = (row.replication, row.point)
+        if key in seen:
+            raise JournalError(
+                f"{source}: replication {row.replication}, point {row.point} was accepted twice: steps {seen[key]} and "
+                f"{row.step}, allowed is once; nothing was solved; verify the journal"
+            )
+        seen[key] = row.step
+
+
+def _attitude_rad(rows: Sequence[DwellRecord], axis: str) -> FloatArray:
+    return np.asarray(np.deg2rad([row.measured_deg.get(axis, 0.0) for row in rows], dtype=float))
+
+
+def _means_v(
+    rows: Sequence[DwellRecord], channel: str, source: str, chains: Mapping[str, Chain] | None = None
+) -> FloatArray:
+    means_v = _read_v(rows, channel, source)
+    chain = (chains or {}).get(channel)
+    if chain is None:
+        return means_v
+    supplies_v = _read_v(rows, chain.supply_channel, source) if chain.ratiometric and chain.supply_channel else None
+    factors = [
+        chain.factor(
+            None if supplies_v is None else float(supplies_v[place]),
+            None if chain.load_resistor_at is None else row.temperature_degc.get(chain.load_resistor_at),
+        )
+        for place, row in enumerate(rows)
+    ]
+    return np.asarray(means_v / np.array(factors, dtype=float))
+
+
+def _read_v(rows: Sequence[DwellRecord], channel: str, source: str) -> FloatArray:
+    means_v = np.array([row.readings[channel].mean_v if channel in row.readings else np.nan for row in rows])
+    bad = np.flatnonzero(~np.isfinite(means_v))
+    if bad.size:
+        raise JournalError(
+            f"{source}: {channel}: the accepted dwell of step {rows[int(bad[0])].step} has no finite mean; needed is a "
+            "finite voltage in every accepted dwell; nothing was solved; verify the journal"
+        )
+    return means_v
+
+
+def _temperature_degc(
+    rows: Sequence[DwellRecord],
+    temperature: TemperatureChannel | str | None,
+    source: str,
+    chains: Mapping[str, Chain] | None,
+) -> FloatArray | None:
+    if temperature is None:
+        return None
+    if isinstance(temperature, TemperatureChannel):
+        return temperature.offset_degc + temperature.slope_degc_per_v * _means_v(
+            rows, temperature.channel, source, chains
+        )
+    read = np.array([row.temperature_degc.get(temperature, np.nan) for row in rows], dtype=float)
+    return read if read.size and bool(np.isfinite(read).all()) else None

@@ -1,0 +1,127 @@
+"""What a coefficient set says about where it comes from, read out of the journal's header, the rig and the dwells."""
+
+from collections.abc import Iterable, Sequence
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+
+from ams.frames import body_rates_rad_s
+from ams.sets.provenance import Provenance, Standard
+from procedures.journal.audit_trail import missing_in
+from procedures.records.dwells import DwellRecord
+from procedures.solution.record import RunRecord
+from procedures.solution.request import SolvedSensor
+from rig.description.rig_file import RigDescription, Sensor
+
+UNCERTAINTIES = ("uncertainty_arcsec", "uncertainty_v", "uncertainty_degc", "uncertainty_ohm")
+
+
+def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
+    """Everything but the numbers. ``created_utc`` is when the last dwell ended: the same run gives the same set."""
+    rig, plan, rows = record.rig, record.plan, solved.observations
+    sensor = plan.sensors[solved.name]
+    temperatures = rows.temperature_degc
+    return Provenance(
+        sensor=solved.name,
+        gravity_mps2=rig.rig.gravity_mps2,
+        gravity_source=rig.rig.gravity_source,
+        pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
+        roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
+        yaw_range_deg=_yaw_range(solved),
+        rate_range_dps=_rate_range(solved),
+        created_utc=_last_end(record.dwells, record.created_utc),
+        software_version=record.versions["calrig"],
+        rig=rig.rig.name,
+        procedure=plan.title,
+        simulated=record.is_simulated,
+        temperature_range_degc=None if temperatures is None else _range(temperatures),
+        serial=solved.name,
+        sensor_model=sensor.model,
+        operator=record.operator,
+        run_id=record.run_id,
+        journal_sha256=record.hashes["journal content"],
+        approved_by=_approved_by(record),
+        environment=_environment(record.dwells),
+        standards=tuple(_standards(rig)),
+        mount=sensor.mount.model_dump(mode="json"),
+        temperature_conversion=sensor.temperature.model_dump(mode="json") if sensor.temperature else None,
+        level=rig.level.model_dump(mode="json", exclude_none=True),
+        chain={name: rig.chain[name].model_dump(mode="json", exclude_none=True) for name in _chained(sensor, rig)},
+        job=rig.job.model_dump(mode="json", exclude_none=True),
+        acceptance=rig.acceptance.model_dump(mode="json", exclude_none=True),
+        laboratory=rig.laboratory.model_dump(mode="json", exclude_none=True) if rig.laboratory else None,
+    )
+
+
+def _approved_by(record: RunRecord) -> str | None:
+    """An approval counts only where nothing was missing for a calibration when the run began; twins need nothing."""
+    lacks = not record.is_simulated and bool(missing_in(record.events))
+    return None if lacks else record.rig.approved_by
+
+
+def _chained(sensor: Sensor, rig: RigDescription) -> list[str]:
+    """The channels of this sensor whose chain is declared."""
+    thermometer = [] if sensor.temperature is None else [sensor.temperature.channel]
+    return [channel for channel in [*sensor.channels.values(), *thermometer] if channel in rig.chain]
+
+
+def _range(values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float]:
+    """Ends rounded to what a file states: degrees went through radians."""
+    return round(float(values.min()), 9), round(float(values.max()), 9)
+
+
+def _yaw_range(solved: SolvedSensor) -> tuple[float, float] | None:
+    """None where the model has no yaw."""
+    yaw_rad = solved.observations.yaw_rad
+    if yaw_rad is None or solved.calibration is None or solved.calibration.convention == "TP":
+        return None
+    return _range(np.rad2deg(yaw_rad))
+
+
+def _rate_range(solved: SolvedSensor) -> tuple[float, float] | None:
+    """Of the angular velocity along the package's axes; None where the model senses no rate."""
+    rows, calibration = solved.observations, solved.calibration
+    if calibration is None or calibration.model != "gyro" or rows.euler_rate_rad_s is None or rows.yaw_rad is None:
+        return None
+    euler = np.stack([rows.pitch_rad, rows.yaw_rad, rows.roll_rad], axis=-1)
+    return _range(np.rad2deg(body_rates_rad_s(euler, rows.euler_rate_rad_s)))
+
+
+def _last_end(dwells: Sequence[DwellRecord], default: datetime) -> datetime:
+    return max((dwell.ended_utc for dwell in dwells if dwell.accepted), default=default)
+
+
+def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
+    """Environment name to mean, lowest and highest temperature over the accepted dwells."""
+    read: dict[str, list[float]] = {}
+    for dwell in dwells:
+        for name, value in dwell.temperature_degc.items() if dwell.accepted else ():
+            read.setdefault(name, []).append(value)
+    return {
+        name: {"mean_degc": float(np.mean(values)), "min_degc": min(values), "max_degc": max(values)}
+        for name, values in read.items()
+    }
+
+
+def _standards(rig: RigDescription) -> Iterable[Standard]:
+    """The standards that a device or a resistor of this rig points to, each once."""
+    pointed = [
+        *(axis.standard for axis in rig.axes.values()),
+        *(readout.standard for readout in rig.readouts.values()),
+        *(chamber.standard for chamber in rig.environment.values()),
+        *(chain.standard for chain in rig.chain.values()),
+        *(stream.standard for stream in rig.streams.values()),
+        *(coil.standard for coil in rig.field.values()),
+        rig.attitude_reference.standard if rig.attitude_reference else None,
+    ]
+    for name in dict.fromkeys(name for name in pointed if name is not None):
+        declared = rig.standards[name]
+        stated = {key: getattr(declared, key) for key in UNCERTAINTIES if getattr(declared, key) is not None}
+        yield Standard(
+            name=name,
+            serial=declared.serial,
+            certificate=declared.certificate,
+            due=declared.due,
+            uncertainty={**stated, "kind": declared.kind, "k": declared.k},
+        )

@@ -1,0 +1,70 @@
+"""What the report needs of a run, read from its journal and from nothing else."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.owner import is_owned
+from procedures.plan.plan import Plan
+from procedures.records.dwells import DwellRecord, Event
+from procedures.records.states import ACTIVE, State
+from rig.description.read import rig_from_json
+from rig.description.rig_file import RigDescription
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """What the journal holds, as the report needs it."""
+
+    run_id: str
+    state: str
+    operator: str
+    is_simulated: bool
+    created_utc: datetime
+    plan: Plan
+    rig: RigDescription
+    events: Sequence[Event]
+    dwells: Sequence[DwellRecord]
+    hashes: Mapping[str, str]
+    """What was hashed (``journal content``, ``plan``, ``rig file`` …) to its SHA-256."""
+    versions: Mapping[str, str]
+
+    @property
+    def ended_utc(self) -> datetime:
+        """When the run came to its last state: people write notes into the journal long afterwards."""
+        return max((event.utc for event in self.events if event.kind == "state"), default=self.created_utc)
+
+
+def read_record(reader: JournalReader) -> RunRecord:
+    """Everything at once, so that the page tells of one moment of the run.
+
+    The journal is verified first, chain, dwells and all: no number is drawn from one that was changed.
+    Raises: JournalError, PlanError or DescriptionError where the journal is damaged or of another version.
+    """
+    reader.verify()
+    header = reader.header
+    return RunRecord(
+        run_id=header.run_id,
+        state=str(_state(reader)),
+        operator=header.operator,
+        is_simulated=header.is_simulated,
+        created_utc=header.created_utc,
+        plan=header.plan,
+        rig=rig_from_json(header.rig_json),
+        events=tuple(reader.events()),
+        dwells=tuple(reader.dwells()),
+        hashes={
+            "journal content": reader.sha256_of_content(),
+            "plan": header.plan_sha256,
+            "rig file": header.rig_sha256,
+            "procedure file": header.procedure_sha256,
+        },
+        versions=header.software,
+    )
+
+
+def _state(reader: JournalReader) -> State:
+    """A run whose process is gone does not run, whatever its last line says."""
+    written = reader.state()
+    return State.INTERRUPTED if written in ACTIVE and not is_owned(reader.path.parent) else written

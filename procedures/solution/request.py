@@ -1,0 +1,132 @@
+"""What is asked of the solver: from plan and rig to requests, and the solved sensor as a value."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from math import radians
+from types import MappingProxyType
+
+from ams.analysis.calibration_budget import AxisBudget, axis_budget
+from ams.calibration_result import Calibration
+from ams.inputs.request import CalibrationRequest
+from ams.inputs.shared_errors import SharedError
+from ams.inputs.table_uncertainty import TableUncertainty
+from ams.models.thermal import TemperatureCoefficients
+from ams.observations import Observations
+from procedures.description.procedure_file import Solve
+from procedures.plan.channels import temperature_source
+from procedures.solution.type_b import (
+    ARCSEC_PER_DEG,
+    gravity_of,
+    shared_errors,
+    standard_uncertainty_arcsec,
+    table_in_words,
+)
+from rig.description.rig_file import RigDescription, Sensor
+
+
+@dataclass(frozen=True)
+class SolvedSensor:
+    """One package of a run: its rows, and its calibration or why there is none."""
+
+    name: str
+    observations: Observations
+    calibration: Calibration | None
+    failure: str | None
+    budgets: Mapping[str, AxisBudget] = field(default_factory=dict)
+    """Axis to its uncertainty budget."""
+    static: "Mapping[str, StaticAxis]" = field(default_factory=dict)
+    """Axis to what a long rest showed; there is no calibration then."""
+
+
+@dataclass(frozen=True)
+class StaticAxis:
+    """What one axis showed during a long rest, in the unit of its reading."""
+
+    unit: str
+    mean: float
+    mean_uncertainty: float | None
+    """Standard, from the Allan deviation at the longest averaging time: the mean wanders."""
+    tau_s: tuple[float, ...]
+    allan_deviation: tuple[float, ...]
+    random_walk_per_sqrt_s: float
+    bias_instability: float
+    is_bottom_reached: bool
+    use_s: float
+    allowed_deg: float
+    drift_deg: float | None
+    """Expanded (k = 2) error of the angle at the end of the use, zeroed over as long before; None without a scale."""
+    verdict: str
+
+    @property
+    def holds(self) -> bool | None:
+        return None if self.drift_deg is None else self.drift_deg <= self.allowed_deg
+
+
+def table_uncertainty(rig: RigDescription) -> TableUncertainty | None:
+    """The rig's indices, as standard uncertainties; None where no axis has any."""
+    axes = ("pitch", "roll", "yaw")
+    pitch_rad, roll_rad, yaw_rad = (_arcsec_to_rad(standard_uncertainty_arcsec(rig, axis)) for axis in axes)
+    if pitch_rad == roll_rad == yaw_rad == 0.0:
+        return None
+    return TableUncertainty(pitch_rad, roll_rad, kind="standard", yaw_rad=yaw_rad)
+
+
+def request_for(
+    sensor_name: str,
+    channels: Iterable[str],
+    solve: Solve,
+    table: TableUncertainty | None,
+    shared: Mapping[str, tuple[SharedError, ...]] = MappingProxyType({}),
+) -> CalibrationRequest:
+    """What a procedure's ``[solve]`` asks of one sensor, under the certificates of its rig."""
+    axes = tuple(channels)
+    known = {
+        axis: solve.known_temperature[key]
+        for axis in axes
+        if (key := f"{sensor_name}.{axis}") in solve.known_temperature
+    }
+    references = {item.reference_temperature_degc for item in known.values()}
+    return CalibrationRequest(
+        model=model_name(solve, sensor_name),
+        nominal_axes={axis: axis for axis in axes},
+        temperature=solve.temperature,
+        known_temperature={
+            axis: TemperatureCoefficients(item.offset_tc_v_per_degc, item.sensitivity_tc_per_degc)
+            for axis, item in known.items()
+        },
+        reference_temperature_degc=references.pop() if len(references) == 1 else None,
+        extended=solve.extended,
+        time_term=solve.time_term == "linear",
+        table=table,
+        shared_errors=shared,
+    )
+
+
+def budgets_of(
+    calibration: Calibration, request: CalibrationRequest, rig: RigDescription | None, trials: int = 0
+) -> dict[str, AxisBudget]:
+    """Axis to its budget under what was asked for; ``trials`` of a Monte Carlo check, 0: none."""
+    gravity = None if rig is None else gravity_of(rig)
+    told = {} if rig is None else {"table": table_in_words(rig)}
+    return {
+        label: axis_budget(axis, request.shared_errors.get(label, ()), gravity, stated=told, trials=trials)
+        for label, axis in calibration.axes.items()
+    }
+
+
+def model_name(solve: Solve, sensor: str) -> str:
+    """What the mathematics calls the model of one sensor: CR's two packages are two models."""
+    if solve.model == "pitch-yaw-roll":
+        return f"pitch-yaw-roll-{solve.packages.get(sensor, 'model')}"
+    return "linear-accelerometer" if solve.model == "linear" else solve.model
+
+
+def request_of(name: str, rig: RigDescription, sensor: Sensor, solve: Solve) -> CalibrationRequest:
+    """What is asked of one sensor of a run."""
+    source = temperature_source(rig, sensor)
+    errors = shared_errors(rig, sensor, source if isinstance(source, str) else None)
+    return request_for(name, sensor.channels, solve, table_uncertainty(rig), errors)
+
+
+def _arcsec_to_rad(value_arcsec: float) -> float:
+    return radians(value_arcsec / ARCSEC_PER_DEG)

@@ -1,0 +1,125 @@
+"""What a rig file declares of its instruments, as the errors that all readings of a calibration share (type B).
+
+A certificate states a limit, a standard or an expanded uncertainty; here each becomes a standard uncertainty on what it
+acts on. A meter's one figure is taken for its zero and, over its range, for its gain: both, each whole, since the
+certificate does not say which. A level that was read is not corrected for, so the tilt that it showed is an error of
+unknown sign up to that size. Source: GUM 4.3, F.2.4.5.
+"""
+
+from collections.abc import Iterator
+from math import hypot, radians, sqrt
+from typing import Literal
+
+from ams.analysis.calibration_budget import Gravity
+from ams.inputs.shared_errors import Effect, SharedError
+from rig.description.rig_file import RigDescription, Sensor, Standard
+
+ARCSEC_PER_DEG = 3600.0
+Kind = Literal["limit", "standard", "expanded"]
+
+
+def divisor(standard: Standard | None) -> float:
+    """What a stated uncertainty is divided by; a limit where no certificate says otherwise."""
+    if standard is None:
+        return sqrt(3.0)
+    return {"limit": sqrt(3.0), "standard": 1.0, "expanded": standard.k}[standard.kind]
+
+
+def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:
+    """Of one attitude: what a reference sensor tells it to, else of the axis' index: a limit divided by √3 unless its
+    standard says otherwise; 0 where there is no such axis."""
+    reference = rig.attitude_reference
+    if reference is not None and axis in reference.channels:
+        return ARCSEC_PER_DEG * reference.uncertainty_deg
+    settings = rig.axes.get(axis)
+    if settings is None:
+        return 0.0
+    return settings.uncertainty_arcsec / divisor(rig.standards.get(settings.standard) if settings.standard else None)
+
+
+def table_in_words(rig: RigDescription) -> str:
+    """What is declared of the table's indices."""
+    return ", ".join(
+        f"{name} u {u:.2g}″" for name in ("pitch", "yaw", "roll") if (u := standard_uncertainty_arcsec(rig, name)) > 0.0
+    )
+
+
+def gravity_of(rig: RigDescription) -> Gravity:
+    """Local gravity as the rig file states it."""
+    return Gravity(rig.rig.gravity_mps2, rig.rig.gravity_uncertainty_mps2, rig.rig.gravity_source)
+
+
+def shared_errors(
+    rig: RigDescription, sensor: Sensor | None, temperature: str | None = None
+) -> dict[str, tuple[SharedError, ...]]:
+    """Sensor axis to its errors. ``temperature``: the environment whose reading stands for the sensor's temperature.
+
+    Without a sensor only the level of the base is known, for x, y and z.
+    """
+    level = tuple(_level(rig))
+    if sensor is None:
+        return dict.fromkeys("xyz", level)
+    common = (*level, *_thermometer(rig, sensor, temperature))
+    return {str(axis): (*_chain(rig, channel), *common) for axis, channel in sensor.channels.items()}
+
+
+def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:
+    """The meter behind a channel, and its load resistor."""
+    readout, _, name = channel.partition(".")
+    meter = _standard(rig, rig.readouts[readout].standard) if readout in rig.readouts else None
+    if meter is not None and meter[1].uncertainty_v:
+        u_v, told = meter[1].uncertainty_v / divisor(meter[1]), _told(meter, meter[1].uncertainty_v, "V")
+        yield SharedError("multimeter zero", "reading", u_v, meter[1].kind, told)
+        range_v = _range_v(rig, readout, name)
+        if range_v:
+            yield SharedError("multimeter gain", "gain", u_v / range_v, meter[1].kind, f"{told}, over {range_v:g} V")
+    chain = rig.chain.get(channel)
+    resistor = None if chain is None else _standard(rig, chain.standard)
+    if chain is not None and chain.load_resistor_ohm and resistor is not None and resistor[1].uncertainty_ohm:
+        u = resistor[1].uncertainty_ohm / divisor(resistor[1]) / chain.load_resistor_ohm
+        told = _told(resistor, resistor[1].uncertainty_ohm, "Ω")
+        told = f"{told}, of {chain.load_resistor_ohm:g} Ω"
+        yield SharedError("load resistor", "gain", u, resistor[1].kind, told, is_of_one_channel=True)
+
+
+def _level(rig: RigDescription) -> Iterator[SharedError]:
+    """The base as it was read before and after, and the instrument's own uncertainty (a limit)."""
+    read = [reading for reading in (rig.level.before, rig.level.after) if reading is not None]
+    own_arcsec = rig.level.uncertainty_arcsec
+    places: tuple[tuple[str, Effect], ...] = (("about_pitch", "pitch"), ("about_roll", "base-tilt"))
+    for key, effect in places:
+        largest_arcsec = max((abs(getattr(reading, f"{key}_arcsec")) for reading in read), default=0.0)
+        u_rad = radians(hypot(largest_arcsec, own_arcsec) / sqrt(3.0) / ARCSEC_PER_DEG)
+        if u_rad > 0.0:
+            told = f"level: read up to {largest_arcsec:g}″, instrument ±{own_arcsec:g}″"
+            yield SharedError(f"level of the base {key.replace('_', ' ')}", effect, u_rad, "limit", told)
+
+
+def _thermometer(rig: RigDescription, sensor: Sensor, temperature: str | None) -> Iterator[SharedError]:
+    if sensor.temperature is not None:
+        chain = rig.chain.get(sensor.temperature.channel)
+        probe = None if chain is None else _standard(rig, chain.standard)
+    else:
+        probe = None if temperature is None else _standard(rig, rig.environment[temperature].standard)
+    if probe is not None and probe[1].uncertainty_degc:
+        u_degc = probe[1].uncertainty_degc / divisor(probe[1])
+        told = _told(probe, probe[1].uncertainty_degc, "°C")
+        yield SharedError("thermometer", "temperature", u_degc, probe[1].kind, told)
+
+
+def _standard(rig: RigDescription, name: str | None) -> tuple[str, Standard] | None:
+    return (name, rig.standards[name]) if name is not None and name in rig.standards else None
+
+
+def _told(standard: tuple[str, Standard], stated: float, unit: str) -> str:
+    name, declared = standard
+    coverage = f", k = {declared.k:g}" if declared.kind == "expanded" else ""
+    size = f"{1e6 * stated:g} µV" if unit == "V" else f"{stated:g} {unit}"
+    return f"standards.{name}: {declared.kind} {size}{coverage}"
+
+
+def _range_v(rig: RigDescription, readout: str, channel: str) -> float | None:
+    """Of a channel, where its readout has ranges in volts."""
+    channels = getattr(rig.readouts[readout], "channels", {})
+    range_v = getattr(channels.get(channel), "range_v", None)
+    return float(range_v) if isinstance(range_v, int | float) else None

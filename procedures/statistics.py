@@ -1,0 +1,50 @@
+"""Limits of Student's t and of χ², for the decisions that a run makes about its own readings."""
+
+from functools import lru_cache
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.statistics.distributions import chi_square_quantile, student_t_quantile
+
+
+@lru_cache(maxsize=256)
+def t_limit(degrees_of_freedom: int, false_alarm: float) -> float:
+    """|t| that chance alone exceeds with probability ``false_alarm`` (two-sided)."""
+    return float(-student_t_quantile(false_alarm / 2.0, degrees_of_freedom))
+
+
+@lru_cache(maxsize=256)
+def small_variance_ratio(degrees_of_freedom: int, false_alarm: float) -> float:
+    """s²/σ² that chance alone falls below with probability ``false_alarm``."""
+    return float(chi_square_quantile(false_alarm, degrees_of_freedom) / degrees_of_freedom)
+
+
+@lru_cache(maxsize=256)
+def median_variance_ratio(degrees_of_freedom: int) -> float:
+    """Median of s²/σ² for normal readings: below 1, far below for few degrees of freedom."""
+    return small_variance_ratio(degrees_of_freedom, 0.5)
+
+
+FloatArray = NDArray[np.float64]
+
+
+def has_slope(times_s: FloatArray, values_v: FloatArray, false_alarm: float) -> bool:
+    """True where a straight line over time explains more than scatter would."""
+    degrees = values_v.size - 2
+    if degrees < 1:
+        return False
+    centred_s, centred_v = times_s - times_s.mean(), values_v - values_v.mean()
+    spread = float(centred_s @ centred_s)
+    if spread == 0.0:
+        return False
+    slope = float(centred_s @ centred_v) / spread
+    rest_v = centred_v - slope * centred_s
+    error = sqrt(max(float(rest_v @ rest_v), _rounding_v2(values_v)) / degrees / spread)
+    return abs(slope) > t_limit(degrees, false_alarm) * error
+
+
+def _rounding_v2(values_v: FloatArray) -> float:
+    """Sum of squares that the arithmetic itself may leave in readings that are all the same."""
+    return float(values_v.size * (4.0 * np.finfo(float).eps * np.abs(values_v).max()) ** 2)

@@ -1,0 +1,126 @@
+"""What is connected to this machine: serial ports by their stable names, and VISA resources where there is a VISA."""
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from serial.tools.list_ports import comports
+
+from rig.assembly.faulty_lines import drivers_of
+from rig.assembly.identity import Identifiable, expected, require_expected
+from rig.assembly.open_rig import open_rig
+from rig.description.rig_file import RigDescription
+from rig.drivers.twin_lines import axis_lines
+from rig.errors import RequestRefused, RigBusy, RigError
+from rig.lines.lock import acquire
+from rig.link.visa import open_manager
+
+BY_ID = Path("/dev/serial/by-id")
+
+
+@dataclass(frozen=True, slots=True)
+class SerialPort:
+    """One serial port. ``stable_path`` names the adapter, not the order of plugging; it is the one for a rig file."""
+
+    path: str
+    stable_path: str
+    description: str
+    hardware: str
+    """USB vendor, product and serial number as the system prints them; empty where it knows none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A device that was asked who it is, by its table in the rig file."""
+
+    key: str
+    told: str = ""
+    trouble: str = ""
+    """Why there is no answer, or why it is the wrong one."""
+
+
+def serial_ports(by_id: Path = BY_ID) -> list[SerialPort]:
+    """All serial ports, in the order of their paths. Nothing is opened."""
+    stable = stable_paths(by_id)
+    return [
+        SerialPort(
+            path=port.device,
+            stable_path=stable.get(port.device, port.device),
+            description=_known(port.description),
+            hardware=_known(port.hwid),
+        )
+        for port in sorted(comports(), key=lambda port: port.device)
+    ]
+
+
+def identify_each(description: RigDescription, rig_file: Path) -> list[Asked]:
+    """Every device of a rig asked who it is, line by line: one that does not answer keeps no other from being asked.
+
+    Nothing moves. Raises: RigBusy where somebody owns the rig.
+    """
+    with acquire([str(rig_file)], "devices"):
+        found = [asked for line in _lines(description) for asked in _asked(line)]
+    return [_judged(asked, expected(description)) for asked in found]
+
+
+def _lines(description: RigDescription) -> Iterator[RigDescription]:
+    """The rig with the devices of one line only, for every line."""
+    nothing: dict[str, object] = {"axes": {}, "readouts": {}, "environment": {}, "streams": {}, "field": {}}
+    for names in axis_lines(description.axes):
+        only: dict[str, object] = {"axes": {name: description.axes[name] for name in names}}
+        yield description.model_copy(update=nothing | only)
+    for table in ("readouts", "environment", "streams", "field"):
+        for name, device in getattr(description, table).items():
+            yield description.model_copy(update=nothing | {table: {name: device}})
+
+
+def _asked(line: RigDescription) -> list[Asked]:
+    """The devices of one line; where the line itself cannot be opened, that is what each of them has to say."""
+    try:
+        with open_rig(line) as rig:
+            return [_answer(key, device) for key, device in rig.by_table().items()]
+    except RigBusy:
+        raise
+    except RigError as error:
+        return [Asked(key, trouble=str(error)) for key in drivers_of(line)]
+
+
+def _answer(key: str, device: Identifiable) -> Asked:
+    try:
+        return Asked(key, device.identify())
+    except RigError as error:
+        return Asked(key, trouble=str(error))
+
+
+def _judged(asked: Asked, expected_of: dict[str, str]) -> Asked:
+    try:
+        require_expected(expected_of, {asked.key: asked.told} if asked.told else {})
+    except RequestRefused as stranger:
+        return Asked(asked.key, asked.told, str(stranger))
+    return asked
+
+
+def stable_paths(by_id: Path) -> dict[str, str]:
+    """Device path to its link under ``by_id``; empty where the system keeps none."""
+    if not by_id.is_dir():
+        return {}
+    return {str(link.resolve()): str(link) for link in sorted(by_id.iterdir())}
+
+
+def visa_resources(library: str = "") -> list[str] | None:
+    """Names of the instruments a VISA library knows; None when there is no VISA here. Nothing is opened."""
+    try:
+        manager = open_manager(library, "visa")
+    except RequestRefused:
+        return None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # pyvisa-py warns of each optional package that it would also search with
+            return sorted(manager.list_resources("?*"))
+    finally:
+        manager.close()
+
+
+def _known(text: str | None) -> str:
+    return "" if text in (None, "n/a") else str(text)

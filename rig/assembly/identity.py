@@ -1,0 +1,48 @@
+"""Whether the devices that answer are those that the rig file means: by what they say of themselves, not by their port.
+
+A port says where a cable is plugged in, and cables change places. So a rig file may state, for every device, a part of
+what it answers to the question who it is; best its serial number.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Protocol
+
+from rig.description.rig_file import RigDescription
+from rig.errors import RequestRefused
+
+
+class Identifiable(Protocol):
+    """Any device."""
+
+    def identify(self) -> str: ...
+
+
+def expected(description: RigDescription) -> dict[str, str]:
+    """What devices must say, by table (``axes.pitch``). Twins have no serial numbers: nothing is expected of them."""
+    return {} if description.is_simulated else dict(_stated(description))
+
+
+def require_expected(expected: Mapping[str, str], told: Mapping[str, str]) -> None:
+    """Raises: RequestRefused naming every device that is another one, and whose it is where that can be told."""
+    wrong = [_sentence(key, expected, told) for key in told if key in expected and expected[key] not in told[key]]
+    if wrong:
+        raise RequestRefused(f"{'; '.join(wrong)}; nothing moved; put the cables right, or correct the rig file")
+
+
+def _stated(description: RigDescription) -> Iterator[tuple[str, str]]:
+    for table, devices in (
+        ("axes", description.axes),
+        ("readouts", description.readouts),
+        ("environment", description.environment),
+        ("streams", description.streams),
+    ):
+        for name, device in devices.items():
+            if device.identity is not None:
+                yield f"{table}.{name}", device.identity
+
+
+def _sentence(key: str, expected: Mapping[str, str], told: Mapping[str, str]) -> str:
+    owner = next((other for other, text in expected.items() if other != key and text in told[key]), None)
+    whose = "" if owner is None else f", which is {owner}: their cables changed places"
+    allowed = f"allowed is one with {expected[key]!r} ({key}: identity)"
+    return f"{key}: another device answers: got {told[key]!r}{whose}, {allowed}"

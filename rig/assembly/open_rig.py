@@ -1,0 +1,261 @@
+"""The one place that chooses: real device or twin, which clock, which chance; and that owns the rig's locks.
+
+Everything is opened together or not at all, and given back in the opposite order.
+"""
+
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import cast
+
+from rig.assembly.faulty_lines import with_faults
+from rig.assembly.identity import Identifiable, expected, require_expected
+from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
+from rig.crash_points import refuse_crash_points
+from rig.description.device_settings import TWIN_PORT
+from rig.description.fault_plan import FaultPlan
+from rig.description.rig_file import RigDescription
+from rig.devices.abilities import Axis, Environment, Field, NoChance, Readout, Stream, TwinChance
+from rig.devices.cable import CableGuard, TurningAxis
+from rig.devices.cable_memory import memory_of
+from rig.drivers.open import open_axes, open_environment, open_field, open_readout, open_sample_stream
+from rig.drivers.twin_lines import axis_lines, twin_lines
+from rig.errors import DescriptionError, LinkLost
+from rig.lines.lock import RigLock, acquire
+from rig.lines.open_lines import Lines
+from rig.lines.recording import LineSource
+from rig.link.counts import ExchangeCounts
+from rig.link.gpib import port_of
+from rig.twins.control import RemoteChance
+from rig.twins.twin import Twin
+from rig.twins.world import World
+
+
+@dataclass(frozen=True)
+class Connected:
+    """The devices of a rig over lines that are open, and how to give the lines back."""
+
+    axes: Mapping[str, Axis]
+    readouts: Mapping[str, Readout]
+    environments: Mapping[str, Environment]
+    streams: Mapping[str, Stream]
+    fields: Mapping[str, Field]
+    chance: TwinChance
+    counts: Callable[[], Mapping[str, ExchangeCounts]]
+    lines: ExitStack
+
+
+class Rig:
+    """Open devices by the names of the rig file. A context manager."""
+
+    def __init__(
+        self,
+        description: RigDescription,
+        clock: Clock,
+        connect: Callable[[], Connected],
+        devices: Connected,
+        held: ExitStack,
+    ) -> None:
+        self.description = description
+        self.clock = clock
+        self._connect = connect
+        self._devices = devices
+        self._held = held
+
+    @property
+    def axes(self) -> Mapping[str, Axis]:
+        return self._devices.axes
+
+    @property
+    def readouts(self) -> Mapping[str, Readout]:
+        return self._devices.readouts
+
+    @property
+    def environments(self) -> Mapping[str, Environment]:
+        return self._devices.environments
+
+    @property
+    def streams(self) -> Mapping[str, Stream]:
+        return self._devices.streams
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        return self._devices.fields
+
+    @property
+    def chance(self) -> TwinChance:
+        return self._devices.chance
+
+    def link_counts(self) -> Mapping[str, ExchangeCounts]:
+        """What happened on every line since it was opened, by the table that it belongs to (``axes.pitch``), and by
+        device where several share one (``axes.pitch, unit 2``)."""
+        return self._devices.counts()
+
+    def reconnect(self) -> None:
+        """Close every line and open it again, with drivers that remember nothing; locks and twins stay.
+
+        Nothing moves. Where it fails, the lines are closed and it can be tried again. Raises as :func:`open_rig`.
+        """
+        self._close_lines()
+        self._devices = self._connect()
+
+    def identities(self) -> dict[str, str]:
+        """Who every device says it is, by table (``axes.pitch``).
+
+        Raises: DeviceSilent, DeviceNonsense, LinkLost, RequestRefused where one is not the one that the file means.
+        """
+        told = {key: device.identify() for key, device in self.by_table().items()}
+        require_expected(expected(self.description), told)
+        return told
+
+    def require_identities(self) -> None:
+        """Ask those who they are of whom the file states it. Raises as :meth:`identities`."""
+        stated, devices = expected(self.description), self.by_table()
+        require_expected(stated, {key: devices[key].identify() for key in stated})
+
+    def by_table(self) -> dict[str, Identifiable]:
+        """Every device by its table in the rig file (``axes.pitch``)."""
+        tables: dict[str, Mapping[str, Axis | Readout | Environment | Stream | Field]] = {
+            "axes": dict(self.axes),
+            "readouts": dict(self.readouts),
+            "environment": dict(self.environments),
+            "streams": dict(self.streams),
+            "field": dict(self.fields),
+        }
+        return {f"{table}.{name}": device for table, devices in tables.items() for name, device in devices.items()}
+
+    def close(self) -> None:
+        """Give ports and locks back; closing twice is harmless. Nothing is moved or stopped."""
+        try:
+            self._close_lines()
+        finally:
+            self._held.close()
+
+    def _close_lines(self) -> None:
+        """A port that is gone cannot be closed properly, and need not be."""
+        with suppress(LinkLost):
+            self._devices.lines.close()
+
+    def __enter__(self) -> "Rig":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def open_rig(
+    description: RigDescription,
+    *,
+    clock: Clock | None = None,
+    rig_file: Path | None = None,
+    purpose: str = "calrig",
+    line_source: LineSource | None = None,
+    faults: FaultPlan | None = None,
+    tell_fault: Callable[[str], None] = lambda _sentence: None,
+) -> Rig:
+    """Lock and open everything that the description names; nothing moves.
+
+    ``line_source`` (:mod:`rig.lines.recording`) records or replays the lines.
+    ``faults`` go wrong on the twins' lines, and ``tell_fault`` hears of each.
+    ``rig_file`` is locked as well where given, so that two commands do not drive twins of one file. Raises: RigBusy,
+    LinkLost, DescriptionError, and what a device says at its first question.
+    """
+    refuse_crash_points(real_ports(description))
+    clock = clock or choose_clock(description)
+    with ExitStack() as held:
+        lock_rig(description, rig_file, purpose, held)
+        world = World(description) if description.uses_twins else None
+        served = twin_lines(description, world) if world else []
+        if faults is not None and world is not None:
+            served = with_faults(served, faults, world, clock.monotonic_s(), tell_fault)
+        twins = {key: line.twin for line in served for key in line.keys}
+
+        def connect() -> Connected:
+            return _connected(description, clock, world, twins, line_source)
+
+        return Rig(description, clock, connect, connect(), held.pop_all())
+
+
+def _connected(
+    description: RigDescription,
+    clock: Clock,
+    world: World | None,
+    twins: Mapping[str, Twin],
+    line_source: LineSource | None,
+) -> Connected:
+    """Every device over lines of its own, or none open."""
+    with ExitStack() as opened:
+        lines = Lines(clock, twins, line_source, opened)
+        found: dict[str, Axis] = {}
+        for names in axis_lines(description.axes):
+            found |= open_axes({name: description.axes[name] for name in names}, lines)
+        found = {name: guarded(axis, description, name) for name, axis in found.items()}
+        return Connected(
+            axes={name: found[name] for name in description.axes},
+            readouts={
+                name: open_readout(name, settings, lines, clock) for name, settings in description.readouts.items()
+            },
+            environments={
+                name: open_environment(name, settings, lines) for name, settings in description.environment.items()
+            },
+            streams={
+                name: open_sample_stream(name, settings, lines, clock) for name, settings in description.streams.items()
+            },
+            fields={name: open_field(name, settings, lines) for name, settings in description.field.items()},
+            chance=world or _remote_chance(description, lines),
+            counts=lines.counts,
+            lines=opened.pop_all(),
+        )
+
+
+def guarded(axis: Axis, description: RigDescription, name: str) -> Axis:
+    """An axis whose cables wind up remembers how far. Raises: DescriptionError where the memory cannot be read."""
+    settings = description.axes[name]
+    if settings.wrap_turns is None or settings.turning != "revolves":
+        return axis
+    memory = memory_of(description.rig.name, name, settings)
+    return CableGuard(cast("TurningAxis", axis), settings.wrap_turns, memory)
+
+
+def choose_clock(description: RigDescription) -> Clock:
+    """Virtual, real or scaled, as ``[twin] time`` says. Raises: DescriptionError for virtual time at real ports."""
+    twin = description.twin
+    if twin is None or not description.is_simulated:
+        return SystemClock()
+    if isinstance(twin.time, float):
+        return ScaledClock(twin.time)
+    if twin.time == "real" or not description.uses_twins:
+        return SystemClock()
+    if real_ports(description):
+        raise DescriptionError(
+            f"twin: time: 'virtual' cannot be kept at a real port ({real_ports(description)[0]});"
+            ' put every device on its twin, or set time = "real"'
+        )
+    return VirtualClock(SystemClock().now_utc())
+
+
+def real_ports(description: RigDescription) -> list[str]:
+    """Every port that will really be opened, each once."""
+    ports = [axis.port for axis in description.axes.values()]
+    ports += [chamber.port for chamber in description.environment.values()]
+    ports += [stream.port for stream in description.streams.values()]
+    ports += [coil.port for coil in description.field.values()]
+    for readout in description.readouts.values():
+        resources = (getattr(readout, "resource", None), getattr(readout, "scanner_resource", None))
+        ports += [port_of(resource) for resource in resources if resource is not None]
+    return [port for port in dict.fromkeys(ports) if port != TWIN_PORT]
+
+
+def lock_rig(description: RigDescription, rig_file: Path | None, purpose: str, held: ExitStack) -> RigLock:
+    """Every real port and the rig file, until ``held`` closes. Raises: RigBusy naming the owner."""
+    resources = real_ports(description) + ([str(rig_file)] if rig_file is not None else [])
+    return held.enter_context(acquire(resources, purpose))
+
+
+def _remote_chance(description: RigDescription, lines: Lines) -> TwinChance:
+    control = description.twin.control if description.twin else None
+    return RemoteChance(lines.stream("twin.control", control)) if control else NoChance()

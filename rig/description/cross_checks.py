@@ -1,0 +1,189 @@
+"""References of a rig file: from one table to another, and to what lies outside the file."""
+
+from collections.abc import Iterable
+
+from rig.description.device_settings import TWIN_PORT
+from rig.description.rig_file import RigDescription
+from rig.errors import DescriptionError, RequestRefused
+from rig.link.gpib import parse_resource, port_of
+from rig.toml_file import TomlFile
+from rig.wire.table_dialect import dialect_name, load_dialect
+
+OVER_RANGE = 1.2
+"""Meters read this much of their range before they overload."""
+
+
+def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """What no single table can know: references between tables and to other files."""
+    channels = {f"{name}.{channel}" for name, readout in rig.readouts.items() for channel in readout.channel_names()}
+    streamed = {f"{name}.{channel}" for name, stream in rig.streams.items() for channel in stream.channel_names()}
+    if not channels | streamed:
+        yield file.complaint((), "no [readouts.NAME] and no [streams.NAME]: nothing could be measured; declare one")
+    yield from _unknown_channels(file, rig, channels, channels | streamed)
+    yield from _names_twice(file, rig)
+    yield from _undeclared_sensitivities(file, rig, channels)
+    yield from _unusable_reference(file, rig, streamed)
+    yield from _ranges_too_small(file, rig)
+    yield from _unknown_interlocks(file, rig, channels)
+    yield from _unknown_standards(file, rig)
+    yield from _axis_twice(file, rig)
+    yield from _unusable_dialects(file, rig)
+    yield from _unusable_resources(file, rig)
+    if rig.uses_twins:
+        yield from _missing_truth(file, rig)
+    if not rig.uses_twins and rig.twin is not None and rig.twin.control is None:
+        yield file.complaint(
+            ("twin",), 'stands there, but no port says "twin" and no control address is given; remove it'
+        )
+
+
+def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str], sensed: set[str]) -> Iterable[str]:
+    """``sensed``: what a sensor's output may be, streams included."""
+    allowed, allowed_outputs = ", ".join(sorted(known)), ", ".join(sorted(sensed))
+    taken: dict[str, str] = {}
+    for serial, sensor in rig.sensors.items():
+        for axis, channel in sensor.channels.items():
+            key = ("sensors", serial, "channels", axis)
+            if channel not in sensed:
+                yield file.complaint(key, f"no channel {channel!r} (allowed: {allowed_outputs})")
+            elif channel in taken:
+                yield file.complaint(key, f"channel {channel!r} already belongs to {taken[channel]}")
+            taken[channel] = f"{serial}.{axis}"
+        if sensor.temperature and sensor.temperature.channel not in known:
+            yield file.complaint(
+                ("sensors", serial, "temperature"), f"no channel {sensor.temperature.channel!r} (allowed: {allowed})"
+            )
+    for channel, chain in rig.chain.items():
+        if channel not in known:
+            yield file.complaint(("chain", channel), f"no channel {channel!r} (allowed: {allowed})")
+        if chain.load_resistor_at is not None and chain.load_resistor_at not in rig.environment:
+            allowed_places = ", ".join(sorted(rig.environment)) or "none"
+            yield file.complaint(
+                ("chain", channel, "load_resistor_at"),
+                f"no environment {chain.load_resistor_at!r} (allowed: {allowed_places})",
+            )
+        if chain.supply_channel is not None and chain.supply_channel not in known:
+            yield file.complaint(
+                ("chain", channel, "supply_channel"), f"no channel {chain.supply_channel!r} (allowed: {allowed})"
+            )
+
+
+def _names_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    for name in set(rig.readouts) & set(rig.streams):
+        yield file.complaint(
+            ("streams", name), f"a readout is called {name!r} as well; its channels would be ambiguous"
+        )
+
+
+def _undeclared_sensitivities(file: TomlFile, rig: RigDescription, voltages: set[str]) -> Iterable[str]:
+    """The polarity of an accelerometer that is read in volts is declared, never guessed."""
+    for serial, sensor in rig.sensors.items():
+        read_in_volts = voltages & set(sensor.channels.values())
+        if sensor.measures == "acceleration" and read_in_volts and sensor.nominal_sensitivity_v_per_g == 0.0:
+            yield file.complaint(
+                ("sensors", serial, "nominal_sensitivity_v_per_g"),
+                "nominal_sensitivity_v_per_g must not be 0; its sign declares the polarity",
+            )
+
+
+def _unusable_reference(file: TomlFile, rig: RigDescription, streamed: set[str]) -> Iterable[str]:
+    reference = rig.attitude_reference
+    for axis, channel in reference.channels.items() if reference else ():
+        key = ("attitude_reference", "channels", axis)
+        if axis not in rig.axes:
+            yield file.complaint(key, f"the rig has no axis {axis!r} (it has: {', '.join(rig.axes)})")
+        if channel not in streamed:
+            allowed = ", ".join(sorted(streamed)) or "none"
+            yield file.complaint(key, f"no streamed channel {channel!r} (allowed: {allowed})")
+
+
+def _ranges_too_small(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """One g must fit into the range, which never changes inside a run."""
+    for serial, sensor in rig.sensors.items():
+        for axis, channel in sensor.channels.items():
+            readout, _, name = channel.partition(".")
+            entry = getattr(rig.readouts.get(readout), "channels", {}).get(name)
+            range_v = getattr(entry, "range_v", None)
+            if range_v is not None and OVER_RANGE * range_v < abs(sensor.nominal_sensitivity_v_per_g):
+                yield file.complaint(
+                    ("readouts", readout, "channels", name, "range_v"),
+                    f"got {range_v:g} V, but {serial}.{axis} is declared to make "
+                    f"{abs(sensor.nominal_sensitivity_v_per_g):g} V at one g; choose a larger range",
+                )
+
+
+def _unknown_interlocks(file: TomlFile, rig: RigDescription, channels: set[str]) -> Iterable[str]:
+    for kind, watched, known in (
+        ("temperature", rig.interlocks.temperature, set(rig.environment)),
+        ("voltage", rig.interlocks.voltage, channels),
+    ):
+        for name in watched:
+            if name not in known:
+                allowed = ", ".join(sorted(known)) or "none"
+                yield file.complaint(("interlocks", kind, name), f"nothing of that name (allowed: {allowed})")
+
+
+def _unknown_standards(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    tables: list[tuple[tuple[str, ...], str | None]] = [
+        *((("axes", name), axis.standard) for name, axis in rig.axes.items()),
+        *((("readouts", name), readout.standard) for name, readout in rig.readouts.items()),
+        *((("environment", name), chamber.standard) for name, chamber in rig.environment.items()),
+        *((("chain", name), chain.standard) for name, chain in rig.chain.items()),
+        *((("streams", name), stream.standard) for name, stream in rig.streams.items()),
+        *((("field", name), coil.standard) for name, coil in rig.field.items()),
+        (("attitude_reference",), rig.attitude_reference.standard if rig.attitude_reference else None),
+    ]
+    for key, standard in tables:
+        if standard is not None and standard not in rig.standards:
+            known = ", ".join(rig.standards) or "none is declared"
+            yield file.complaint((*key, "standard"), f"no standard {standard!r} (allowed: {known})")
+
+
+def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """Two axes of one controller need two numbers; two twins without numbers are two controllers."""
+    taken: dict[tuple[str, str, int], str] = {}
+    for name, axis in rig.axes.items():
+        address = (axis.driver, axis.port, axis.axis)
+        if axis.port != TWIN_PORT and address in taken:
+            yield file.complaint(("axes", name, "axis"), f"axis {axis.axis} at {axis.port} is already {taken[address]}")
+        taken[address] = name
+
+
+def _missing_truth(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    if rig.twin is None:
+        yield file.complaint((), 'a port says "twin", so a [twin] table with [twin.truth.SENSOR.AXIS] is needed')
+        return
+    for serial, sensor in rig.sensors.items():
+        for axis in sensor.channels:
+            if axis not in rig.twin.truth.get(serial, {}):
+                yield file.complaint(
+                    ("twin",), f"[twin.truth.{serial}.{axis}] is missing; the twin needs the sensor's truth"
+                )
+    for serial in rig.twin.truth:
+        if serial not in rig.sensors:
+            yield file.complaint(("twin", "truth", serial), f"no sensor {serial!r} (allowed: {', '.join(rig.sensors)})")
+
+
+def _unusable_dialects(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """A table's grammar is read before any port is opened."""
+    for name, axis in rig.axes.items():
+        if "dialect" not in type(axis).model_fields:
+            continue
+        dialect = getattr(axis, "dialect", None)
+        try:
+            load_dialect(dialect and dialect_name(dialect, file.path.parent), axis.increment_deg)
+        except DescriptionError as error:
+            yield file.complaint(("axes", name, "dialect" if dialect else "increment_deg"), str(error))
+
+
+def _unusable_resources(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    for name, readout in rig.readouts.items():
+        for key in ("resource", "scanner_resource"):
+            resource = getattr(readout, key, None)
+            if resource is None:
+                continue
+            has_scanner = "scanner_resource" in type(readout).model_fields  # such a meter is on a bus
+            try:
+                parse_resource(resource, 0) if has_scanner else port_of(resource)
+            except RequestRefused as error:
+                yield file.complaint(("readouts", name, key), str(error))

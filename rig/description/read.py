@@ -1,0 +1,72 @@
+"""Read a rig file into frozen values."""
+
+from functools import reduce
+from operator import or_
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationError, create_model
+
+from rig.description.cross_checks import complaints_about_references
+from rig.description.device_settings import AxisSettings
+from rig.description.driver_names import Ability, settings_classes
+from rig.description.earlier_versions import as_stored_now
+from rig.description.rig_file import Name, RigDescription
+from rig.description.twin_truth import AxisTruth as AxisTruth
+from rig.description.twin_truth import AxisTwin as AxisTwin
+from rig.description.twin_truth import TwinBase as TwinBase
+from rig.description.twin_truth import TwinEnvironment as TwinEnvironment
+from rig.description.twin_truth import TwinSection as TwinSection
+from rig.description.twin_truth import TwinStream as TwinStream
+from rig.errors import DescriptionError
+from rig.toml_file import read_toml
+from rig.wire.table_dialect import dialect_name
+
+
+def read_rig(path: Path) -> RigDescription:
+    """Read and check a rig file. Raises: DescriptionError naming file, line and key of every mistake."""
+    file = read_toml(path)
+    description = file.validate(_file_model())
+    complaints = list(complaints_about_references(file, description))
+    if complaints:
+        raise type(file.error((), ""))("\n".join(complaints))
+    return description.model_copy(update={"axes": _dialects_found(description.axes, path.parent)})
+
+
+def _file_model() -> type[RigDescription]:
+    """RigDescription with the tables of the installed drivers in place of their bases."""
+    fields: dict[str, Any] = {
+        "axes": (dict[Name, _driver_table("axes")], Field(min_length=1)),  # type: ignore[misc]
+        "readouts": (dict[Name, _driver_table("readouts")], {}),  # type: ignore[misc]
+        "environment": (dict[Name, _driver_table("environments")], {}),  # type: ignore[misc]
+        "streams": (dict[Name, _driver_table("streams")], {}),  # type: ignore[misc]
+        "field": (dict[Name, _driver_table("fields")], {}),  # type: ignore[misc]
+    }
+    return create_model("RigFile", __base__=RigDescription, **fields)
+
+
+def _driver_table(ability: Ability) -> Any:
+    classes = tuple(settings_classes(ability).values())
+    return Annotated[reduce(or_, classes), Field(discriminator="driver")] if len(classes) > 1 else classes[0]
+
+
+def _dialects_found(axes: dict[str, AxisSettings], folder: Path) -> dict[str, AxisSettings]:
+    """A dialect file is named relative to the rig file."""
+    return {
+        name: axis.model_copy(update={"dialect": dialect_name(dialect, folder)})
+        if (dialect := getattr(axis, "dialect", None))
+        else axis
+        for name, axis in axes.items()
+    }
+
+
+def rig_from_json(text: str) -> RigDescription:
+    """A description that ``model_dump_json`` wrote, as a journal keeps it. Raises: DescriptionError."""
+    try:
+        return _file_model().model_validate_json(as_stored_now(text))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise DescriptionError(
+            f"stored rig description: {where}: {first['msg']}; use the calrig that wrote it"
+        ) from None

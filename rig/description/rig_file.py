@@ -1,0 +1,268 @@
+"""``rig.toml`` as one frozen value: what is connected, where, with which limits and standards.
+
+Everything is checked here before any port is opened; nothing here opens one.
+"""
+
+from collections.abc import Iterable
+from datetime import date
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field, model_validator
+
+from rig.description.device_settings import (
+    TWIN_PORT,
+    AxisSettings,
+    EnvironmentSettings,
+    FieldSettings,
+    NotNegative,
+    Positive,
+    ReadoutSettings,
+    StreamSettings,
+)
+from rig.description.interlocks import Interlocks
+from rig.description.signal_chain import Chain
+from rig.description.twin_truth import AxisTruth as AxisTruth
+from rig.description.twin_truth import AxisTwin as AxisTwin
+from rig.description.twin_truth import ReadingTruth
+from rig.description.twin_truth import TwinBase as TwinBase
+from rig.description.twin_truth import TwinEnvironment as TwinEnvironment
+from rig.description.twin_truth import TwinSection as TwinSection
+from rig.description.twin_truth import TwinStream as TwinStream
+from rig.toml_file import StrictTable
+
+SENSOR_AXES = ("x", "y", "z")
+PACKAGES = {"single-axis package": 1, "two-axis package": 2, "three-axis package": 3}
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 _.+-]{0,63}$")]
+
+
+def _signed(name: str, axis: str) -> int:
+    return 0 if name[1] != axis else (1 if name[0] == "+" else -1)
+
+
+def _determinant(rows: list[list[int]]) -> int:
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+
+
+class RigSection(StrictTable):
+    """``[rig]``: the place."""
+
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    gravity_mps2: Annotated[float, Field(ge=9.7, le=9.9)]
+    gravity_source: str = ""
+    gravity_uncertainty_mps2: NotNegative = 0.0
+    latitude_deg: Annotated[float, Field(ge=-90.0, le=90.0)] | None = None
+
+
+class Standard(StrictTable):
+    """``[standards.NAME]``: a certificate that uncertainty is taken from."""
+
+    serial: str
+    certificate: str
+    due: date
+    kind: Literal["limit", "standard", "expanded"] = "limit"
+    k: Positive = 2.0
+    """Coverage factor, used where ``kind = "expanded"``."""
+    correction_file: str | None = None
+    uncertainty_arcsec: NotNegative | None = None
+    uncertainty_v: NotNegative | None = None
+    uncertainty_degc: NotNegative | None = None
+    uncertainty_ohm: NotNegative | None = None
+
+
+class Mount(StrictTable):
+    """How the package sits on the table: which table axis each body axis points along."""
+
+    x: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = "+x"
+    y: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = "+y"
+    z: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = "+z"
+    datum: str = ""
+
+    @model_validator(mode="after")
+    def _right_handed_permutation(self) -> "Mount":
+        rows = [[_signed(name, axis) for axis in SENSOR_AXES] for name in (self.x, self.y, self.z)]
+        if _determinant(rows) != 1:
+            raise ValueError("mount must be a right-handed signed permutation of x, y and z")
+        return self
+
+
+class SensorTemperature(StrictTable):
+    """The sensor's own temperature channel and its conversion: T = offset + slope × volts."""
+
+    channel: str
+    offset_degc: float
+    slope_degc_per_v: float
+
+
+class Sensor(StrictTable):
+    """``[sensors.SERIAL]``: one package under calibration."""
+
+    model: Literal["single-axis package", "two-axis package", "three-axis package"]
+    measures: Literal["acceleration", "rate", "field"] = "acceleration"
+    channels: dict[Literal["x", "y", "z"], str] = Field(min_length=1)
+    """Axis to ``readout.channel`` or ``stream.channel``."""
+    nominal_sensitivity_v_per_g: float = 0.0
+    """Of accelerometers behind a readout; its sign declares the polarity."""
+    mount: Mount = Mount()
+    temperature: SensorTemperature | None = None
+    check_sensor: bool = False
+    """A permanent check sensor: calibrated with every run, never released."""
+
+    @model_validator(mode="after")
+    def _as_many_channels_as_the_model_has(self) -> "Sensor":
+        if len(self.channels) != PACKAGES[self.model]:
+            raise ValueError(f"a {self.model} has {PACKAGES[self.model]} channels, got {', '.join(self.channels)}")
+        if self.measures != "acceleration" and self.nominal_sensitivity_v_per_g != 0.0:
+            raise ValueError(
+                f"nominal_sensitivity_v_per_g has no meaning for a sensor that measures {self.measures}; remove it"
+            )
+        return self
+
+
+class AttitudeReference(StrictTable):
+    """``[attitude_reference]``: a sensor of known uncertainty that tells the attitude better than the axes do."""
+
+    channels: dict[Literal["pitch", "yaw", "roll"], str] = Field(min_length=1)
+    """Axis to ``stream.channel`` with the unit deg."""
+    uncertainty_deg: Positive
+    """Standard uncertainty of an attitude that it tells."""
+    samples: Annotated[int, Field(ge=2, le=100_000)] = 10
+    closes_loop: bool = False
+    """Correct the axes until the reference says that the attitude is reached."""
+    tolerance_deg: Positive = 0.1
+    corrections: Annotated[int, Field(ge=1, le=20)] = 5
+    """At most so many a dwell."""
+    standard: str | None = None
+
+
+class LevelReading(StrictTable):
+    """A reading of the base's level."""
+
+    about_pitch_arcsec: float
+    about_roll_arcsec: float
+    taken: str = ""
+
+
+class Level(StrictTable):
+    """``[level]``: the base before and after."""
+
+    instrument: str = ""
+    uncertainty_arcsec: NotNegative = 0.0
+    """Of the instrument: a limit."""
+    before: LevelReading | None = None
+    after: LevelReading | None = None
+
+
+class Job(StrictTable):
+    """``[job]``: what the certificate asks for."""
+
+    number: str = ""
+    customer: str = ""
+    item: str = ""
+    received: date | None = None
+    remarks: str = ""
+
+
+class Laboratory(StrictTable):
+    """``[laboratory]``: who calibrates."""
+
+    name: str
+    address: str = ""
+    country_code: Annotated[str, Field(pattern=r"^[A-Z]{2}$")] | None = None
+    """ISO 3166-1, asked for by the Digital Calibration Certificate."""
+    accreditation: str = ""
+    capability_deg: Positive | None = None
+    """The smallest expanded uncertainty the laboratory may state."""
+
+
+class Acceptance(StrictTable):
+    """``[acceptance]``: what the sensor must meet."""
+
+    pitch_limit_deg: Positive | None = None
+    roll_limit_deg: Positive | None = None
+    decision_rule: Literal["simple", "guard-band"] = "guard-band"
+
+
+class RigDescription(StrictTable):
+    """The whole file. Built by :func:`read_rig`, which knows the installed drivers."""
+
+    rig: RigSection
+    axes: dict[Name, AxisSettings] = Field(min_length=1)
+    readouts: dict[Name, ReadoutSettings] = {}
+    environment: dict[Name, EnvironmentSettings] = {}
+    streams: dict[Name, StreamSettings] = {}
+    field: dict[Name, FieldSettings] = {}
+    attitude_reference: AttitudeReference | None = None
+    sensors: dict[Name, Sensor] = Field(min_length=1)
+    standards: dict[Name, Standard] = {}
+    level: Level = Level()
+    chain: dict[str, Chain] = {}
+    job: Job = Job()
+    laboratory: Laboratory | None = None
+    acceptance: Acceptance = Acceptance()
+    interlocks: Interlocks = Interlocks()
+    approved_by: str | None = None
+    twin: TwinSection | None = None
+
+    @property
+    def uses_twins(self) -> bool:
+        """True where at least one device is a twin in this process."""
+        return any(_is_twin(device) for device in self._devices())
+
+    @property
+    def is_simulated(self) -> bool:
+        """True where what is measured is a twin, in this process or behind ports."""
+        return self.uses_twins or (self.twin is not None and self.twin.control is not None)
+
+    def all_on_twins(self) -> "RigDescription":
+        """The same rig with every device replaced by its twin, in virtual time: what ``--rehearse`` runs on."""
+        twin = (self.twin or TwinSection()).model_copy(update={"time": "virtual", "control": None})
+        return self.model_copy(
+            update={
+                "axes": {name: _on_twin(axis) for name, axis in self.axes.items()},
+                "readouts": {name: _on_twin(readout) for name, readout in self.readouts.items()},
+                "environment": {name: _on_twin(chamber) for name, chamber in self.environment.items()},
+                "streams": {name: _on_twin(stream) for name, stream in self.streams.items()},
+                "field": {name: _on_twin(coil) for name, coil in self.field.items()},
+                "twin": twin.model_copy(update={"truth": _truth_or_nominal(self.sensors, twin.truth)}),
+            }
+        )
+
+    def _devices(self) -> Iterable[BaseModel]:
+        yield from self.axes.values()
+        yield from self.readouts.values()
+        yield from self.environment.values()
+        yield from self.streams.values()
+        yield from self.field.values()
+
+
+def _is_twin(device: BaseModel) -> bool:
+    return TWIN_PORT in (getattr(device, "port", None), getattr(device, "resource", None))
+
+
+def _on_twin(device: BaseModel) -> BaseModel:
+    fields = type(device).model_fields
+    addresses = [name for name in ("port", "resource", "scanner_resource") if name in fields]
+    return device.model_copy(update=dict.fromkeys(addresses, TWIN_PORT))
+
+
+def _truth_or_nominal(sensors: dict[str, Sensor], truth: dict[str, dict[Any, AxisTruth]]) -> dict[str, Any]:
+    """A rehearsal needs a truth: the file's, or the nominal sensor with a small misalignment and noise."""
+    return {
+        serial: {axis: truth.get(serial, {}).get(axis) or _nominal(sensor) for axis in sensor.channels}
+        for serial, sensor in sensors.items()
+    }
+
+
+def _nominal(sensor: Sensor) -> AxisTruth:
+    """One of the channel's units for one of what is measured, where nothing is declared."""
+    sensitivity_v_per_g = sensor.nominal_sensitivity_v_per_g
+    if sensitivity_v_per_g == 0.0:
+        return AxisTruth(reading=ReadingTruth(per_unit=1.0, noise=0.01), coning_deg=0.3, azimuth_deg=40.0)
+    return AxisTruth(
+        offset_v=0.002 * abs(sensitivity_v_per_g),
+        sensitivity_v_per_g=sensitivity_v_per_g,
+        coning_deg=0.3,
+        azimuth_deg=40.0,
+        noise_v=8e-6 * abs(sensitivity_v_per_g),
+    )

@@ -1,0 +1,121 @@
+"""How far the cables of an axis are wound, kept where a kill, a restart and a power cut find it again.
+
+One small file an axis in the user's state folder, written whole and synced before an axis turns and when it rests. It
+is named by the rig, the axis and its port: another machine has another memory. Twins in this process have none to
+keep; they begin unwound with the process.
+"""
+
+import json
+import os
+import secrets
+from dataclasses import asdict, dataclass
+from hashlib import blake2b
+from pathlib import Path
+from typing import Protocol
+
+from platformdirs import user_state_path
+
+from rig.description.device_settings import TWIN_PORT, AxisSettings
+from rig.errors import DescriptionError
+
+FORMAT = "calrig cable 1"
+
+
+@dataclass(frozen=True, slots=True)
+class Winding:
+    """What is known of one axis."""
+
+    wound_deg: float
+    """Cumulative angle from where the cables hang free, at the last look."""
+    read_deg: float
+    """What the machine's own read-back was then."""
+    is_turning: bool
+    """It was about to turn: since then it may have gone on."""
+    is_lost: bool = False
+    """It turned when the machine lost its count: nobody knows."""
+
+
+class CableMemory(Protocol):
+    """Keeps the winding of one axis."""
+
+    place: str
+    """Where it is kept, for messages."""
+
+    def read(self) -> Winding | None:
+        """None where nothing was ever kept. Raises: DescriptionError where it cannot be read."""
+
+    def write(self, winding: Winding) -> None:
+        """Raises: DescriptionError where it cannot be kept."""
+
+
+class Unkept:
+    """A :class:`CableMemory` that ends with its process."""
+
+    place = "this process"
+
+    def __init__(self) -> None:
+        self._winding: Winding | None = None
+
+    def read(self) -> Winding | None:
+        return self._winding
+
+    def write(self, winding: Winding) -> None:
+        self._winding = winding
+
+
+class KeptInFile:
+    """A :class:`CableMemory` in one file."""
+
+    def __init__(self, path: Path) -> None:
+        self.place = str(path)
+        self._path = path
+
+    def read(self) -> Winding | None:
+        try:
+            document = json.loads(self._path.read_text(encoding="utf-8"))
+            if document.pop("format") != FORMAT:
+                raise ValueError("is of another version")
+            wound_deg, read_deg = float(document["wound_deg"]), float(document["read_deg"])
+            return Winding(wound_deg, read_deg, bool(document["is_turning"]), bool(document["is_lost"]))
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise DescriptionError(
+                f"{self._path}: cannot be read: {error}; nothing moved; unwind the cables by hand, then remove the file"
+            ) from None
+
+    def write(self, winding: Winding) -> None:
+        text = json.dumps({"format": FORMAT, **asdict(winding)})
+        partial = self._path.with_name(f".{self._path.name}.{secrets.token_hex(4)}")
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            with open(partial, "x", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(partial, self._path)
+            _sync(self._path.parent)
+        except OSError as error:
+            partial.unlink(missing_ok=True)
+            raise DescriptionError(
+                f"{self._path}: cannot be written: {error.strerror}; how far the cables are wound must be kept before"
+                " the axis turns; nothing was turned; free space or repair the folder"
+            ) from error
+
+
+def memory_of(rig: str, name: str, axis: AxisSettings, folder: Path | None = None) -> CableMemory:
+    """Where the winding of an axis is kept; ``folder``: by default in the user's state folder."""
+    if axis.port == TWIN_PORT:
+        return Unkept()
+    if folder is None:
+        folder = user_state_path("calrig") / "cables"
+    identity = blake2b(f"{rig}|{name}|{axis.driver}|{axis.port}|{axis.axis}".encode(), digest_size=8).hexdigest()
+    return KeptInFile(folder / f"{name}-{identity}.json")
+
+
+def _sync(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,69 @@
+"""The lines of an open rig: each port opened once, each adapter shared by its instruments, twins in memory."""
+
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+
+from rig.clock import Clock, SystemClock
+from rig.description.device_settings import TWIN_PORT
+from rig.lines.lock import canonical
+from rig.lines.recording import LineSource
+from rig.link.byte_stream import ByteStream
+from rig.link.counts import CountedStream, ExchangeCounts
+from rig.link.gpib import GpibBus, GpibResource
+from rig.link.memory import MemoryStream
+from rig.link.ports import open_stream
+from rig.link.prologix import PrologixBus
+from rig.link.visa import VisaBus
+from rig.twins.twin import Twin
+
+
+class Lines:
+    """Opens what drivers ask for and gives it back when ``opened`` closes. Keys are tables such as ``axes.pitch``."""
+
+    def __init__(self, clock: Clock, twins: Mapping[str, Twin], source: LineSource | None, opened: ExitStack) -> None:
+        self._clock = clock
+        self._twins = twins
+        self._source = source or _as_it_is
+        self._opened = opened
+        self._streams: dict[str, ByteStream] = {}
+        self._counted: dict[str, CountedStream] = {}
+        """By the table that opened the line."""
+        self._buses: dict[tuple[str, str], GpibBus] = {}
+
+    def stream(
+        self, key: str, port: str, baud_rate: int = 9600, *, parity: str = "N", rts_cts: bool = False
+    ) -> ByteStream:
+        """The line to ``port``; a twin's is in memory and its own. Raises: LinkLost, RigBusy, RequestRefused."""
+        name = f"twin of {key}" if port == TWIN_PORT else canonical(port)
+        if name not in self._streams:
+            stream = CountedStream(self._source(key, lambda: self._open(key, port, baud_rate, parity, rts_cts)))
+            self._opened.callback(stream.close)
+            self._streams[name] = stream
+            self._counted[key] = stream
+        return self._streams[name]
+
+    def counts(self) -> dict[str, ExchangeCounts]:
+        """What happened so far, by the table that opened the line, and by device where there are several on it."""
+        return {name: one for key, stream in self._counted.items() for name, one in stream.by_slave(key).items()}
+
+    def bus(self, key: str, resource: GpibResource) -> GpibBus:
+        """The controller that carries an instrument. Raises as :meth:`stream`, and DeviceSilent, DeviceNonsense."""
+        place = (key if resource.carrier == "twin" else resource.carrier, resource.port)
+        if place not in self._buses:
+            self._buses[place] = self._open_bus(key, resource)
+            self._opened.callback(self._buses[place].close)
+        return self._buses[place]
+
+    def _open(self, key: str, port: str, baud_rate: int, parity: str, rts_cts: bool) -> ByteStream:
+        if port == TWIN_PORT:
+            return MemoryStream(self._twins[key], self._clock, f"twin of {key}")
+        return open_stream(port, clock=SystemClock(), baud_rate=baud_rate, parity=parity, rts_cts=rts_cts, owner=key)
+
+    def _open_bus(self, key: str, resource: GpibResource) -> GpibBus:
+        if resource.carrier == "visa":
+            return VisaBus(resource.port, SystemClock())
+        return PrologixBus(self.stream(key, resource.port))
+
+
+def _as_it_is(_key: str, open_line: Callable[[], ByteStream]) -> ByteStream:
+    return open_line()

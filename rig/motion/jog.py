@@ -1,0 +1,210 @@
+"""Motion by hand and a look at the readings: the same limits, the same arrival, no screen.
+
+Every function needs an open rig, so the lock is held; every wait is the caller's, so a stop reaches the axis.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from rig.clock import Clock
+from rig.description.rig_file import RigDescription
+from rig.devices.abilities import Axis, Environment, RateAxis, Readout, TurnLook, Wait
+from rig.devices.cable import CableGuard
+from rig.devices.maestro import MaestroSettings
+from rig.devices.rates import MeasuredRate, measured_rate
+from rig.errors import RequestRefused
+from rig.motion.move import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state
+from rig.wire.pulses import PulseCalibration
+
+WHOLE_TURN_DEG = 360.0
+ROOM_S = 1.0
+"""A rate axis with limits is stopped so long before it would pass one, with half a second to brake."""
+_LOOK_S = 0.2
+
+
+class OpenRig(Protocol):
+    """What jogging needs of :class:`rig.assembly.open_rig.Rig`."""
+
+    @property
+    def description(self) -> RigDescription: ...
+    @property
+    def environments(self) -> Mapping[str, Environment]: ...
+    @property
+    def axes(self) -> Mapping[str, Axis]: ...
+    @property
+    def readouts(self) -> Mapping[str, Readout]: ...
+    @property
+    def clock(self) -> Clock: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A channel as the bench sees it."""
+
+    channel: str
+    mean_v: float
+    """NaN where every reading was an overload."""
+    standard_deviation_v: float
+    """NaN below two readings."""
+    samples: int
+    overloads: int
+
+
+def jog_to(rig: OpenRig, axis: str, target_deg: float, wait: Wait, tell: Tell = lambda _told: None) -> float:
+    """Go to an attitude; returns the read-back at rest, degrees. ``tell`` hears why a move is made again.
+
+    Raises as :func:`rig.motion.move.move_and_arrive`.
+    """
+    return move_and_arrive(_axis(rig, axis), target_deg, rig.clock, wait, tell)
+
+
+def jog_by(rig: OpenRig, axis: str, step_deg: float, wait: Wait, tell: Tell = lambda _told: None) -> float:
+    """Go ``step_deg`` further than the axis stands; it is sent as an absolute target."""
+    device = _axis(rig, axis)
+    here_deg = trusted_state(device).position_deg
+    return move_and_arrive(device, round(here_deg + step_deg, 9), rig.clock, wait, tell)
+
+
+def home(rig: OpenRig, axis: str, wait: Wait) -> float:
+    """Run the reference move; returns the read-back at rest, degrees."""
+    return home_and_arrive(_axis(rig, axis), rig.clock, wait)
+
+
+def stop(rig: OpenRig, axis: str | None) -> list[str]:
+    """Stop an axis, or every axis, and see it stand; returns which. Raises: DeviceFault, RequestRefused."""
+    names = list(rig.axes) if axis is None else [_axis(rig, axis).name]
+    stop_all({name: rig.axes[name] for name in names}, rig.clock)
+    return names
+
+
+def position_deg(rig: OpenRig, axis: str) -> float:
+    """Where an axis that may be moved stands now. Raises: RequestRefused, DeviceFault."""
+    return trusted_state(_axis(rig, axis)).position_deg
+
+
+def hold(rig: OpenRig, chamber: str, setpoint_degc: float) -> None:
+    """Write a chamber's setpoint and see it read back. Raises: RequestRefused."""
+    if chamber not in rig.environments:
+        raise RequestRefused(f"no chamber {chamber!r} (allowed: {', '.join(rig.environments)}); nothing was changed")
+    rig.environments[chamber].hold(setpoint_degc)
+
+
+def top_rate_dps(rig: OpenRig, axis: str) -> float:
+    """The largest rate of an axis; 0 where it only positions."""
+    device = _axis(rig, axis)
+    return float(getattr(device, "top_rate_dps", 0.0)) if hasattr(device, "start_rate") else 0.0
+
+
+def rate_axis(rig: OpenRig, axis: str) -> RateAxis:
+    """Raises: RequestRefused where the axis only positions."""
+    device = _axis(rig, axis)
+    if top_rate_dps(rig, axis) <= 0.0:
+        raise RequestRefused(
+            f"{axis}: this axis only goes to positions (axes.{axis}: driver, top_rate_dps); nothing moved"
+        )
+    return device  # type: ignore[return-value]  # it has the methods: top_rate_dps looked
+
+
+def require_room_to_turn(rig: OpenRig, axis: str, position_deg: float, rate_dps: float) -> None:
+    """Refuse to turn an axis with limits on towards the one that it would soon pass. Raises: RequestRefused.
+
+    Limits a whole turn or more apart are those of positions: an axis that turns on and on has none.
+    """
+    low_deg, high_deg = _axis(rig, axis).limits_deg
+    ahead_deg = position_deg + rate_dps * ROOM_S
+    if high_deg - low_deg < WHOLE_TURN_DEG and not low_deg <= ahead_deg <= high_deg:
+        raise RequestRefused(
+            f"{axis}: at {position_deg:g} deg, {rate_dps:+g} deg/s leads beyond the limits within {ROOM_S:g} s, allowed"
+            f" {low_deg:g} to {high_deg:g} deg (axes.{axis}: limits_deg); it is not turned on"
+        )
+
+
+def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: Wait) -> MeasuredRate:
+    """Turn at a rate for a time, then stop and see the axis stand; returns the rate as measured in the second half.
+
+    However it ends, the axis is stopped. Raises: RequestRefused before anything moved, DeviceFault, WaitEnded.
+    """
+    device = rate_axis(rig, axis)
+    device.check_rate(rate_dps)
+    require_room_to_turn(rig, axis, position_deg(rig, axis), rate_dps)
+    if isinstance(device, CableGuard):
+        device.require_room(rate_dps * duration_s)
+    begun_s = rig.clock.monotonic_s()
+    try:
+        device.start_rate(rate_dps)
+        looks = [device.turn_look(rig.clock)]
+        while rig.clock.monotonic_s() - begun_s < duration_s:
+            wait(min(_LOOK_S, duration_s))
+            looks.append(device.turn_look(rig.clock))
+            require_room_to_turn(rig, axis, looks[-1].angle_deg, rate_dps)
+        if len(looks) == 1:  # its answer took as long as the whole turn
+            looks.append(device.turn_look(rig.clock))
+    finally:
+        stop_all({axis: _axis(rig, axis)}, rig.clock)
+    return _steady_rate(looks)
+
+
+def _steady_rate(looks: Sequence[TurnLook]) -> MeasuredRate:
+    """Of the second half: in the first an axis gathers speed. What it turned is of the whole."""
+    middle_s = 0.5 * (looks[0].taken_s + looks[-1].taken_s)
+    first = [look for look in looks if look.taken_s <= middle_s][-1]
+    return replace(measured_rate(first, looks[-1]), turned_deg=looks[-1].angle_deg - looks[0].angle_deg)
+
+
+def wound_turns(rig: OpenRig, axis: str) -> float | None:
+    """Revolutions that the cables of an axis are wound; None where none wind up."""
+    device = _axis(rig, axis)
+    return device.wound_deg / WHOLE_TURN_DEG if isinstance(device, CableGuard) else None
+
+
+def pulse_of(rig: OpenRig, axis: str, attitude_deg: float) -> float | None:
+    """The pulse of a servo at an attitude, microseconds; None where the axis is no servo."""
+    settings = rig.description.axes[axis]
+    if not isinstance(settings, MaestroSettings):
+        return None
+    return PulseCalibration(settings.points).pulse_us(settings.sign * attitude_deg + settings.zero_deg)
+
+
+def attitude_of_pulse(rig: OpenRig, axis: str, pulse_us: float) -> float:
+    """The attitude that a servo takes at a pulse: sent as such, under its limits. Raises: RequestRefused."""
+    _axis(rig, axis)
+    settings = rig.description.axes[axis]
+    if not isinstance(settings, MaestroSettings):
+        raise RequestRefused(f"{axis}: is no servo and has no pulses (axes.{axis}: driver); nothing moved")
+    low_us, high_us = settings.pulse_limits_us
+    if not low_us <= pulse_us <= high_us:
+        raise RequestRefused(
+            f"{axis}: pulse {pulse_us:g} us, allowed {low_us:g} to {high_us:g} us (axes.{axis}: pulse_limits_us);"
+            " nothing moved; ask for one inside"
+        )
+    return settings.sign * (PulseCalibration(settings.points).angle_deg(pulse_us) - settings.zero_deg)
+
+
+def readings(rig: OpenRig, channels: Sequence[str], samples: int, wait: Wait) -> list[Reading]:
+    """Read channels by full name (``dmm.x``). Raises: RequestRefused for a name the rig does not have."""
+    known = {channel: readout for readout in rig.readouts.values() for channel in readout.channels}
+    unknown = [channel for channel in channels if channel not in known]
+    if unknown:
+        raise RequestRefused(f"no channel {unknown[0]!r} (allowed: {', '.join(known)}); nothing was read")
+    return [_reading(known[channel], channel, samples, wait) for channel in channels]
+
+
+def _reading(readout: Readout, channel: str, samples: int, wait: Wait) -> Reading:
+    burst = readout.read(channel, samples, wait)
+    good_v = burst.values_v[~burst.overload]
+    return Reading(
+        channel=channel,
+        mean_v=float(np.mean(good_v)) if good_v.size else float("nan"),
+        standard_deviation_v=float(np.std(good_v, ddof=1)) if good_v.size > 1 else float("nan"),
+        samples=int(burst.values_v.size),
+        overloads=int(np.count_nonzero(burst.overload)),
+    )
+
+
+def _axis(rig: OpenRig, name: str) -> Axis:
+    if name not in rig.axes:
+        raise RequestRefused(f"no axis {name!r} (allowed: {', '.join(rig.axes)}); nothing moved")
+    return rig.axes[name]

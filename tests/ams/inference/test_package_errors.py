@@ -1,0 +1,97 @@
+"""What the axes of a package have in common reaches inferred angles by two ways alike: the solution, and its set."""
+
+import numpy as np
+import pytest
+from simulated_campaign import ARCSEC, OFFSET_V, VECTOR_V_PER_G, Campaign
+from solved_sets import PLACE, package_set
+
+from ams.attitude.static import Angles, pitch_roll_from_three
+from ams.calibration.calibrate import calibrate
+from ams.calibration_result import Calibration
+from ams.frames import specific_force
+from ams.inference.calibrated import package_of_set, sensor_of_set
+from ams.inference.inference import Package, inference
+from ams.inference.lines import package_lines
+from ams.inputs.request import CalibrationRequest
+from ams.inputs.table_uncertainty import TableUncertainty
+from ams.sets.canonical import seal
+from ams.sets.coefficients import CoefficientSet, build_set, from_document
+from ams.sets.provenance import Provenance
+
+PITCH, ROLL = np.deg2rad([5.0, 20.0, -40.0]), np.deg2rad([45.0, -30.0, 120.0])
+FORCE = specific_force(PITCH, ROLL)
+OUTPUTS_V = np.stack([OFFSET_V[axis] + FORCE @ VECTOR_V_PER_G[axis] for axis in "xyz"], axis=-1)
+READING_SD_V = 1e-7
+
+
+def solved() -> Calibration:
+    observations = Campaign(index_limit_arcsec=5.0, noise_arcsec=0.2).observe(np.random.default_rng(0))
+    return calibrate(observations, CalibrationRequest(table=TableUncertainty(5 * ARCSEC, 5 * ARCSEC, "limit")))
+
+
+def set_of(calibration: Calibration) -> CoefficientSet:
+    ranges = {"pitch_range_deg": (-90.0, 90.0), "roll_range_deg": (-180.0, 180.0)}
+    return build_set(calibration, Provenance("P1", **PLACE, **ranges))
+
+
+def by_set(coefficients: CoefficientSet) -> Angles:
+    sensors = [sensor_of_set(coefficients, axis, READING_SD_V, None) for axis in "xyz"]
+    return pitch_roll_from_three(sensors, OUTPUTS_V, package_of_set(coefficients, "xyz", sensors))
+
+
+def test_a_solution_and_its_set_give_the_same_intervals() -> None:
+    calibration = solved()
+    lines = package_lines(calibration, READING_SD_V)
+    of_lines, of_set = pitch_roll_from_three(lines.sensors, OUTPUTS_V, lines), by_set(set_of(calibration))
+    for name in ("pitch_rad", "roll_rad", "pitch_sd_rad", "roll_sd_rad", "pitch_half_95_rad", "roll_half_95_rad"):
+        np.testing.assert_allclose(getattr(of_lines, name), getattr(of_set, name), rtol=1e-9)
+
+
+def test_a_set_that_does_not_say_what_is_common_counts_its_axes_as_independent() -> None:
+    """At 45° of roll y and z share the error of the index: independent they would look up to √2 better."""
+    coefficients = set_of(solved())
+    document = {name: value for name, value in coefficients.document.items() if name not in ("package", "checksum")}
+    older = by_set(from_document(seal(document), "older"))
+    assert by_set(coefficients).roll_sd_rad[0] / older.roll_sd_rad[0] == pytest.approx(1.3, abs=0.1)
+
+
+def test_some_axes_of_a_package_keep_their_own_share() -> None:
+    coefficients = set_of(solved())
+    sensors = [sensor_of_set(coefficients, axis, READING_SD_V, None) for axis in "zx"]
+    package = package_of_set(coefficients, "zx", sensors)
+    assert package is not None
+    whole = sum(covariance for covariance, _ in package.output_parts(FORCE))
+    for place, sensor in enumerate(sensors):
+        np.testing.assert_allclose(
+            whole[:, place, place], sensor.output_variance_v2(FORCE) - READING_SD_V**2, rtol=1e-9
+        )
+    assert package_of_set(coefficients, "x", sensors[1:]) is None
+
+
+def test_crs_sets_sense_gravity_in_their_covariance_too() -> None:
+    coefficients = package_set("sting")
+    sensors = [sensor_of_set(coefficients, axis, 1e-5, None) for axis in "xyz"]
+    package = package_of_set(coefficients, "xyz", sensors)
+    assert package is not None
+    variances = np.diagonal(sum(covariance for covariance, _ in package.output_parts(FORCE)), axis1=1, axis2=2)
+    own = np.stack([sensor.output_variance_v2(FORCE) - 1e-10 for sensor in sensors], axis=1)
+    np.testing.assert_allclose(variances, own, rtol=1e-6, atol=1e-20)
+
+
+def test_the_inference_of_a_set_uses_it() -> None:
+    coefficients = set_of(solved())
+    how = inference(Package(coefficients, {axis: f"{axis}_v" for axis in "xyz"}), reading_sd_v=READING_SD_V)
+    found = how.infer({f"{axis}_v": OUTPUTS_V[:, place] for place, axis in enumerate("xyz")})
+    np.testing.assert_allclose(np.deg2rad(found["roll_sd_deg"]), by_set(coefficients).roll_sd_rad, rtol=1e-9)
+
+
+def test_intervals_stand_after_the_standard_deviations_where_they_are_asked_for() -> None:
+    coefficients = set_of(solved())
+    package = Package(coefficients, {axis: f"{axis}_v" for axis in "xyz"})
+    readings = {f"{axis}_v": OUTPUTS_V[:, place] for place, axis in enumerate("xyz")}
+    found = inference(package, reading_sd_v=READING_SD_V, intervals=True).infer(readings)
+    assert list(found) == [
+        "pitch_deg", "pitch_sd_deg", "pitch_half_95_deg", "roll_deg", "roll_sd_deg", "roll_half_95_deg", "flag"
+    ]  # fmt: skip
+    np.testing.assert_allclose(np.deg2rad(found["roll_half_95_deg"]), by_set(coefficients).roll_half_95_rad, rtol=1e-9)
+    assert np.all(found["roll_half_95_deg"] > 1.95 * found["roll_sd_deg"])

@@ -1,0 +1,96 @@
+"""The check sensor tells its own changes from those of the table and of the meter."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ams.archive.histories import with_rig_causes
+from ams.archive.synthetic import CHECK_SENSOR, RIG, Story, synthetic_archive
+from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors
+from ams.surveillance.control_chart import history_of
+from ams.surveillance.series import Population
+
+CAMPAIGN = 9
+Change = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+STORY = Story(sensors=12, drift_arcsec_per_year=0.0, drop_arcsec=0.0)
+
+
+def from_campaign(change: Change, *, everybody: bool, seed: int = 1) -> Population:
+    """From one campaign on, the (3, 4) numbers of all sensors or of the check sensor alone are changed."""
+    population = synthetic_archive(np.random.default_rng(seed), STORY).population
+    primary = population.numbers.primary.copy()
+    for place, label in enumerate(population.labels):
+        assert label.run_id is not None
+        if int(label.run_id.removeprefix("campaign-")) >= CAMPAIGN and (everybody or label.sensor == CHECK_SENSOR):
+            primary[place] = change(primary[place])
+    return Population(population.labels, replace(population.numbers, primary=primary))
+
+
+def gain(primary: NDArray[np.float64]) -> NDArray[np.float64]:
+    return primary * np.array([1.0, 1.0002, 1.0002, 1.0002])
+
+
+def offset(primary: NDArray[np.float64]) -> NDArray[np.float64]:
+    return primary + np.array([5e-4, 0.0, 0.0, 0.0])
+
+
+def tilt(primary: NDArray[np.float64]) -> NDArray[np.float64]:
+    turned = Rotation.from_rotvec([0.0, 0.02, 0.0], degrees=True).apply(primary[:, 1:])
+    return np.concatenate([primary[:, :1], turned], axis=1)
+
+
+def one_axis(primary: NDArray[np.float64]) -> NDArray[np.float64]:
+    return primary * np.array([[1.0, 1.0005, 1.0005, 1.0005], [1.0] * 4, [1.0] * 4])
+
+
+def causes(found: CheckHistory) -> set[tuple[str, str]]:
+    at = f"campaign-{CAMPAIGN:02d}"
+    assert {finding.at.run_id for finding in found.findings} <= {at}, found.findings
+    return {(finding.cause, finding.component.partition(" ")[0]) for finding in found.findings}
+
+
+@pytest.mark.parametrize(
+    ("change", "everybody", "cause", "component"),
+    [
+        (gain, True, "meter", "meter"),
+        (offset, True, "meter", "meter"),
+        (gain, False, "sensor", "meter"),
+        (offset, False, "sensor", "meter"),
+        (tilt, True, "table", "table"),
+    ],
+)
+def test_what_changed_is_named(change: Change, everybody: bool, cause: str, component: str) -> None:
+    found = check_history(from_campaign(change, everybody=everybody), CHECK_SENSOR)
+    assert causes(found) == {(cause, component)}
+
+
+def test_a_check_sensor_whose_axes_part_company_is_itself_at_fault() -> None:
+    found = check_history(from_campaign(one_axis, everybody=False), CHECK_SENSOR)
+    assert {cause for cause, _ in causes(found)} == {"sensor"}
+
+
+def test_a_quiet_rig_raises_nothing() -> None:
+    alarms = 0
+    for seed in range(40):
+        population = synthetic_archive(np.random.default_rng(seed), STORY).population
+        alarms += bool(check_history(population, CHECK_SENSOR).findings)
+    assert alarms <= 4, alarms  # 16 runs at 0.2 %: 3 % of the archives
+
+
+def test_an_alarm_of_a_sensor_is_told_with_what_the_check_sensor_says_of_the_meter() -> None:
+    population = from_campaign(gain, everybody=True)
+    sensor = population.labels[-1].sensor
+    found = with_rig_causes(population, history_of(population, sensor))
+    (step,) = [finding for finding in found.findings if finding.at.run_id == f"campaign-{CAMPAIGN:02d}"]
+    assert step.rig_cause is not None
+    assert "other sensors of that run changed alike" in step.rig_cause
+
+
+def test_the_check_sensors_of_a_rig_are_known() -> None:
+    population = synthetic_archive(np.random.default_rng(1), STORY).population
+    assert check_sensors(population, RIG) == (CHECK_SENSOR,)
+    assert check_sensors(population, "another rig") == ()

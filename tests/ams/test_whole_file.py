@@ -1,0 +1,76 @@
+"""Files are complete or as they were."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from solved import provenance, solved_package
+
+from ams.errors import SetError, WriteFailed
+from ams.exports.formats import export_set
+from ams.sets.coefficients import build_set
+from ams.whole_file import write_whole
+
+
+def test_a_file_is_replaced_whole_and_nothing_is_left_beside_it(tmp_path: Path) -> None:
+    path = tmp_path / "set.json"
+    write_whole(path, b"first")
+    write_whole(path, b"second")
+    assert path.read_bytes() == b"second"
+    assert os.listdir(tmp_path) == ["set.json"]
+
+
+def test_the_content_is_synced_before_it_gets_its_name_and_the_folder_after(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[str] = []
+    for name in ("fsync", "replace"):
+        real = getattr(os, name)
+
+        def recorded(*arguments: object, name: str = name, real: Callable[..., object] = real) -> object:
+            calls.append(name)
+            return real(*arguments)
+
+        monkeypatch.setattr(os, name, recorded)
+    write_whole(tmp_path / "set.json", b"content")
+    assert calls == ["fsync", "replace", "fsync"]
+
+
+def test_a_refused_write_leaves_the_target_and_the_folder_as_they_were(tmp_path: Path) -> None:
+    target = tmp_path / "set.json"
+    (target / "inside").mkdir(parents=True)
+    with pytest.raises(WriteFailed, match=r"set\.json: cannot be written: Is a directory; nothing was changed there"):
+        write_whole(target, b"content")
+    assert os.listdir(tmp_path) == ["set.json"]
+
+
+def test_a_full_disk_leaves_the_target_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "set.json"
+    write_whole(path, b"first")
+
+    def full(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(WriteFailed, match="No space left on device"):
+        write_whole(path, b"second")
+    assert path.read_bytes() == b"first"
+    assert os.listdir(tmp_path) == ["set.json"]
+
+
+def test_a_missing_folder_is_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(WriteFailed, match=r"cannot be written: No such file or directory; .*check the folder"):
+        write_whole(tmp_path / "none" / "set.json", b"content")
+
+
+def test_an_unknown_format_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
+    with pytest.raises(SetError, match="SN1047: export: unknown format: got 'xls', allowed are json, csv, mat"):
+        export_set(build_set(solved_package(), provenance()), "xls", tmp_path / "set.xls")
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_name_of_another_format_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
+    with pytest.raises(SetError, match=r"set\.mat: export: the name does not end as the format's files do"):
+        export_set(build_set(solved_package(), provenance()), "json", tmp_path / "set.mat")
+    assert os.listdir(tmp_path) == []

@@ -1,0 +1,254 @@
+"""Alerts: who is told what, once; a slow or dead server never holds the run; the heartbeat stops with the engine."""
+
+import http.server
+import sys
+import threading
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+from journals import a_clock
+from small_run import bench
+
+from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command
+from procedures.alerts.dispatcher import MOST_UNDER_WAY, AlertDesk
+from procedures.alerts.settings import AlertSettings, read_alerts
+from procedures.journal.journal_reader import JournalReader
+from procedures.records.progress import Progress
+from procedures.records.states import State
+from procedures.run.progress import SilentObserver
+from procedures.run.services import Care
+from rig.clock import VirtualClock
+from rig.errors import DescriptionError
+
+HOLD = Progress("state", State.HELD, 3, 24, 1, 2, None, None, "environment.air: got 25 degC, allowed 18 to 22 degC")
+WRITES = "import sys, pathlib; path = pathlib.Path(sys.argv[1]); path.write_text((path.read_text() if path.exists() else '') + sys.stdin.read())"  # noqa: E501
+
+
+@pytest.fixture
+def clock() -> VirtualClock:
+    return a_clock()
+
+
+def _desk(clock: VirtualClock, told: Path, **settings: object) -> AlertDesk:
+    command = (sys.executable, "-c", WRITES, str(told))
+    return AlertDesk(AlertSettings(command=command, **settings), "night", clock, SilentObserver())  # type: ignore[arg-type]
+
+
+def test_a_hold_is_told_once_with_its_reason_and_again_only_after_the_gap(clock: VirtualClock, tmp_path: Path) -> None:
+    told = tmp_path / "told.txt"
+    desk = _desk(clock, told, least_gap_s=600.0)
+    for wait_s in (0.0, 1.0, 500.0):
+        clock.sleep(wait_s)
+        desk.on_event(HOLD)
+    assert desk.close() == [{"what": "calrig: night: held", "failed": ""}]
+    assert told.read_text().startswith("calrig: night: held\n\nheld 3/24")
+    assert "environment.air: got 25 degC" in told.read_text()
+    clock.sleep(100.0)
+    desk.on_event(HOLD)
+    desk.close()
+    assert told.read_text().count("calrig: night: held") == 2
+
+
+def test_states_that_need_nobody_are_not_told(clock: VirtualClock, tmp_path: Path) -> None:
+    desk = _desk(clock, tmp_path / "told.txt")
+    desk.on_event(Progress("state", State.RUNNING, 3, 24, 1, 2, None, None, ""))
+    desk.on_event(Progress("dwell", State.RUNNING, 4, 24, 1, 2, None, None, ""))
+    assert desk.close() == []
+
+
+def test_progress_is_told_every_so_many_hours(clock: VirtualClock, tmp_path: Path) -> None:
+    told = tmp_path / "told.txt"
+    desk = _desk(clock, told, every_h=4.0)
+    desk.on_event(Progress("dwell", State.RUNNING, 4, 24, 1, 2, 7.4, None, ""))
+    for _ in range(9):
+        clock.sleep(3600.0)
+        desk.pulse()
+        for thread in desk._threads:
+            thread.join()
+    assert told.read_text().count("running 4/24") == 2
+
+
+def test_a_failing_command_is_told_to_the_engine_and_never_raises(clock: VirtualClock) -> None:
+    settings = AlertSettings(command=(sys.executable, "-c", "import sys; sys.exit('no network')"))
+    desk = AlertDesk(settings, "night", clock, SilentObserver())
+    desk.on_event(HOLD)
+    (outcome,) = desk.close()
+    assert "exit status 1: no network" in str(outcome["failed"])
+
+
+def test_a_server_that_never_answers_holds_nothing_up(clock: VirtualClock, monkeypatch: pytest.MonkeyPatch) -> None:
+    released = threading.Event()
+    monkeypatch.setattr("procedures.alerts.dispatcher.by_command", lambda *_: released.wait(60.0))
+    desk = AlertDesk(
+        AlertSettings(command=("x",), least_gap_s=0.001, deadline_s=0.01), "night", clock, SilentObserver()
+    )
+    for number in range(MOST_UNDER_WAY + 1):
+        desk.on_event(Progress("state", State.HELD, number, 24, 1, 2, None, None, f"reason {number}"))
+    (outcome,) = desk.close()
+    assert f"{MOST_UNDER_WAY} messages are under way already" in str(outcome["failed"])
+    released.set()
+
+
+def test_the_heartbeat_touches_its_file_only_while_the_engine_looks(clock: VirtualClock, tmp_path: Path) -> None:
+    beats = tmp_path / "alive"
+    desk = AlertDesk(AlertSettings(heartbeat=str(beats)), "night", clock, SilentObserver())
+    desk.pulse()
+    assert desk.close() == [], "a good heartbeat is no event"
+    first = beats.stat().st_mtime_ns
+    clock.sleep(59.0)
+    desk.pulse()
+    desk.close()
+    assert beats.stat().st_mtime_ns == first
+    clock.sleep(2.0)
+    desk.pulse()
+    desk.close()
+    assert beats.stat().st_mtime_ns > first
+
+
+@pytest.fixture
+def server() -> Iterator[tuple[str, list[str]]]:
+    heard: list[str] = []
+
+    class Hears(http.server.BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            body = self.rfile.read(int(self.headers.get("Content-Length", 0))).decode()
+            heard.append(f"{self.command} {self.path} {body}")
+            self.send_response(500 if self.path == "/broken" else 200)
+            self.end_headers()
+
+        def do_POST(self) -> None:
+            self.do_GET()
+
+        def log_message(self, format: str, *arguments: object) -> None: ...
+
+    with http.server.HTTPServer(("127.0.0.1", 0), Hears) as served:
+        thread = threading.Thread(target=served.serve_forever)
+        thread.start()
+        yield f"127.0.0.1:{served.server_port}", heard
+        served.shutdown()
+        thread.join()
+
+
+def test_a_heartbeat_address_is_fetched_and_its_refusal_told(server: tuple[str, list[str]]) -> None:
+    address, heard = server
+    beat(f"http://{address}/ping/1234", 5.0)
+    assert heard == ["GET /ping/1234 "]
+    with pytest.raises(NotDelivered, match="heartbeat not sent: HTTP Error 500"):
+        beat(f"http://{address}/broken", 5.0)
+
+
+@pytest.mark.filterwarnings("ignore:'imghdr' is deprecated:DeprecationWarning")
+def test_apprise_delivers_and_a_dead_host_is_told_without_its_address(server: tuple[str, list[str]]) -> None:
+    pytest.importorskip("apprise")
+    address, heard = server
+    by_apprise([f"json://{address}/chat"], Message("calrig: night: tripped", "look"))
+    assert '"title": "calrig: night: tripped"' in heard[0]
+    with pytest.raises(NotDelivered, match=r"^apprise: json://… did not take the message$"):
+        by_apprise(["json://secret:word@127.0.0.1:9/chat"], Message("a", "b"))
+
+
+def test_a_command_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(NotDelivered, match="No such file"):
+        by_command([str(tmp_path / "nothing")], Message("a", "b"), 5.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('heartbeat = "ftp://x/y"', "heartbeat must be a file"),
+        ("every_h = -1.0", "every_h"),
+        ('mail = "anna"', "unknown key"),
+    ],
+)
+def test_a_wrong_file_is_refused_by_line(tmp_path: Path, text: str, told: str) -> None:
+    (tmp_path / "alerts.toml").write_text(text)
+    with pytest.raises(DescriptionError, match=told):
+        read_alerts(tmp_path / "alerts.toml")
+
+
+def test_what_became_of_an_alert_is_in_the_journal(tmp_path: Path) -> None:
+    due: list[Mapping[str, object]] = [{"what": "calrig: night: held", "failed": "apprise: ntfy://… did not take it"}]
+
+    def pulse() -> list[Mapping[str, object]]:
+        told, due[:] = list(due), []
+        return told
+
+    small = bench(tmp_path)
+    small.run(tmp_path / "run", care=Care(pulse=pulse))
+    with JournalReader.open(tmp_path / "run") as reader:
+        (event,) = reader.events("alert")
+    assert event.detail["failed"] == "apprise: ntfy://… did not take it"
+
+
+def _escalating(clock: VirtualClock, folder: Path, **settings: object) -> AlertDesk:
+    others = {"after_min": 30.0, "command": [sys.executable, "-c", WRITES, str(folder / "others.txt")]}
+    return _desk(clock, folder / "told.txt", escalate=others, **settings)
+
+
+def _let_pass(desk: AlertDesk, clock: VirtualClock, minutes: int) -> None:
+    for _ in range(minutes):
+        clock.sleep(60.0)
+        desk.pulse()
+        for thread in desk._threads:
+            thread.join()
+
+
+def test_an_alarm_that_nobody_acknowledges_is_told_again_and_then_to_others(
+    clock: VirtualClock, tmp_path: Path
+) -> None:
+    desk = _escalating(clock, tmp_path, repeat_every_s=600.0)
+    desk.on_event(HOLD)
+    _let_pass(desk, clock, 29)
+    assert (tmp_path / "told.txt").read_text().count("calrig: night: still held\n") == 2
+    assert not (tmp_path / "others.txt").exists()
+    _let_pass(desk, clock, 31)
+    others = (tmp_path / "others.txt").read_text()
+    assert others.count("calrig: night: still held, unacknowledged") == 1
+    assert "Nobody has acknowledged it for 30 min: calrig ack RUN" in others
+    assert (tmp_path / "told.txt").read_text().count("calrig: night: still held\n") == 6
+
+
+@pytest.mark.parametrize(
+    "word",
+    [
+        Progress("ack", State.HELD, 3, 24, 1, 2, None, None, "acknowledged by anna"),
+        Progress("state", State.RUNNING, 3, 24, 1, 2, None, None, ""),
+    ],
+    ids=["acknowledged", "over by itself"],
+)
+def test_an_alarm_that_is_known_or_over_rings_no_more(clock: VirtualClock, tmp_path: Path, word: Progress) -> None:
+    desk = _escalating(clock, tmp_path)
+    desk.on_event(HOLD)
+    _let_pass(desk, clock, 5)
+    desk.on_event(word)
+    _let_pass(desk, clock, 120)
+    assert (tmp_path / "told.txt").read_text().count("held") == 2, "subject and text of the first message"
+    assert not (tmp_path / "others.txt").exists()
+
+
+def test_a_run_that_ended_in_a_trip_rings_on_until_others_are_told(clock: VirtualClock, tmp_path: Path) -> None:
+    desk = _escalating(clock, tmp_path)
+    desk.on_event(Progress("state", State.TRIPPED, 3, 24, 1, 2, None, None, "stop button"))
+    began_s = clock.monotonic_s()
+    desk.ring_out(lambda: False)
+    assert clock.monotonic_s() - began_s == pytest.approx(1800.0, abs=2.0)
+    assert "stop button" in (tmp_path / "others.txt").read_text()
+
+
+def test_a_run_that_ended_rings_no_longer_than_to_its_acknowledgement(clock: VirtualClock, tmp_path: Path) -> None:
+    desk = _escalating(clock, tmp_path)
+    desk.on_event(Progress("state", State.TRIPPED, 3, 24, 1, 2, None, None, "stop button"))
+    looks = iter([False] * 5 + [True])
+    desk.ring_out(lambda: next(looks))
+    assert not (tmp_path / "others.txt").exists()
+    quiet = _desk(clock, tmp_path / "told.txt")
+    quiet.on_event(Progress("state", State.TRIPPED, 3, 24, 1, 2, None, None, "stop button"))
+    quiet.ring_out(lambda: pytest.fail("there is nobody else to tell, so nobody waits"))
+
+
+def test_an_escalation_to_nobody_is_refused_by_line(tmp_path: Path) -> None:
+    path = tmp_path / "alerts.toml"
+    path.write_text("[escalate]\nafter_min = 5.0\n")
+    with pytest.raises(DescriptionError, match=r"alerts.toml:\d+: escalate: .*an escalation to nobody is none"):
+        read_alerts(path)

@@ -1,0 +1,101 @@
+"""A journal on the disk becomes a page: reader, solvers, view, figures and templates together."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from report_journal import write_journal
+
+from procedures.journal.journal_reader import JournalReader
+from procedures.report.view import RunView
+from procedures.report.write import solve_record, view_of, write_report
+from procedures.solution.record import RunRecord, read_record
+
+
+def _record(path: Path) -> RunRecord:
+    with JournalReader.open(path) as reader:
+        return read_record(reader)
+
+
+@pytest.fixture(scope="module")
+def journal(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_journal(tmp_path_factory.mktemp("run"))
+
+
+@pytest.fixture(scope="module")
+def view(journal: Path) -> RunView:
+    record = _record(journal)
+    return view_of(record, solve_record(record))
+
+
+def test_the_estimates_lie_within_three_expanded_uncertainties_of_the_truth(view: RunView) -> None:
+    rows = [row for axis in view.sensors[0].axes for row in axis.parameters]
+    assert len(rows) == 12
+    for row in rows:
+        assert row.value is not None
+        assert row.truth is not None
+        assert row.expanded_uncertainty is not None
+        assert abs(row.value - row.truth) < 3.0 * row.expanded_uncertainty
+
+
+def test_every_dwell_is_accounted_for(view: RunView) -> None:
+    # 5 × 7 attitudes × 3 replications, 6 check attitudes, a reference visit after every 20th design dwell
+    assert view.counts.design_planned == view.counts.design_accepted == 105
+    assert view.counts.accepted == view.counts.planned
+    assert view.counts.rejected == len(view.rejected) == 1
+    assert view.rejected[0].reasons == ("scatter 4.1 times the reference",)
+    assert view.design.points == 35
+
+
+def test_the_pause_is_told_with_its_length(view: RunView) -> None:
+    (pause,) = view.interruptions
+    assert pause.what == "paused"
+    assert pause.by == "A. Operator"
+    assert pause.ended_utc is not None
+    assert (pause.ended_utc - pause.began_utc).total_seconds() == 600.0
+
+
+def test_the_design_is_drawn_in_the_order_of_the_first_replication(view: RunView) -> None:
+    assert sorted(view.design.point.tolist()) == list(range(1, 36))
+    assert view.design.order == "there-and-back"
+    assert np.ptp(view.design.pitch_deg) == 120.0
+
+
+def test_devices_standards_and_hashes_are_those_of_the_run(view: RunView, journal: Path) -> None:
+    assert [device.name for device in view.devices] == ["axes.pitch", "axes.roll", "readouts.dmm", "environment.air"]
+    assert view.standards[0].uncertainty == "±1 ″ (limit)"
+    with JournalReader.open(journal) as reader:
+        assert view.hashes["journal content"] == reader.sha256_of_content()
+        assert view.hashes["plan"] == reader.header.plan.sha256
+    assert view.is_simulated
+    assert view.stamps == ("SIMULATED", "ENGINEERING")
+
+
+def test_the_reference_attitude_and_the_temperature_are_traced(view: RunView) -> None:
+    assert [trace.label for trace in view.reference] == ["SN1047 x", "SN1047 y", "SN1047 z"]
+    assert view.temperature[0].temperature_degc.size == view.counts.accepted + view.counts.rejected
+    assert view.temperature[0].hours[-1] > 0.9
+
+
+def test_report_and_figures_are_written_and_the_same_again(view: RunView, tmp_path: Path) -> None:
+    first = write_report(view, tmp_path).read_bytes()
+    again = write_report(view, tmp_path).read_bytes()
+    assert first == again
+    assert (tmp_path / "figures" / "1-sn1047-residuals-pitch.svg").exists()
+
+
+def test_a_run_aborted_before_it_could_be_solved_has_a_report_that_says_why(tmp_path: Path) -> None:
+    record = _record(write_journal(tmp_path, until_step=8))
+    view = view_of(record, solve_record(record))
+    assert view.verdict.trust == "unusable"
+    assert view.sensors[0].failure
+    assert view.interruptions[-1].what == "aborted"
+    page = write_report(view, tmp_path).read_text(encoding="utf-8")
+    assert "NO RESULT" in page
+    assert "did not finish (state “aborted”)" in page
+
+
+def test_a_run_aborted_before_its_first_dwell_has_a_report_too(tmp_path: Path) -> None:
+    record = _record(write_journal(tmp_path, until_step=0))
+    view = view_of(record, solve_record(record))
+    assert "NO RESULT" in write_report(view, tmp_path).read_text(encoding="utf-8")

@@ -1,0 +1,141 @@
+"""The page for every stop that nobody asked for: cause, moment, rest, what to do, the last minutes."""
+
+import os
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from grumbling import Grumbling, louder
+from night import Night, asks, spend
+from small_run import Bench, bench
+
+from procedures.records.states import State
+from procedures.run.sparkline import sparkline
+from procedures.run.stop_advice import ADVICE
+from procedures.run.watch.keep_awake import awake
+from rig.devices.abilities import Burst
+from rig.errors import LinkLost
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return bench(tmp_path_factory.mktemp("bench"))
+
+
+def _noisy(number: int, burst: Burst) -> Burst:
+    return louder(burst, 30.0) if 60 < number <= 69 else burst
+
+
+def test_a_hold_leaves_a_page_that_says_why_where_the_axes_are_and_what_to_do(small: Bench, tmp_path: Path) -> None:
+    night = Night(tmp_path / "run", at={30: asks("continue")})
+    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=_noisy)).state is State.FINISHED
+    text, page = ((night.run_dir / name).read_text() for name in ("why.txt", "why.html"))
+    assert text.startswith("small grid: held\n")
+    for said in ("rejected 3 times: dmm.", "calrig continue RUN: it is measured again", "dwells of the design"):
+        assert said in text
+        assert said in page
+    assert "axes     at rest, read back: pitch at" in text
+    assert page.count("<polyline") == 3 + 1 + 2 + 1, "scatter of three channels, air, two axes, settling"
+    assert "<script" not in page
+    ElementTree.fromstring(page.replace("<!doctype html>", "").replace('<meta charset="utf-8">', "").replace(
+        '<meta name="viewport" content="width=device-width, initial-scale=1">', ""))  # fmt: skip
+
+
+def test_a_trip_says_where_every_axis_rests(small: Bench, tmp_path: Path) -> None:
+    class Button(Grumbling):
+        def __init__(self, rig: object) -> None:
+            from dataclasses import replace
+
+            super().__init__(rig, look=lambda state: replace(state, fault="stop button") if self.is_late else state)  # type: ignore[arg-type]
+
+        @property
+        def is_late(self) -> bool:
+            return hasattr(self, "meter") and self.meter.read_so_far >= 60
+
+    night = Night(tmp_path / "run")
+    outcome = spend(small, night, rig_of=Button)
+    assert outcome.state is State.TRIPPED
+    told = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in outcome.positions_deg.items())
+    assert f"at rest, read back: {told}; nothing has been moved since" in (night.run_dir / "why.txt").read_text()
+
+
+def test_axes_that_do_not_answer_are_not_said_to_rest(small: Bench, tmp_path: Path) -> None:
+    def gone(number: int, burst: Burst) -> Burst:
+        if number > 40:
+            raise LinkLost("dmm: the port is gone")
+        return burst
+
+    class Dark(Grumbling):
+        @property
+        def axes(self):  # type: ignore[no-untyped-def]
+            if self.meter.read_so_far > 40:
+                self.pitch._axis = _Gone()  # type: ignore[assignment]
+                return {"pitch": self.pitch}
+            return super().axes
+
+    night = Night(tmp_path / "run", at={20: asks("abort")})
+    outcome = spend(small, night, rig_of=lambda rig: Dark(rig, spoil=gone))
+    assert outcome.state is State.FAILED
+    assert outcome.positions_deg == {}
+    assert "not known: no axis answered; go and look" in (night.run_dir / "why.txt").read_text()
+
+
+class _Gone:
+    def __getattr__(self, name: str) -> object:
+        def lost(*arguments: object) -> object:
+            raise LinkLost("axes.pitch: the port is gone")
+
+        return lost
+
+
+def test_a_stop_that_was_asked_for_leaves_no_page(small: Bench, tmp_path: Path) -> None:
+    night = Night(tmp_path / "run", after={5: asks("stop")})
+    assert spend(small, night).state is State.STOPPED
+    assert not (night.run_dir / "why.html").exists()
+
+
+def test_names_and_reasons_are_escaped(tmp_path: Path) -> None:
+    evil = bench(tmp_path, procedure=(('title = "small grid"', 'title = "<img src=x onerror=alert(1)>"'),))
+    night = Night(tmp_path / "run", at={30: asks("continue")})
+    spend(evil, night, rig_of=lambda rig: Grumbling(rig, spoil=_noisy))
+    assert "<img" not in (night.run_dir / "why.html").read_text()
+
+
+def test_every_cause_that_the_code_knows_has_advice() -> None:
+    import re
+
+    source = "".join(path.read_text() for path in Path("procedures/run").glob("*.py") if path.name != "advice.py")
+    causes = set(re.findall(r'cause="([a-z ]+)"', source)) | set(re.findall(r'Alarm\(\s*"([a-z ]+)"', source))
+    causes |= set(re.findall(r'TrustLost\("([a-z ]+)"', source))
+    assert causes >= {"device", "identity", "seam", "mount", "disk", "motion", "home", "suspend", "noise"}
+    assert causes <= ADVICE.keys()
+
+
+def test_a_sparkline_spans_its_box_and_skips_what_is_no_number() -> None:
+    drawn = sparkline("air", "°C", [-2.0, -1.0, -0.5, 0.0], [20.0, 21.0, float("nan"), 22.0])
+    assert drawn.points == "0.0,44.0 130.0,22.0 260.0,0.0"
+    assert (drawn.low, drawn.high, drawn.last) == ("20", "22", "22")
+    assert sparkline("rest", "s", [-1.0, 0.0], [3.0, 3.0 + 1e-12]).points == "0.0,22.0 260.0,22.0"
+
+
+def _helper(folder: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = folder / "systemd-inhibit"
+    program.write_text(f"#!/bin/sh\n{text}\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{folder}:{os.environ['PATH']}")
+
+
+def test_fault_15_the_machine_is_kept_awake_while_the_run_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _helper(tmp_path, f'echo "$@" > {tmp_path}/asked; shift 4; "$@"; echo over >> {tmp_path}/asked', monkeypatch)
+    with awake("night run") as refusal:
+        assert refusal == ""
+        assert (tmp_path / "asked").read_text().startswith("--what=sleep:idle:handle-lid-switch --who=calrig")
+    assert (tmp_path / "asked").read_text().endswith("over\n")
+
+
+def test_fault_15_an_inhibitor_that_refuses_is_told_and_keeps_no_run_from_running(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _helper(tmp_path, "exit 1", monkeypatch)
+    with awake("night run") as refusal:
+        assert "ended with status 1: forbid suspending yourself" in refusal

@@ -1,0 +1,113 @@
+"""The safe state: axes stopped and seen at rest, the chamber where the procedure wants it, whatever fails meanwhile."""
+
+import os
+import signal
+import threading
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+import pytest
+from grumbling import Grumbling
+from night import Night, asks, events, spend
+from small_run import bench
+
+from procedures.records.states import State
+from rig.devices.abilities import AxisState, Environment
+from rig.errors import DeviceFault
+
+PLATEAU = "[environment]\nplateaus_degc = [30.0]\nsoak_s = 60.0\n{end}[check]"
+
+
+@pytest.mark.parametrize(("end", "left_at_degc"), [("", 30.0), ("end_degc = 15.0\n", 15.0)])
+def test_the_chamber_keeps_its_setpoint_unless_the_procedure_says_otherwise(
+    tmp_path: Path, end: str, left_at_degc: float
+) -> None:
+    small = bench(tmp_path, procedure=(("[check]", PLATEAU.format(end=end)),))
+    seen: list[float] = []
+
+    class Kept(Grumbling):
+        def identities(self) -> dict[str, str]:
+            self.chamber = self._rig.environments["air"]
+            kept.append(self.chamber)
+            return dict(super().identities())
+
+    kept: list[Environment] = []
+    night = Night(tmp_path / "run", after={5: asks("stop")})
+    night.run_dir.mkdir()
+    from procedures.run.begin import begin
+    from rig.assembly.open_rig import open_rig
+
+    with open_rig(small.rig) as rig:
+        assert (
+            begin(night.run_dir, small.header(night.run_dir), small.plan, Kept(rig), night, night).state
+            is State.STOPPED
+        )
+        seen.append(kept[0].setpoint_degc())
+    assert seen == [left_at_degc]
+
+
+def test_fault_20_gone_a_chamber_that_refuses_keeps_no_axis_from_its_stop_and_is_told(tmp_path: Path) -> None:
+    small = bench(tmp_path, procedure=(("[check]", PLATEAU.format(end="end_degc = 15.0\n")),))
+
+    class Refuses(Grumbling):
+        @property
+        def environments(self):  # type: ignore[no-untyped-def]
+            chamber = self._rig.environments["air"]
+            if self.meter.read_so_far > 40:
+                chamber.hold = self._refuse  # type: ignore[method-assign]
+            return {"air": chamber}
+
+        def _refuse(self, setpoint_degc: float) -> None:
+            raise DeviceFault(f"air: setpoint {setpoint_degc:g} degC was acknowledged, but reads back 30 degC")
+
+    night = Night(tmp_path / "run", after={12: asks("stop")})
+    outcome = spend(small, night, rig_of=Refuses)
+    assert outcome.state is State.TRIPPED, "a person must look"
+    assert "air: setpoint 15 degC was acknowledged" in outcome.reason
+    (safe,) = events(night.run_dir, "safe")
+    assert set(safe.detail["positions_deg"]) == {"pitch", "roll"}  # type: ignore[call-overload]
+
+
+def test_fault_19_signals_during_the_stop_of_the_axes_change_nothing(tmp_path: Path) -> None:
+    small = bench(tmp_path)
+
+    class Nervous(Grumbling):
+        def __init__(self, rig: object) -> None:
+            super().__init__(rig)  # type: ignore[arg-type]
+            stop = self.pitch.stop
+
+            def interrupted() -> None:
+                for number in (signal.SIGINT, signal.SIGTERM, signal.SIGINT):
+                    os.kill(os.getpid(), number)
+                stop()
+
+            self.pitch.stop = interrupted  # type: ignore[method-assign]
+
+    night = Night(tmp_path / "run", after={5: asks("stop")})
+    outcome = spend(small, night, rig_of=Nervous)
+    assert (outcome.state, set(outcome.positions_deg)) == (State.STOPPED, {"pitch", "roll"})
+    assert events(night.run_dir)[-1].detail["to"] == "stopped"
+
+
+def test_an_axis_that_moves_after_it_was_seen_at_rest_is_stopped_again(tmp_path: Path) -> None:
+    """The last question before the end can itself move something: a servo controller goes home at a damaged one."""
+    from procedures.run.watch.safe_state import make_safe
+    from rig.assembly.open_rig import open_rig
+
+    small = bench(tmp_path)
+    with open_rig(small.rig) as rig:
+        looks_after_the_stop = count()
+        has_moved = False
+
+        def look(state: AxisState) -> AxisState:
+            nonlocal has_moved
+            if threading.current_thread() is threading.main_thread():  # the stop itself looks in a thread of its own
+                has_moved = has_moved or next(looks_after_the_stop) == 1
+            return replace(state, position_deg=5.0 if has_moved else 0.0)
+
+        spoilt = Grumbling(rig, look=look)
+        safe = make_safe(spoilt, small.plan)
+    assert spoilt.pitch.stops == 2
+    assert safe.failures == ()
+    assert safe.positions_deg == {"pitch": 5.0, "roll": 0.0}

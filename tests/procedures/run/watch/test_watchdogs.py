@@ -1,0 +1,77 @@
+"""Laws of watchdogs in a run: proven before anything moves, fed through every wait, let go at the end, all told."""
+
+from pathlib import Path
+
+import pytest
+from small_run import Bench, bench, dwells_of
+
+from procedures.journal.journal_reader import JournalReader
+from procedures.records.dwells import Event
+from procedures.records.states import State
+from procedures.run.begin import begin
+from rig.assembly.open_rig import open_rig
+from rig.devices.abilities import Watchdog
+
+TABLE = 'driver = "indexing-table"\nport = "twin"\nincrement_deg = 1.0\n'
+AZ = 'driver = "oriental-az"\nport = "twin"\nstep_deg = 0.001\nwatchdog_s = 4.0\n'
+SERVO = (
+    'driver = "maestro"\nport = "twin"\nwatchdog_s = 20.0\narrival_tolerance_deg = 0.2\n'
+    "points = [[500.0, -180.0], [2500.0, 180.0]]\npulse_limits_us = [500.0, 2500.0]\n"
+)
+SOAK = ("[check]", "[environment]\nplateaus_degc = [22.0]\nband_degc = 1.0\nsoak_s = 600.0\n[check]")
+
+
+def _bench(folder: Path, machine: str) -> Bench:
+    return bench(folder, rig=((TABLE, machine),), procedure=(SOAK,))
+
+
+def _events(run_dir: Path, kind: str) -> list[Event]:
+    with JournalReader.open(run_dir) as reader:
+        reader.verify()
+        return list(reader.events(kind))
+
+
+@pytest.mark.parametrize("machine", [AZ, SERVO], ids=["oriental-az", "maestro"])
+def test_fault_56_a_run_proves_the_watchdogs_feeds_them_through_a_soak_and_lets_go(
+    tmp_path: Path, machine: str
+) -> None:
+    """Detected: the device's own time-out, set and verified when the run begins.
+    Response: the device stops by itself within its time-out.
+    """
+    one = _bench(tmp_path, machine)
+    run_dir = tmp_path / "run"
+    outcome = one.run(run_dir)
+    assert (outcome.state, outcome.reason) == (State.FINISHED, "")
+    told = [(event.detail["axis"], event.detail["is_armed"]) for event in _events(run_dir, "watchdog")]
+    assert told == [("pitch", True), ("roll", True)]
+    assert "were noticed" in str(_events(run_dir, "watchdog")[0].detail["told"])
+    with JournalReader.open(run_dir) as reader:
+        kinds = [event.kind for event in reader.events()]
+    assert kinds.index("watchdog") < kinds.index("intent")
+    assert all(dwell.accepted for dwell in dwells_of(run_dir))
+
+
+def test_an_axis_without_one_is_told_in_the_journal(tmp_path: Path) -> None:
+    run_dir = tmp_path / "run"
+    assert bench(tmp_path).run(run_dir).state is State.FINISHED
+    assert ["no watchdog" in str(event.detail["told"]) for event in _events(run_dir, "watchdog")] == [True, True]
+
+
+def test_a_watchdog_that_does_not_act_trips_the_run_before_anything_moves(tmp_path: Path) -> None:
+    one = _bench(tmp_path, AZ.replace("watchdog_s", "watchdog_register = 0x5C\nwatchdog_s"))
+    run_dir = tmp_path / "run"
+    outcome = one.run(run_dir)
+    assert outcome.state is State.TRIPPED
+    assert "pitch: the machine did not notice a silence of 5 s" in outcome.reason
+    assert not _events(run_dir, "intent")
+
+
+def test_after_a_run_an_az_waits_for_nobody(tmp_path: Path) -> None:
+    one = _bench(tmp_path, AZ)
+    with open_rig(one.rig) as rig:
+        (tmp_path / "run").mkdir()
+        begin(tmp_path / "run", one.header(tmp_path / "run"), one.plan, rig)
+        rig.clock.sleep(3600.0)
+        pitch = rig.axes["pitch"]
+        assert isinstance(pitch, Watchdog)
+        assert pitch.state().fault == ""

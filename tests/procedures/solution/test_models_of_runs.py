@@ -1,0 +1,193 @@
+"""Runs on twins whose procedure asks for CR's packages on a gimbal, or for SR's straight lines."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_run import Bench, bench, dwells_of
+
+from procedures.check.expected import expected_uncertainties
+from procedures.description.procedure_file import read_procedure
+from procedures.errors import PlanError
+from procedures.solution.at_rest import solve_sensors
+
+YAW = (
+    "[readouts.dmm]",
+    '[axes.yaw]\ndriver = "indexing-table"\nport = "twin"\nincrement_deg = 1.0\nlimits_deg = [-90.0, 90.0]\n'
+    "speed_dps = 20.0\naxis = 3\n[readouts.dmm]",
+)
+GIMBAL = ("roll_deg = {", "yaw_deg = [-30.0, 0.0, 30.0]\nroll_deg = {")
+
+
+def solve_table(text: str) -> tuple[str, str]:
+    return "[check]", f"[solve]\n{text}\n[check]"
+
+
+def solved_axes(made: Bench, run_dir: Path) -> dict:
+    made.run(run_dir)
+    plan = made.plan
+    found = solve_sensors(dwells_of(run_dir), made.rig, plan.sensors, plan.solve, "run")["SN1"]
+    assert found.failure is None, found.failure
+    assert found.calibration is not None
+    return dict(found.calibration.axes)
+
+
+def values(axis) -> dict:
+    return {estimate.name: (estimate.value, estimate.standard_uncertainty) for estimate in axis.parameters}
+
+
+def test_a_gimbal_run_recovers_the_truth_in_cr_terms(tmp_path: Path) -> None:
+    """MATH 1: for the same sensor C = Ω, A_CR = A_TP + 90°, S_CR = −S_TP; the twin's truth is in TP's terms."""
+    made = bench(tmp_path, (YAW,), (GIMBAL, solve_table('model = "pitch-yaw-roll"')))
+    assert {dwell.targets_deg["yaw"] for dwell in made.plan.design_dwells} == {-30.0, 0.0, 30.0}
+    axes = solved_axes(made, tmp_path / "run")
+    for axis, truth in {"x": (0.005, 2.5, 0.5, 35.0), "y": (-0.003, 2.48, 0.3, -110.0)}.items():
+        found = values(axes[axis])
+        assert found["offset_v"][0] == pytest.approx(truth[0], abs=3e-5)
+        assert found["sensitivity_v_per_g"][0] == pytest.approx(-truth[1], abs=6e-5)
+        assert found["coning_deg"][0] == pytest.approx(truth[2], abs=2e-3)
+        assert found["azimuth_deg"][0] == pytest.approx((truth[3] + 90.0 + 180.0) % 360.0 - 180.0, abs=0.3)
+
+
+def test_a_model_without_yaw_is_refused_for_a_design_with_yaw(tmp_path: Path) -> None:
+    with pytest.raises(PlanError, match=r'solve.model.*"pitch-roll" has no yaw.*use "pitch-yaw-roll"'):
+        bench(tmp_path, (YAW,), (GIMBAL, solve_table('model = "pitch-roll"')))
+
+
+def test_cr_without_a_yaw_axis_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(PlanError, match="needs the axis yaw, which the rig does not have"):
+        bench(tmp_path, (), (solve_table('model = "pitch-yaw-roll"'),))
+
+
+def test_a_package_that_the_rig_does_not_have_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(PlanError, match="no sensor SN9"):
+        bench(tmp_path, (YAW,), (solve_table('model = "pitch-yaw-roll"\npackages = { SN9 = "sting" }'),))
+
+
+def test_a_straight_line_of_a_tumble_is_the_two_level_solution_of_the_twin(tmp_path: Path) -> None:
+    """SR: real = A·measured + B with A = 1/S and B = −b/S; S of the line is S·cosΩ of the twin."""
+    tumble = (
+        ('kind = "grid"', 'kind = "tumble"'),
+        ('kind = "D"', 'kind = "T"'),
+        ("pitch_deg = { from = -30.0, to = 30.0, step = 30.0 }\n", ""),
+        ("roll_deg = { from = -180.0, to = 90.0, step = 90.0 }\n", ""),
+        solve_table('model = "linear"'),
+    )
+    axes = solved_axes(bench(tmp_path, (), tumble), tmp_path / "run")
+    slope = 2.5 * np.cos(np.deg2rad(0.5))
+    found = values(axes["x"])
+    assert list(found) == ["gain_g_per_v", "offset_g"]
+    assert found["gain_g_per_v"][0] == pytest.approx(1.0 / slope, rel=3e-5)
+    # four of the six attitudes lie across x: what the coning angle makes of gravity there is in the offset
+    assert found["offset_g"][0] == pytest.approx(-0.005 / slope, abs=5e-3)
+
+
+def test_delivery_of_a_gimbal_run_leaves_a_set_with_its_yaw_range(tmp_path: Path) -> None:
+    from procedures.delivery.deliver import deliver, solve_run
+
+    made = bench(tmp_path, (YAW,), (GIMBAL, solve_table('model = "pitch-yaw-roll"')))
+    made.run(tmp_path / "run")
+    delivery = deliver(solve_run(tmp_path / "run"), None)
+    document = json.loads(delivery.sets["SN1"].read_text(encoding="utf-8"))
+    assert document["validity"]["yaw_deg"] == [-30.0, 30.0]
+    assert document["convention"]["name"] == "CR"
+    assert delivery.report.exists()
+    rows = {row.name: row for row in delivery.view.sensors[0].axes[0].parameters}
+    assert (rows["sensitivity_v_per_g"].truth, rows["azimuth_deg"].truth) == (-2.5, pytest.approx(125.0))
+
+
+def test_straight_lines_leave_a_report_and_say_that_they_make_no_set(tmp_path: Path) -> None:
+    from procedures.delivery.deliver import deliver, sensors_document, solve_run
+
+    made = bench(tmp_path, (), (solve_table('model = "linear"'),))
+    made.run(tmp_path / "run")
+    run = solve_run(tmp_path / "run")
+    delivery = deliver(run, None)
+    assert not delivery.sets
+    assert "g/V" in delivery.report.read_text(encoding="utf-8")
+    axis = sensors_document(run)["SN1"]["axes"]["z"]
+    assert axis["remarks"] == ["straight lines make no coefficient set: take them from this document or the report"]
+    assert "SN1: straight lines make no coefficient set" in delivery.view.verdict.grounds[-1]
+
+
+def test_a_time_term_of_a_run_takes_the_twins_drift_and_the_set_says_where_it_stands(tmp_path: Path) -> None:
+    """The twin's offset moves by 40 µV a replication; the drift found is that over the hours of a replication."""
+    from procedures.delivery.deliver import deliver, solve_run
+
+    drifting = ("azimuth_deg = 35.0,", "azimuth_deg = 35.0, offset_drift_v_per_replication = 4e-5,")
+    four = ("replications = 2", "replications = 4")
+    made = bench(tmp_path, (drifting,), (four, solve_table('time_term = "linear"')))
+    made.run(tmp_path / "run")
+    run = solve_run(tmp_path / "run")
+    solved = run.sensors["SN1"]
+    assert solved.calibration is not None
+    times_s = solved.observations.time_s
+    assert times_s is not None
+    hours = float(np.polyfit(solved.observations.replication, times_s / 3600.0, 1)[0])
+    found = values(solved.calibration.axes["x"])
+    assert found["offset_drift_v_per_h"][0] == pytest.approx(4e-5 / hours, rel=0.05)
+    delivery = deliver(run, None)
+    assert delivery.view.verdict.trust == "sound", delivery.view.verdict.grounds
+    page = delivery.report.read_text(encoding="utf-8")
+    assert "time term: the run’s times count from" in page.replace("&#39;", "’")
+    document = json.loads(delivery.sets["SN1"].read_text(encoding="utf-8"))
+    assert "offset_drift_v_per_h" not in document["axes"]["x"]["primary"]["order"]
+    assert any("never applied" in warning for warning in document["axes"]["x"]["warnings"])
+    assert any("the run's times count from" in warning for warning in document["warnings"])
+
+
+def test_a_sensor_that_is_named_a_sting_package_is_solved_as_one(tmp_path: Path) -> None:
+    """With roll at rest both packages of CR feel the same gravity, so the twin's truth comes back from either."""
+    resting = (
+        (GIMBAL[0], "yaw_deg = [-30.0, 0.0, 30.0]\nroll_deg = {"),
+        ("from = -180.0, to = 90.0, step = 90.0", "from = 0.0, to = 0.0, count = 1"),
+    )
+    made = bench(tmp_path, (YAW,), (*resting, solve_table('model = "pitch-yaw-roll"\npackages = { SN1 = "sting" }')))
+    axes = solved_axes(made, tmp_path / "run")
+    assert axes["x"].model == "pitch-yaw-roll-sting"
+    assert values(axes["x"])["sensitivity_v_per_g"][0] == pytest.approx(-2.5, abs=2e-4)
+
+
+@pytest.mark.parametrize("model", ["pitch-yaw-roll", "linear"])
+def test_what_to_expect_of_a_gimbal_is_what_noise_and_table_leave(tmp_path: Path, model: str) -> None:
+    """Straight from the definition: many noisy campaigns on tables of other teeth, each solved by least squares."""
+    teeth = (
+        "increment_deg = 1.0\nlimits_deg = [-180.0, 180.0]",
+        "increment_deg = 1.0\nlimits_deg = [-180.0, 180.0]\nuncertainty_arcsec = 3.0",
+    )
+    made = bench(tmp_path, (YAW, teeth), (GIMBAL, solve_table(f'model = "{model}"')))
+    procedure = read_procedure(tmp_path / "procedure.toml")
+    expected = expected_uncertainties(made.rig, procedure, made.plan)[0]
+    chance, points = np.random.default_rng(3), made.plan.design.points
+    pitch, yaw, roll = (np.deg2rad([getattr(p, f"{name}_deg") for p in points]) for name in ("pitch", "yaw", "roll"))
+    basis = np.column_stack([np.ones(len(points)), felt(pitch, yaw, roll)])
+    columns = basis if model == "pitch-yaw-roll" else basis[:, :2]
+    k = 2.5 * np.array(
+        [np.cos(np.deg2rad(0.5)), *(np.sin(np.deg2rad(0.5)) * f(np.deg2rad(35.0)) for f in (np.cos, np.sin))]
+    )
+    k = k if model == "pitch-yaw-roll" else k * [1.0, 0.0, 0.0]
+    found = []
+    for _ in range(1500):
+        moved = [angle + errors_of_teeth(angle, chance) for angle in (pitch, roll)]
+        output = 0.005 + felt(moved[0], yaw, moved[1]) @ k + 2e-5 / np.sqrt(5 * 2) * chance.standard_normal(len(points))
+        found.append(np.linalg.lstsq(columns, output, rcond=None)[0])
+    spread = np.std(found, axis=0)
+    first = expected.standard_uncertainty["offset_v" if model == "pitch-yaw-roll" else "offset_g"]
+    second = expected.standard_uncertainty["sensitivity_v_per_g" if model == "pitch-yaw-roll" else "gain_g_per_v"]
+    scale = (1.0, 1.0) if model == "pitch-yaw-roll" else (1.0 / 2.5, 1.0 / 2.5**2)
+    assert first == pytest.approx(spread[0] * scale[0], rel=0.08)
+    assert second == pytest.approx(spread[1] * scale[1], rel=0.08)
+
+
+def felt(pitch: np.ndarray, yaw: np.ndarray, roll: np.ndarray) -> np.ndarray:
+    """(K, 3) by the passive rotations of the gimbal, written out."""
+    x = np.sin(pitch) * np.cos(yaw)
+    y, z = -np.sin(pitch) * np.sin(yaw), -np.cos(pitch)
+    return np.stack([x, y * np.cos(roll) + z * np.sin(roll), -y * np.sin(roll) + z * np.cos(roll)], axis=-1)
+
+
+def errors_of_teeth(angle: np.ndarray, chance: np.random.Generator) -> np.ndarray:
+    """One error an index, rectangular within three arc seconds; a whole turn is the same index."""
+    _, index = np.unique(np.round(np.mod(angle, 2.0 * np.pi), 6), return_inverse=True)
+    return chance.uniform(-3.0, 3.0, index.max() + 1)[index] * np.pi / 180.0 / 3600.0

@@ -1,0 +1,80 @@
+"""Certificates of a rig file as standard uncertainties: the divisors of GUM 4.3, on what each instrument acts on."""
+
+from math import radians, sqrt
+from pathlib import Path
+
+import pytest
+from planning_files import AIR, rig_file
+
+from procedures.solution.type_b import gravity_of, shared_errors, standard_uncertainty_arcsec, table_in_words
+from rig.description.rig_file import RigDescription
+
+METER = ("nplc = 10", 'nplc = 10\nstandard = "meter"')
+STANDARDS = """
+[standards.meter]
+serial = "1"
+certificate = "1"
+due = 2030-01-01
+kind = "expanded"
+k = 2.0
+uncertainty_v = 1.2e-5
+[standards.probe]
+serial = "2"
+certificate = "2"
+due = 2030-01-01
+kind = "limit"
+uncertainty_degc = 0.3
+[standards.resistor]
+serial = "3"
+certificate = "3"
+due = 2030-01-01
+kind = "standard"
+uncertainty_ohm = 0.02
+[chain."dmm.y"]
+load_resistor_ohm = 2000.0
+standard = "resistor"
+[level]
+uncertainty_arcsec = 0.5
+before = { about_pitch_arcsec = -1.2, about_roll_arcsec = 0.0 }
+after = { about_pitch_arcsec = 0.9, about_roll_arcsec = 0.4 }
+"""
+
+
+def declared(folder: Path) -> RigDescription:
+    chamber = AIR.replace('driver = "watlow-f4"', 'driver = "watlow-f4"\nstandard = "probe"')
+    gravity = ("gravity_mps2 = 9.80665", "gravity_mps2 = 9.80665\ngravity_uncertainty_mps2 = 3e-6")
+    return rig_file(folder, METER, gravity, more=chamber + STANDARDS)
+
+
+def test_each_certificate_is_divided_as_it_states(tmp_path: Path) -> None:
+    rig = declared(tmp_path)
+    errors = shared_errors(rig, rig.sensors["SN1"], "air")
+    found = {error.name: (error.effect, error.standard_uncertainty) for error in errors["y"]}
+    assert found == {
+        "multimeter zero": ("reading", pytest.approx(0.6e-5)),
+        "multimeter gain": ("gain", pytest.approx(0.6e-6)),  # of the 10 V range
+        "load resistor": ("gain", pytest.approx(0.02 / 2000.0)),
+        "level of the base about pitch": ("pitch", pytest.approx(radians(1.3 / sqrt(3.0) / 3600.0))),
+        "level of the base about roll": ("base-tilt", pytest.approx(radians(sqrt(0.41) / sqrt(3.0) / 3600.0))),
+        "thermometer": ("temperature", pytest.approx(0.3 / sqrt(3.0))),
+    }
+    assert "load resistor" not in {error.name for error in errors["x"]}
+    assert next(e.stated for e in errors["x"]) == "standards.meter: expanded 12 µV, k = 2"
+
+
+def test_gravity_is_carried_with_its_uncertainty(tmp_path: Path) -> None:
+    gravity = gravity_of(declared(tmp_path))
+    assert (gravity.value_mps2, gravity.standard_uncertainty_mps2) == (9.80665, 3e-6)
+
+
+def test_a_rig_that_declares_nothing_adds_nothing(tmp_path: Path) -> None:
+    rig = rig_file(tmp_path)
+    assert shared_errors(rig, rig.sensors["SN1"]) == {"x": (), "y": (), "z": ()}
+    assert table_in_words(rig) == ""
+
+
+def test_an_index_without_a_certificate_is_a_limit(tmp_path: Path) -> None:
+    rig = rig_file(tmp_path, ("increment_deg = 1.0", "increment_deg = 1.0\nuncertainty_arcsec = 1.0"))
+    assert standard_uncertainty_arcsec(rig, "pitch") == pytest.approx(1.0 / sqrt(3.0))
+    assert standard_uncertainty_arcsec(rig, "yaw") == 0.0
+    assert table_in_words(rig) == "pitch u 0.58″"

@@ -1,0 +1,29 @@
+"""Laws of stored descriptions: what earlier versions wrote into journals is read for ever, and nothing else is."""
+
+import json
+
+import pytest
+from table_bench import example_rig
+
+from rig.description.read import rig_from_json
+from rig.errors import DescriptionError
+
+
+def test_a_key_that_was_dropped_does_not_close_an_old_journal() -> None:
+    rig = example_rig()
+    document = json.loads(rig.model_dump_json())
+    document["readouts"]["dmm"]["settle_nplc"] = 1.0  # written by every version up to 0.1
+    assert rig_from_json(json.dumps(document)).model_dump() == rig.model_dump()
+
+
+@pytest.mark.parametrize("text", ["", "[]", "3", '{"rig": 1}', '{"readouts": {"dmm": 1}}', '{"readouts": []}'])
+def test_what_is_no_description_is_refused(text: str) -> None:
+    with pytest.raises(DescriptionError, match="use the calrig that wrote it"):
+        rig_from_json(text)
+
+
+def test_a_key_that_nobody_ever_wrote_is_refused() -> None:
+    document = json.loads(example_rig().model_dump_json())
+    document["readouts"]["dmm"]["nplc_settle"] = 1.0
+    with pytest.raises(DescriptionError, match="nplc_settle"):
+        rig_from_json(json.dumps(document))

@@ -1,0 +1,120 @@
+"""Laws of the rig file: every mistake is named by file, line and key, before any port is opened."""
+
+import re
+from pathlib import Path
+
+import pytest
+from example_files import EXAMPLE_RIG, changed
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rig.description.read import read_rig
+from rig.errors import DescriptionError
+
+MISTAKES = [
+    ("unknown key", "speed_dps", "sped_dps", "axes.pitch.sped_dps: unknown key; did you mean speed_dps?"),
+    (
+        "missing unit",
+        "limits_deg =",
+        "limits =",
+        "axes.pitch.limits: unknown key: the unit is missing; write limits_deg",
+    ),
+    (
+        "missing unit deep inside",
+        "range_v = 10.0",
+        "range = 10.0",
+        "readouts.dmm.channels.x.range: unknown key: the unit is missing",
+    ),
+    ("duplicate key", "seed = 7", "seed = 7\nseed = 8", "not valid TOML"),
+    ("wrong type", "noise_v = 0.00002", 'noise_v = "small"', "twin.truth.SN1047.x.noise_v: got 'small'"),
+    ("text for a number", "nplc = 10", 'nplc = "10"', "readouts.dmm.nplc: got '10'"),
+    ("out of range", "coning_deg = 0.5", "coning_deg = 95.0", "twin.truth.SN1047.x.coning_deg: got 95.0"),
+    ("not a number", "gravity_mps2 = 9.79826", "gravity_mps2 = nan", "rig.gravity_mps2: got nan"),
+    ("infinite", "speed_dps = 5.0", "speed_dps = inf", "axes.pitch.speed_dps: got inf"),
+    ("gravity in g", "gravity_mps2 = 9.79826", "gravity_mps2 = 1.0", "rig.gravity_mps2: got 1.0"),
+    ("unknown driver", '"hp3458a"', '"hp3457a"', "readouts.dmm.driver: got 'hp3457a'"),
+    ("limits reversed", "[-180.0, 180.0]", "[180.0, -180.0]", "limits_deg must be [low, high] with low < high"),
+    ("unknown channel", '"dmm.x"', '"dmm.w"', "sensors.SN1047.channels.x: no channel 'dmm.w'"),
+    ("channel used twice", 'y = "dmm.y"', 'y = "dmm.x"', "channel 'dmm.x' already belongs to SN1047.x"),
+    ("scanner channel used twice", "scanner = 2", "scanner = 1", "scanner channel 101 is used by more than one name"),
+    ("unknown standard", 'standard = "table"', 'standard = "tabel"', "axes.pitch.standard: no standard 'tabel'"),
+    (
+        "two-axis package of three",
+        "three-axis package",
+        "two-axis package",
+        "a two-axis package has 2 channels, got x, y, z",
+    ),
+    ("truth missing", "[twin.truth.SN1047.z]", "[twin.truth.SN1048.z]", "[twin.truth.SN1047.z] is missing"),
+    ("no sensitivity", "nominal_sensitivity_v_per_g = 2.5", "nominal_sensitivity_v_per_g = 0.0", "must not be 0"),
+    ("not TOML", "[rig]", "[rig", "not valid TOML"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "sentence"), [m[1:] for m in MISTAKES], ids=[m[0] for m in MISTAKES])
+def test_a_mistake_is_named_by_file_line_and_key(tmp_path: Path, old: str, new: str, sentence: str) -> None:
+    path = changed(EXAMPLE_RIG, old, new, tmp_path / "rig.toml")
+    with pytest.raises(DescriptionError, match=re.escape(sentence)) as caught:
+        read_rig(path)
+    assert all(re.match(rf"{re.escape(str(path))}:\d+: ", line) for line in str(caught.value).splitlines())
+
+
+def test_the_line_is_the_line_of_the_key(tmp_path: Path) -> None:
+    path = changed(EXAMPLE_RIG, "coning_deg = 0.4", "coning_deg = -0.4", tmp_path / "rig.toml")
+    line = path.read_text().splitlines().index("coning_deg = -0.4") + 1
+    with pytest.raises(DescriptionError, match=rf"rig\.toml:{line}: twin\.truth\.SN1047\.z\.coning_deg"):
+        read_rig(path)
+
+
+def test_all_mistakes_are_told_at_once(tmp_path: Path) -> None:
+    first = changed(EXAMPLE_RIG, "coning_deg = 0.4", "coning_deg = -0.4", tmp_path / "one.toml")
+    both = changed(first, "nplc = 10", "nplc = 0", tmp_path / "two.toml")
+    with pytest.raises(DescriptionError) as caught:
+        read_rig(both)
+    assert "coning_deg" in str(caught.value)
+    assert "nplc" in str(caught.value)
+
+
+def test_two_axes_of_one_controller_need_two_numbers(tmp_path: Path) -> None:
+    text = EXAMPLE_RIG.read_text().replace('port = "twin"', 'port = "/dev/serial/by-id/table"', 2)
+    path = tmp_path / "rig.toml"
+    path.write_text(text.replace("axis = 2", "axis = 1"))
+    with pytest.raises(DescriptionError, match=r"axes\.roll\.axis: axis 1 at /dev/serial/by-id/table is already pitch"):
+        read_rig(path)
+
+
+def test_a_missing_file_is_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match="no such file"):
+        read_rig(tmp_path / "nowhere.toml")
+
+
+def test_a_file_that_is_not_text_is_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_bytes(b"\xff\xfe\x00binary")
+    with pytest.raises(DescriptionError, match="not UTF-8"):
+        read_rig(path)
+
+
+def test_the_rehearsal_of_a_real_rig_touches_no_address(tmp_path: Path) -> None:
+    text = EXAMPLE_RIG.read_text().replace('port = "twin"', 'port = "socket://10.0.0.9:4001"')
+    text = text.replace('resource = "twin"', 'resource = "prologix+socket://10.0.0.9:1234#22"')
+    path = tmp_path / "rig.toml"
+    path.write_text(text[: text.index("\n[twin]\n")])
+    rehearsed = read_rig(path).all_on_twins()
+    assert rehearsed.uses_twins
+    assert "10.0.0.9" not in rehearsed.model_dump_json()
+    assert set(rehearsed.twin.truth["SN1047"]) == {"x", "y", "z"}
+
+
+@settings(max_examples=200, deadline=None)
+@given(position=st.integers(0, len(EXAMPLE_RIG.read_bytes()) - 1), byte=st.integers(0, 255))
+def test_any_changed_byte_is_accepted_or_a_sentence(
+    tmp_path_factory: pytest.TempPathFactory, position: int, byte: int
+) -> None:
+    data = bytearray(EXAMPLE_RIG.read_bytes())
+    data[position] = byte
+    path = tmp_path_factory.getbasetemp() / "changed.toml"
+    path.write_bytes(bytes(data))
+    try:
+        read_rig(path)
+    except DescriptionError as error:
+        assert str(path) in str(error)  # noqa: PT017  both outcomes are lawful
