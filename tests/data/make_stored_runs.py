@@ -26,7 +26,7 @@ from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 
-from procedures.delivery import sensors_document, solve_run
+from procedures.delivery.deliver import sensors_document, solve_run
 from procedures.run.resume import resume
 
 DATA = Path(__file__).parent
