@@ -8,6 +8,7 @@
     >>> drawn.package.vector_v_per_g.shape  # the truth: k = S·u of every axis
     (400, 1, 3, 3)
 
+`used_later(drawn, chance)` reads the same packages at new attitudes, for predictions and inferred angles.
 Every scene has one size, from nothing through the threshold of detection to obvious: `SCENES[name].sizes`.
 """
 
@@ -18,10 +19,10 @@ from physics_scenes.gyro_scenes import GyroRates, GyroSetup, GyroStream
 from physics_scenes.package import Package
 from physics_scenes.registry import SCENES, campaigns, scene
 from physics_scenes.scene import CAUSES, Scene
-from physics_scenes.world import Campaign, Event, UseReadings
+from physics_scenes.world import Campaign, Event, UseReadings, used_later
 
 __all__ = [
     "CAUSES", "FINE", "REPEATED_ROLL", "SCENES", "WITHOUT_ROLL", "Campaign", "Event", "FieldReadings", "FieldSetup",
     "GimbalReadings", "GimbalSetup", "GyroRates", "GyroSetup", "GyroStream", "Package", "Scene", "Schedule", "Setup",
-    "UseReadings", "campaigns", "scene",
+    "UseReadings", "campaigns", "scene", "used_later",
 ]  # fmt: skip

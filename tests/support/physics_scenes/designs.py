@@ -30,6 +30,8 @@ class Setup:
     """Dwells between visits to the reference attitudes; 0 is none."""
     check_set: bool = False
     """A set of six attitudes before the first and after the last point."""
+    check_before_count: int = 6
+    """Attitudes of the first set that were read before the link was lost."""
     sensors: int = 1
     axes: str = "xyz"
     """Axes of each sensor: "x", "xy", "xz", "xyz" …"""
@@ -151,7 +153,7 @@ def schedule_of(setup: Setup, chance: np.random.Generator) -> Schedule:
     """Lay out a campaign: check set, replications with reference visits between, check set."""
     stops: list[tuple[str, int, int, float, float]] = []
     if setup.check_set:
-        stops += _visit("check-before", -1, CHECK_SET_DEG)
+        stops += _visit("check-before", -1, CHECK_SET_DEG[: setup.check_before_count])
     points = setup.points_deg()
     since = 0
     if setup.reference_every:

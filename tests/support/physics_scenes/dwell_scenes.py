@@ -106,8 +106,8 @@ SIGMAS = (0.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 30.0, 100.0, 1500.0)
 DWELL_SCENES = (
     Scene("wrong-dwell", wrong_dwell, "σ", SIGMAS, "wrong-dwell"),
     Scene("wrong-dwell-all", wrong_dwell_all, "σ", SIGMAS, "wrong-dwell"),
-    Scene("outliers", outliers, "σ", (0.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0), "wrong-dwell"),
-    Scene("outlier-share", outlier_share, "%", (0.0, 0.1, 0.2, 0.5, 1.0, 2.0), "wrong-dwell"),
+    Scene("outliers", outliers, "σ", (0.0, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0), "wrong-dwell"),
+    Scene("outlier-share", outlier_share, "%", (0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0), "wrong-dwell"),
     Scene("swapped-channel", swapped_channel, "dwells", (0.0, 1.0, 2.0, 5.0), "wrong-dwell", also=("lack-of-fit",)),
     Scene("repeated-reading", repeated_reading, "dwells", (0.0, 1.0, 2.0, 5.0), "wrong-dwell", also=("lack-of-fit",)),
     Scene(

@@ -98,7 +98,7 @@ def coned_axis(axis: str, coning_rad: FloatArray, azimuth_rad: FloatArray) -> Fl
 
 
 def both_good(world: GimbalWorld, size: float, chance: np.random.Generator) -> GimbalWorld:
-    """Nothing is wrong with either package."""
+    """Nothing is wrong with either package: a row that is flagged here is a false alarm."""
     return world
 
 

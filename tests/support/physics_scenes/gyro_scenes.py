@@ -257,10 +257,10 @@ def _stream(name: str, build: Callable[..., GyroWorld], unit: str, sizes: tuple[
 
 
 GYRO_SCENES = (
-    _rates("gyro-earth-rate", earth_rate, "× 15.041 °/h", (0.0, 0.01, 0.02, 0.05, 0.1, 0.3, 1.0)),
+    _rates("gyro-earth-rate", earth_rate, "× 15.041 °/h", (0.0, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)),
     _rates("gyro-g-sensitivity", g_sensitivity, "(°/h)/g", (0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 10.0), "lack-of-fit"),
-    _rates("gyro-nonlinearity", nonlinearity, "ppm", (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0), "cubic"),
-    _rates("gyro-asymmetry", asymmetry, "ppm", (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0), "asymmetry"),
+    _rates("gyro-nonlinearity", nonlinearity, "ppm", (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0), "cubic"),
+    _rates("gyro-asymmetry", asymmetry, "ppm", (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0), "asymmetry"),
     _rates("gyro-bias-instability", bias_instability, "°/h", (0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 10.0), "autocorrelation"),
     _rates("gyro-bias-walk", bias_walk, "°/h", (0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 10.0), "drift"),
     _stream("gyro-missing-samples", missing_samples, "share", (0.0, 0.001, 0.01, 0.05, 0.2)),

@@ -160,8 +160,8 @@ def _tilted(world: World, size: float, since: FloatArray, chance: np.random.Gene
 
 
 WATCHED = {"sensors": 3, "reference_every": 25, "check_set": True}
-SLIPS_ARCSEC = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 72.0, 720.0)
-PPM = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 200.0, 2000.0)
+SLIPS_ARCSEC = (0.0, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 72.0, 720.0)
+PPM = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 200.0, 2000.0)
 SLIP_SCENES = (
     Scene("slip-pitch", pitch_slip, "arcsec", SLIPS_ARCSEC, "table-rotation", design=WATCHED),
     Scene("slip-roll", roll_slip, "arcsec", SLIPS_ARCSEC, "table-rotation", design=WATCHED),
@@ -191,5 +191,13 @@ SLIP_SCENES = (
         also=("lack-of-fit", "quadratic", "cross-coupling", "cubic"),
         design=WATCHED,
     ),
-    Scene("fixture-rattle", rattling, "arcsec", SLIPS_ARCSEC, "sensor-change", also=("wrong-dwell",), design=WATCHED),
+    Scene(
+        "fixture-rattle",
+        rattling,
+        "arcsec",
+        (0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0, 72.0),
+        "sensor-change",
+        also=("wrong-dwell",),
+        design=WATCHED,
+    ),
 )

@@ -150,7 +150,7 @@ TEMPERATURE_SCENES = (
         "temperature-lag",
         lag,
         "h",
-        (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0),
+        (0.0, 0.05, 0.1, 0.12, 0.15, 0.2, 0.3, 0.5, 1.0),
         "temperature-lag",
         design=PLATEAUS,
         zero_is_clean=False,

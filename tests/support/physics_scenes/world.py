@@ -4,6 +4,8 @@ Base, table, fixture, sensor, sensor's temperature, meter: each link is one fiel
 without fault. A scene takes the clean world and replaces the links that its physics touches. Chance comes in four
 streams of one generator (order, package, scene, noise), so that a scene of size nothing is the clean campaign to the
 last bit, and sizes of one scene are compared with the same sensors and the same noise.
+
+What changes in the middle of a run leaves the truth where it was before; what drifts has its mean over the run as truth.
 """
 
 from collections.abc import Callable
@@ -145,9 +147,9 @@ def clean_world(setup: Setup, campaigns: int, streams: Streams) -> World:
     return World(setup, schedule, campaigns, package, sensor_degc=schedule.chamber_degc[None, :, None])
 
 
-def use_world(world: World, chance: np.random.Generator) -> World:
-    """The same packages later, without table or chamber: true attitudes are the indicated ones."""
-    return World(world.setup, use_schedule(world.setup, chance), world.campaigns, world.package)
+def use_world(setup: Setup, package: Package, chance: np.random.Generator) -> World:
+    """Lay out the same packages' use, without table or chamber: true attitudes are the indicated ones."""
+    return World(setup, use_schedule(setup, chance), package.offset_v.shape[0], package)
 
 
 def observe(world: World, chance: np.random.Generator) -> Campaign:
@@ -170,6 +172,14 @@ def observe(world: World, chance: np.random.Generator) -> Campaign:
     recorded = world.schedule.chamber_degc[None] if world.recorded_degc is None else world.recorded_degc
     temperature = np.broadcast_to(recorded, world.shape[:2])
     return Campaign(world.setup, world.schedule, output, temperature, force, world.package, world.event)
+
+
+def used_later(campaign: Campaign, chance: np.random.Generator) -> Campaign:
+    """Read the packages of a campaign at new attitudes in which nothing is wrong: whether predictions and inferred
+    angles keep their intervals. The sensors are as the campaign's truth has them, at 20 °C.
+    """
+    rows, noise = chance.spawn(2)
+    return observe(use_world(campaign.setup, campaign.package, rows), noise)
 
 
 @dataclass(frozen=True)
@@ -195,7 +205,7 @@ def draw_use(build: Build, size: float, setup: Setup, campaigns: int, chance: np
     streams = streams_of(chance)
     world = clean_world(setup, campaigns, streams)
     calibration = observe(world, streams.noise)
-    used = build(use_world(world, streams.order), size, streams.scene)
+    used = build(use_world(setup, world.package, streams.order), size, streams.scene)
     return UseReadings(calibration, observe(used, streams.noise))
 
 
