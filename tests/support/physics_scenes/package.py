@@ -121,7 +121,9 @@ def mounted_force(setup: Setup, pitch_deg: FloatArray, roll_deg: FloatArray) -> 
 
 def dotted(force: FloatArray, vectors: FloatArray) -> FloatArray:
     """Return (n, D, S, A) from forces (n, D, S, 3) and vectors (n, 1 or D, S, A, 3), component by component."""
-    total: FloatArray = sum(force[..., None, i] * vectors[..., i] for i in range(3))
+    total = force[..., None, 0] * vectors[..., 0]
+    for i in (1, 2):
+        total = total + force[..., None, i] * vectors[..., i]
     return total
 
 

@@ -28,7 +28,8 @@ class Scene:
     sizes: tuple[float, ...]
     """From nothing through the threshold of detection at the default design to obvious."""
     true_cause: str | None = None
-    """The finding that is right; None where nothing is to be found: the stated uncertainty has to cover it."""
+    """The finding that is right where the size is beyond what was declared; None where no data can tell: the stated
+    uncertainty has to cover it, from the scatter or from a declared bound."""
     also: tuple[str, ...] = ()
     """Findings that say the same thing of the same data and are right as well."""
     declared_up_to: float | None = None
@@ -51,6 +52,12 @@ class Scene:
     def is_declared(self, size: float) -> bool:
         """Whether the size lies inside of what was declared beforehand."""
         return size == 0.0 or (self.declared_up_to is not None and size <= self.declared_up_to)
+
+    def causes(self, size: float) -> tuple[str, ...]:
+        """Return the findings that are right for a size, the true one first; none where nothing is to be found."""
+        if self.true_cause is None or self.is_declared(size):
+            return ()
+        return self.true_cause, *self.also
 
     def draw(self, size: float, chance: np.random.Generator, campaigns: int = 1, **design: Any) -> Any:
         """Draw campaigns with one leading axis; `design` are names of the scene's setup."""

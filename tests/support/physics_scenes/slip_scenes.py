@@ -161,6 +161,7 @@ def _tilted(world: World, size: float, since: FloatArray, chance: np.random.Gene
 
 WATCHED = {"sensors": 3, "reference_every": 25, "check_set": True}
 SLIPS_ARCSEC = (0.0, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 72.0, 720.0)
+RATTLES_ARCSEC = (0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0, 72.0)
 PPM = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 200.0, 2000.0)
 SLIP_SCENES = (
     Scene("slip-pitch", pitch_slip, "arcsec", SLIPS_ARCSEC, "table-rotation", design=WATCHED),
@@ -195,7 +196,7 @@ SLIP_SCENES = (
         "fixture-rattle",
         rattling,
         "arcsec",
-        (0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0, 72.0),
+        RATTLES_ARCSEC,
         "sensor-change",
         also=("wrong-dwell",),
         design=WATCHED,

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -32,7 +33,7 @@ def once(world: World, size: float, chance: np.random.Generator) -> World:
 
 def twice(world: World, size: float, chance: np.random.Generator) -> World:
     """An elliptic scale or a bent shaft: error·sin(2a + φ). In pitch it looks like the sensor's own second order."""
-    return with_curves(world, size, chance, lambda *known: once_per_turn(*known, times=2))
+    return with_curves(world, size, chance, partial(once_per_turn, times=2))
 
 
 def harmonics(world: World, size: float, chance: np.random.Generator) -> World:
@@ -121,9 +122,9 @@ CURVES: dict[str, Build] = {
     "table-smooth-and-teeth": both,
 }
 TABLE_SCENES = (
-    *(Scene(name, build, "arcsec", LIMITS_ARCSEC, declared_up_to=1.0) for name, build in CURVES.items()),
+    *(Scene(name, build, "arcsec", LIMITS_ARCSEC, "lack-of-fit", declared_up_to=1.0) for name, build in CURVES.items()),
     *(
-        Scene(f"{name}-zeroed", set_to_zero(build), "arcsec", LIMITS_ARCSEC, declared_up_to=1.0)
+        Scene(f"{name}-zeroed", set_to_zero(build), "arcsec", LIMITS_ARCSEC, "lack-of-fit", declared_up_to=1.0)
         for name, build in CURVES.items()
     ),
     Scene("table-wrong-zero", wrong_zero, "arcsec", (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0, 100.0), "level-undeclared"),

@@ -5,7 +5,8 @@ without fault. A scene takes the clean world and replaces the links that its phy
 streams of one generator (order, package, scene, noise), so that a scene of size nothing is the clean campaign to the
 last bit, and sizes of one scene are compared with the same sensors and the same noise.
 
-What changes in the middle of a run leaves the truth where it was before; what drifts has its mean over the run as truth.
+What changes in the middle of a run leaves the truth where it was before; what drifts has its mean over the run as
+truth.
 """
 
 from collections.abc import Callable

@@ -84,6 +84,21 @@ def test_packages_are_used_later_as_they_truly_are():
     np.testing.assert_allclose(later.output_v, truth, atol=1e-13)
 
 
+def test_a_good_package_in_use_gives_its_attitude_back():
+    """K⁻¹(e − b) with the true b and K: each component errs by a dwell's noise, and its length is one (MATH 10)."""
+    chance = np.random.default_rng(2)
+    use = campaigns("use-good", 0.0, chance, 100).use
+    k = use.package.vector_v_per_g[:, 0]
+    force = np.linalg.solve(k[:, None], (use.output_v[:, :, 0] - use.package.offset_v)[..., None])[..., 0]
+    pitch = np.rad2deg(np.arctan2(force[..., 0], np.hypot(force[..., 1], force[..., 2])))
+    assert ((pitch - use.true_pitch_deg) * 3600.0).std() == pytest.approx(1.65, rel=0.05)
+    away = np.mod(np.rad2deg(np.arctan2(-force[..., 1], -force[..., 2])) - use.true_roll_deg + 180.0, 360.0) - 180.0
+    across = np.cos(np.deg2rad(use.true_pitch_deg))
+    assert (away * across * 3600.0).std() == pytest.approx(1.65, rel=0.05)
+    redundancy = (force**2).sum(axis=-1) - 1.0
+    assert redundancy.std() == pytest.approx(2.0 * 1.65 * ARCSEC, rel=0.05)
+
+
 def test_most_scenes_of_a_table_are_drawn_by_the_hundred():
     drawn = campaigns("table-harmonics", 1.0, np.random.default_rng(2), 200)
     assert drawn.output_v.shape == (200, 936, 1, 3)
