@@ -23,7 +23,8 @@ def per_replication(world: World, size: float, chance: np.random.Generator) -> W
 def per_replication_gain(world: World, size: float, chance: np.random.Generator) -> World:
     """Each replication has a sensitivity of its own, normal with the size in ppm about the truth (TP's drift of S)."""
     levels = chance.standard_normal((world.campaigns, world.setup.replications, *world.shape[2:]))
-    return replace(world, gain=1.0 + size * 1e-6 * levels[:, np.maximum(world.schedule.replication, 0)])
+    change = size * 1e-6 * levels[:, np.maximum(world.schedule.replication, 0)]
+    return replace(world, gain=world.gain * (1.0 + change))
 
 
 def step(world: World, size: float, chance: np.random.Generator) -> World:
@@ -76,7 +77,7 @@ def warm_up(world: World, size: float, chance: np.random.Generator) -> World:
 
 
 def _added(world: World, offset_arcsec: FloatArray) -> World:
-    return replace(world, added_g=offset_arcsec * ARCSEC)
+    return replace(world, added_g=world.added_g + offset_arcsec * ARCSEC)
 
 
 def _own(column: FloatArray) -> FloatArray:

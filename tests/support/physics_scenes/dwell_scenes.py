@@ -7,7 +7,6 @@ import numpy as np
 
 from physics_scenes.rotations import FloatArray
 from physics_scenes.scene import Scene
-from physics_scenes.tables import Table
 from physics_scenes.world import Event, World, at_event, chosen_event
 
 OUTLIERS = 0.005
@@ -73,7 +72,7 @@ def wrong_tooth(world: World, size: float, chance: np.random.Generator) -> World
     is_roll = chance.integers(0, 2, (world.campaigns, 1))
     off = signed * at_event(world, event, each=False)
     nowhere = np.full(world.campaigns, -1)
-    table = Table(pitch_slip_rad=(1 - is_roll) * off, roll_slip_rad=is_roll * off)
+    table = world.table.moved(pitch_rad=(1 - is_roll) * off, roll_rad=is_roll * off)
     return replace(world, table=table, event=Event(event.dwell, nowhere, nowhere))
 
 

@@ -91,7 +91,8 @@ def hysteresis(world: World, size: float, chance: np.random.Generator) -> World:
     now = mounted_force(world.setup, schedule.pitch_deg, schedule.roll_deg)
     before = mounted_force(world.setup, schedule.previous_pitch_deg, schedule.previous_roll_deg)
     change = np.einsum("dsc,nsac->ndsa", before - now, along)
-    return replace(world, added_g=size * MICRO * np.sqrt(np.abs(change) / 2.0) * np.sign(change))
+    kept = np.sqrt(np.abs(change) / 2.0) * np.sign(change)
+    return replace(world, added_g=world.added_g + size * MICRO * kept)
 
 
 def coning(world: World, size: float, chance: np.random.Generator) -> World:
@@ -143,7 +144,8 @@ def traceless_basis() -> FloatArray:
 
 
 def _with_q(world: World, q_per_g: FloatArray) -> World:
-    return replace(world, package=replace(world.package, q_per_g=q_per_g))
+    before = world.package.q_per_g
+    return replace(world, package=replace(world.package, q_per_g=q_per_g if before is None else before + q_per_g))
 
 
 def _product(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -18,13 +18,13 @@ from physics_scenes.world import Event, World, chosen_event, of_axis, of_sensor,
 def pitch_slip(world: World, size: float, chance: np.random.Generator) -> World:
     """The pitch axis slips on its shaft by the size, either way; the read-back does not tell."""
     known, since = _common(world, chance)
-    return replace(known, table=Table(pitch_slip_rad=arcsec(size) * _either(world, chance) * since))
+    return replace(known, table=world.table.moved(pitch_rad=arcsec(size) * _either(world, chance) * since))
 
 
 def roll_slip(world: World, size: float, chance: np.random.Generator) -> World:
     """The roll axis slips by the size, either way. At one attitude a tilt of the base about x looks the same."""
     known, since = _common(world, chance)
-    return replace(known, table=Table(roll_slip_rad=arcsec(size) * _either(world, chance) * since))
+    return replace(known, table=world.table.moved(roll_rad=arcsec(size) * _either(world, chance) * since))
 
 
 def base_change(world: World, size: float, chance: np.random.Generator) -> World:
@@ -38,19 +38,19 @@ def base_change_sideways(world: World, size: float, chance: np.random.Generator)
     known, since = _common(world, chance)
     turn = arcsec(size) * _either(world, chance) * since
     still = np.zeros_like(turn)
-    return replace(known, table=Table(base_turn_rad=np.stack([turn, still, still], axis=-1)))
+    return replace(known, table=world.table.moved(base_turn_rad=np.stack([turn, still, still], axis=-1)))
 
 
 def meter_gain(world: World, size: float, chance: np.random.Generator) -> World:
     """The meter's gain changes by the size in ppm for all channels, either way."""
     known, since = _common(world, chance)
-    return replace(known, meter_gain=1.0 + size * 1e-6 * _either(world, chance) * since)
+    return replace(known, meter_gain=world.meter_gain * (1.0 + size * 1e-6 * _either(world, chance) * since))
 
 
 def meter_offset(world: World, size: float, chance: np.random.Generator) -> World:
     """The meter's zero changes by the size in µV for all channels, either way."""
     known, since = _common(world, chance)
-    return replace(known, meter_offset_v=size * 1e-6 * _either(world, chance) * since)
+    return replace(known, meter_offset_v=world.meter_offset_v + size * 1e-6 * _either(world, chance) * since)
 
 
 def supply(world: World, size: float, chance: np.random.Generator) -> World:
@@ -66,19 +66,21 @@ def own_rotation(world: World, size: float, chance: np.random.Generator) -> Worl
     known, since, sensor = _single(world, chance)
     turn = arcsec(size) * random_directions(chance, world.campaigns)
     turns = since[..., None, None] * sensor[:, None, :, None] * turn[:, None, None, :]
-    return replace(known, mount_turn_rad=turns)
+    return replace(known, mount_turn_rad=world.mount_turn_rad + turns)
 
 
 def own_gain(world: World, size: float, chance: np.random.Generator) -> World:
     """The sensitivity of one axis of one sensor changes by the size in ppm, either way."""
     known, where = _single_axis(world, chance)
-    return replace(known, gain=1.0 + size * 1e-6 * _either(world, chance)[..., None, None] * where)
+    change = size * 1e-6 * _either(world, chance)[..., None, None] * where
+    return replace(known, gain=world.gain * (1.0 + change))
 
 
 def own_offset(world: World, size: float, chance: np.random.Generator) -> World:
     """The offset of one axis of one sensor changes by the size, either way."""
     known, where = _single_axis(world, chance)
-    return replace(known, added_g=arcsec(size) * _either(world, chance)[..., None, None] * where)
+    change = arcsec(size) * _either(world, chance)[..., None, None] * where
+    return replace(known, added_g=world.added_g + change)
 
 
 def remount(world: World, size: float, chance: np.random.Generator) -> World:
@@ -93,7 +95,7 @@ def remount(world: World, size: float, chance: np.random.Generator) -> World:
     event = Event(first, chance.integers(0, sensors, world.campaigns), np.full(world.campaigns, -1))
     turn = arcsec(size) * random_directions(chance, world.campaigns)
     turns = since_event(world, event)[..., None, None] * of_sensor(world, event)[:, None, :, None]
-    return replace(world, event=event, mount_turn_rad=turns * turn[:, None, None, :])
+    return replace(world, event=event, mount_turn_rad=world.mount_turn_rad + turns * turn[:, None, None, :])
 
 
 def individual_mounts(world: World, size: float, chance: np.random.Generator) -> World:
@@ -117,14 +119,16 @@ def loose(world: World, size: float, chance: np.random.Generator) -> World:
     side = np.sign(random_directions(chance, world.campaigns) @ force.T)
     turn = 0.5 * arcsec(size) * random_directions(chance, world.campaigns)
     turns = side[..., None, None] * of_sensor(world, event)[:, None, :, None] * turn[:, None, None, :]
-    return replace(world, event=event, mount_turn_rad=turns)
+    return replace(world, event=event, mount_turn_rad=world.mount_turn_rad + turns)
 
 
 def rattling(world: World, size: float, chance: np.random.Generator) -> World:
     """One sensor is loose without stops: at every dwell it stands turned anew, normal with the size about each axis."""
     event = _nowhere(world, chance, keep_sensor=True)
     turn = arcsec(size) * chance.standard_normal((world.campaigns, world.schedule.dwells, 1, 3))
-    return replace(world, event=event, mount_turn_rad=turn * of_sensor(world, event)[:, None, :, None])
+    return replace(
+        world, event=event, mount_turn_rad=world.mount_turn_rad + turn * of_sensor(world, event)[:, None, :, None]
+    )
 
 
 def _common(world: World, chance: np.random.Generator) -> tuple[World, FloatArray]:
@@ -156,7 +160,7 @@ def _either(world: World, chance: np.random.Generator) -> FloatArray:
 
 
 def _tilted(world: World, size: float, since: FloatArray, chance: np.random.Generator) -> Table:
-    return Table(base_turn_rad=arcsec(size) * since[..., None] * level_directions(world.campaigns, chance))
+    return world.table.moved(base_turn_rad=arcsec(size) * since[..., None] * level_directions(world.campaigns, chance))
 
 
 WATCHED = {"sensors": 3, "reference_every": 25, "check_set": True}

@@ -9,7 +9,6 @@ import numpy as np
 from physics_scenes.scene import Scene
 from physics_scenes.tables import (
     Curve,
-    Table,
     arcsec,
     eight_harmonics,
     once_per_turn,
@@ -83,7 +82,7 @@ def wrong_zero(world: World, size: float, chance: np.random.Generator) -> World:
     In the data it is a rotation of the package: no test of one mounting finds it, the level's reading has to.
     """
     signs = chance.choice([-1.0, 1.0], (2, world.campaigns, 1))
-    return replace(world, table=Table(pitch_slip_rad=arcsec(size) * signs[0], roll_slip_rad=arcsec(size) * signs[1]))
+    return replace(world, table=world.table.moved(pitch_rad=arcsec(size) * signs[0], roll_rad=arcsec(size) * signs[1]))
 
 
 def base_tilt(world: World, size: float, chance: np.random.Generator) -> World:
@@ -91,20 +90,22 @@ def base_tilt(world: World, size: float, chance: np.random.Generator) -> World:
 
     Fore and aft it is a wrong zero of pitch; to the side it turns with roll: (0, cosR, −sinR) times the tilt.
     """
-    return replace(world, table=Table(base_turn_rad=arcsec(size) * level_directions(world.campaigns, chance)))
+    return replace(
+        world, table=world.table.moved(base_turn_rad=arcsec(size) * level_directions(world.campaigns, chance))
+    )
 
 
 def orthogonality(world: World, size: float, chance: np.random.Generator) -> World:
     """The roll axis lies off the right angle to the pitch axis by the size, either way."""
     sign = chance.choice([-1.0, 1.0], (world.campaigns, 1))
-    return replace(world, table=Table(orthogonality_rad=arcsec(size) * sign))
+    return replace(world, table=world.table.moved(orthogonality_rad=arcsec(size) * sign))
 
 
 def with_curves(world: World, size: float, chance: np.random.Generator, curve_of: CurveOf) -> World:
     """Draw a curve for pitch and another for roll."""
     pitch = curve_of(arcsec(size), world.campaigns, chance)
     roll = curve_of(arcsec(size), world.campaigns, chance)
-    return replace(world, table=Table(pitch_curve=pitch, roll_curve=roll))
+    return replace(world, table=replace(world.table, pitch_curve=pitch, roll_curve=roll))
 
 
 def level_directions(campaigns: int, chance: np.random.Generator) -> np.ndarray:

@@ -1,7 +1,7 @@
 """What a two-axis indexing table does wrong: curves of index error, zeros, slips, its base, its orthogonality."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,22 @@ class Table:
     """(n, D, 3) rotation vector of the base from level, in its own axes: x forward, y right, z down."""
     orthogonality_rad: FloatArray | float = 0.0
     """(n, D) by which the roll axis lies off the right angle to the pitch axis, turned about z."""
+
+    def moved(
+        self,
+        pitch_rad: FloatArray | float = 0.0,
+        roll_rad: FloatArray | float = 0.0,
+        base_turn_rad: FloatArray | float = 0.0,
+        orthogonality_rad: FloatArray | float = 0.0,
+    ) -> "Table":
+        """Return this table with a further slip, tilt or want of squareness, its curves as they are."""
+        return replace(
+            self,
+            pitch_slip_rad=self.pitch_slip_rad + pitch_rad,
+            roll_slip_rad=self.roll_slip_rad + roll_rad,
+            base_turn_rad=self.base_turn_rad + base_turn_rad,
+            orthogonality_rad=self.orthogonality_rad + orthogonality_rad,
+        )
 
     def force_g(self, schedule: Schedule) -> FloatArray:
         """Return the specific force (n, D, 3) in the axes of the roll plate: base, pitch, squareness, roll."""

@@ -96,7 +96,7 @@ def gradient(world: World, size: float, chance: np.random.Generator) -> World:
     warm = _warm(world, chance)
     force = mounted_force(world.setup, world.schedule.pitch_deg, world.schedule.roll_deg)
     across = np.einsum("dsc,nsac->ndsa", force, random_directions(chance, *_shape(world)))
-    return replace(warm, added_g=size * 1e-6 * (across**2 - 1.0 / 3.0))
+    return replace(warm, added_g=world.added_g + size * 1e-6 * (across**2 - 1.0 / 3.0))
 
 
 def self_heating(world: World, size: float, chance: np.random.Generator) -> World:

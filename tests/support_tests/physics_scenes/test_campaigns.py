@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from physics_scenes import FINE, SCENES, campaigns, used_later
+from physics_scenes import FINE, SCENES, campaigns, mixed, used_later
 from physics_scenes.rotations import ARCSEC, specific_force
 
 
@@ -97,6 +97,29 @@ def test_a_good_package_in_use_gives_its_attitude_back():
     assert (away * across * 3600.0).std() == pytest.approx(1.65, rel=0.05)
     redundancy = (force**2).sum(axis=-1) - 1.0
     assert redundancy.std() == pytest.approx(2.0 * 1.65 * ARCSEC, rel=0.05)
+
+
+def test_scenes_that_happen_at_once_add_up():
+    """To first order; the sizes are small."""
+    sizes = {"table-wrong-zero": 20.0, "slip-roll": 10.0, "k2": 5.0, "cross-product": 5.0}
+
+    def drawn(chosen: dict[str, float]) -> np.ndarray:
+        given = {name: chosen.get(name, 0.0) for name in sizes}
+        return mixed(given, np.random.default_rng(2), 3).output_v
+
+    clean = drawn({})
+    together = drawn(sizes) - clean
+    alone = sum(drawn({name: size}) - clean for name, size in sizes.items())
+    assert np.abs(together).max() > 1e-4
+    np.testing.assert_allclose(together, alone, atol=1e-7)
+
+
+def test_what_does_not_mix_is_refused():
+    chance = np.random.default_rng(2)
+    with pytest.raises(ValueError, match="one calibration campaign"):
+        mixed({"k2": 1.0, "use-good": 0.0}, chance, 1)
+    with pytest.raises(ValueError, match="one temperature"):
+        mixed({"temperature-lag": 0.3, "temperature-room": 0.2}, chance, 1)
 
 
 def test_most_scenes_of_a_table_are_drawn_by_the_hundred():
