@@ -8,6 +8,7 @@ from rich.console import Console
 
 from ams.archive.refusals import without_password
 from procedures.alerts.settings import read_alerts
+from procedures.cli.archive_url import require_archive_url
 from procedures.cli.attend import attended
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import (
@@ -19,7 +20,7 @@ from procedures.cli.places import (
     new_run_folder,
 )
 from procedures.delivery.deliver import Delivery, deliver, run_document, solve_run
-from procedures.delivery.publish import history_findings, require_archive_url
+from procedures.delivery.publish import history_findings
 from procedures.description.procedure_file import read_procedure
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.header import make_header
