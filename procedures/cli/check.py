@@ -2,16 +2,14 @@
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Any
 
 from procedures.check import motion_check
 from procedures.check.check_text import render
 from procedures.check.grid_check import check as check_plan
 from procedures.check.grid_check import to_document
+from procedures.cli.options import RUNS, Json, Rig, RunsFolder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import RUNS
 from procedures.description.procedure_file import ProcedureDescription, read_procedure
 from procedures.errors import ExitStatus
 from procedures.plan.plan import Plan
@@ -24,26 +22,15 @@ if TYPE_CHECKING:
     from rich.console import Group
 
 
-def check(
-    rig: Path,
-    procedure: Path | None = None,
-    /,
-    *,
-    out: Path = RUNS,
-    json: Annotated[bool, Parameter(negative=())] = False,
-) -> int:
+def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS, json: Json = False) -> int:
     """Validate a rig and a procedure; print the plan, its duration and the uncertainty to expect. Opens no port.
+
+    Disk and place of the folder of runs are looked at, as `calrig run` would.
 
     Parameters
     ----------
-    rig
-        The rig file.
     procedure
         The procedure file; without it only the rig file is checked.
-    out
-        Where the run would be kept, as for `calrig run`: its disk and its place are looked at.
-    json
-        Print one JSON document.
     """
     described = read_rig(rig)
     if procedure is None:
