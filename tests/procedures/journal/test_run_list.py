@@ -1,6 +1,5 @@
 """Laws of the list of runs: it tells what each run's own status tells, disturbs none, and no damage hides a run."""
 
-from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -22,7 +21,7 @@ LATER = VirtualClock(datetime.now(UTC) + timedelta(days=1))
 
 
 @pytest.fixture
-def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Path]]:
+def opened(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     """The folders whose journals were opened, in order."""
     paths: list[Path] = []
     original = JournalReader.open
@@ -32,7 +31,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Path]]:
         return original(path)
 
     monkeypatch.setattr(JournalReader, "open", staticmethod(open_and_tell))
-    yield paths
+    return paths
 
 
 @pytest.mark.parametrize("state", [State.RUNNING, State.HELD, State.TRIPPED, State.STOPPED, State.FINISHED])
