@@ -4,6 +4,7 @@ from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import numpy as np
 from cyclopts import App
 
 from ams.archive.connection import migrate as migrate_archive
@@ -260,8 +261,6 @@ def demo(
     seed
         The same seed makes the same archive.
     """
-    import numpy as np
-
     if sensors < 8 or years < 4:
         raise RequestError(f"a demonstration needs at least 8 sensors and 4 years: got {sensors} and {years}")
     require_folder_of(out, "--out")

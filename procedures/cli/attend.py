@@ -6,6 +6,8 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from platformdirs import user_state_path
+
 from procedures.alerts.dispatcher import AlertDesk
 from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
 from procedures.cli.output import note
@@ -47,7 +49,6 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
 
     Raises: DescriptionError where the file of alerts is wrong.
     """
-    from platformdirs import user_state_path
 
     def begun() -> None:
         note(str(run))

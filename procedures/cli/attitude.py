@@ -3,10 +3,13 @@
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Annotated, Any, TextIO
 
+import numpy as np
 from cyclopts import Parameter
 
 from ams.exports.formats import load_set
@@ -126,8 +129,6 @@ def _read_csv(found: Inference, data: Path) -> dict[str, Any]:
 
 
 def _read_parquet(found: Inference, data: Path) -> dict[str, Any]:
-    import numpy as np
-
     arrow = _parquet()
     try:
         table = arrow.read_table(data)
@@ -160,9 +161,6 @@ def _write_parquet(out: Path, answer: Mapping[str, Any]) -> None:
 
 
 def _parquet() -> Any:
-    from importlib import import_module
-    from importlib.util import find_spec
-
     if find_spec("pyarrow") is None:
         raise RequestError(
             "Parquet: the library pyarrow is not installed; nothing was written; install calrig[export], or use CSV"

@@ -2,7 +2,9 @@
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from rich.console import Console, Group
 
 from procedures.check import motion_check
 from procedures.check.check_text import render
@@ -17,9 +19,6 @@ from procedures.plan.planner import make_plan
 from procedures.run.preflight import Beforehand, beforehand
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
-
-if TYPE_CHECKING:
-    from rich.console import Group
 
 
 def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS, json: Json = False) -> int:
@@ -47,18 +46,17 @@ def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS,
     if json:
         print_json(document | _document_of(before))
         return _tell(before, json)
-    from rich.console import Console
 
     Console().print(page)
     return _tell(before, json)
 
 
-def _told(described: RigDescription, asked: ProcedureDescription) -> "tuple[dict[str, Any], Group]":
+def _told(described: RigDescription, asked: ProcedureDescription) -> tuple[dict[str, Any], Group]:
     report = check_plan(described, asked)
     return to_document(report), render(report)
 
 
-def _motion_told(described: RigDescription, asked: ProcedureDescription) -> "tuple[dict[str, Any], Group]":
+def _motion_told(described: RigDescription, asked: ProcedureDescription) -> tuple[dict[str, Any], Group]:
     report = motion_check.check_motion(described, asked)
     return motion_check.to_document(report), motion_check.render(report)
 

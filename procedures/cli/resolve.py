@@ -1,5 +1,6 @@
 """``calrig resolve``: solve archived runs again, thousands at once, and tell what changed."""
 
+import os
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import asdict
@@ -63,8 +64,6 @@ def _place(
     jobs: int, workers: int | None, dask: str | None
 ) -> tuple[Callable[[], AbstractContextManager[Mapper]], int]:
     """What solves, and how many runs it takes at once."""
-    import os
-
     if dask is not None:
         if workers is not None:
             raise RequestError("give --workers or --dask, not both; nothing was solved")

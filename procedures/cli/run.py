@@ -2,8 +2,11 @@
 
 from pathlib import Path
 
+from rich.console import Console
+
 from ams.archive.refusals import without_password
 from procedures.alerts.settings import read_alerts
+from procedures.cli.archive_url import require_archive_url
 from procedures.cli.attend import attended
 from procedures.cli.choose_run import only_one
 from procedures.cli.options import (
@@ -25,7 +28,6 @@ from procedures.cli.places import (
     left_out_where_empty,
     login_name,
     new_run_folder,
-    require_archive_url,
 )
 from procedures.delivery.deliver import Delivery, deliver, run_document, solve_run
 from procedures.delivery.publish import history_findings
@@ -191,8 +193,6 @@ def require_archived(delivery: Delivery) -> None:
 
 def tell(delivery: Delivery) -> None:
     """The outcome for a person: coefficients, verdict, and where everything is."""
-    from rich.console import Console
-
     print_summary(delivery.view, Console())
     say()
     say(f"report       {delivery.report}")
