@@ -15,7 +15,7 @@ from typing import Final, Literal, Never
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.attitude.rate_scan import Interpolation, check_length, integrate
+from ams.attitude.rate_scan import Interpolation, check_length, integrate, refuse_missing
 from ams.errors import ObservationsError, SolveError
 from ams.models.cr import CrSensor, sensed_field
 
@@ -59,15 +59,11 @@ def integrate_rates(
     within 0.06° of ±90° or crosses it, where Euler's rates have no value.
     """
     check_length(body_rate_rad_s.shape[0], interval_s, interpolation)
-    missing = np.flatnonzero(~np.isfinite(body_rate_rad_s).all(axis=1))
-    if missing.size:
-        raise ObservationsError(
-            f"gyro: sample {missing[0]} is not a number, {missing.size} in all; nothing was integrated; bridge them "
-            "with ams.attitude.rate_scan, which marks what it bridged"
-        )
+    rates = np.ascontiguousarray(body_rate_rad_s.T)
+    refuse_missing(rates)
     if method == "butcher":
         return _by_butcher(body_rate_rad_s, start_rad, interval_s, interpolation)
-    path = integrate(np.ascontiguousarray(body_rate_rad_s.T), quaternion_of_cr(start_rad), interval_s, interpolation)
+    path = integrate(rates, quaternion_of_cr(start_rad), interval_s, interpolation)
     return cr_angles_rad(path.quaternion, start_rad).T
 
 

@@ -52,10 +52,11 @@ def integrate(body_rate_rad_s: FloatArray, interval_s: float, start: FloatArray 
     """Quaternions at every sample, (N, 4), from body rates (N, 3), evenly sampled, starting at ``start``.
 
     The rate runs as a cubic through four samples, straight where there are fewer: fourth order in the interval.
-    Raises: ObservationsError with fewer than two samples, or where none is a number; single ones that are not are
-    bridged, and marked by :func:`ams.attitude.rate_scan.integrate`.
+    Raises: ObservationsError with fewer than two samples or a rate that is not a number
+    (:func:`ams.attitude.rate_scan.integrate` bridges and marks it).
     """
     rates = np.ascontiguousarray(np.asarray(body_rate_rad_s, dtype=float).T)
+    rate_scan.refuse_missing(rates)
     first = np.array(IDENTITY) if start is None else np.asarray(start, dtype=float)
     return rate_scan.integrate(rates, first, interval_s, "cubic" if rates.shape[1] >= 4 else "linear").quaternion.T
 

@@ -148,6 +148,16 @@ def check_length(samples: int, interval_s: float, interpolation: Interpolation) 
         )
 
 
+def refuse_missing(rates: FloatArray) -> None:
+    """Raise ObservationsError where one of (3, n) rates is not a number, for those who have no mark to give back."""
+    missing = np.flatnonzero(~np.isfinite(rates).all(axis=0))
+    if missing.size:
+        raise ObservationsError(
+            f"gyro: sample {missing[0]} is not a number, {missing.size} in all; nothing was integrated; bridge them "
+            "with ams.attitude.rate_scan, which marks what it bridged"
+        )
+
+
 def bridge(rates: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Return (3, n) rates without gaps and which samples were missing; all NaN where none is a number.
 
