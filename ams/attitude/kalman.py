@@ -75,7 +75,7 @@ def start_estimate(
 
 def propagate(estimate: Estimate, gyro_rad_s: FloatArray, interval_s: float, noise: GyroNoise) -> Estimate:
     """The estimate one interval later, the gyro (3,) taken as constant over it."""
-    state = _state(estimate)
+    state = state_of(estimate)
     carry(state, tuple(np.asarray(gyro_rad_s, dtype=float).tolist()), interval_s, noise)
     return _estimate(state)
 
@@ -91,7 +91,7 @@ def correct(
     unchanged together with the innovation that says so.
     Raises: ObservationsError for a reference without direction or a standard deviation that is not positive.
     """
-    state = _state(estimate)
+    state = state_of(estimate)
     direction = known_direction(np.asarray(reference, dtype=float), sd)
     innovation = weigh(state, tuple(np.asarray(measured, dtype=float).tolist()), direction, gate)
     if gate is not None and innovation > gate:
@@ -144,7 +144,7 @@ def carry(state: State, gyro_rad_s: Triple, interval_s: float, noise: GyroNoise,
     F = np.eye(6)
     np.multiply(R, -interval_s, out=F[:3, 3:])
     covariance = F @ state.covariance @ F.T
-    added = covariance.ravel()[::7]
+    added = covariance.reshape(-1)[::7]
     added[:3] += walk * interval_s + drift * interval_s**3 / 3.0 + rate_variance
     added[3:] += drift * interval_s
     cross = R * (drift * interval_s**2 / -2.0)
@@ -183,7 +183,8 @@ def weigh(state: State, measured: Triple, direction: KnownDirection, gate: float
     return normalised_innovation
 
 
-def _state(estimate: Estimate) -> State:
+def state_of(estimate: Estimate) -> State:
+    """Return the state that a stream starts from."""
     return State(tuple(estimate.quaternion.tolist()), tuple(estimate.bias_rad_s.tolist()), estimate.covariance)
 
 
