@@ -64,7 +64,7 @@ class OneAxis:
         """Return pitch of (N,) outputs at (N,) known roll; nothing is redundant."""
         powers, volts2 = output_polynomials(self.errors)
         known = volts2[:, 0, 0].sum(axis=0)
-        found = _columns(output_v.size)
+        found = AttitudeColumns.empty(output_v.size)
         for block in blocks(output_v.size):
             roll = roll_rad[block]
             roots = pitch_roots(self.k_v_per_g, self.offset_v, output_v[block], roll)
@@ -112,7 +112,7 @@ class TwoAxes:
         """Return pitch and roll of (2, N) outputs; nothing is redundant. Raises: DesignError for parallel axes."""
         powers, volts2 = output_polynomials(self.errors)
         known = np.stack([volts2[:, 0, 0], volts2[:, 1, 1], volts2[:, 0, 1]], axis=1).sum(axis=0)
-        found = _columns(outputs_v.shape[1])
+        found = AttitudeColumns.empty(outputs_v.shape[1])
         for block in blocks(outputs_v.shape[1]):
             deviation = outputs_v[:, block] - self.offset_v[:, None]
             pierced = pierce(self.k_v_per_g, deviation, self.is_upright, self.is_right_wing_down)
@@ -220,12 +220,6 @@ def _write(
     found.pitch_rad[block], found.pitch_sd_rad[block] = pitch, pitch_sd
     found.roll_rad[block], found.roll_sd_rad[block] = roll, roll_sd
     found.codes[block] = codes
-
-
-def _columns(rows: int) -> AttitudeColumns:
-    return AttitudeColumns(
-        *np.empty((2, rows)), np.empty(rows, dtype=np.uint16), *np.empty((2, rows)), np.full(rows, np.nan)
-    )
 
 
 def _root(covariance: FloatArray, gain: FloatArray) -> FloatArray:

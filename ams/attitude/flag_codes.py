@@ -37,17 +37,24 @@ WORDS: Final[Mapping[int, str]] = {
 """In the order in which they are said."""
 
 
-def words(codes: Codes) -> tuple[str, ...]:
+ONE_AXIS_WORDS: Final[Mapping[int, str]] = {
+    **WORDS,
+    BEYOND_ONE_G: "output beyond one g",
+    PITCH_SINGULAR: "pitch singular: sensor axis vertical",
+}
+
+
+def words(codes: Codes, reasons: Mapping[int, str] = WORDS) -> tuple[str, ...]:
     """Return the flag of every row, empty where all is well; several reasons are parted by a semicolon."""
     distinct, places = np.unique(codes, return_inverse=True)
-    said = [_said(int(code)) for code in distinct]
+    said = [_said(int(code), reasons) for code in distinct]
     return tuple(said[place] for place in places.ravel().tolist())
 
 
-def _said(code: int) -> str:
+def _said(code: int, words_of: Mapping[int, str]) -> str:
     suspects = ", ".join(axis for axis, bit in zip("xyz", SUSPECTS, strict=True) if code & bit)
     reasons = []
-    for bits, reason in WORDS.items():
+    for bits, reason in words_of.items():
         if code & bits == bits:
             reasons.append(f"redundancy: suspect {suspects}" if bits == REDUNDANCY and suspects else reason)
             code &= ~bits

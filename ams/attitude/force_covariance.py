@@ -29,15 +29,14 @@ PACKED: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 class ForceErrors(Protocol):
     """What is not known of K⁻¹(v − b), the specific force as three outputs give it, in g²."""
 
-    @property
-    def dof(self) -> FloatArray:
-        """(C,) degrees of freedom of the parts."""
-
     def total(self, force: FloatArray) -> FloatArray:
         """(6, n) covariance at (3, n) unit force, calibration and readings together."""
 
     def parts(self, force: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
-        """(C, 6, m) independent parts of it in some of the rows; the readings' own comes last, its dof infinite."""
+        """(C, 6, m) independent parts of it in some of the rows."""
+
+    def dof(self, rows: NDArray[np.intp]) -> FloatArray:
+        """(C, m), or (C, 1), degrees of freedom of the parts; infinite for the readings' own."""
 
     def weighing(self, sensed: FloatArray, square: FloatArray) -> "Weighing":
         """What to weigh the outputs by at (3, n) sensed force, given its (n,) squared length."""
@@ -115,13 +114,17 @@ class PolynomialErrors:
     """(6, 3) of :class:`SharedWeighing`."""
     share: FloatArray
     """(M,) polynomial of its p."""
-    dof: FloatArray
+    parts_dof: FloatArray
+    """(C,)"""
 
     def total(self, force: FloatArray) -> FloatArray:
         return self.total_g2 @ monomials(force, self.powers)
 
     def parts(self, force: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
         return np.asarray(self.parts_g2 @ monomials(force[:, rows], self.powers))
+
+    def dof(self, rows: NDArray[np.intp]) -> FloatArray:  # noqa: ARG002 the same in all rows
+        return self.parts_dof[:, None]
 
     def weighing(self, sensed: FloatArray, square: FloatArray) -> SharedWeighing:
         inverse = 1.0 / np.sqrt(square)

@@ -93,7 +93,7 @@ def cr_angles_rad(quaternion: FloatArray, start_rad: FloatArray) -> FloatArray:
     pitch, roll = np.unwrap(np.arctan2(-ahead_z, ahead_x)), np.unwrap(np.arctan2(-roll_z, roll_y))
     near = level[:-1] < SMALLEST_COS_YAW
     near |= (np.abs(np.diff(pitch)) > _CROSSED_RAD) & (np.abs(np.diff(roll)) > _CROSSED_RAD)
-    yaw = np.arctan2(sine, side * level)
+    yaw = np.unwrap(np.arctan2(sine, side * level))
     if near.any():
         _refuse_yaw(float(yaw[np.argmax(near)]), int(np.argmax(near)))
     return np.stack([_from(own, first) for own, first in zip((pitch, yaw, roll), start_rad, strict=True)])

@@ -31,7 +31,8 @@ from ams.errors import DesignError
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Limit = Callable[[FloatArray, FloatArray], FloatArray]
-"""From (C, m) parts of a variance and their (C, 1) degrees of freedom to the (m,) bound of the ratio to its root."""
+"""From (C, m) parts of a variance and their (C, 1) or (C, m) degrees of freedom to the (m,) bound of a deviation, in
+roots of the whole variance."""
 
 Fitted = tuple[FloatArray, FloatArray, Weighing, Codes]
 """Sensed and fitted force, (3, n) each, what they were weighed by, and a code where there is no fit."""
@@ -62,6 +63,12 @@ class AttitudeColumns:
     roll_sd_rad: FloatArray
     redundancy_t: FloatArray
     """(N,) excess of |û|² over its standard deviation; NaN where there is no freedom to test."""
+
+    @classmethod
+    def empty(cls, rows: int) -> "AttitudeColumns":
+        """Columns to be written block by block; nothing is redundant until it is written."""
+        codes = np.empty(rows, dtype=np.uint16)
+        return cls(*np.empty((2, rows)), codes, *np.empty((2, rows)), np.full(rows, np.nan))
 
 
 @dataclass(frozen=True)
@@ -98,7 +105,7 @@ class ThreeAxes:
     def attitude(self, outputs_v: FloatArray) -> AttitudeColumns:
         """Return the angles of (3, N) outputs with standard deviations, flags and the test of redundancy."""
         rows = outputs_v.shape[1]
-        found = AttitudeColumns(*np.empty((2, rows)), np.empty(rows, dtype=np.uint16), *np.empty((3, rows)))
+        found = AttitudeColumns.empty(rows)
         for block in blocks(rows):
             judged_into(found, block, self._fitted(outputs_v[:, block]), self.errors, self.limit, self.gravity_relative_u)
         return found
@@ -295,7 +302,8 @@ def suspicious(
         return rows
     parts = 4.0 * quadratic_form(errors.parts(force, rows), sensed[:, rows])
     known = np.full((1, rows.size), 4.0 * gravity_relative_u**2)
-    bound = limit(np.concatenate([parts, known]), np.append(errors.dof, np.inf)[:, None])
+    dof = errors.dof(rows)
+    bound = limit(np.concatenate([parts, known]), np.concatenate([dof, np.full((1, dof.shape[1]), np.inf)]))
     return rows[np.abs(ratio[rows]) > bound]
 
 
