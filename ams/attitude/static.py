@@ -42,7 +42,7 @@ from ams.attitude.three_axes import (
 )
 from ams.errors import DesignError
 from ams.frames import specific_force, specific_force_by_roll
-from ams.uncertainty.intervals import combined_dof, reading_halfwidth, t_quantile
+from ams.uncertainty.intervals import reading_halfwidth, t_quantile
 
 __all__ = [
     "CLEARANCE_SD",
@@ -62,6 +62,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _ITERATIONS: Final = 20
+_LEVEL: Final = 0.999
+_STRICTNESS: Final = 0.6
 
 
 class Sensor(UncertainSensor, Protocol):
@@ -188,8 +190,17 @@ def pitch_roll_from_three(
 
 
 def redundancy_limit(variances: FloatArray, dof: FloatArray) -> FloatArray:
-    """Return what Student's t stays within in 99.9 %, for (C, m) parts of a variance with their degrees of freedom."""
-    return t_quantile(0.999, combined_dof(variances, dof))
+    """Return what Student's t stays within in 99.9 %, for (C, m) parts of a variance with their degrees of freedom.
+
+    So far out Welch and Satterthwaite's degrees of freedom are too generous (0.7 % of alarms instead of 0.1 % where a
+    part with three is nearly all), Cochran and Cox's mean of Student's factors too strict (0.02 %). Between the two,
+    four or more degrees of freedom raise 0.04 to 0.2 %, three 0.03 to 0.3 % (simulated at all shares of the parts).
+    """
+    total = variances.sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        generous = t_quantile(_LEVEL, total**2 / np.sum(variances**2 / dof, axis=0))
+        strict = np.sum(variances * t_quantile(_LEVEL, dof), axis=0) / total
+    return np.asarray(generous ** (1.0 - _STRICTNESS) * strict**_STRICTNESS)
 
 
 @dataclass(frozen=True)
