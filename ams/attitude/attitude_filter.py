@@ -119,23 +119,27 @@ class AttitudeFilter:
     def run(self, gyro_rad_s: FloatArray, force_g: FloatArray, field_ut: FloatArray | None = None) -> FilteredPath:
         """Return the estimates at (3, n) further samples; NaN stands for what was not read."""
         rows = gyro_rad_s.shape[1]
-        path = FilteredPath(
-            np.empty((4, rows)), np.empty((3, rows)), np.empty((6, rows)), np.empty(rows), np.empty(rows),
-            np.empty(rows, dtype=np.uint16),
-        )  # fmt: skip
         fields = np.full((3, rows), np.nan) if field_ut is None else field_ut
         columns = zip(gyro_rad_s.T.tolist(), force_g.T.tolist(), fields.T.tolist(), strict=True)
         variances = np.empty((rows, 6))
+        quaternions, biases, found = [], [], []
         for row, (gyro, force, magnetic) in enumerate(columns):
-            found = self.step(gyro, force, magnetic)
-            path.codes[row], path.force_innovation[row], path.field_innovation[row] = found
-            path.quaternion[:, row], path.bias_rad_s[:, row] = self._state.quaternion, self._state.bias_rad_s
-            variances[row] = self._state.covariance.ravel()[::7]
-        np.sqrt(variances.T, out=path.sd)
+            found.append(self.step(gyro, force, magnetic))
+            quaternions.append(self._state.quaternion)
+            biases.append(self._state.bias_rad_s)
+            variances[row] = self._state.covariance.diagonal()
         self.estimate = Estimate(
             np.array(self._state.quaternion), np.array(self._state.bias_rad_s), self._state.covariance
         )
-        return path
+        codes, of_force, of_field = np.array(found, dtype=float).reshape(rows, 3).T
+        return FilteredPath(
+            np.array(quaternions).reshape(rows, 4).T,
+            np.array(biases).reshape(rows, 3).T,
+            np.sqrt(variances.T),
+            of_force,
+            of_field,
+            codes.astype(np.uint16),
+        )
 
     def step(self, gyro: Triple, force: Triple, magnetic: Triple) -> tuple[int, float, float]:
         """Take one row; return its codes and the normalised innovations of force and field."""
@@ -166,8 +170,9 @@ class AttitudeFilter:
             added = (2 * self._bridged - 1) * turn**2 if self._bridged else 0.0
             carry(self._state, mean, self.settings.interval_s, self.settings.noise, added)
         elif self._row:
-            carry(self._state, self._state.bias_rad_s, self.settings.interval_s, self.settings.noise,
-                  (2 * self._row - 1) * (self.settings.bridged_rate_sd_rad_s * self.settings.interval_s) ** 2)  # fmt: skip
+            turn = self.settings.bridged_rate_sd_rad_s * self.settings.interval_s
+            added = (2 * self._row - 1) * turn**2
+            carry(self._state, self._state.bias_rad_s, self.settings.interval_s, self.settings.noise, added)
         return 0 if is_read else GYRO_BRIDGED
 
     def _correct_by_force(self, force: Triple) -> tuple[int, float]:

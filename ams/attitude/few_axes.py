@@ -34,7 +34,9 @@ class PitchRoots:
     """How far the sensitive axis is from where both roots lie within ±90°; negative: they do, or neither does."""
 
 
-def pitch_roots(k_v_per_g: FloatArray, offset_v: float | FloatArray, output_v: FloatArray, roll: FloatArray) -> PitchRoots:
+def pitch_roots(
+    k_v_per_g: FloatArray, offset_v: float | FloatArray, output_v: FloatArray, roll: FloatArray
+) -> PitchRoots:
     """Return the pitch on the branch on which the sensor's own axis stays within 90° of the horizontal; NaN beyond 1 g.
 
     ``k_v_per_g`` is (3,) or (3, n). Source: TP (76), (79).
@@ -165,7 +167,7 @@ def pierce(k_v_per_g: FloatArray, deviation_v: FloatArray, is_upright: bool, is_
     side = -np.sign(own) * sense * length
     middle = np.where(by_z, nearest[2], nearest[1])
     leading, other = sense * (middle + side * own), sense * (middle - side * own)
-    return Pierced(nearest + side * normal, length, leading, other, np.isfinite(deviation_v).all(axis=0))
+    return Pierced(nearest + side * normal, length, leading, other, np.asarray(np.isfinite(deviation_v).all(axis=0)))
 
 
 def two_axis_gains(k_v_per_g: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:

@@ -54,7 +54,7 @@ class Weighing(Protocol):
 
 @dataclass(frozen=True)
 class SharedWeighing:
-    """Readings of their own sharpness, calibrations of a common one: C_w = R + p C with R and C the same in all rows."""
+    """Readings of their own sharpness, calibrations of a common one: C_w = R + p C, R and C the same in all rows."""
 
     matrices: FloatArray
     """(6, 3) R above C."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.attitude.rate_scan import Interpolation, check_length, integrate, refuse_missing
-from ams.errors import ObservationsError, SolveError
+from ams.errors import SolveError
 from ams.models.cr import CrSensor, sensed_field
 
 FloatArray = NDArray[np.float64]

@@ -139,17 +139,13 @@ def carry(state: State, gyro_rad_s: Triple, interval_s: float, noise: GyroNoise,
     (g_x, g_y, g_z), (b_x, b_y, b_z) = gyro_rad_s, state.bias_rad_s
     turn = _half_turn((g_x - b_x) * interval_s, (g_y - b_y) * interval_s, (g_z - b_z) * interval_s)
     halfway = _times(state.quaternion, turn)
-    R = np.array(_matrix(halfway))
     walk, drift = noise.angle_random_walk_rad_per_sqrt_s**2, noise.bias_walk_rad_s_per_sqrt_s**2
-    F = np.eye(6)
-    np.multiply(R, -interval_s, out=F[:3, 3:])
-    covariance = F @ state.covariance @ F.T
-    added = covariance.reshape(-1)[::7]
-    added[:3] += walk * interval_s + drift * interval_s**3 / 3.0 + rate_variance
-    added[3:] += drift * interval_s
-    cross = R * (drift * interval_s**2 / -2.0)
-    covariance[:3, 3:] += cross
-    covariance[3:, :3] += cross.T
+    R = _matrix(halfway)
+    F = _blocks(1.0, -interval_s, R, 0.0, 1.0)
+    angle_v = walk * interval_s + drift * interval_s**3 / 3.0 + rate_variance
+    shared = drift * interval_s**2 / -2.0
+    covariance = F.dot(state.covariance).dot(F.T)
+    covariance += _blocks(angle_v, shared, R, shared, drift * interval_s)
     state.quaternion = _unit(_times(halfway, turn))
     state.covariance = covariance
 
@@ -165,19 +161,20 @@ def weigh(state: State, measured: Triple, direction: KnownDirection, gate: float
         for row, known in zip(_matrix(state.quaternion), direction.reference, strict=True)
     ]
     H, P = direction.H, state.covariance
-    PHt = P @ H.T
-    inverse = _inverse((H @ PHt).tolist(), variance)
+    PHt = P.dot(H.T)
+    inverse = _inverse(H.dot(PHt).tolist(), variance)
     weighted = [row[0] * innovation[0] + row[1] * innovation[1] + row[2] * innovation[2] for row in inverse]
     normalised_innovation = sum(one * other for one, other in zip(innovation, weighted, strict=True))
     if gate is not None and normalised_innovation > gate:
         return normalised_innovation
-    gain = PHt @ np.array(inverse)
-    left = _UNIT - gain @ H
-    covariance = left @ P @ left.T + (variance * gain) @ gain.T
-    d_x, d_y, d_z, d_bx, d_by, d_bz = (PHt @ weighted).tolist()
+    gain = PHt.dot(np.array(inverse))
+    left = _UNIT - gain.dot(H)
+    covariance = left.dot(P).dot(left.T)
+    covariance += (variance * gain).dot(gain.T)
+    d_x, d_y, d_z, d_bx, d_by, d_bz = PHt.dot(weighted).tolist()
     b_x, b_y, b_z = state.bias_rad_s
-    turn = _times(_half_turn(d_x, d_y, d_z), _half_turn(d_x, d_y, d_z))
-    state.quaternion = _unit(_times(turn, state.quaternion))
+    half = _half_turn(d_x, d_y, d_z)
+    state.quaternion = _unit(_times(half, _times(half, state.quaternion)))
     state.bias_rad_s = (b_x + d_bx, b_y + d_by, b_z + d_bz)
     state.covariance = (covariance + covariance.T) * 0.5
     return normalised_innovation
@@ -224,6 +221,21 @@ def _matrix(q: Quadruple) -> tuple[Triple, Triple, Triple]:
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - s * z), 2.0 * (x * z + s * y)),
         (2.0 * (x * y + s * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - s * x)),
         (2.0 * (x * z - s * y), 2.0 * (y * z + s * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
+def _blocks(first: float, upper: float, R: tuple[Triple, Triple, Triple], lower: float, last: float) -> FloatArray:
+    """(6, 6) of first·1, upper·R, lower·Rᵀ and last·1; one array of plain numbers costs less than four blocks."""
+    (a, b, c), (d, e, f), (g, h, i) = R
+    return np.array(
+        (
+            (first, 0.0, 0.0, upper * a, upper * b, upper * c),
+            (0.0, first, 0.0, upper * d, upper * e, upper * f),
+            (0.0, 0.0, first, upper * g, upper * h, upper * i),
+            (lower * a, lower * d, lower * g, last, 0.0, 0.0),
+            (lower * b, lower * e, lower * h, 0.0, last, 0.0),
+            (lower * c, lower * f, lower * i, 0.0, 0.0, last),
+        )
     )
 
 

@@ -164,12 +164,12 @@ def bridge(rates: FloatArray) -> tuple[FloatArray, BoolArray]:
     A gap is bridged by a straight line; one of more than ``LONGEST_BRIDGE`` samples, or at the end, keeps the last
     rate, one at the start the first that comes.
     """
-    is_missing = ~np.isfinite(rates).all(axis=0)
+    is_missing: BoolArray = np.asarray(~np.isfinite(rates).all(axis=0))
     if not is_missing.any():
         return rates, is_missing
     good = np.flatnonzero(~is_missing)
     if not good.size:
-        return np.full(rates.shape, np.nan), is_missing
+        return np.full_like(rates, np.nan), is_missing
     gaps = np.flatnonzero(is_missing)
     after = np.searchsorted(good, gaps)
     before_place, after_place = good[np.maximum(after - 1, 0)], good[np.minimum(after, good.size - 1)]

@@ -42,7 +42,9 @@ def at_offset_or_rail(
     return np.asarray(found)
 
 
-def may_be_wrong(k_v_per_g: FloatArray, deviation_v: FloatArray, sd_v: FloatArray, clearance_sd: float = 4.0) -> BoolArray:
+def may_be_wrong(
+    k_v_per_g: FloatArray, deviation_v: FloatArray, sd_v: FloatArray, clearance_sd: float = 4.0
+) -> BoolArray:
     """Return which of three axes may be the wrong one in (3, N) outputs less offsets: the others have an attitude."""
     found = np.empty(deviation_v.shape, dtype=bool)
     for axis, others in enumerate(_OTHERS):
@@ -140,8 +142,9 @@ def _followed(
 def _prediction_variance(own: FloatArray, pair: FloatArray, force: FloatArray, squares: FloatArray) -> FloatArray:
     """(n,) of what two outputs predict of a third."""
     determinant = np.cross(pair[0], pair[1]) @ force
-    by_first, by_second = own @ np.cross(pair[1], force, axisb=0, axisc=0), own @ np.cross(
-        force, pair[0], axisa=0, axisc=0
+    by_first, by_second = (
+        own @ np.cross(pair[1], force, axisb=0, axisc=0),
+        own @ np.cross(force, pair[0], axisa=0, axisc=0),
     )
     return np.asarray((by_first**2 * squares[0] + by_second**2 * squares[1]) / determinant**2)
 

@@ -158,7 +158,7 @@ def pitch_roll_from_two(
     with np.errstate(divide="ignore", invalid="ignore"):
         gain = np.where(rank_lost, np.nan, np.stack([pitch_gain, roll_gain]))
         spread = output_errors(sensors, force.T, package).of_angles(np.moveaxis(gain, -1, 0))
-    codes = two_axis_codes(pierced, *spread.sd.T, across, rank_lost)
+    codes = two_axis_codes(pierced, spread.sd[:, 0], spread.sd[:, 1], across, rank_lost)
     return _angles(pierced.force, spread, across, codes)
 
 
@@ -177,7 +177,7 @@ def pitch_roll_from_three(
     K, offsets = _stack(sensors, 3)
     check_three_directions(K)
     volts = np.atleast_2d(outputs_v) - offsets
-    errors = _SampledErrors(sensors, package, K, np.linalg.inv(K), len(volts))
+    errors = _SampledErrors(sensors, package, K, np.asarray(np.linalg.inv(K), dtype=np.float64), len(volts))
     sensed = np.ascontiguousarray(_times(errors.inverse, volts).T)
     found = AttitudeColumns.empty(sensed.shape[1])
     force, weighing, codes = fitted(sensed, errors)

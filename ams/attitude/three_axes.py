@@ -48,6 +48,7 @@ SURELY_NOT: Final = 3.29
 """No bound at 99.9 % is below that of the normal distribution: a smaller ratio needs no degrees of freedom."""
 _STEPS_AT_MOST: Final = 20
 _ROUNDING: Final = 1e-14
+_SMALL_EXCESS: Final = 2e-5
 _SETTLED: Final = 1e-9
 
 
@@ -68,7 +69,8 @@ class AttitudeColumns:
     def empty(cls, rows: int) -> "AttitudeColumns":
         """Columns to be written block by block; nothing is redundant until it is written."""
         codes = np.empty(rows, dtype=np.uint16)
-        return cls(*np.empty((2, rows)), codes, *np.empty((2, rows)), np.full(rows, np.nan))
+        pitch, roll, pitch_sd, roll_sd = np.empty((4, rows))
+        return cls(pitch, roll, codes, pitch_sd, roll_sd, np.full(rows, np.nan))
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,9 @@ class ThreeAxes:
         rows = outputs_v.shape[1]
         found = AttitudeColumns.empty(rows)
         for block in blocks(rows):
-            judged_into(found, block, self._fitted(outputs_v[:, block]), self.errors, self.limit, self.gravity_relative_u)
+            judged_into(
+                found, block, self._fitted(outputs_v[:, block]), self.errors, self.limit, self.gravity_relative_u
+            )
         return found
 
     def _fitted(self, outputs_v: FloatArray) -> Fitted:
@@ -169,15 +173,15 @@ def fitted(sensed: FloatArray, errors: ForceErrors) -> tuple[FloatArray, Weighin
     return force, weighing, codes
 
 
-def onto_unit_sphere(
-    sensed: FloatArray, square: FloatArray, weighing: Weighing
-) -> tuple[FloatArray, NDArray[np.intp]]:
+def onto_unit_sphere(sensed: FloatArray, square: FloatArray, weighing: Weighing) -> tuple[FloatArray, NDArray[np.intp]]:
     """Return the (3, n) unit vectors that fit best and the places of those that did not settle; ``square`` is |û|²."""
     first = weighing.times(sensed)
-    first *= (0.5 * square - 0.5) / np.einsum("in,in->n", sensed, first)
+    excess = 0.5 * square - 0.5
+    first *= excess / np.einsum("in,in->n", sensed, first)
     before = np.subtract(sensed, first, out=first)
     force = _step(sensed, weighing, before)
-    if np.all(_is_close(sensed, before, force)):
+    # Two steps leave about the third power of the excess: nothing, for readings that belong to the set.
+    if np.max(np.abs(excess), initial=0.0) < _SMALL_EXCESS or np.all(_is_close(sensed, before, force)):
         return force, np.empty(0, dtype=np.intp)
     before, force = force, _step(sensed, weighing, force)
     left = np.flatnonzero(~_is_close(sensed, before, force))

@@ -56,7 +56,11 @@ def test_the_moments_are_exact_for_polynomials_of_its_degree(interpolation, degr
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.lists(st.integers(0, 60), min_size=1, max_size=12), st.integers(0, 10_000), st.sampled_from(["cubic", "linear", "hold"]))
+@given(
+    st.lists(st.integers(0, 60), min_size=1, max_size=12),
+    st.integers(0, 10_000),
+    st.sampled_from(["cubic", "linear", "hold"]),
+)
 def test_chunks_of_any_length_give_what_the_whole_gives(lengths, seed, interpolation) -> None:
     rng = np.random.default_rng(seed)
     count = sum(lengths) + 5

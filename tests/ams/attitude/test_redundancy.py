@@ -92,7 +92,9 @@ def test_two_axes_without_an_attitude_leave_only_one_that_is_right() -> None:
 
 
 def test_rows_that_agree_name_nobody() -> None:
-    codes = name_suspects(np.zeros(1, dtype=np.uint16), np.ones((3, 1), dtype=bool), np.array([[True], [False], [False]]))
+    codes = name_suspects(
+        np.zeros(1, dtype=np.uint16), np.ones((3, 1), dtype=bool), np.array([[True], [False], [False]])
+    )
     assert codes[0] == 0
 
 
@@ -135,7 +137,9 @@ def test_two_packages_that_agree_have_the_chi_square_of_their_degrees_of_freedom
     assert found.is_above(np.inf).mean() < 0.004
 
 
-@pytest.mark.parametrize(("reading", "words_"), [(1, "y or z of the sting package"), (4, "y or z of the model package")])
+@pytest.mark.parametrize(
+    ("reading", "words_"), [(1, "y or z of the sting package"), (4, "y or z of the model package")]
+)
 def test_y_and_z_of_a_package_cannot_be_told_apart_in_a_row(reading: int, words_: str) -> None:
     _, J = packages(0.3, 0.2, 0.5)
     residuals = np.zeros((1, 6))
@@ -159,4 +163,6 @@ def test_the_x_of_a_package_is_told_from_the_rest() -> None:
     residuals = np.zeros((1, 6))
     residuals[0, 3] = 0.01
     found = explaining(residuals, J[None], SIX, np.ones((1, 6), dtype=bool))
-    assert suspects_in_words(found[0].tolist(), list("xyzxyz"), ["sting"] * 3 + ["model"] * 3) == "x of the model package"
+    assert (
+        suspects_in_words(found[0].tolist(), list("xyzxyz"), ["sting"] * 3 + ["model"] * 3) == "x of the model package"
+    )

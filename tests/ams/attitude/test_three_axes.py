@@ -38,7 +38,9 @@ def random_covariance(rng, size, scale):
 
 def errors(seed=1, parts=2, scale=1e-5, dof=(5.0, 30.0)):
     rng = np.random.default_rng(seed)
-    return OutputErrors(np.stack([random_covariance(rng, 12, scale) for _ in range(parts)]), np.array(dof[:parts]), READING_V**2)
+    return OutputErrors(
+        np.stack([random_covariance(rng, 12, scale) for _ in range(parts)]), np.array(dof[:parts]), READING_V**2
+    )
 
 
 def package(**kwargs):
@@ -121,7 +123,9 @@ def test_polynomials_are_the_covariance_of_predictions(basis) -> None:
         rows = np.kron(np.eye(3), full[n])
         expected = inverse @ (rows @ own.covariances_v2[0] @ rows.T + np.diag(READING_V**2)) @ inverse.T
         vector = rng.normal(size=(3, 1))
-        assert quadratic_form(sampled[:, n : n + 1], vector)[0] == pytest.approx((vector.T @ expected @ vector)[0, 0], rel=1e-9)
+        assert quadratic_form(sampled[:, n : n + 1], vector)[0] == pytest.approx(
+            (vector.T @ expected @ vector)[0, 0], rel=1e-9
+        )
 
 
 def test_quadratic_terms_are_taken_off_at_the_angles_themselves() -> None:
@@ -141,8 +145,13 @@ def test_the_vertical_keeps_pitch_and_loses_roll() -> None:
     np.testing.assert_allclose(np.abs(found.pitch_rad[:2]), np.pi / 2, atol=1e-7)
     assert np.isnan(found.roll_rad[:2]).all()
     assert (found.pitch_sd_rad[:2] > 0).all()
-    vague = three_axes.three_axes(K, OFFSET_V, OutputErrors(np.zeros((0, 12, 12)), np.empty(0), np.ones(3)), redundancy_limit)
-    assert vague.attitude(outputs([0.3], [0.3])).codes[0] & (PITCH_SINGULAR | ROLL_SINGULAR) == PITCH_SINGULAR | ROLL_SINGULAR
+    vague = three_axes.three_axes(
+        K, OFFSET_V, OutputErrors(np.zeros((0, 12, 12)), np.empty(0), np.ones(3)), redundancy_limit
+    )
+    assert (
+        vague.attitude(outputs([0.3], [0.3])).codes[0] & (PITCH_SINGULAR | ROLL_SINGULAR)
+        == PITCH_SINGULAR | ROLL_SINGULAR
+    )
 
 
 def test_what_is_not_a_number_is_marked_and_touches_no_other_row() -> None:
