@@ -191,7 +191,7 @@ class AttitudeFilter:
 
 def _is_finite(vector: Triple) -> bool:
     x, y, z = vector
-    return isfinite(x) and isfinite(y) and isfinite(z)
+    return isfinite(x + y + z)
 
 
 def normalised_error(estimate: Estimate, quaternion: FloatArray, bias_rad_s: FloatArray) -> float:

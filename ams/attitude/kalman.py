@@ -176,7 +176,7 @@ def weigh(state: State, measured: Triple, direction: KnownDirection, gate: float
     half = _half_turn(d_x, d_y, d_z)
     state.quaternion = _unit(_times(half, _times(half, state.quaternion)))
     state.bias_rad_s = (b_x + d_bx, b_y + d_by, b_z + d_bz)
-    state.covariance = (covariance + covariance.T) * 0.5
+    state.covariance = covariance
     return normalised_innovation
 
 
