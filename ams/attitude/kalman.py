@@ -12,7 +12,6 @@ counted in body axes the linearisation drifts with the estimate and the filter t
 
 from dataclasses import dataclass
 from math import cos, sin, sqrt
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +22,6 @@ from ams.errors import ObservationsError
 FloatArray = NDArray[np.float64]
 Triple = tuple[float, float, float]
 Quadruple = tuple[float, float, float, float]
-
-_UNIT: Final = np.eye(6)
 
 
 @dataclass(frozen=True)
@@ -168,9 +165,8 @@ def weigh(state: State, measured: Triple, direction: KnownDirection, gate: float
     if gate is not None and normalised_innovation > gate:
         return normalised_innovation
     gain = PHt.dot(np.array(inverse))
-    left = _UNIT - gain.dot(H)
-    covariance = left.dot(P).dot(left.T)
-    covariance += (variance * gain).dot(gain.T)
+    # Symmetric as it stands. What Joseph's form would save shows where the prior is 10⁷ times wider than the reading.
+    covariance = P - gain.dot(PHt.T)
     d_x, d_y, d_z, d_bx, d_by, d_bz = PHt.dot(weighted).tolist()
     b_x, b_y, b_z = state.bias_rad_s
     half = _half_turn(d_x, d_y, d_z)
