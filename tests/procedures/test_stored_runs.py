@@ -26,14 +26,14 @@ from stored_runs import (
     name_of,
 )
 
-from procedures.delivery import sensors_document, sets_of, solve_run
-from procedures.description import read_procedure
+from procedures.delivery.deliver import sensors_document, sets_of, solve_run
+from procedures.description.procedure_file import read_procedure
 from procedures.plan.plan import Plan
 from procedures.plan.planner import make_plan
-from procedures.run.header import RunHeader
+from procedures.journal.header import RunHeader
 from procedures.run.resume import resume
-from procedures.run.states import State
-from rig.description import read_rig
+from procedures.records.states import State
+from rig.description.read import read_rig
 
 EVERY = pytest.mark.parametrize("case", CASES, ids=name_of)
 EVERY_VERSION = pytest.mark.parametrize("version", VERSIONS, ids=lambda version: version.name)
