@@ -12,7 +12,7 @@ from procedures.cli.places import find_run
 from procedures.cli.run import archive_of, require_archived, tell
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
 from procedures.errors import ExitStatus
-from procedures.solution.at_rest import checked_by_monte_carlo
+from procedures.solution.by_model import checked_by_monte_carlo
 
 Json = Annotated[bool, Parameter(negative=())]
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from ams.surveillance.attitude_errors import AngleErrors
 from procedures.journal.audit_trail import Interruption
-from procedures.report.canvas import Figure
-from procedures.report.numbers import (
+from procedures.numbers import (
     angle,
     arcsec,
     attitude,
@@ -22,6 +21,7 @@ from procedures.report.numbers import (
     two_digits,
     with_uncertainty,
 )
+from procedures.report.canvas import Figure
 from procedures.report.view import AxisView, ParameterRow, RunView
 
 if TYPE_CHECKING:

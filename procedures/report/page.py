@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ams.whole_file import write_whole
+from procedures.numbers import to_place
 from procedures.pages import own_style, page_environment
 from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS
-from procedures.report.numbers import to_place
 from procedures.report.view import RunView
 
 if TYPE_CHECKING:

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from procedures.report.motion_section import TextTable
-from procedures.report.numbers import with_uncertainty
+from procedures.kinds.section import TextTable
+from procedures.numbers import with_uncertainty
 from procedures.report.view import ParameterRow, RunView, SensorView
 
 if TYPE_CHECKING:

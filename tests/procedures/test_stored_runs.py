@@ -27,12 +27,12 @@ from stored_runs import (
 )
 
 from procedures.delivery.deliver import sensors_document, sets_of, solve_run
-from procedures.description.procedure_file import read_procedure
-from procedures.plan.plan import Plan
-from procedures.plan.planner import make_plan
 from procedures.journal.header import RunHeader
-from procedures.run.resume import resume
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
+from procedures.plan.plan import Plan
 from procedures.records.states import State
+from procedures.run.resume import resume
 from rig.description.read import read_rig
 
 EVERY = pytest.mark.parametrize("case", CASES, ids=name_of)
