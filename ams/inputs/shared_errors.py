@@ -15,14 +15,13 @@ from numpy.typing import NDArray
 from ams.errors import ObservationsError
 from ams.models.model import Model, Stimulus
 from ams.models.thermal import TEMPERATURE_NAMES
-from ams.observations import Observations
 from ams.statistics.budget import Kind
 
 FloatArray = NDArray[np.float64]
 Effect = Literal["reading", "gain", "pitch", "base-tilt", "temperature", "level"]
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``pitch``: radians, the zero of pitch with
 the tilt of the base about that axis; ``base-tilt``: radians, of the base across it; ``temperature``: °C;
-``level``: of the known levels of a straight line, as the observations state it under the error's name."""
+``level``: of the known levels of a straight line, in the columns that the observations state."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +37,8 @@ class SharedError:
     """Distribution, for the Monte Carlo check."""
     stated: str = ""
     """Where it comes from and as what, such as ``standards.meter: limit 20 µV``."""
+    columns: tuple[int, ...] = ()
+    """Of the observations' ``level_errors``, for the effect ``level``."""
     is_of_one_channel: bool = False
     """A load resistor: other sensor axes have one of their own, as good and as wrong."""
 
@@ -73,8 +74,7 @@ def reaches(error: SharedError, model: Model) -> bool:
 def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
     if error.effect == "level":
         slopes = [value for name, value in zip(model.primary_names, primary, strict=True) if name.startswith("slope_")]
-        known = rows.level_errors if isinstance(rows, Observations) else {}
-        return slopes[0] * known[error.name] if slopes and error.name in known else None
+        return None if rows.level_errors is None or not slopes else slopes[0] * rows.level_errors[:, list(error.columns)]
     effect = _effect(error.effect, model, primary, rows)
     return None if effect is None else effect[:, None]
 

@@ -1,6 +1,7 @@
 """Straight lines of SR, real = gain · reading + offset: every axis by itself, with the errors of its known levels."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -61,7 +62,13 @@ def _model(item: SensorRows, label: str, levels: LevelRows) -> Model:
 def _errors(item: SensorRows, label: str, levels: LevelRows) -> tuple[SharedError, ...]:
     """Return the meter's errors as they are, and everything else as an error of the known levels."""
     of_reading = [one for one in shared_errors(item.rig, item.sensor)[label] if one.effect in ("reading", "gain")]
-    return (*of_reading, *(one.error for one in levels.errors))
+    ends = np.cumsum([one.columns.shape[1] for one in levels.errors]).tolist()
+    starts = [0, *ends]
+    of_level = [
+        replace(one.error, columns=tuple(range(start, end)))
+        for one, start, end in zip(levels.errors, starts, ends, strict=False)
+    ]
+    return (*of_reading, *of_level)
 
 
 def _rows(observations: Observations, label: str, levels: LevelRows) -> Observations:
@@ -75,7 +82,7 @@ def _rows(observations: Observations, label: str, levels: LevelRows) -> Observat
         outputs_v={label: levels.reading},
         time_s=None if observations.time_s is None else observations.time_s[levels.rows],
         reference_level=levels.level,
-        level_errors={one.error.name: one.columns for one in levels.errors},
+        level_errors=np.concatenate([one.columns for one in levels.errors], axis=1) if levels.errors else None,
         source=f"{observations.source}, axis {label}",
     )
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from procedures.check.expected import expected_uncertainties
+from procedures.kinds.expected_attitudes import expected_uncertainties
 from procedures.kinds.solve import solve_sensors
 from small_run import Bench, bench, dwells_of
 
