@@ -74,7 +74,9 @@ def reaches(error: SharedError, model: Model) -> bool:
 def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
     if error.effect == "level":
         slopes = [value for name, value in zip(model.primary_names, primary, strict=True) if name.startswith("slope_")]
-        return None if rows.level_errors is None or not slopes else slopes[0] * rows.level_errors[:, list(error.columns)]
+        return (
+            None if rows.level_errors is None or not slopes else slopes[0] * rows.level_errors[:, list(error.columns)]
+        )
     effect = _effect(error.effect, model, primary, rows)
     return None if effect is None else effect[:, None]
 

@@ -7,7 +7,7 @@ from procedures.check.check_report import CheckReport, steps_told
 from procedures.kinds.kind import DesignFigures
 
 if TYPE_CHECKING:
-    from rich.console import Group
+    from rich.console import Group, RenderableType
     from rich.table import Table
 
 UNITS = {"_v": "V", "_v_per_g": "V/g", "_deg": "°", "_g": "g", "_g_per_v": "g/V"}
@@ -23,7 +23,7 @@ def render(report: CheckReport) -> "Group":
 
     advice = [Text(f"! {line}", style="yellow") for line in report.advice]
     expected = _expected(report)
-    steps = [] if report.forecast.design else [_steps(report), ""]
+    steps: list[RenderableType] = [] if report.forecast.design else [_steps(report), ""]
     return Group(_facts(report), "", _axes(report), "", *steps, *expected, *advice)
 
 
@@ -83,7 +83,7 @@ def _axes(report: CheckReport) -> "Table":
     return table
 
 
-def _expected(report: CheckReport) -> "list[Table | str]":
+def _expected(report: CheckReport) -> "list[RenderableType]":
     """Return what is to be expected: a row a sensor axis where their units are known, else a row a parameter."""
     if not report.forecast.expected:
         return []

@@ -14,7 +14,7 @@ from rig.toml_file import read_toml
 
 def procedure_form() -> type[ProcedureDescription]:
     """Return the form of the whole file with the tables of every registered kind."""
-    names: Any = Literal[tuple(KINDS)]  # type: ignore[valid-type]  # the registry says which
+    names: Any = Literal[tuple(KINDS)]
     head = create_model("Procedure", __base__=Procedure, kind=(names, ...))
     own: dict[str, Any] = {kind.table[0]: (kind.table[1] | None, None) for kind in KINDS.values() if kind.table}
     return create_model("ProcedureDescription", __base__=ProcedureDescription, procedure=(head, ...), **own)

@@ -1,7 +1,7 @@
 """``static``: at rest for long: offset, Allan deviation, and whether the drift is small enough for the use."""
 
 from collections.abc import Iterator, Mapping
-from math import sqrt
+from math import hypot, sqrt
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from procedures.solution.by_model import observed
 from procedures.solution.levels import unit_of
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor, StaticAxis
+from procedures.solution.type_b import shared_errors
 from rig.description.rig_file import RigDescription, Sensor
 from rig.toml_file import StrictTable
 
@@ -98,12 +99,12 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
     at_use = float(allan_deviation(reading.samples_v, reading.interval_s, [factor]).deviation[0])
     drift_deg = _drift_deg(sensor, unit_of(rig, channel), at_use, plan.static.use_s)
     means = [row.readings[channel].mean_v for row in rows]
+    mean = float(np.mean(means))
+    scatter = float(np.std(means, ddof=1) / sqrt(len(means))) if len(means) > 1 else float(allan.deviation[-1])
     return StaticAxis(
         unit=unit_of(rig, channel),
-        mean=float(np.mean(means)),
-        mean_uncertainty=float(np.std(means, ddof=1) / sqrt(len(means)))
-        if len(means) > 1
-        else float(allan.deviation[-1]),
+        mean=mean,
+        mean_uncertainty=hypot(scatter, *_of_the_meter(rig, sensor, channel, mean)),
         tau_s=tuple(allan.tau_s.tolist()),
         allan_deviation=tuple(allan.deviation.tolist()),
         random_walk_per_sqrt_s=coefficients.random_walk_per_sqrt_s,
@@ -114,6 +115,16 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
         drift_deg=drift_deg,
         verdict=_verdict(drift_deg, plan.static.use_s, plan.static.allowed_deg),
     )
+
+
+def _of_the_meter(rig: RigDescription, sensor: Sensor, channel: str, mean: float) -> Iterator[float]:
+    """Standard uncertainties of a mean by what the rig declares of the chain that reads it."""
+    axis = next(str(axis) for axis, name in sensor.channels.items() if name == channel)
+    for error in shared_errors(rig, sensor)[axis]:
+        if error.effect == "reading":
+            yield error.standard_uncertainty
+        elif error.effect == "gain":
+            yield error.standard_uncertainty * mean
 
 
 def _drift_deg(sensor: Sensor, unit: str, deviation: float, use_s: float) -> float | None:

@@ -22,7 +22,7 @@ def print_summary(view: RunView, console: "Console") -> None:
     for sensor in view.sensors:
         if sensor.axes:
             console.print(sensor_table(view, sensor))
-        for table in sensor.motion.tables[:1] if sensor.motion is not None else ():
+        for table in sensor.section.tables[:1] if sensor.section is not None else ():
             console.print(text_table(sensor.name, table))
     console.print(Text(view.verdict.sentence, style=VERDICT_COLOURS[view.verdict.trust]))
     for ground in view.verdict.grounds:

@@ -143,7 +143,8 @@ def _surroundings_ut(item: SensorRows) -> FloatArray:
 def _applied_ut(row: DwellRecord, rig: RigDescription) -> FloatArray:
     """Return the field of the coils in level axes."""
     assert row.motion is not None
-    return np.sum([field_ut * _unit(rig, coil) for coil, field_ut in row.motion.field_ut.items()], axis=0)
+    applied = [field_ut * _unit(rig, coil) for coil, field_ut in row.motion.field_ut.items()]
+    return np.asarray(np.sum([np.zeros(3), *applied], axis=0))
 
 
 def _unit(rig: RigDescription, coil: str) -> FloatArray:

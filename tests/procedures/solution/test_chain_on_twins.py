@@ -4,10 +4,10 @@ from math import cos, radians
 from pathlib import Path
 
 import pytest
-from procedures.kinds.solve import solve_sensors
 from small_run import bench, dwells_of
 
 from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.solve import solve_sensors
 from procedures.records.states import State
 from procedures.solution.provenance import provenance_of
 from procedures.solution.record import read_record

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from procedures.kinds.expected_attitudes import expected_uncertainties
-from procedures.kinds.solve import solve_sensors
 from small_run import Bench, bench, dwells_of
 
 from procedures.errors import PlanError
+from procedures.kinds.expected_attitudes import expected_uncertainties
 from procedures.kinds.read import read_procedure
+from procedures.kinds.solve import solve_sensors
 
 YAW = (
     "[readouts.dmm]",

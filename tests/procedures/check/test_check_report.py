@@ -56,7 +56,9 @@ def test_the_document_is_strict_json(tmp_path: Path):
 def test_time_hardly_correlates_there_and_back_and_does_in_a_serpentine(tmp_path: Path):
     rig = rig_file(tmp_path)
     assert check(rig, procedure_file(tmp_path, *BIG)).forecast.design.time_correlation < 0.1
-    assert check(rig, procedure_file(tmp_path, *BIG, more='order = "serpentine"\n')).forecast.design.time_correlation > 0.9
+    assert (
+        check(rig, procedure_file(tmp_path, *BIG, more='order = "serpentine"\n')).forecast.design.time_correlation > 0.9
+    )
 
 
 def test_a_stated_noise_is_taken_before_the_twins_and_half_an_arc_second_without_either(tmp_path: Path):
@@ -144,5 +146,9 @@ def test_without_roll_the_check_speaks_of_the_model_without_roll(tmp_path: Path)
     roll = PROCEDURE.splitlines()[-1]
     report = check(rig, procedure_file(tmp_path, (roll, ""), more='[solve]\nmodel = "pitch-only"\n'))
     assert report.forecast.design.rank == 3
-    assert set(report.forecast.expected[0].standard_uncertainty) == {"offset_v", "sensitivity_v_per_g", "pitch_misalignment_deg"}
+    assert set(report.forecast.expected[0].standard_uncertainty) == {
+        "offset_v",
+        "sensitivity_v_per_g",
+        "pitch_misalignment_deg",
+    }
     assert "socket" in RIG
