@@ -47,7 +47,8 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         request = CalibrationRequest(nominal_axes={label: label}, models={label: model}, shared_errors={label: errors})
         solved = calibrate(_rows(observations, label, levels), request)
         axes[label] = solved.axes[label]
-        budgets[label] = axis_budget(axes[label], errors, model=model)
+        if any(estimate.value is not None for estimate in axes[label].parameters):
+            budgets[label] = axis_budget(axes[label], errors, model=model)
         warnings |= dict.fromkeys(solved.warnings)
     if not axes:
         raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
