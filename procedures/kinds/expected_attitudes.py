@@ -3,7 +3,7 @@
 Only precision and the table's index errors are in it; what drifts, and what the model does not fit, shows in the run.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import radians, sqrt
 
 import numpy as np
@@ -34,8 +34,10 @@ NOMINAL_CONING_DEG = 0.3
 """Assumed where no truth is known: only the azimuth's uncertainty depends on it, as its inverse."""
 
 
-def forecast_of_design(rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-    """Judge a design of attitudes and the uncertainties that it should reach."""
+def forecast_of_design(
+    rig: RigDescription, procedure: ProcedureDescription, plan: Plan, further: Iterable[str]
+) -> Forecast:
+    """Judge a design of attitudes and the uncertainties that it should reach. ``further``: advice of its kind."""
     judged = judge_design(plan.design, plan.usage_pitch_deg)
     parameters = model_parameters(procedure)
     columns = basis(plan.solve.model, plan.design.points)
@@ -47,7 +49,7 @@ def forecast_of_design(rig: RigDescription, procedure: ProcedureDescription, pla
         usage_figure_of_merit_sqrt=judged.figures.usage_figure_of_merit_sqrt,
         time_correlation=time_correlation(plan),
     )
-    return Forecast(expected_uncertainties(rig, procedure, plan), tuple(_advice(plan)), figures)
+    return Forecast(expected_uncertainties(rig, procedure, plan), (*_advice(plan), *further), figures)
 
 
 def time_correlation(plan: Plan) -> float:
@@ -152,9 +154,10 @@ def _advice(plan: Plan) -> Iterator[str]:
             f"{plan.replications} replication{'s' if plan.replications > 1 else ''}: drift and lack of fit want "
             f"{LEAST_REPLICATIONS} or more (TP recommendation 6)"
         )
-    if plan.kind == "tumble":
-        yield "a tumble test is not recommended for laboratory calibration (TP recommendation 7)"
-        return
+
+
+def advice_on_ranges(plan: Plan) -> Iterator[str]:
+    """Tell where roll or pitch reach less far than TP recommends."""
     if plan.design.has_roll and max(plan.design.roll_values_deg) - min(plan.design.roll_values_deg) < 270.0:
         yield "roll should cover the full circle (TP recommendation 2)"
     yield from _advice_on_usage(plan)

@@ -60,24 +60,17 @@ def _unguarded(rig: RigDescription, plan: Plan) -> Iterator[str]:
 
 
 def _advice(plan: Plan) -> Iterator[str]:
-    if plan.replications < FEWEST_REPLICATIONS and plan.static is None:
+    if plan.replications < FEWEST_REPLICATIONS:
         yield (
             f"{plan.replications} replication{'s' if plan.replications > 1 else ''}: intervals rest on few degrees of "
             f"freedom; {FEWEST_REPLICATIONS} or more make them much narrower"
         )
-    if plan.static is not None and plan.static.duration_s < 4.0 * plan.static.use_s:
-        yield (
-            f"a rest of {plan.static.duration_s:g} s says little about a use of {plan.static.use_s:g} s: the verdict "
-            "rests on a handful of neighbouring means; rest for ten times as long"
-        )
-    if plan.levels is not None and plan.levels.method == "magnet-difference":
-        yield "the magnet's field is taken from the sensor itself: this tells symmetry and offset, no absolute scale"
 
 
 def _expected(rig: RigDescription, plan: Plan, name: str, sensor: Sensor) -> Iterator[ExpectedAxis]:
     """Of every axis whose noise the twin knows and whose rows can be told beforehand."""
     truths = {} if rig.twin is None else {str(axis): truth for axis, truth in rig.twin.truth.get(name, {}).items()}
-    if plan.static is not None or _follows(plan) or plan.solve.model not in ("gyro", "linear"):
+    if _follows(plan) or plan.solve.model not in ("gyro", "linear"):
         return
     rates = np.array([_rates_dps(dwell) for dwell in plan.design_dwells])
     for axis in map(str, sensor.channels):

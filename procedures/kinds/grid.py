@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.attitudes import schedule_of_attitudes
-from procedures.kinds.expected_attitudes import forecast_of_design
+from procedures.kinds.expected_attitudes import advice_on_ranges, forecast_of_design
 from procedures.kinds.kind import Forecast, Key, PlanRequest, Schedule
 from procedures.kinds.section import Section
 from procedures.plan.plan import Plan
@@ -41,7 +41,7 @@ class Grid:
         yield from design_refusals(request.rig, request.procedure, request.sensors, schedule.design)
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-        return forecast_of_design(rig, procedure, plan)
+        return forecast_of_design(rig, procedure, plan, advice_on_ranges(plan))
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         return solve_by_model(item, observed(item))

@@ -9,7 +9,6 @@ from ams.statistics.noise import allan_deviation, read_coefficients
 from procedures.description.kind_tables import Static
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
-from procedures.kinds.expected_lines import forecast_of_points
 from procedures.kinds.kind import Forecast, Key, PlanRequest, Schedule
 from procedures.kinds.points import schedule_of_points
 from procedures.kinds.section import Curve, Plot, Section, TextTable, printed, recorded_tables, section_of
@@ -52,7 +51,15 @@ class LongRest:
         yield from ()
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-        return forecast_of_points(rig, plan)
+        static = plan.static
+        assert static is not None
+        if static.duration_s >= 4.0 * static.use_s:
+            return Forecast()
+        told = (
+            f"a rest of {static.duration_s:g} s says little about a use of {static.use_s:g} s: the verdict rests on a "
+            "handful of neighbouring means; rest for ten times as long"
+        )
+        return Forecast(advice=(told,))
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         rows = item.at_declared()

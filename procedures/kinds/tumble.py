@@ -18,6 +18,8 @@ from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.rig_file import RigDescription
 from rig.toml_file import StrictTable
 
+NOT_RECOMMENDED = "a tumble test is not recommended for laboratory calibration (TP recommendation 7)"
+
 
 class Tumble:
     """Few attitudes: TP's by its models, SR's by straight lines."""
@@ -45,7 +47,7 @@ class Tumble:
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
         if _is_up_and_down(plan):
             return forecast_of_points(rig, plan)
-        return forecast_of_design(rig, procedure, plan)
+        return forecast_of_design(rig, procedure, plan, [NOT_RECOMMENDED])
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = observed(item)

@@ -1,6 +1,7 @@
 """``two-level``: magnetometers along and against a known field, first without it, then with it."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -53,7 +54,11 @@ class TwoLevel:
         yield from ()
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-        return forecast_of_points(rig, plan)
+        forecast = forecast_of_points(rig, plan)
+        if plan.levels is None or plan.levels.method != "magnet-difference":
+            return forecast
+        told = "the magnet's field is taken from the sensor itself: this tells symmetry and offset, no absolute scale"
+        return replace(forecast, advice=(*forecast.advice, told))
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         return solve_lines(item, observed(item))
