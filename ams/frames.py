@@ -31,6 +31,8 @@ class Attitude:
     """(N, 3) rates of pitch, yaw and roll, for gyros."""
     reference_level: FloatArray | None = None
     """(N,) known value of the quantity, for straight lines."""
+    level_errors: FloatArray | None = None
+    """(N, q) what one standard uncertainty of each of q errors does to it."""
     time_s: FloatArray | None = None
     """(N,) seconds since the start of the run; None: at the reference time of a model with a time term."""
     mounting: NDArray[np.int64] | None = None

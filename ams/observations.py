@@ -39,6 +39,8 @@ class Observations:
     """(N, 3) rates of pitch, yaw and roll, radians per second; None where nothing turned."""
     reference_level: FloatArray | None = None
     """(N,) known value of the quantity in its own unit, for straight lines; None otherwise."""
+    level_errors: FloatArray | None = None
+    """(N, q) what one standard uncertainty of each of q errors does to ``reference_level``; None: it has none."""
     mounting: IntArray | None = None
     """(N,) label of the mounting, the last the highest; None where the package was never moved."""
     source: str = field(default="observations", compare=False)

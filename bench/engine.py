@@ -12,11 +12,11 @@ from timeit import Timer
 
 from bench.desk import Desk
 from bench.figure import Figure
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.header import make_header
 from procedures.journal.journal import Journal
 from procedures.journal.spool import Spool
-from procedures.plan.planner import make_plan
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.records.states import State
 from procedures.run.engine import Start, run
 from rig.description.read import read_rig

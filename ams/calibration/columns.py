@@ -105,7 +105,11 @@ def solve_linearised(
 ) -> SolvedColumns:
     """Estimate, covariance, derived parameters and tests; ``shared`` are errors that all rows of every axis share."""
     common = _common_errors(problem, table, shared)
-    mixed = estimate(problem.form, problem.alone, layout, problem.outputs_v, common, plots)
+    # A straight line is drawn as it is, and what its levels are wrong by is added: weights by them would move it.
+    is_line = problem.block.reference_level is not None
+    mixed = estimate(problem.form, problem.alone, layout, problem.outputs_v, [] if is_line else common, plots)
+    if is_line:
+        mixed = mixed.with_errors(problem.form, common)
     primary = problem.complete(mixed.estimate)
     components = _all_primary(problem, mixed, common)
     dof = layout.rows - problem.free.size

@@ -144,5 +144,6 @@ def select_rows(observations: Observations, kept: NDArray[np.bool_]) -> Observat
         time_s=None if observations.time_s is None else observations.time_s[kept],
         euler_rate_rad_s=None if observations.euler_rate_rad_s is None else observations.euler_rate_rad_s[kept],
         reference_level=None if observations.reference_level is None else observations.reference_level[kept],
+        level_errors=None if observations.level_errors is None else observations.level_errors[kept],
         mounting=None if observations.mounting is None else observations.mounting[kept],
     )

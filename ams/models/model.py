@@ -42,6 +42,10 @@ class Stimulus(Protocol):
     def reference_level(self) -> FloatArray | None:
         """(N,) known value of the quantity in its own unit; None where attitude or motion is known instead."""
 
+    @property
+    def level_errors(self) -> FloatArray | None:
+        """(N, q) what one standard uncertainty of each of q errors does to ``reference_level``."""
+
 
 class Model(Protocol):
     """One sensor axis as a function of what it is exposed to."""

@@ -14,7 +14,7 @@ idea, TP (50) for one replication.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,11 @@ class MixedEstimates:
     """(m,) sum of squares of its residuals."""
     sums: ReplicatedSums | None
     """Of the outputs less what ``alone`` does not hold; None where nothing is replicated."""
+
+    def with_errors(self, form: LinearForm, common: Sequence[CommonErrors]) -> "MixedEstimates":
+        """Return the same estimates with common errors added to their covariances, one entry an output or none."""
+        estimator = np.broadcast_to(self.estimator, (self.estimate.shape[0], *self.estimator.shape[-2:]))
+        return replace(self, components=(*self.components, *_from_common(form, estimator, common)))
 
     @property
     def covariance(self) -> FloatArray:

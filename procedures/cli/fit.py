@@ -25,7 +25,7 @@ from procedures.cli.fit_set import WishedSet, wished_set, write_set
 from procedures.cli.options import Flag, Json, require_folder_of
 from procedures.cli.output import note, print_json, say
 from procedures.errors import RequestError
-from procedures.solution.at_rest import solve_observations
+from procedures.solution.by_model import solve_observations
 from procedures.solution.request import budgets_of, table_uncertainty
 from procedures.solution.type_b import shared_errors
 from rig.description.read import read_rig

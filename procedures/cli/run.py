@@ -31,13 +31,13 @@ from procedures.cli.places import (
 )
 from procedures.delivery.deliver import Delivery, deliver, run_document, solve_run
 from procedures.delivery.publish import history_findings
-from procedures.description.procedure_file import read_procedure
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.header import make_header
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.location import require_local
 from procedures.journal.status import status
-from procedures.plan.planner import make_plan
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.records.states import RESUMABLE, State
 from procedures.report.summary import print_summary
 from procedures.run.begin import begin

@@ -22,11 +22,12 @@ from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust
 from procedures.delivery.publish import publish_solved
 from procedures.errors import RequestError
 from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.solve import solve_record
 from procedures.records.states import State
 from procedures.report.paper.pdf import Attachment
 from procedures.report.view import Past, RunView
-from procedures.report.write import solve_record, view_of, write_report
-from procedures.solution.in_motion import lines_document
+from procedures.report.write import view_of, write_report
+from procedures.solution.lines import lines_document
 from procedures.solution.provenance import provenance_of
 from procedures.solution.record import RunRecord, read_record
 from procedures.solution.request import SolvedSensor
@@ -153,7 +154,7 @@ def _sensor_document(solved: SolvedSensor) -> dict[str, Any]:
     if solved.calibration is None:
         return {"axes": {}, "error": solved.failure}
     if solved.calibration.model == "linear":
-        return lines_document(solved.calibration)
+        return lines_document(solved.calibration, solved.budgets)
     return full_document(solved.calibration, solved.observations, solved.budgets)
 
 

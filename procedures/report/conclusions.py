@@ -16,7 +16,7 @@ from ams.models.extended import Q_NAMES
 from ams.observations import Observations
 from ams.solve.extension import Extension
 from ams.statistics.intervals import t_quantile
-from procedures.report.numbers import angle, arcsec, three_digits, two_digits
+from procedures.numbers import angle, arcsec, three_digits, two_digits
 from procedures.report.view import AxisView, BudgetRow, BudgetView, ParameterRow, TestRow
 
 FloatArray = NDArray[np.float64]

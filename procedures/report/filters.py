@@ -10,8 +10,7 @@ from markupsafe import Markup, escape
 
 from ams.surveillance.attitude_errors import AngleErrors
 from procedures.journal.audit_trail import Interruption
-from procedures.report.canvas import Figure
-from procedures.report.numbers import (
+from procedures.numbers import (
     angle,
     arcsec,
     attitude,
@@ -23,6 +22,7 @@ from procedures.report.numbers import (
     two_digits,
     with_uncertainty,
 )
+from procedures.report.canvas import Figure
 from procedures.report.view import AxisView, ParameterRow, RunView
 
 PRIMARY_LABELS = {"offset_v": "b", "k_x_v_per_g": "k forward", "k_y_v_per_g": "k right", "k_z_v_per_g": "k down"}

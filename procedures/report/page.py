@@ -10,10 +10,10 @@ from pathlib import Path
 from jinja2 import Environment
 
 from ams.whole_file import write_whole
+from procedures.numbers import to_place
 from procedures.pages import own_style, page_environment
 from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS
-from procedures.report.numbers import to_place
 from procedures.report.view import RunView
 
 TEMPLATES = Path(__file__).parent / "templates"

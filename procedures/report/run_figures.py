@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ams.calibration_result import Replication
+from procedures.numbers import ARCSEC_PER_RAD
 from procedures.report.canvas import (
     FAINT,
     INK,
@@ -22,7 +23,6 @@ from procedures.report.canvas import (
 from procedures.report.conclusions import by_replication
 from procedures.report.design_figures import variance_map
 from procedures.report.interruption_marks import interruption_caption, mark_interruptions
-from procedures.report.numbers import ARCSEC_PER_RAD
 from procedures.report.view import AxisView, DesignView, ParameterRow, RunView, SensorView
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
+from procedures.numbers import attitude
 from procedures.records.dwells import ChannelReading, DwellRecord
-from procedures.report.numbers import attitude
 from procedures.report.view import CheckComparison, ReferenceTrace, TemperatureTrace
 from procedures.solution.observations import run_times_s
 

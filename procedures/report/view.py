@@ -16,7 +16,7 @@ from ams.calibration_result import AxisCalibration
 from ams.observations import Observations
 from ams.surveillance.adjustment import Adjustment
 from procedures.journal.audit_trail import Interruption, Note
-from procedures.report.motion_section import MotionSection
+from procedures.kinds.section import Section
 
 FloatArray = NDArray[np.float64]
 Trust = Literal["sound", "reserved", "unusable"]
@@ -143,8 +143,8 @@ class SensorView:
     """As found and as left; None where there is no solution or its model tells no angles."""
     history: SensorHistory | None = None
     """Its calibrations up to this one; None where this is the first that the archive knows."""
-    motion: MotionSection | None = None
-    """Of a sensor that was turned, stood in a field or rested for long; it has no ``axes`` then."""
+    section: Section | None = None
+    """Of a sensor that is told by its readings, not by angles; it has no ``axes`` then."""
 
     @property
     def slug(self) -> str:

@@ -1,6 +1,7 @@
-"""From judged dwells to observations: the one way in which a run's numbers reach a solver.
+"""From judged dwells to observations: the one way in which a run's numbers reach a solver, a row a dwell.
 
-Only accepted dwells of the design enter, at the attitude that was read back, in the order of the plan, so that an
+Only accepted dwells of the design enter, at the attitude that was read back and at the rates that were measured, in the
+order of the plan, so that an
 interrupted run and its uninterrupted brother give the same rows.
 """
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from ams.observations import Observations
 from procedures.errors import JournalError
-from procedures.plan.channels import TemperatureChannel
+from procedures.plan.channels import AXES, TemperatureChannel
 from procedures.records.dwells import DwellRecord
 from rig.description.signal_chain import Chain
 
@@ -34,7 +35,7 @@ def observations_of(
 
     Raises: JournalError where a (replication, point) pair stands twice, or an accepted dwell lacks a finite reading.
     """
-    rows = sorted((dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"), key=lambda row: row.step)
+    rows = design_dwells(dwells)
     _refuse_repeats(rows, source)
     return Observations(
         replication=np.array([row.replication for row in rows], dtype=np.int64),
@@ -42,12 +43,18 @@ def observations_of(
         pitch_rad=_attitude_rad(rows, "pitch"),
         roll_rad=_attitude_rad(rows, "roll"),
         outputs_v={axis: _means_v(rows, channel, source, chains) for axis, channel in channels.items()},
-        yaw_rad=_attitude_rad(rows, "yaw") if rows and "yaw" in rows[0].measured_deg else None,
+        yaw_rad=_attitude_rad(rows, "yaw") if rows and _knows_yaw(rows[0]) else None,
         temperature_degc=_temperature_degc(rows, temperature, source, chains),
         time_s=run_times_s(rows),
+        euler_rate_rad_s=_euler_rate_rad_s(rows),
         mounting=_mounting(rows),
         source=source,
     )
+
+
+def design_dwells(dwells: Iterable[DwellRecord]) -> list[DwellRecord]:
+    """Return the accepted dwells of the design, in the order of the plan."""
+    return sorted((dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"), key=lambda row: row.step)
 
 
 def _mounting(rows: Sequence[DwellRecord]) -> NDArray[np.int64] | None:
@@ -86,7 +93,24 @@ def _refuse_repeats(rows: Sequence[DwellRecord], source: str) -> None:
 
 
 def _attitude_rad(rows: Sequence[DwellRecord], axis: str) -> FloatArray:
-    return np.asarray(np.deg2rad([row.measured_deg.get(axis, 0.0) for row in rows], dtype=float))
+    """As read back or told by a reference; of an axis that turned its start: where it is enters no equation."""
+    told = [row.targets_deg.get(axis, 0.0) if _rate_dps(row, axis) else row.measured_deg.get(axis, 0.0) for row in rows]
+    return np.asarray(np.deg2rad(np.array(told, dtype=float)))
+
+
+def _knows_yaw(row: DwellRecord) -> bool:
+    return "yaw" in row.measured_deg or "yaw" in row.targets_deg
+
+
+def _rate_dps(row: DwellRecord, axis: str) -> float:
+    return 0.0 if row.motion is None else row.motion.rates_dps.get(axis, 0.0)
+
+
+def _euler_rate_rad_s(rows: Sequence[DwellRecord]) -> FloatArray | None:
+    """(N, 3) rates of pitch, yaw and roll as measured; None where no dwell turned an axis."""
+    if not any(row.motion is not None and row.motion.rates_dps for row in rows):
+        return None
+    return np.asarray(np.deg2rad([[_rate_dps(row, axis) for axis in AXES] for row in rows]))
 
 
 def _means_v(

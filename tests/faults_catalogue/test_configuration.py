@@ -12,7 +12,7 @@ from ams.errors import AmsError, DesignError
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
 from ams.surveillance.control_chart import history_of
-from procedures.description.procedure_file import read_procedure
+from procedures.kinds.read import read_procedure
 from rig.description.read import read_rig
 from rig.errors import DescriptionError
 

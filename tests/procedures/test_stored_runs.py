@@ -7,7 +7,7 @@ import hashlib
 import json
 import shutil
 from collections.abc import Iterator
-from dataclasses import MISSING, Field, fields
+from dataclasses import MISSING, Field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,16 +27,19 @@ from stored_runs import (
 )
 
 from procedures.delivery.deliver import sensors_document, sets_of, solve_run
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.header import RunHeader
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
+from procedures.kinds.solve import solve_record
 from procedures.plan.plan import Plan
-from procedures.plan.planner import make_plan
 from procedures.records.states import State
 from procedures.run.resume import resume
 from rig.description.read import read_rig
 
 EVERY = pytest.mark.parametrize("case", CASES, ids=name_of)
 EVERY_VERSION = pytest.mark.parametrize("version", VERSIONS, ids=lambda version: version.name)
+LINES = ("rates_linear", "tumble_up_down", "two_level")
+"""Stored kinds that straight lines are drawn through, on a rig with a reference and a coil of stated uncertainty."""
 JOURNALS = sorted(DATA.rglob("journal.sqlite"))
 EXPORTS = sorted(
     path
@@ -78,9 +81,47 @@ def test_a_stored_run_gives_its_coefficients(case: StoredCase, tmp_path: Path) -
 
 @EVERY
 def test_a_stored_run_gives_its_uncertainties(case: StoredCase, tmp_path: Path) -> None:
-    """By itself, because a better budget may move an uncertainty and nothing may move a coefficient."""
-    now = _solved(case.copy("finished", tmp_path / "run"))
+    """By itself, because a better budget may move an uncertainty and nothing may move a coefficient.
+
+    Since straight lines take what their rig declares of attitudes and fields, those of ``LINES`` are what was stored
+    where nothing is declared, and larger where it is.
+    """
+    run = case.copy("finished", tmp_path / "run")
+    now = _solved_with_nothing_declared(run) if case.folder.name in LINES else _solved(run)
     assert [told for told in moved(case.numbers, now) if is_of_uncertainty(told.split(":")[0])] == []
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if case.folder.name in LINES], ids=name_of)
+def test_what_a_rig_declares_makes_a_line_less_certain(case: StoredCase, tmp_path: Path) -> None:
+    run = case.copy("finished", tmp_path / "run")
+    now, bare = _solved(run), _solved_with_nothing_declared(run)
+    for path in _standard_uncertainties(bare):
+        assert _at(now, path) >= _at(bare, path) * (1.0 - 1e-12), path
+
+
+def _solved_with_nothing_declared(run: Path) -> dict[str, Any]:
+    solved = solve_run(run)
+    rig = solved.record.rig
+    fields_of = {name: coil.model_copy(update={"uncertainty_ut": 0.0}) for name, coil in rig.field.items()}
+    bare = rig.model_copy(update={"attitude_reference": None, "field": fields_of})
+    again = replace(solved, sensors=solve_record(replace(solved.record, rig=bare)))
+    document: dict[str, Any] = json.loads(json.dumps(sensors_document(again), allow_nan=False))
+    return document
+
+
+def _standard_uncertainties(document: dict[str, Any]) -> list[tuple[str, ...]]:
+    return [
+        (sensor, "axes", axis, "parameters", name, "standard_uncertainty")
+        for sensor, solved in document.items()
+        for axis, section in solved["axes"].items()
+        for name in section["parameters"]
+    ]
+
+
+def _at(document: Any, path: tuple[str, ...]) -> float:
+    for key in path:
+        document = document[key]
+    return float(document)
 
 
 @EVERY

@@ -8,11 +8,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NoReturn
 
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.header import RunHeader, make_header
 from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
-from procedures.plan.planner import make_plan
 from procedures.records.dwells import DwellRecord
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from tp_study.settings import Truth
 
 from ams.observations import Observations
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.header import make_header
 from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
-from procedures.plan.planner import make_plan
 from procedures.plan.steps import Dwell
 from procedures.run.begin import begin
 from procedures.run.judgement.history import replications_before

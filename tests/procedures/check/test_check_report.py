@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from planning_files import AIR, PROCEDURE, RIG, procedure_file, rig_file
 
+from procedures.check.check_report import check, to_document
 from procedures.check.check_text import render
-from procedures.check.grid_check import check, to_document
 
 BIG = [
     ("from = -30.0, to = 30.0, step = 10.0", "from = -90.0, to = 90.0, step = 10.0"),
@@ -55,19 +55,21 @@ def test_the_document_is_strict_json(tmp_path: Path):
 
 def test_time_hardly_correlates_there_and_back_and_does_in_a_serpentine(tmp_path: Path):
     rig = rig_file(tmp_path)
-    assert check(rig, procedure_file(tmp_path, *BIG)).time_correlation < 0.1
-    assert check(rig, procedure_file(tmp_path, *BIG, more='order = "serpentine"\n')).time_correlation > 0.9
+    assert check(rig, procedure_file(tmp_path, *BIG)).forecast.design.time_correlation < 0.1
+    assert (
+        check(rig, procedure_file(tmp_path, *BIG, more='order = "serpentine"\n')).forecast.design.time_correlation > 0.9
+    )
 
 
 def test_a_stated_noise_is_taken_before_the_twins_and_half_an_arc_second_without_either(tmp_path: Path):
     arcsec_v = 2.5 * np.deg2rad(1.0 / 3600.0)
     stated = procedure_file(tmp_path, more="[solve]\nexpected_noise_arcsec = 2.0\n")
     rig = rig_file(tmp_path)
-    assert check(rig, stated).expected[0].noise_v == pytest.approx(2.0 * arcsec_v)
-    assert check(rig, procedure_file(tmp_path)).expected[0].noise_v == pytest.approx(0.5 * arcsec_v)
+    assert check(rig, stated).forecast.expected[0].noise_v == pytest.approx(2.0 * arcsec_v)
+    assert check(rig, procedure_file(tmp_path)).forecast.expected[0].noise_v == pytest.approx(0.5 * arcsec_v)
     twins = rig_file(tmp_path, ('"socket://127.0.0.1:1"', '"twin"'), more=TWIN)
-    assert check(twins, procedure_file(tmp_path)).expected[0].noise_v == pytest.approx(4e-5 / np.sqrt(20))
-    assert check(twins, stated).expected[0].noise_v == pytest.approx(2.0 * arcsec_v)
+    assert check(twins, procedure_file(tmp_path)).forecast.expected[0].noise_v == pytest.approx(4e-5 / np.sqrt(20))
+    assert check(twins, stated).forecast.expected[0].noise_v == pytest.approx(2.0 * arcsec_v)
 
 
 def test_expected_uncertainties_are_the_scatter_of_simulated_calibrations(tmp_path: Path):
@@ -93,12 +95,12 @@ def test_expected_uncertainties_are_the_scatter_of_simulated_calibrations(tmp_pa
         "coning_deg": np.rad2deg(np.arctan2(np.hypot(ky, kz), kx)).std(),
         "azimuth_deg": np.rad2deg(np.arctan2(kz, ky)).std(),
     }
-    assert dict(report.expected[0].standard_uncertainty) == pytest.approx(scatter, rel=0.06)
+    assert dict(report.forecast.expected[0].standard_uncertainty) == pytest.approx(scatter, rel=0.06)
 
 
 def test_without_coning_the_azimuth_will_not_be_determined(tmp_path: Path):
     rig = rig_file(tmp_path, ('"socket://127.0.0.1:1"', '"twin"'), more=TWIN)
-    z = next(axis for axis in check(rig, procedure_file(tmp_path)).expected if axis.axis == "z")
+    z = next(axis for axis in check(rig, procedure_file(tmp_path)).forecast.expected if axis.axis == "z")
     assert z.standard_uncertainty["azimuth_deg"] is None
     assert z.standard_uncertainty["coning_deg"] > 0.0
 
@@ -143,6 +145,10 @@ def test_without_roll_the_check_speaks_of_the_model_without_roll(tmp_path: Path)
     )
     roll = PROCEDURE.splitlines()[-1]
     report = check(rig, procedure_file(tmp_path, (roll, ""), more='[solve]\nmodel = "pitch-only"\n'))
-    assert report.rank == 3
-    assert set(report.expected[0].standard_uncertainty) == {"offset_v", "sensitivity_v_per_g", "pitch_misalignment_deg"}
+    assert report.forecast.design.rank == 3
+    assert set(report.forecast.expected[0].standard_uncertainty) == {
+        "offset_v",
+        "sensitivity_v_per_g",
+        "pitch_misalignment_deg",
+    }
     assert "socket" in RIG

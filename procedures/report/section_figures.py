@@ -1,14 +1,14 @@
-"""The pictures of :mod:`procedures.report.motion_section`, drawn in the report's one style."""
+"""The pictures of :mod:`procedures.kinds.section`, drawn in the report's one style."""
 
 from collections.abc import Iterator
 
+from procedures.kinds.section import Plot, Section
 from procedures.report.canvas import SERIES, SYMBOLS, Figure, canvas, plain_axes, to_svg
-from procedures.report.motion_section import MotionSection, Plot
 
 HEIGHT_IN = 2.8
 
 
-def motion_figures(section: MotionSection, slug: str) -> Iterator[Figure]:
+def section_figures(section: Section, slug: str) -> Iterator[Figure]:
     """Call inside :func:`procedures.report.canvas.style`."""
     for plot in section.plots:
         yield Figure(f"{slug}-{plot.name.rpartition('-')[2]}", plot.title, plot.caption, _drawn(plot))

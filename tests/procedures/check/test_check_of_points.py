@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from procedures.check.motion_check import check_motion
-from procedures.description.procedure_file import read_procedure
+from procedures.check.check_report import check
+from procedures.kinds.read import read_procedure
 from rig.description.read import read_rig
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "rate-table"
 
 
 def _advice(rig: Path, procedure: Path = EXAMPLE / "rates.toml") -> list[str]:
-    report = check_motion(read_rig(rig), read_procedure(procedure))
+    report = check(read_rig(rig), read_procedure(procedure))
     return [line for line in report.advice if "watchdog_s" in line]
 
 

@@ -1,4 +1,4 @@
-"""What the report says of a sensor that was turned, stood in a field or rested for long: tables of texts and curves.
+"""What the report says of a sensor that is told by its readings: tables of texts and curves.
 
 The attitude's pages turn volts into angles; a gyro or a magnetometer has none, so its pages are these.
 """
@@ -9,14 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.analysis.calibration_budget import AxisBudget, BudgetLine
 from ams.calibration_result import AxisCalibration, Calibration, FTest, ParameterEstimate
 from ams.frames import wrap_deg
+from procedures.numbers import p_value, three_digits, two_digits, with_uncertainty
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Turn
 from procedures.records.dwells import DwellRecord
-from procedures.report.numbers import p_value, three_digits, two_digits, with_uncertainty
-from procedures.solution.in_motion import unit_of
-from procedures.solution.request import StaticAxis
+from procedures.solution.levels import unit_of
+from procedures.solution.record import RunRecord
+from procedures.solution.request import SolvedSensor
 from rig.description.rig_file import AxisTruth, RigDescription, Sensor
 
 FloatArray = NDArray[np.float64]
@@ -65,7 +67,7 @@ class Plot:
 
 
 @dataclass(frozen=True)
-class MotionSection:
+class Section:
     """Everything that is said about one sensor."""
 
     result: str
@@ -75,52 +77,37 @@ class MotionSection:
     plots: tuple[Plot, ...]
 
 
-def motion_section(
-    sensor: Sensor,
-    name: str,
-    dwells: Sequence[DwellRecord],
-    plan: Plan,
-    rig: RigDescription,
-    calibration: Calibration | None,
-    static: Mapping[str, StaticAxis],
-) -> MotionSection:
-    """``static`` of a long rest, else ``calibration``; without either only what was recorded."""
-    rows = [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
-    timings = _timings(rows)
-    recorded = () if timings is None else (timings,)
-    if static:
-        tables = (_static_table(static), *recorded)
-        beyond = tuple(f"{name} {axis}: {one.verdict}" for axis, one in static.items() if one.holds is False)
-        return MotionSection(_static_result(name, static), beyond, tables, tuple(_allan_plot(name, static)))
+def section_of(record: RunRecord, solved: SolvedSensor) -> Section:
+    """Return the tables of a calibration that is told by its readings; without one only what was recorded."""
+    name, sensor, rig, calibration = solved.name, record.plan.sensors[solved.name], record.rig, solved.calibration
+    recorded = recorded_tables(record.dwells)
     if calibration is None:
-        return MotionSection(f"{name}: not solved", (), recorded, ())
+        return Section(f"{name}: not solved", (), recorded, ())
     truths = _truths(rig, name, sensor)
-    tables = (_parameters(calibration, truths), _fits(calibration, sensor, rig), *_tests(calibration), *recorded)
-    rates = _rates(rows, plan)
-    plots = tuple(_residual_plots(name, calibration, sensor, rig))
-    return MotionSection(
-        _result(name, calibration, sensor, rig),
-        tuple(_doubts(name, calibration)),
-        tables if rates is None else (*tables, rates),
-        plots,
+    tables = (
+        _parameters(calibration, truths),
+        *_budgets(solved.budgets),
+        _fits(calibration, sensor, rig),
+        *_tests(calibration),
+        *recorded,
+        *_rates(_accepted(record.dwells), record.plan),
     )
+    plots = tuple(_residual_plots(name, calibration, sensor, rig))
+    return Section(_result(name, calibration, sensor, rig), tuple(_doubts(name, calibration)), tables, plots)
 
 
-def _static_result(name: str, static: Mapping[str, StaticAxis]) -> str:
-    """Which axes hold what is allowed."""
-    one = next(iter(static.values()))
-    words = {True: f"within ±{one.allowed_deg:g}°", False: f"beyond ±{one.allowed_deg:g}°", None: "of unknown size"}
-    parts = [
-        f"{', '.join(axis for axis, each in static.items() if each.holds is held)} {word}"
-        for held, word in words.items()
-        if any(each.holds is held for each in static.values())
-    ]
-    return f"{name}: drift in {one.use_s:g} s {'; '.join(parts)}"
+def recorded_tables(dwells: Sequence[DwellRecord]) -> tuple[TextTable, ...]:
+    """Return what the streams recorded: one table, or none where there were none."""
+    return tuple(_timings(_accepted(dwells)))
+
+
+def _accepted(dwells: Sequence[DwellRecord]) -> list[DwellRecord]:
+    return [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
 
 
 def _result(name: str, calibration: Calibration, sensor: Sensor, rig: RigDescription) -> str:
     parts = [
-        f"{axis} {two_digits(one.standard_error_v)} {_printed(unit_of(rig, sensor.channels[axis]))}"  # type: ignore[index]
+        f"{axis} {two_digits(one.standard_error_v)} {printed(unit_of(rig, sensor.channels[axis]))}"  # type: ignore[index]
         for axis, one in calibration.axes.items()
     ]
     return f"{name}: model {calibration.model}, standard error of one row {', '.join(parts)}"
@@ -178,8 +165,31 @@ def _label(name: str) -> tuple[str, str]:
     return label, "/".join(f"({part})" if "/" in part and len(parts) > 1 else part for part in parts)
 
 
-def _printed(unit: str) -> str:
+def printed(unit: str) -> str:
     return PRINTED_UNITS.get(unit, unit)
+
+
+def _budgets(budgets: Mapping[str, AxisBudget]) -> Iterator[TextTable]:
+    """What each source alone puts into each parameter."""
+    rows = [
+        (axis if place == 0 else "", line.source, line.type, *_contributions(budget, line), line.stated)
+        for axis, budget in budgets.items()
+        for place, line in enumerate(budget.lines)
+    ]
+    if rows:
+        names = next(iter(budgets.values())).combined
+        headings = (
+            "axis",
+            "source",
+            "type",
+            *(f"u({_label(name)[0]}) ({_label(name)[1]})" for name in names),
+            "stated",
+        )
+        yield TextTable("Uncertainty budget", headings, tuple(rows), "Standard uncertainties; each source by itself.")
+
+
+def _contributions(budget: AxisBudget, line: BudgetLine) -> tuple[str, ...]:
+    return tuple(two_digits(line.contributions[name]) if line.contributions[name] else "0" for name in budget.combined)
 
 
 def _fits(calibration: Calibration, sensor: Sensor, rig: RigDescription) -> TextTable:
@@ -187,7 +197,7 @@ def _fits(calibration: Calibration, sensor: Sensor, rig: RigDescription) -> Text
         (
             axis,
             sensor.channels[axis],  # type: ignore[index]
-            f"{two_digits(one.standard_error_v)} {_printed(unit_of(rig, sensor.channels[axis]))}",  # type: ignore[index]
+            f"{two_digits(one.standard_error_v)} {printed(unit_of(rig, sensor.channels[axis]))}",  # type: ignore[index]
             str(one.degrees_of_freedom),
         )
         for axis, one in calibration.axes.items()
@@ -209,7 +219,7 @@ def _tests(calibration: Calibration) -> Iterator[TextTable]:
         yield TextTable("Replication", ("axis", "test", "T", "F₀.₉₅", "p"), tuple(rows), note)
 
 
-def _rates(rows: Sequence[DwellRecord], plan: Plan) -> TextTable | None:
+def _rates(rows: Sequence[DwellRecord], plan: Plan) -> Iterator[TextTable]:
     """Measured rates beside what was asked for."""
     asked = {step.step: step.motion for step in plan.dwells if isinstance(step.motion, Turn)}
     cells = []
@@ -221,13 +231,13 @@ def _rates(rows: Sequence[DwellRecord], plan: Plan) -> TextTable | None:
             turned = f"{row.motion.turned_deg / 360.0:+.3f}"
             cells.append((str(row.replication), turn.turned_axis, f"{turn.rate_dps:+g}", value, uncertainty, turned))
     if not cells:
-        return None
+        return
     note = "Rates from position and time; u is their standard uncertainty."
     headings = ("replication", "axis", "set (°/s)", "measured (°/s)", "u (°/s)", "revolutions")
-    return TextTable("Rates", headings, tuple(cells), note)
+    yield TextTable("Rates", headings, tuple(cells), note)
 
 
-def _timings(rows: Sequence[DwellRecord]) -> TextTable | None:
+def _timings(rows: Sequence[DwellRecord]) -> Iterator[TextTable]:
     """Streams over all dwells: samples, what was missing, how the device's clock ran."""
     found: dict[str, list[tuple[int, int, float, float]]] = {}
     drifts: dict[str, list[float]] = {}
@@ -237,7 +247,7 @@ def _timings(rows: Sequence[DwellRecord]) -> TextTable | None:
             found.setdefault(one.stream, []).append((one.samples, lost, one.offset_uncertainty_s, one.drift))
             drifts.setdefault(one.stream, []).append(one.drift_uncertainty)
     if not found:
-        return None
+        return
     cells = tuple(
         (
             stream,
@@ -250,7 +260,7 @@ def _timings(rows: Sequence[DwellRecord]) -> TextTable | None:
         for stream, ones in found.items()
     )
     headings = ("stream", "samples", "lost", "u(offset), largest (ms)", "drift (ppm)", "u(drift) (ppm)")
-    return TextTable(
+    yield TextTable(
         "Recorded",
         headings,
         cells,
@@ -262,41 +272,10 @@ def _ppm(drift_uncertainty: float) -> str:
     return two_digits(1e6 * drift_uncertainty) if drift_uncertainty < LARGEST_TOLD else "too short to tell"
 
 
-def _static_table(static: Mapping[str, StaticAxis]) -> TextTable:
-    rows = tuple(
-        (
-            axis,
-            _printed(one.unit),
-            *with_uncertainty(one.mean, one.mean_uncertainty),
-            two_digits(one.random_walk_per_sqrt_s),
-            f"{two_digits(one.bias_instability)}{'' if one.is_bottom_reached else ' at most'}",
-            one.verdict,
-        )
-        for axis, one in static.items()
-    )
-    headings = ("axis", "unit", "offset", "u", "random walk (·√s)", "bias instability", "verdict")
-    note = "Zeroed by the mean over as long as it is used: √2 of the Allan deviation at that time, expanded with k = 2."
-    return TextTable("At rest", headings, rows, note)
-
-
-def _allan_plot(name: str, static: Mapping[str, StaticAxis]) -> Iterator[Plot]:
-    by_unit = sorted({one.unit for one in static.values()})
-    for unit in by_unit:
-        curves = tuple(
-            Curve(axis, np.array(one.tau_s), np.array(one.allan_deviation))
-            for axis, one in static.items()
-            if one.unit == unit
-        )
-        yield Plot(
-            f"{name}-allan", "Allan deviation", "Overlapping estimator over the averaging time.", "averaging time (s)",
-            f"deviation ({_printed(unit)})", curves, is_logarithmic=True,
-        )  # fmt: skip
-
-
 def _residual_plots(name: str, calibration: Calibration, sensor: Sensor, rig: RigDescription) -> Iterator[Plot]:
     """Residuals over what was fitted: a straight cloud about zero says that the model holds."""
     units = {unit_of(rig, channel) for channel in sensor.channels.values()}
-    unit = _printed(units.pop()) if len(units) == 1 else "channel's unit"
+    unit = printed(units.pop()) if len(units) == 1 else "channel's unit"
     curves = tuple(
         Curve(axis, np.asarray(one.fitted_v), np.asarray(one.residuals_v)) for axis, one in calibration.axes.items()
     )

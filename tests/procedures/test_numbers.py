@@ -1,6 +1,6 @@
 import pytest
 
-from procedures.report.numbers import angle, arcsec, duration, p_value, three_digits, two_digits, with_uncertainty
+from procedures.numbers import angle, arcsec, duration, p_value, three_digits, two_digits, with_uncertainty
 
 
 @pytest.mark.parametrize(

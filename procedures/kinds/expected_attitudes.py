@@ -3,8 +3,7 @@
 Only precision and the table's index errors are in it; what drifts, and what the model does not fit, shows in the run.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
 from math import radians, sqrt
 
 import numpy as np
@@ -16,30 +15,52 @@ from ams.inputs.table_uncertainty import TableUncertainty, index_columns
 from ams.models.accelerometer import vector_from_angles
 from ams.models.registry import model_named
 from ams.solve.linear_form import factor
-from procedures.check.evaluation import attitudes_rad
 from procedures.description.procedure_file import ProcedureDescription
+from procedures.kinds.expected import ExpectedAxis
+from procedures.kinds.kind import DesignFigures, Forecast
+from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
+from procedures.plan.refusals import basis, model_parameters
+from procedures.plan.specific_force import attitudes_rad
 from procedures.solution.request import model_name, table_uncertainty
 from rig.description.rig_file import AxisTruth, RigDescription
 
+LEAST_REPLICATIONS = 6
+"""TP, recommendation 6."""
+CALIBRATION_OVER_USAGE = 1.5
+"""TP, recommendation 1."""
 RAD_PER_ARCSEC = radians(1.0 / 3600.0)
 NOMINAL_CONING_DEG = 0.3
 """Assumed where no truth is known: only the azimuth's uncertainty depends on it, as its inverse."""
 
 
-@dataclass(frozen=True)
-class ExpectedAxis:
-    """What to expect of one sensor axis."""
+def forecast_of_design(
+    rig: RigDescription, procedure: ProcedureDescription, plan: Plan, further: Iterable[str]
+) -> Forecast:
+    """Judge a design of attitudes and the uncertainties that it should reach. ``further``: advice of its kind."""
+    judged = judge_design(plan.design, plan.usage_pitch_deg)
+    parameters = model_parameters(procedure)
+    columns = basis(plan.solve.model, plan.design.points)
+    figures = DesignFigures(
+        parameters=parameters,
+        rank=int(np.linalg.matrix_rank(columns)) + len(parameters) - columns.shape[1],
+        degrees_of_freedom=len(plan.design_dwells) - len(parameters),
+        figure_of_merit_sqrt=judged.figures.figure_of_merit_sqrt,
+        usage_figure_of_merit_sqrt=judged.figures.usage_figure_of_merit_sqrt,
+        time_correlation=time_correlation(plan),
+    )
+    return Forecast(expected_uncertainties(rig, procedure, plan), (*_advice(plan), *further), figures)
 
-    sensor: str
-    axis: str
-    noise_v: float
-    """Standard deviation of a dwell's mean."""
-    noise_source: str
-    """Where the figure comes from."""
-    coning_deg: float
-    standard_uncertainty: Mapping[str, float | None]
-    """Parameter to standard uncertainty in its own unit; None where it will not be determined."""
+
+def time_correlation(plan: Plan) -> float:
+    """Of time in the first replication with the terms of the model: near 1, a drift passes for a parameter."""
+    by_label = {point.label: point for point in plan.design.points}
+    points = [by_label[dwell.point] for dwell in plan.design_dwells if dwell.replication == 1]
+    terms = basis(plan.solve.model, points)[:, 1:]
+    time = np.arange(len(points)) - (len(points) - 1) / 2.0
+    varying = terms - terms.mean(axis=0)
+    with_time = np.abs(time @ varying) / (np.linalg.norm(time) * np.maximum(np.linalg.norm(varying, axis=0), 1e-12))
+    return float(with_time.max())
 
 
 def expected_uncertainties(
@@ -124,3 +145,32 @@ def _noise(
     noise_arcsec = procedure.solve.expected_noise_arcsec
     source = "solve.expected_noise_arcsec" if stated else "assumed"
     return noise_arcsec * RAD_PER_ARCSEC * abs(sensitivity_v_per_g), f"{noise_arcsec:g}″ a dwell, {source}"
+
+
+def _advice(plan: Plan) -> Iterator[str]:
+    """Where TP's recommendations are not followed."""
+    if plan.replications < LEAST_REPLICATIONS:
+        yield (
+            f"{plan.replications} replication{'s' if plan.replications > 1 else ''}: drift and lack of fit want "
+            f"{LEAST_REPLICATIONS} or more (TP recommendation 6)"
+        )
+
+
+def advice_on_ranges(plan: Plan) -> Iterator[str]:
+    """Tell where roll or pitch reach less far than TP recommends."""
+    if plan.design.has_roll and max(plan.design.roll_values_deg) - min(plan.design.roll_values_deg) < 270.0:
+        yield "roll should cover the full circle (TP recommendation 2)"
+    yield from _advice_on_usage(plan)
+
+
+def _advice_on_usage(plan: Plan) -> Iterator[str]:
+    if plan.usage_pitch_deg is None:
+        return
+    low, high = min(plan.design.pitch_values_deg), max(plan.design.pitch_values_deg)
+    if not low <= plan.usage_pitch_deg[0] < plan.usage_pitch_deg[1] <= high:
+        yield (
+            f"the usage range {plan.usage_pitch_deg[0]:g}° to {plan.usage_pitch_deg[1]:g}° reaches beyond the "
+            f"calibration, {low:g}° to {high:g}°: nothing is validated there"
+        )
+    elif high - low < CALIBRATION_OVER_USAGE * (plan.usage_pitch_deg[1] - plan.usage_pitch_deg[0]) - 1e-9:
+        yield "the calibration range should be 150 % of the usage range (TP recommendation 1)"

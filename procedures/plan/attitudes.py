@@ -1,4 +1,4 @@
-"""From a rig and a procedure to the plan of a run; every impossible wish is refused here, before any port is opened.
+"""Designs and steps of a package that rests at attitudes.
 
 Steps in their order: for each plateau its soak; before the first design dwell the check set; then the replications,
 each in the order asked for, with a return to the reference attitude after every so many design dwells.
@@ -12,59 +12,13 @@ import numpy as np
 from procedures.description.procedure_file import AngleSet, EnvironmentPlan, ProcedureDescription, Range
 from procedures.errors import PlanError
 from procedures.plan import designs
-from procedures.plan.channels import AXES, channels_of, sensors_that_measure
 from procedures.plan.designs import Design, DesignPoint
-from procedures.plan.estimate import expected_duration
-from procedures.plan.motion_planner import make_motion_plan
-from procedures.plan.order import DRAWN_ANEW, SHUFFLED, sequence, visits
-from procedures.plan.plan import PLAN_VERSION, Plan
-from procedures.plan.refusals import refuse_impossible
+from procedures.plan.order import DRAWN_ANEW, SHUFFLED, sequence
 from procedures.plan.specific_force import felt_force
 from procedures.plan.steps import Dwell, Purpose, Soak, Step
 from rig.description.rig_file import RigDescription
 
-"""A gimbal from outside in: the order in which the axes move."""
 CHECK_ATTITUDES = 6
-
-
-def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: int | None = None) -> Plan:
-    """The plan of a run. ``fresh_seed`` serves the order ``random``; by default it is drawn here and kept in the plan.
-
-    Raises: PlanError naming file, line and key of everything that the rig cannot do or the design cannot determine.
-    """
-    if procedure.procedure.kind not in ("grid", "tumble"):
-        return make_motion_plan(rig, procedure)
-    design = visits(make_design(procedure), procedure.design.order)
-    axes = tuple(name for name in AXES if name in rig.axes)
-    sensors = sensors_that_measure(rig, "acceleration")
-    channels = channels_of(rig, sensors)
-    environment = _environment(rig, procedure)
-    refuse_impossible(rig, procedure, design, environment)
-    seed = _seed(procedure, fresh_seed)
-    steps = tuple(_steps(procedure, design, axes, environment, seed))
-    return Plan(
-        version=PLAN_VERSION,
-        title=procedure.procedure.title,
-        kind=procedure.procedure.kind,
-        axes=axes,
-        sensors=sensors,
-        channels=channels,
-        settle_channel=channels[0],
-        design=design,
-        order=procedure.design.order,
-        seed=seed,
-        replications=procedure.procedure.replications * len(_plateaus(environment)),
-        usage_pitch_deg=procedure.design.usage_pitch_deg,
-        dwell=procedure.dwell,
-        environment=environment,
-        reference=procedure.check,
-        solve=procedure.solve,
-        export_formats=procedure.export.formats,
-        max_duration_s=procedure.stop.max_duration_s if procedure.stop else None,
-        expected=expected_duration(rig, steps, procedure.dwell, channels),
-        steps=steps,
-        attitude_reference=rig.attitude_reference,
-    )
 
 
 def make_design(procedure: ProcedureDescription) -> Design:
@@ -118,7 +72,7 @@ def _values(angles: AngleSet) -> tuple[float, ...]:
     return angles.values() if isinstance(angles, Range) else tuple(angles)
 
 
-def _environment(rig: RigDescription, procedure: ProcedureDescription) -> EnvironmentPlan | None:
+def environment_of(rig: RigDescription, procedure: ProcedureDescription) -> EnvironmentPlan | None:
     """The plateaus with the name of the environment that holds them."""
     if procedure.environment is None:
         return None
@@ -133,11 +87,11 @@ def _environment(rig: RigDescription, procedure: ProcedureDescription) -> Enviro
     return procedure.environment.model_copy(update={"name": name})
 
 
-def _plateaus(environment: EnvironmentPlan | None) -> Sequence[float | None]:
+def plateaus_of(environment: EnvironmentPlan | None) -> Sequence[float | None]:
     return (None,) if environment is None else environment.plateaus_degc
 
 
-def _seed(procedure: ProcedureDescription, fresh_seed: int | None) -> int | None:
+def seed_of(procedure: ProcedureDescription, fresh_seed: int | None) -> int | None:
     if procedure.design.order not in SHUFFLED:
         return None
     if procedure.design.order not in DRAWN_ANEW:
@@ -145,7 +99,7 @@ def _seed(procedure: ProcedureDescription, fresh_seed: int | None) -> int | None
     return int(np.random.SeedSequence().generate_state(1)[0]) if fresh_seed is None else fresh_seed
 
 
-def _steps(
+def steps_at_attitudes(
     procedure: ProcedureDescription,
     design: Design,
     axes: Sequence[str],
@@ -154,7 +108,7 @@ def _steps(
 ) -> Iterator[Step]:
     numbers = count()
     replications = procedure.procedure.replications
-    for plateau, setpoint_degc in enumerate(_plateaus(environment)):
+    for plateau, setpoint_degc in enumerate(plateaus_of(environment)):
         if environment is not None and setpoint_degc is not None:
             assert environment.name is not None
             yield Soak(

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from planning_files import AIR, procedure_file, rig_file
 
 from procedures.errors import ExitStatus, PlanError
+from procedures.kinds.planner import make_plan
 from procedures.plan.order import Order
 from procedures.plan.plan import Plan, summary
-from procedures.plan.planner import make_plan
 from procedures.plan.steps import Dwell, Soak
-from rig.devices.targets import check_target
+from rig.devices.targets import check_target, is_on_increment
 from rig.errors import DescriptionError, RequestRefused
 
 PITCH = "pitch_deg = { from = -30.0, to = 30.0, step = 10.0 }"
@@ -209,15 +209,14 @@ def test_increments_count_from_the_tables_zero(tmp_path):
 def test_every_decimal_multiple_of_an_increment_is_allowed(increment, multiple):
     from decimal import Decimal
 
-    from procedures.plan.refusals import _remainder
     from rig.devices.indexing_table import IndexingTableSettings
 
     axis = IndexingTableSettings(
         driver="indexing-table", port="twin", limits_deg=(-180.0, 180.0), speed_dps=1.0, increment_deg=increment
     )
     angle = float(Decimal(repr(increment)) * multiple)
-    assert _remainder(axis, angle) == 0
-    assert _remainder(axis, angle + increment / 2.0) != 0
+    assert is_on_increment(axis.table_deg(angle), increment)
+    assert not is_on_increment(axis.table_deg(angle + increment / 2.0), increment)
 
 
 def test_a_missing_axis_is_refused(tmp_path):

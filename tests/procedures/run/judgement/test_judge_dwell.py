@@ -7,8 +7,7 @@ import pytest
 
 from procedures.plan.steps import Dwell, Rest, Turn
 from procedures.records.dwells import ChannelReading, Look, Measurement, MotionRecord, NoiseReference, StreamTiming
-from procedures.run.judgement.judge import Limits
-from procedures.run.judgement.judge_motion import judge_dwell
+from procedures.run.judgement.judge import Limits, judge_dwell
 from rig.description.rig_file import AttitudeReference
 from rig.devices.abilities import AxisState
 
