@@ -10,11 +10,17 @@ import pytest
 from finished_job import FinishedJob, finish_job
 from hypothesis import settings
 from made_once import made_once
+from memory_folder import keep_temporary_files_in_memory
 from reports_left_out import reports_left_out
 from signals import default_signals
 
 settings.register_profile("calrig", deadline=None)
 settings.load_profile("calrig")
+
+
+def pytest_configure() -> None:
+    """Keep what tests write in memory where that can be: journals sync at every dwell, and a disk takes its time."""
+    keep_temporary_files_in_memory()
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Deliveries without their report: figures, page and paper are two thirds of a small job, and most laws look elsewhere."""
+"""Deliveries without their report: figures, page and paper are two thirds of a small job."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
