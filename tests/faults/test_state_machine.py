@@ -41,7 +41,7 @@ from rig.motion.move import home_and_arrive
 
 HAPPENINGS = ("pause", "stop", "abort", "note", "unplug", "stop button", "jog", "resume")
 RESTS_BEFORE_HELP, RESTS_BEFORE_STOP = 20, 150
-EXAMPLES, STEPS = 12, 6
+EXAMPLES, STEPS = 8, 6
 
 
 class Plug:

@@ -242,7 +242,7 @@ def test_a_silent_port_is_a_sentence_with_device_and_deadline(
 ) -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         address = f"socket://127.0.0.1:{silent.getsockname()[1]}"
-        changes = {'port = "twin"': f'port = "{address}"', 'time = "virtual"': "time = 20.0"}
+        changes = {'port = "twin"': f'port = "{address}"', 'time = "virtual"': 'time = "real"'}
         outcome = run(capsys, tmp_path, rig_changes=changes)
     assert outcome.status == 1
     assert f"axes.pitch at {address}: no complete reply" in outcome.err
