@@ -38,8 +38,9 @@ TINY = PROCEDURE.replace("step = 10.0", "step = 60.0").replace("step = 30.0", "s
 
 def figures(effort: Effort) -> Iterator[Figure]:
     """Milliseconds a dwell."""
-    SCRATCH.mkdir(exist_ok=True)
-    with TemporaryDirectory(dir=SCRATCH) as folder:
+    if not effort.is_tiny:
+        SCRATCH.mkdir(exist_ok=True)
+    with TemporaryDirectory(dir=effort.amount(SCRATCH, None)) as folder:
         dwells: list[int] = []
         seconds = Timer(lambda: dwells.append(one_run(Path(folder), effort.amount(PROCEDURE, TINY)))).timeit(1)
     note = f"{dwells[0]} dwells of 3 × 20 samples"
