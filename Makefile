@@ -8,7 +8,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # As many workers as processors need no threads of the linear algebra beside them.
 test test-elsewhere soak: export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test test-elsewhere lint check bench soak clean lock setup
+.PHONY: demo test test-elsewhere lint check bench house soak clean lock setup
 
 demo: $(STAMP)          ## the whole job on the twin, into ./demo-out
 	$(BIN)/calrig demo
@@ -29,6 +29,9 @@ check: lint test        ## all that CI asks for
 
 bench: $(STAMP)         ## speed and memory, side by side with what a user would otherwise pick
 	$(BIN)/python -m bench
+
+house: $(STAMP)         ## draw docs/architecture.md anew from the import contracts
+	$(BIN)/python docs/house.py
 
 soak: $(STAMP)          ## the long proofs
 	$(BIN)/python -m pytest -q -m soak -n 2 --timeout 7200

@@ -4,16 +4,13 @@ import hashlib
 from base64 import b64encode
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from jinja2 import Environment
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
 
 
-def page_environment(*folders: Path) -> "Environment":
+def page_environment(*folders: Path) -> Environment:
     """Templates of these folders, the first first: what is filled in is escaped, and a name that is not given fails."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
     return Environment(
         loader=FileSystemLoader(folders),
         autoescape=True,
@@ -25,8 +22,6 @@ def page_environment(*folders: Path) -> "Environment":
 
 def own_style(sheet: Path) -> Mapping[str, object]:
     """``style`` and ``style_hash`` for a template: the sheet must reach the page as it is for its hash to hold."""
-    from markupsafe import Markup
-
     style = sheet.read_text(encoding="utf-8")
     digest = b64encode(hashlib.sha256(style.encode()).digest()).decode()
     return {"style": Markup(style), "style_hash": digest}  # noqa: S704 (a constant of this package)

@@ -6,21 +6,19 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.statistics.distributions import chi_square_quantile, student_t_quantile
+
 
 @lru_cache(maxsize=256)
 def t_limit(degrees_of_freedom: int, false_alarm: float) -> float:
     """|t| that chance alone exceeds with probability ``false_alarm`` (two-sided)."""
-    from scipy.special import stdtrit
-
-    return float(-stdtrit(degrees_of_freedom, false_alarm / 2.0))
+    return float(-student_t_quantile(false_alarm / 2.0, degrees_of_freedom))
 
 
 @lru_cache(maxsize=256)
 def small_variance_ratio(degrees_of_freedom: int, false_alarm: float) -> float:
     """s²/σ² that chance alone falls below with probability ``false_alarm``."""
-    from scipy.special import gammaincinv
-
-    return float(2.0 * gammaincinv(degrees_of_freedom / 2.0, false_alarm) / degrees_of_freedom)
+    return float(chi_square_quantile(false_alarm, degrees_of_freedom) / degrees_of_freedom)
 
 
 @lru_cache(maxsize=256)

@@ -14,7 +14,8 @@ from ams.calibration_result import TpReplication
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums
-from ams.statistics.intervals import FTestColumns, after_holm, f_quantile, f_tests
+from ams.statistics.distributions import f_quantile
+from ams.statistics.intervals import FTestColumns, after_holm, f_tests
 
 FloatArray = NDArray[np.float64]
 
@@ -28,7 +29,7 @@ def t_bias(sigma_bias: float, sigma_prec: float, points: int, replications: int,
 
 def f_bias(points: int, replications: int, parameters: int, level: float = 0.95) -> float:
     """F(K − L, K(n − 1)) that T_bias is held against."""
-    return f_quantile(level, points - parameters, points * (replications - 1))
+    return float(f_quantile(level, points - parameters, points * (replications - 1)))
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sqlalchemy import URL, Connection, Engine, create_engine, event, inspect, make_url, text
+from sqlalchemy.exc import ArgumentError, SQLAlchemyError
+from sqlalchemy.pool import NullPool
+
 from ams.archive.refusals import NOTHING, refusal, without_password
 from ams.archive.tables import REVISIONS
 from ams.errors import ArchiveError, ArchiveUnknown
@@ -20,7 +24,6 @@ from ams.whole_file import write_whole
 
 if TYPE_CHECKING:
     from alembic.config import Config
-    from sqlalchemy import URL, Connection, Engine
 
 MIGRATIONS = Path(__file__).with_name("migrations")
 POSTGRES = "postgresql"
@@ -29,7 +32,7 @@ _WRITERS = 0x63616C726967
 
 
 @contextmanager
-def reading(archive_url: str, busy_timeout_s: float) -> "Iterator[Connection]":
+def reading(archive_url: str, busy_timeout_s: float) -> Iterator[Connection]:
     """A read transaction on an archive of the current schema. Raises: ArchiveError."""
     url = _parsed(archive_url)
     _require_there(url)
@@ -41,7 +44,7 @@ def reading(archive_url: str, busy_timeout_s: float) -> "Iterator[Connection]":
 
 
 @contextmanager
-def writing(archive_url: str, busy_timeout_s: float, *, only_existing: bool = False) -> "Iterator[Connection]":
+def writing(archive_url: str, busy_timeout_s: float, *, only_existing: bool = False) -> Iterator[Connection]:
     """A write transaction, the archive made or migrated where needed; all of it is committed or nothing.
 
     ``only_existing``: what is to be changed must be there already, so no archive is made.
@@ -71,7 +74,7 @@ def migrate(archive_url: str, busy_timeout_s: float = 10.0) -> tuple[str | None,
         return before, _revision(connection)
 
 
-def _require_there(url: "URL") -> None:
+def _require_there(url: URL) -> None:
     """A SQLite file that is not there would be made by looking at it."""
     path = _sqlite_path(url)
     if path is not None and not os.path.exists(path):
@@ -81,9 +84,7 @@ def _require_there(url: "URL") -> None:
 
 
 @contextmanager
-def _transaction(url: "URL", begin: str, busy_timeout_s: float) -> "Iterator[Connection]":
-    from sqlalchemy.exc import SQLAlchemyError
-
+def _transaction(url: URL, begin: str, busy_timeout_s: float) -> Iterator[Connection]:
     try:
         engine = _engine(url, begin, busy_timeout_s)
         try:
@@ -95,10 +96,7 @@ def _transaction(url: "URL", begin: str, busy_timeout_s: float) -> "Iterator[Con
         raise refusal(_shown(url), error, busy_timeout_s) from error
 
 
-def _engine(url: "URL", begin: str, busy_timeout_s: float) -> "Engine":
-    from sqlalchemy import create_engine, event
-    from sqlalchemy.pool import NullPool
-
+def _engine(url: URL, begin: str, busy_timeout_s: float) -> Engine:
     is_sqlite = url.get_backend_name() == "sqlite"
     waits = {"timeout": busy_timeout_s} if is_sqlite else {"connect_timeout": max(2, math.ceil(busy_timeout_s))}
     try:
@@ -121,10 +119,7 @@ def _own_the_transactions(connection: object, record: object) -> None:  # noqa: 
     connection.execute("PRAGMA synchronous = FULL")  # type: ignore[attr-defined]
 
 
-def _parsed(archive_url: str) -> "URL":
-    from sqlalchemy import make_url
-    from sqlalchemy.exc import ArgumentError
-
+def _parsed(archive_url: str) -> URL:
     try:
         url = make_url(archive_url)
         url.get_dialect()
@@ -141,19 +136,19 @@ def _parsed(archive_url: str) -> "URL":
     return url
 
 
-def _shown(url: "URL") -> str:
+def _shown(url: URL) -> str:
     path = _sqlite_path(url)
     return without_password(url.render_as_string(hide_password=True)) if path is None else str(path)
 
 
-def _sqlite_path(url: "URL") -> Path | None:
+def _sqlite_path(url: URL) -> Path | None:
     """The archive's file; None where the URL is no plain file name."""
     if url.get_backend_name() != "sqlite" or url.database is None or url.database.startswith("file:"):
         return None
     return Path(url.database)
 
 
-def _config(connection: "Connection") -> "Config":
+def _config(connection: Connection) -> "Config":
     from alembic.config import Config
 
     config = Config()
@@ -162,16 +157,14 @@ def _config(connection: "Connection") -> "Config":
     return config
 
 
-def _revision(connection: "Connection") -> str | None:
-    from sqlalchemy import inspect, text
-
+def _revision(connection: Connection) -> str | None:
     if not inspect(connection).has_table("alembic_version"):
         return None
     found = connection.execute(text("SELECT version_num FROM alembic_version")).scalar()
     return None if found is None else str(found)
 
 
-def _check_schema(connection: "Connection", shown: str) -> None:
+def _check_schema(connection: Connection, shown: str) -> None:
     revision = _revision(connection)
     if revision is None:
         raise ArchiveUnknown(f"{shown}: is a database but no archive: it has no schema version; give another URL")
@@ -191,9 +184,7 @@ def _check_not_newer(revision: str, shown: str) -> None:
         )
 
 
-def _migrate(connection: "Connection", url: "URL") -> None:
-    from sqlalchemy import inspect
-
+def _migrate(connection: Connection, url: URL) -> None:
     revision, shown = _revision(connection), _shown(url)
     if revision == REVISIONS[-1]:
         return

@@ -5,7 +5,8 @@ Where the rig has a permanent check sensor, what it says of a run stands beside 
 
 from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import TYPE_CHECKING
+
+from sqlalchemy import Connection, select
 
 from ams.archive.connection import reading
 from ams.archive.sets import BUSY_TIMEOUT_S, show
@@ -18,9 +19,6 @@ from ams.surveillance.control_chart import History, history_of
 from ams.surveillance.history_points import unpack
 from ams.surveillance.interval_advice import IntervalAdvice, advise_interval
 from ams.surveillance.series import PointLabel, Population
-
-if TYPE_CHECKING:
-    from sqlalchemy import Connection
 
 
 @dataclass(frozen=True)
@@ -89,9 +87,7 @@ def population_of(
     return Population(labels, unpack(axes.split(","), [row[-1] for row in kept], name))
 
 
-def _kind_of(connection: "Connection", sensor: str) -> tuple[str, str, bool]:
-    from sqlalchemy import select
-
+def _kind_of(connection: Connection, sensor: str) -> tuple[str, str, bool]:
     both = SETS.join(POINTS, SETS.c.sha256 == POINTS.c.sha256)
     query = (
         select(POINTS.c.axes, POINTS.c.sensitivity_name, SETS.c.simulated)
@@ -107,11 +103,9 @@ def _kind_of(connection: "Connection", sensor: str) -> tuple[str, str, bool]:
 
 
 def _rows(
-    connection: "Connection", axes: str, sensitivity_name: str, simulated: bool
+    connection: Connection, axes: str, sensitivity_name: str, simulated: bool
 ) -> list[tuple[str, str, str | None, datetime, str, bool, float, bytes]]:
     """The fields of a label and the packed numbers, in the order in which they were published."""
-    from sqlalchemy import select
-
     columns = (SETS.c.sha256, SETS.c.sensor, SETS.c.run_id, SETS.c.created_utc, POINTS.c.rig, POINTS.c.check_sensor,
                POINTS.c.gravity_mps2, POINTS.c.numbers)  # fmt: skip
     both = SETS.join(POINTS, SETS.c.sha256 == POINTS.c.sha256)

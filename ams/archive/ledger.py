@@ -11,13 +11,12 @@ import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from sqlalchemy import Connection, Table, insert, select
 
 from ams.archive.tables import METADATA, RECORDS
 from ams.sets.canonical import Json, canonical_bytes
-
-if TYPE_CHECKING:
-    from sqlalchemy import Connection, Table
 
 BEGINNING = "0" * 64
 ROWS_AT_ONCE = 500
@@ -27,7 +26,7 @@ ROWS_AT_ONCE = 500
 class Written:
     """Rows of one table that a transaction wrote."""
 
-    table: "Table"
+    table: Table
     rows: Sequence[Mapping[str, Any]]
 
 
@@ -50,11 +49,9 @@ class ChainReport:
 
 
 def write(
-    connection: "Connection", utc: datetime, kind: str, written: Sequence[Written], detail: Mapping[str, Json]
+    connection: Connection, utc: datetime, kind: str, written: Sequence[Written], detail: Mapping[str, Json]
 ) -> Head:
     """Insert the rows, tables in the order given, and tell them in one record."""
-    from sqlalchemy import insert
-
     for part in written:
         if part.rows:
             connection.execute(insert(part.table), [dict(row) for row in part.rows])
@@ -62,11 +59,9 @@ def write(
 
 
 def tell(
-    connection: "Connection", utc: datetime, kind: str, written: Sequence[Written], detail: Mapping[str, Json]
+    connection: Connection, utc: datetime, kind: str, written: Sequence[Written], detail: Mapping[str, Json]
 ) -> Head:
     """One record of rows that are there."""
-    from sqlalchemy import insert
-
     last = head(connection)
     rows: list[Json] = [list(_told(part.table, row)) for part in written for row in part.rows]
     text = canonical_bytes({**detail, "rows": rows}).decode("utf-8")
@@ -76,16 +71,14 @@ def tell(
     return Head(last.sequence + 1, digest)
 
 
-def head(connection: "Connection") -> Head:
+def head(connection: Connection) -> Head:
     """The last record; before the first, sequence 0 and 64 zeros."""
-    from sqlalchemy import select
-
     query = select(RECORDS.c.sequence, RECORDS.c.sha256).order_by(RECORDS.c.sequence.desc()).limit(1)
     found = connection.execute(query).first()
     return Head(0, BEGINNING) if found is None else Head(found.sequence, found.sha256)
 
 
-def verify_chain(connection: "Connection") -> ChainReport:
+def verify_chain(connection: Connection) -> ChainReport:
     """Recompute every record and every row."""
     told: dict[tuple[str, str], str] = {}
     faults = list(_record_faults(connection, told))
@@ -104,10 +97,8 @@ def verify_chain(connection: "Connection") -> ChainReport:
     return ChainReport(head(connection), rows, tuple(faults))
 
 
-def _record_faults(connection: "Connection", told: dict[tuple[str, str], str]) -> Iterator[str]:
+def _record_faults(connection: Connection, told: dict[tuple[str, str], str]) -> Iterator[str]:
     """Faults of the records themselves; fills what they tell."""
-    from sqlalchemy import select
-
     previous, expected = BEGINNING, 1
     for record in map(dict, connection.execute(select(RECORDS).order_by(RECORDS.c.sequence)).mappings()):
         if record["sequence"] != expected:
@@ -121,15 +112,13 @@ def _record_faults(connection: "Connection", told: dict[tuple[str, str], str]) -
         previous, expected = record["sha256"], record["sequence"] + 1
 
 
-def _rows_of(connection: "Connection", table: "Table") -> Iterator[tuple[str, str, str]]:
-    from sqlalchemy import select
-
+def _rows_of(connection: Connection, table: Table) -> Iterator[tuple[str, str, str]]:
     found = connection.execution_options(yield_per=ROWS_AT_ONCE).execute(select(table)).mappings()
     for row in found:
         yield _told(table, dict(row))
 
 
-def _told(table: "Table", row: Mapping[str, Any]) -> tuple[str, str, str]:
+def _told(table: Table, row: Mapping[str, Any]) -> tuple[str, str, str]:
     """Table, key and hash of a row, as a record has them; null is left out, so that a later schema may add columns."""
     key = " ".join(str(row[column.name]) for column in table.primary_key)
     values = {name: _plain(value) for name, value in row.items() if value is not None}

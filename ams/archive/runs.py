@@ -12,7 +12,9 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from sqlalchemy import Connection, and_, literal, or_, select
 
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
@@ -23,9 +25,6 @@ from ams.observations import Observations
 from ams.sets.canonical import Document, canonical_bytes, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust, from_document, to_document
-
-if TYPE_CHECKING:
-    from sqlalchemy import Connection
 
 
 @dataclass(frozen=True)
@@ -135,8 +134,6 @@ def adjustment_of(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEO
 
 def list_runs(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> tuple[RunEntry, ...]:
     """Every run, oldest first. Raises: ArchiveError."""
-    from sqlalchemy import select
-
     columns = [RUNS.c[name] for name in RunEntry.__dataclass_fields__]
     with reading(archive_url, busy_timeout_s) as connection:
         rows = connection.execute(select(*columns).order_by(RUNS.c.started_utc, RUNS.c.journal_sha256)).all()
@@ -151,8 +148,6 @@ def run_primaries(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> d
 
     Raises: ArchiveError.
     """
-    from sqlalchemy import select
-
     columns = (SETS.c.run_id, SETS.c.sensor, SETS.c.document)
     query = select(*columns).where(SETS.c.run_id.is_not(None)).order_by(SETS.c.published_utc, SETS.c.sha256)
     found: dict[str, dict[str, str]] = {}
@@ -167,8 +162,6 @@ def standards_used(
     archive_url: str, journal_sha256: str, busy_timeout_s: float = BUSY_TIMEOUT_S
 ) -> tuple[tuple[StandardUse, Override | None], ...]:
     """The standards behind a run, an overridden one with who answers for it. Raises: ArchiveError."""
-    from sqlalchemy import and_, select
-
     same = and_(USES.c.serial == STANDARDS.c.serial, USES.c.certificate == STANDARDS.c.certificate)
     query = select(STANDARDS, USES.c.overridden_by, USES.c.override_reason).select_from(USES.join(STANDARDS, same))
     wanted = query.where(USES.c.journal_sha256 == journal_sha256).order_by(STANDARDS.c.name)
@@ -218,7 +211,7 @@ def _check_override(run: RunEntry, expired: Sequence[StandardUse], override: Ove
 
 
 def _insert_run(
-    connection: "Connection",
+    connection: Connection,
     run: RunEntry,
     published_utc: datetime,
     standards: Sequence[StandardUse],
@@ -245,9 +238,7 @@ def _insert_run(
     write(connection, published_utc, "run", written, {"overrides": overrides} if overrides else {})
 
 
-def _has(connection: "Connection", *conditions: Any) -> bool:
-    from sqlalchemy import literal, select
-
+def _has(connection: Connection, *conditions: Any) -> bool:
     return connection.execute(select(literal(1)).where(*conditions).limit(1)).first() is not None
 
 
@@ -267,7 +258,7 @@ def _use_row(run: RunEntry, standard: StandardUse, override: Override | None) ->
 
 
 def _adjusted(
-    connection: "Connection",
+    connection: Connection,
     sensor: MeasuredSensor,
     published_utc: datetime,
     usage_pitch_deg: tuple[float, float] | None,
@@ -297,10 +288,8 @@ def _adjusted(
     return found
 
 
-def _previous(connection: "Connection", new: CoefficientSet) -> CoefficientSet | None:
+def _previous(connection: Connection, new: CoefficientSet) -> CoefficientSet | None:
     """The latest set of this sensor from an earlier calibration; a simulated one never stands before a measured one."""
-    from sqlalchemy import or_, select
-
     query = select(SETS.c.sha256).where(
         SETS.c.sensor == new.sensor, SETS.c.created_utc < new.created_utc, SETS.c.simulated == new.is_simulated
     )
@@ -312,8 +301,6 @@ def _previous(connection: "Connection", new: CoefficientSet) -> CoefficientSet |
     return None if sha256 is None else stored_set(connection, sha256)
 
 
-def _stored_adjustment(connection: "Connection", sha256: str) -> Adjustment | None:
-    from sqlalchemy import select
-
+def _stored_adjustment(connection: Connection, sha256: str) -> Adjustment | None:
     text = connection.execute(select(ADJUSTMENTS.c.document).where(ADJUSTMENTS.c.sha256 == sha256)).scalar()
     return None if text is None else from_document(json.loads(text))

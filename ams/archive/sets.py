@@ -8,7 +8,9 @@ found and left are published by :mod:`ams.archive.runs`; this file holds what is
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from sqlalchemy import ColumnElement, Connection, Select, select
 
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import Written, write
@@ -18,9 +20,6 @@ from ams.exports.json_text import from_json, to_json
 from ams.sets.canonical import Document, table
 from ams.sets.coefficients import CoefficientSet
 from ams.surveillance.history_points import point_row
-
-if TYPE_CHECKING:
-    from sqlalchemy import ColumnElement, Connection, Select
 
 BUSY_TIMEOUT_S = 10.0
 SHORTEST_KEY = 6
@@ -109,7 +108,7 @@ def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> 
         return stored_set(connection, find_set(connection, key))
 
 
-def find_set(connection: "Connection", key: str) -> str:
+def find_set(connection: Connection, key: str) -> str:
     """The checksum that a key means: a sensor's latest set, or the one whose checksum begins so.
 
     Raises: ArchiveUnknown where nothing or more than one fits.
@@ -127,10 +126,8 @@ def find_set(connection: "Connection", key: str) -> str:
     return str(rows[0])
 
 
-def stored_set(connection: "Connection", sha256: str) -> CoefficientSet:
+def stored_set(connection: Connection, sha256: str) -> CoefficientSet:
     """A set by its whole checksum, every check of a file made. Raises: SetError where it is damaged or another's."""
-    from sqlalchemy import select
-
     document = connection.execute(select(SETS.c.document).where(SETS.c.sha256 == sha256)).scalar_one()
     found = from_json(document.encode("utf-8"), f"archive: set {sha256[:12]}")
     if found.sha256 != sha256:
@@ -153,7 +150,7 @@ def require_publishable(sets: Sequence[CoefficientSet], published_utc: datetime)
 
 
 def insert_sets(
-    connection: "Connection",
+    connection: Connection,
     sets: Sequence[CoefficientSet],
     published_utc: datetime,
     check_sensors: Mapping[str, bool],
@@ -177,23 +174,19 @@ def insert_sets(
     return tuple(publications)
 
 
-def _is_there(connection: "Connection", sha256: str) -> bool:
-    from sqlalchemy import select
-
+def _is_there(connection: Connection, sha256: str) -> bool:
     return connection.execute(select(SETS.c.sha256).where(SETS.c.sha256 == sha256)).first() is not None
 
 
-def _query(columns: "Sequence[ColumnElement[Any]]", wanted: "Sequence[ColumnElement[bool]]") -> "Select[Any]":
+def _query(columns: Sequence[ColumnElement[Any]], wanted: Sequence[ColumnElement[bool]]) -> Select[Any]:
     """By sensor, then oldest first; of solutions of one run the one that was published last comes last."""
-    from sqlalchemy import select
-
     tables = SETS.outerjoin(POINTS, SETS.c.sha256 == POINTS.c.sha256)
     tables = tables.outerjoin(ADJUSTMENTS, SETS.c.sha256 == ADJUSTMENTS.c.sha256)
     order = (SETS.c.sensor, SETS.c.created_utc, SETS.c.published_utc, SETS.c.sha256)
     return select(*columns).select_from(tables).where(*wanted).order_by(*order)
 
 
-def _conditions(search: Search) -> "list[ColumnElement[bool]]":
+def _conditions(search: Search) -> list[ColumnElement[bool]]:
     equal = {SETS.c.sensor: search.sensor, SETS.c.serial: search.serial, POINTS.c.rig: search.rig,
              SETS.c.run_id: search.run_id}  # fmt: skip
     wanted = [column == value for column, value in equal.items() if value is not None]

@@ -8,16 +8,15 @@ compared without regard to case and spaces; who a name is, the login of the mach
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
+
+from sqlalchemy import Connection, func, select
 
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ChainReport, Written, verify_chain, write
 from ams.archive.sets import BUSY_TIMEOUT_S, find_set
 from ams.archive.tables import CERTIFICATES, SIGNATURES
 from ams.errors import ArchiveForbids, ArchiveUnknown
-
-if TYPE_CHECKING:
-    from sqlalchemy import Connection
 
 Role = Literal["prepared", "reviewed", "approved", "withdrawn"]
 ORDER: tuple[Role, ...] = ("prepared", "reviewed", "approved")
@@ -200,15 +199,11 @@ def _check_issue(signed: SignOff, certificate: Certificate, there: Certificate |
         )
 
 
-def _next_signature(connection: "Connection") -> int:
-    from sqlalchemy import func, select
-
+def _next_signature(connection: Connection) -> int:
     return int(connection.execute(select(func.coalesce(func.max(SIGNATURES.c.sequence), 0))).scalar_one()) + 1
 
 
-def _sign_off(connection: "Connection", sha256: str) -> SignOff:
-    from sqlalchemy import select
-
+def _sign_off(connection: Connection, sha256: str) -> SignOff:
     columns = [SIGNATURES.c[name] for name in Signature.__dataclass_fields__]
     signed = select(*columns).where(SIGNATURES.c.sha256 == sha256).order_by(SIGNATURES.c.sequence)
     issued = select(*_certificate_columns()).where(CERTIFICATES.c.sha256 == sha256).order_by(CERTIFICATES.c.issued_utc)
@@ -217,9 +212,7 @@ def _sign_off(connection: "Connection", sha256: str) -> SignOff:
     return SignOff(sha256, signatures, tuple(certificates))
 
 
-def _certificate(connection: "Connection", number: str) -> Certificate | None:
-    from sqlalchemy import select
-
+def _certificate(connection: Connection, number: str) -> Certificate | None:
     row = connection.execute(select(*_certificate_columns()).where(CERTIFICATES.c.number == number)).first()
     return None if row is None else Certificate(*tuple(row))
 

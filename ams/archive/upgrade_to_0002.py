@@ -1,23 +1,18 @@
 """What an archive of schema 0001 holds, brought under schema 0002: points of history, and the chain's first record."""
 
-from typing import TYPE_CHECKING
+from sqlalchemy import Connection, insert, select
 
 from ams.archive.ledger import Written, tell
 from ams.archive.tables import COEFFICIENTS, POINTS, SETS
 from ams.exports.json_text import from_json
 from ams.surveillance.history_points import point_row
 
-if TYPE_CHECKING:
-    from sqlalchemy import Connection
 
-
-def take_over_0001(connection: "Connection") -> None:
+def take_over_0001(connection: Connection) -> None:
     """Every set that is there becomes a point, and a record tells of its rows. A damaged set stops the migration.
 
     Raises: SetError naming the set.
     """
-    from sqlalchemy import insert, select
-
     sets = [dict(row) for row in connection.execute(select(SETS).order_by(SETS.c.sha256)).mappings()]
     if not sets:
         return

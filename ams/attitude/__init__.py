@@ -1,0 +1,1 @@
+"""Attitude from outputs, on plain arrays: static packages, gyro, quaternion, Kalman filter, filters."""

@@ -1,0 +1,1 @@
+"""One file a format in which a coefficient set leaves, and the reading back that verifies it."""

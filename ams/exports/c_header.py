@@ -6,6 +6,8 @@ vector and returns the largest relative error, which is to be at most 1e-12.
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from ams.errors import SetError
 from ams.exports.c_fields import BODIES, field_function
 from ams.exports.c_text import (
@@ -248,8 +250,6 @@ def _terms(numbers: AxisNumbers) -> dict[str, str]:
 
 
 def _package(coefficients: CoefficientSet) -> dict[str, str]:
-    import numpy as np
-
     axes = list(coefficients.axes.values())
     determinant = np.linalg.det(np.stack([numbers.direction_v_per_g for numbers in axes]))
     k = [", ".join(f"@P@_{n.axis.upper()}_K_{c}_V_PER_G" for c in "XYZ") for n in axes]

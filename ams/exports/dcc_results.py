@@ -22,6 +22,7 @@ from ams.exports.dcc_elements import (
 from ams.exports.plain_values import columns, numeric
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
+from ams.statistics.distributions import student_t_quantile
 
 COVERAGE_QUANTILE = 0.975
 
@@ -110,9 +111,8 @@ def _primary(axis: str, primary: Document, place: int) -> Element:
 
 
 def _expanded(standard_uncertainty: float, dof: Json) -> Elements:
-    from scipy.special import stdtrit
 
-    factor = float(stdtrit(math.inf if dof is None else number(dof), COVERAGE_QUANTILE))
+    factor = float(student_t_quantile(COVERAGE_QUANTILE, math.inf if dof is None else number(dof)))
     return expanded(factor * standard_uncertainty, factor)
 
 

@@ -1,0 +1,1 @@
+"""From a coefficient set and readings to angles with standard deviations."""

@@ -1,0 +1,1 @@
+"""What comes in: tables of observations, requests, uncertainties of the table and of what readings share."""

@@ -1,0 +1,1 @@
+"""One file a sensor model, with its names, units, prediction and Jacobian."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.errors import DesignError, ObservationsError
+from ams.statistics.distributions import student_t_quantile
 
 FloatArray = NDArray[np.float64]
 
@@ -98,12 +99,11 @@ class LineFit:
         """
         if self.degrees_of_freedom == 0:
             raise DesignError("linear calibration: two levels leave no degrees of freedom: no interval can be stated")
-        from scipy.special import stdtrit
 
         variance = self.standard_uncertainty(measured) ** 2
         if new_reading_sd is not None:
             variance = variance + new_reading_sd**2
-        return np.asarray(stdtrit(self.degrees_of_freedom, 0.5 + level / 2) * np.sqrt(variance), dtype=float)
+        return np.asarray(student_t_quantile(0.5 + level / 2, self.degrees_of_freedom) * np.sqrt(variance), dtype=float)
 
 
 def fit_line(measured: FloatArray, real: FloatArray) -> LineFit:

@@ -1,0 +1,1 @@
+"""The solvers: linear form, Gauss-Newton, mixed model, joint fit."""

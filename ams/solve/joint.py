@@ -22,6 +22,7 @@ from ams.frames import specific_force
 from ams.solve.extension import angles_of_points, without_drift
 from ams.solve.layout import layout_of
 from ams.solve.table_errors import Mounting, TablePriors, nuisances_of, seat_effects, table_effects
+from ams.statistics.distributions import chi_square_upper_quantile
 
 FloatArray = NDArray[np.float64]
 
@@ -191,9 +192,8 @@ def _drift(basis: FloatArray, output: FloatArray, replication: NDArray[np.int64]
 
 
 def _is_drift(values: FloatArray, variance: float, dof: int) -> bool:
-    from scipy.special import chdtri
 
-    return bool(dof * float(values.sum()) > variance * float(chdtri(values.size * dof, 0.05)))
+    return bool(dof * float(values.sum()) > variance * float(chi_square_upper_quantile(0.05, values.size * dof)))
 
 
 def _refuse_rank_deficiency(rows: _Rows) -> None:

@@ -1,0 +1,1 @@
+"""Distributions, intervals, Monte Carlo, budgets and noise."""

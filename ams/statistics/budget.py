@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.errors import SolveError
+from ams.statistics.distributions import normal_quantile, student_t_quantile
 
 FloatArray = NDArray[np.float64]
 Function = Callable[[NDArray[np.generic]], NDArray[np.generic]]
@@ -88,11 +89,9 @@ class Budget:
 
     def expanded(self, level: float = 0.95) -> FloatArray:
         """(m,) expanded uncertainties t_p(ν_eff)·u_c; ν_eff is truncated to the integer below as GUM G.4.1 has it."""
-        from scipy.special import ndtri, stdtrit
-
         tail = 0.5 + level / 2.0
         floor = np.maximum(np.floor(np.where(np.isfinite(self.degrees_of_freedom), self.degrees_of_freedom, 1.0)), 1.0)
-        factors = np.where(np.isfinite(self.degrees_of_freedom), stdtrit(floor, tail), ndtri(tail))
+        factors = np.where(np.isfinite(self.degrees_of_freedom), student_t_quantile(tail, floor), normal_quantile(tail))
         return np.asarray(factors * self.standard_uncertainties)
 
 

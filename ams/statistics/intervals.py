@@ -11,6 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.calibration_result import FTest
+from ams.statistics.distributions import (
+    f_quantile,
+    f_tail,
+    normal_quantile,
+    student_t_degrees_of_freedom,
+    student_t_quantile,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -36,19 +43,11 @@ NO_TEST = FTest(float("nan"), float("nan"), float("nan"), float("nan"), float("n
 
 def t_quantile(level: float, dof: float | FloatArray) -> FloatArray:
     """Half-width of the two-sided interval of the level (0.95), in standard uncertainties; NaN where dof is NaN."""
-    from scipy.special import ndtri, stdtrit
-
     share = 0.5 * (1.0 + level)
     dof = np.asarray(dof, dtype=float)
     finite = np.where(dof < INFINITE_DOF, dof, 1.0)
-    return np.where(np.isnan(dof), np.nan, np.where(dof < INFINITE_DOF, stdtrit(finite, share), ndtri(share)))
-
-
-def f_quantile(level: float, numerator_dof: float, denominator_dof: float) -> float:
-    """Value that F stays below with probability ``level``."""
-    from scipy.special import fdtri
-
-    return float(fdtri(numerator_dof, denominator_dof, level))
+    factors = np.where(dof < INFINITE_DOF, student_t_quantile(share, finite), normal_quantile(share))
+    return np.where(np.isnan(dof), np.nan, factors)
 
 
 @dataclass(frozen=True)
@@ -80,11 +79,10 @@ def f_tests(
     """(m,) variance ratios by name against their limit, significance before any correction for several tests."""
     if not (variance_ratios and numerator_dof > 0 and denominator_dof > 0):
         return {name: _no_tests(ratios.size) for name, ratios in variance_ratios.items()}
-    from scipy.special import fdtrc
 
-    limit = f_quantile(level, numerator_dof, denominator_dof)
+    limit = float(f_quantile(level, numerator_dof, denominator_dof))
     ratios = np.stack(list(variance_ratios.values()))
-    p_values, flags = fdtrc(numerator_dof, denominator_dof, ratios), ratios > limit
+    p_values, flags = f_tail(ratios, numerator_dof, denominator_dof), ratios > limit
     return {
         name: FTestColumns(t, limit, p_value, numerator_dof, denominator_dof, is_above)
         for name, t, p_value, is_above in zip(variance_ratios, ratios, p_values, flags, strict=True)
@@ -144,10 +142,10 @@ def combined_dof(variances: FloatArray, dof: FloatArray) -> FloatArray:
         effective = np.where(spread > 0.0, total**2 / spread, np.inf)
         few = np.any(there & (dof < _FEW_DOF), axis=0)
         if few.any():
-            from scipy.special import stdtridf
-
             factor = np.where(there, variances * t_quantile(0.95, dof), 0.0).sum(axis=0) / total
-            effective = np.where(few & (factor > _NORMAL_FACTOR), stdtridf(0.975, factor), effective)
+            effective = np.where(
+                few & (factor > _NORMAL_FACTOR), student_t_degrees_of_freedom(0.975, factor), effective
+            )
     return np.asarray(np.where(total > 0.0, effective, np.nan))
 
 

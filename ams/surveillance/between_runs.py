@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.statistics.distributions import digamma, trigamma
 from ams.surveillance.series import Population
 
 FloatArray = NDArray[np.float64]
@@ -79,8 +80,6 @@ def _of_kind(halves: FloatArray) -> tuple[float, float]:
 
 def _prior_dof(halves: FloatArray, sensors: IntArray) -> float:
     """Degrees of freedom of the distribution from which the sensors' own variances seem to be drawn."""
-    from scipy.special import digamma, polygamma
-
     counts = np.bincount(sensors)
     told = np.flatnonzero(counts >= DIFFERENCES_TO_TELL)
     if told.size < SENSORS_TO_TELL:
@@ -89,8 +88,8 @@ def _prior_dof(halves: FloatArray, sensors: IntArray) -> float:
     half_dof = 0.5 * DIFFERENCE_EFFICIENCY * counts[told] * halves.shape[1]
     logarithms = np.log(np.maximum(own, np.finfo(float).tiny)) - digamma(half_dof) + np.log(half_dof)
     deviation = NORMAL_PER_MEDIAN_DEVIATION * np.median(np.abs(logarithms - np.median(logarithms)))
-    excess = float(deviation**2 - polygamma(1, half_dof).mean())
+    excess = float(deviation**2 - trigamma(half_dof).mean())
     if excess <= 0.0:
         return MOST_PRIOR_DOF
     candidates = np.geomspace(LEAST_PRIOR_DOF, MOST_PRIOR_DOF, 200)
-    return float(candidates[int(np.argmin(np.abs(polygamma(1, 0.5 * candidates) - excess)))])
+    return float(candidates[int(np.argmin(np.abs(trigamma(0.5 * candidates) - excess)))])

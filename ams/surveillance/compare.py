@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ams.errors import SetError
 from ams.sets.canonical import number, table
 from ams.sets.coefficients import CoefficientSet
+from ams.statistics.distributions import chi_square_tail
 from ams.surveillance.characteristics import PackageNumbers, cross_matrices, numbers_of, rotations_rad
 
 FloatArray = NDArray[np.float64]
@@ -235,9 +236,8 @@ def _tangents(directions: FloatArray) -> FloatArray:
 def _chi_square_p(value: float, dof: int) -> float | None:
     if dof <= 0:
         return None
-    from scipy.special import chdtrc
 
-    return float(chdtrc(dof, value))
+    return float(chi_square_tail(value, dof))
 
 
 def _notes(old: CoefficientSet, new: CoefficientSet) -> list[str]:

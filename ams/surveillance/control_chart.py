@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.errors import ArchiveUnknown
+from ams.statistics.distributions import chi_square_tail
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.between_runs import Scatter, pooled_scatter
 from ams.surveillance.series import SECONDS_PER_YEAR, PointLabel, Population
@@ -198,19 +199,17 @@ def _whose(population: Population, rows: slice, place: int, watch: _Watch) -> st
     Another sensor is what the median of its last three calibrations before this one says, so that its own mix-up at
     the same time does not hide it.
     """
-    from scipy.special import chdtrc
-
     label, found = population.labels[rows.start + place], population.coordinates[rows.start + place]
     value, scale = (getattr(population.characteristics, name)[rows.start + place] for name in ("value", "scale"))
     width = found.size
     variance, own = watch.difference_variance(place), watch.coordinates[watch.regime[-1]]
-    if chdtrc(width, float(((found - own) ** 2 / variance).sum())) > _OWN_P:
+    if chi_square_tail(float(((found - own) ** 2 / variance).sum()), width) > _OWN_P:
         return None
     best, partner = _OTHERS_P, None
     for start, stop in _others(population, label):
         before = population.characteristics.value[max(start, stop - _REMEMBERED) : stop]
         distance = (np.median(before, axis=0) - value) / scale
-        chance = float(chdtrc(width, float((distance**2 / variance).sum())))
+        chance = float(chi_square_tail(float((distance**2 / variance).sum()), width))
         if chance > best:
             best, partner = chance, population.labels[start].sensor
     return partner

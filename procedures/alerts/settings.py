@@ -1,8 +1,10 @@
 """``alerts.toml``: who is told, how, and how often. It is no part of a run, so no address gets into a journal."""
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Self
 
+from platformdirs import user_config_path
 from pydantic import Field, field_validator, model_validator
 
 from rig.description.device_settings import Positive
@@ -68,20 +70,16 @@ def is_web(address: str) -> bool:
 def read_alerts(path: Path) -> AlertSettings:
     """Raises: DescriptionError naming every mistake; also where apprise is asked for and not installed."""
     settings = read_toml(path).validate(AlertSettings)
-    if settings.urls or (settings.escalate is not None and settings.escalate.urls):
-        from importlib.util import find_spec
-
-        if find_spec("apprise") is None:
-            raise DescriptionError(
-                f"{path}: urls: needs apprise, which is not installed; nothing was started; "
-                "pip install 'calrig[alerts]', or use command"
-            )
+    has_urls = settings.urls or (settings.escalate is not None and settings.escalate.urls)
+    if has_urls and find_spec("apprise") is None:
+        raise DescriptionError(
+            f"{path}: urls: needs apprise, which is not installed; nothing was started; "
+            "pip install 'calrig[alerts]', or use command"
+        )
     return settings
 
 
 def default_alerts() -> AlertSettings | None:
     """The user's own file, where there is one. Raises as :func:`read_alerts`."""
-    from platformdirs import user_config_path
-
     path = user_config_path("calrig") / "alerts.toml"
     return read_alerts(path) if path.exists() else None

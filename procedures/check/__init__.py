@@ -1,0 +1,1 @@
+"""What `calrig check` and `calrig design` tell before anything moves."""

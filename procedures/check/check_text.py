@@ -1,13 +1,12 @@
 """A check report for a person, drawn by rich."""
 
 from datetime import timedelta
-from typing import TYPE_CHECKING
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
 
 from procedures.check.grid_check import CheckReport
-
-if TYPE_CHECKING:
-    from rich.console import Group
-    from rich.table import Table
 
 UNITS = {"_v": "V", "_v_per_g": "V/g", "_deg": "°", "_g": "g", "_g_per_v": "g/V"}
 IN_SMALL = {
@@ -15,16 +14,13 @@ IN_SMALL = {
 }  # fmt: skip
 
 
-def render(report: CheckReport) -> "Group":
+def render(report: CheckReport) -> Group:
     """Everything of the report, to be printed on a rich console."""
-    from rich.console import Group
-    from rich.text import Text
-
     advice = [Text(f"! {line}", style="yellow") for line in report.advice]
     return Group(_facts(report), "", _axes(report), "", _expected(report), _noise(report), *advice)
 
 
-def _facts(report: CheckReport) -> "Table":
+def _facts(report: CheckReport) -> Table:
     plan = report.plan
     table = _bare_table()
     roll = f" × {len(plan.design.roll_values_deg)} roll" if plan.design.has_roll else ", without roll"
@@ -50,9 +46,7 @@ def _facts(report: CheckReport) -> "Table":
     return table
 
 
-def _axes(report: CheckReport) -> "Table":
-    from rich.table import Table
-
+def _axes(report: CheckReport) -> Table:
     table = Table("axis", "limits (°)", "reached (°)", "travel (°)", box=None, title_justify="left")
     for name, use in report.axes.items():
         limits, reached = (f"{low:g} to {high:g}" for low, high in (use.limits_deg, use.reached_deg))
@@ -60,9 +54,7 @@ def _axes(report: CheckReport) -> "Table":
     return table
 
 
-def _expected(report: CheckReport) -> "Table":
-    from rich.table import Table
-
+def _expected(report: CheckReport) -> Table:
     names = list(report.expected[0].standard_uncertainty)
     headings = [f"u({_word(name)})\n({_small(name)[1]})" for name in names]
     table = Table("sensor", *headings, "noise of a\ndwell (µV)", box=None)
@@ -80,9 +72,7 @@ def _noise(report: CheckReport) -> str:
     return f"u: expected standard uncertainty from noise ({sources}) and table alone{azimuth}"
 
 
-def _bare_table() -> "Table":
-    from rich.table import Table
-
+def _bare_table() -> Table:
     table = Table(box=None, show_header=False)
     table.add_column(style="bold")
     table.add_column()

@@ -8,10 +8,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import timedelta
 from math import sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
 
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.plan.plan import Plan
@@ -21,9 +24,6 @@ from procedures.plan.rotations import UP, body_axis, to_stage
 from procedures.plan.steps import Dwell, Follow, Rest, Turn
 from procedures.run.watch.disk_space import needed_bytes
 from rig.description.rig_file import RigDescription, Sensor
-
-if TYPE_CHECKING:
-    from rich.console import Group
 
 FloatArray = NDArray[np.float64]
 AXES = ("pitch", "yaw", "roll")
@@ -86,12 +86,8 @@ def to_document(report: MotionCheck) -> dict[str, Any]:
     }
 
 
-def render(report: MotionCheck) -> "Group":
+def render(report: MotionCheck) -> Group:
     """Everything of the report, to be printed on a rich console."""
-    from rich.console import Group
-    from rich.table import Table
-    from rich.text import Text
-
     plan = report.plan
     facts = Table(box=None, show_header=False)
     facts.add_column(style="bold")

@@ -3,10 +3,13 @@
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Annotated, Any, TextIO
 
+import numpy as np
 from cyclopts import Parameter
 
 from ams.exports.formats import load_set
@@ -15,6 +18,7 @@ from ams.inputs.csv_table import numbers, parse_csv, refuse_missing_columns
 from ams.whole_file import write_whole
 from procedures.cli.attitude_rows import csv_lines
 from procedures.cli.attitude_stream import answer_stream
+from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
 from procedures.errors import RequestError
 
@@ -65,6 +69,7 @@ def attitude(
         Also pitch_half_95_deg and so on: half-widths of 95 % intervals, by Student's factor for what the calibration
         rests on.
     """
+    require_folder_of(out, "--out")
     package = package_of(coefficient_set, axis, "--axis", "")
     second = None if model_set is None else package_of(model_set, model_axis, "--model-axis", "model_")
     if model_set is None and model_axis:
@@ -124,8 +129,6 @@ def _read_csv(found: Inference, data: Path) -> dict[str, Any]:
 
 
 def _read_parquet(found: Inference, data: Path) -> dict[str, Any]:
-    import numpy as np
-
     arrow = _parquet()
     try:
         table = arrow.read_table(data)
@@ -158,9 +161,6 @@ def _write_parquet(out: Path, answer: Mapping[str, Any]) -> None:
 
 
 def _parquet() -> Any:
-    from importlib import import_module
-    from importlib.util import find_spec
-
     if find_spec("pyarrow") is None:
         raise RequestError(
             "Parquet: the library pyarrow is not installed; nothing was written; install calrig[export], or use CSV"

@@ -2,16 +2,16 @@
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
-from cyclopts import Parameter
+from rich.console import Console, Group
 
 from procedures.check import motion_check
 from procedures.check.check_text import render
 from procedures.check.grid_check import check as check_plan
 from procedures.check.grid_check import to_document
+from procedures.cli.options import RUNS, Json, Rig, RunsFolder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import RUNS
 from procedures.description.procedure_file import ProcedureDescription, read_procedure
 from procedures.errors import ExitStatus
 from procedures.plan.plan import Plan
@@ -20,30 +20,16 @@ from procedures.run.preflight import Beforehand, beforehand
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 
-if TYPE_CHECKING:
-    from rich.console import Group
 
-
-def check(
-    rig: Path,
-    procedure: Path | None = None,
-    /,
-    *,
-    out: Path = RUNS,
-    json: Annotated[bool, Parameter(negative=())] = False,
-) -> int:
+def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS, json: Json = False) -> int:
     """Validate a rig and a procedure; print the plan, its duration and the uncertainty to expect. Opens no port.
+
+    Disk and place of the folder of runs are looked at, as `calrig run` would.
 
     Parameters
     ----------
-    rig
-        The rig file.
     procedure
         The procedure file; without it only the rig file is checked.
-    out
-        Where the run would be kept, as for `calrig run`: its disk and its place are looked at.
-    json
-        Print one JSON document.
     """
     described = read_rig(rig)
     if procedure is None:
@@ -60,18 +46,17 @@ def check(
     if json:
         print_json(document | _document_of(before))
         return _tell(before, json)
-    from rich.console import Console
 
     Console().print(page)
     return _tell(before, json)
 
 
-def _told(described: RigDescription, asked: ProcedureDescription) -> "tuple[dict[str, Any], Group]":
+def _told(described: RigDescription, asked: ProcedureDescription) -> tuple[dict[str, Any], Group]:
     report = check_plan(described, asked)
     return to_document(report), render(report)
 
 
-def _motion_told(described: RigDescription, asked: ProcedureDescription) -> "tuple[dict[str, Any], Group]":
+def _motion_told(described: RigDescription, asked: ProcedureDescription) -> tuple[dict[str, Any], Group]:
     report = motion_check.check_motion(described, asked)
     return motion_check.to_document(report), motion_check.render(report)
 

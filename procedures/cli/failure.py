@@ -7,6 +7,8 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
+from platformdirs import user_state_path
+
 from ams.errors import AmsError, ArchiveError, ArchiveForbids, ArchiveUnknown, SolveError, VectorsDisagree, WriteFailed
 from procedures.errors import ExitStatus, ProcedureError
 from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
@@ -54,8 +56,6 @@ def _sentence(error: BaseException) -> str:
 
 
 def _write_report(error: BaseException) -> Path:
-    from platformdirs import user_state_path
-
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
     folder = user_state_path("calrig")
     try:

@@ -9,14 +9,15 @@ from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
+from platformdirs import user_state_path
+
 from procedures.errors import RequestError
 
 JOURNAL = "journal.sqlite"
-RUNS = Path("runs")
 
 
-def find_run(run: str, runs: Path = RUNS) -> Path:
-    """The run folder that RUN means: a run folder, its journal, its name under ``./runs``, or a folder that holds
+def find_run(run: str, runs: Path) -> Path:
+    """The run folder that RUN means: a run folder, its journal, its name under ``runs``, or a folder that holds
     exactly one run. Raises: RequestError."""
     for candidate in (Path(run), runs / run):
         if candidate.is_file() and candidate.name == JOURNAL:
@@ -68,31 +69,8 @@ def left_out_where_empty(folder: Path) -> Iterator[None]:
 
 def default_archive_url() -> str:
     """``CALRIG_ARCHIVE``, else ``archive.sqlite`` in the user's state folder, which is made where it is not there."""
-    from platformdirs import user_state_path
-
     given = os.environ.get("CALRIG_ARCHIVE")
     return given or f"sqlite:///{user_state_path('calrig', ensure_exists=True) / 'archive.sqlite'}"
-
-
-def require_archive_url(archive_url: str) -> None:
-    """Refuse before anything moves what would else be refused after the last dwell. Nothing is connected to: a server
-    that does not answer now may do so when the run ends. Raises: RequestError."""
-    from sqlalchemy import make_url
-    from sqlalchemy.exc import ArgumentError
-
-    shown = archive_url.rpartition("@")[2]  # what stands before it may hold a password
-    try:
-        url = make_url(archive_url)
-        url.get_dialect()
-    except (ArgumentError, ImportError, ValueError) as error:
-        raise RequestError(
-            f"archive: no archive can have this URL: got {shown!r} ({error.__class__.__name__}), allowed are "
-            "sqlite:///relative/path, sqlite:////absolute/path and postgresql+psycopg://…; nothing was begun"
-        ) from error
-    if url.get_backend_name() == "sqlite" and url.database and not Path(url.database).parent.is_dir():
-        raise RequestError(
-            f"archive: its folder is not there: got {shown!r}; nothing was begun; make the folder or give another URL"
-        )
 
 
 def login_name() -> str:

@@ -1,0 +1,1 @@
+"""What leaves a finished run: sets, archive, exports, report; and archived runs solved again."""

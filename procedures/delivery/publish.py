@@ -1,7 +1,7 @@
 """A solved run into the archive: the run as a row, its sensors with their rows, and who answers for what expired."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from ams.archive.histories import history
 from ams.archive.runs import MeasuredSensor, Override, PublishedRun, RunEntry, publish_run
@@ -11,13 +11,10 @@ from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from rig.clock import SystemClock
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 def publish_solved(
     archive_url: str,
-    folder: "Path",
+    folder: Path,
     record: RunRecord,
     solved: Mapping[str, SolvedSensor],
     sets: Mapping[str, CoefficientSet],
@@ -44,7 +41,7 @@ def measured_sensors(
     ]
 
 
-def run_entry(folder: "Path", record: RunRecord) -> RunEntry:
+def run_entry(folder: Path, record: RunRecord) -> RunEntry:
     """The run as the archive keeps it."""
     return RunEntry(
         journal_sha256=record.hashes["journal content"],

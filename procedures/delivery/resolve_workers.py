@@ -7,7 +7,10 @@ whatever it is sent, so an address that is not on this machine must be ``tls://`
 
 import os
 from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any
 
 from procedures.delivery.resolve import Answer, Job, Mapper, resolve_chunk
@@ -33,10 +36,6 @@ def chunk_size(jobs: int, workers: int) -> int:
 @contextmanager
 def in_processes(workers: int) -> Iterator[Mapper]:
     """So many processes of this machine."""
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-    from concurrent.futures.process import BrokenProcessPool
-    from multiprocessing import get_context
-
     with ProcessPoolExecutor(workers, get_context("spawn"), one_thread) as pool:
 
         def answers(parts: Sequence[Sequence[Job]]) -> Iterator[list[Answer]]:
@@ -110,8 +109,6 @@ def _require_same_version(client: "Client") -> None:
 
 
 def _on_client(client: "Client", parts: Sequence[Sequence[Job]]) -> Iterator[list[Answer]]:
-    from concurrent.futures import CancelledError
-
     from distributed import KilledWorker, as_completed
 
     waiting = client.map(resolve_chunk, parts, pure=False)

@@ -1,0 +1,1 @@
+"""`procedure.toml` to frozen values."""

@@ -1,0 +1,1 @@
+"""The truth about a run: its writer, readers, header, salvage and the requests to a running engine."""

@@ -6,8 +6,12 @@ import platform
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from datetime import datetime
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+
+import apsw
+import numpy as np
 
 from procedures.errors import JournalError
 from procedures.plan.plan import Plan
@@ -94,9 +98,6 @@ def make_header(
 
 def software_versions() -> dict[str, str]:
     """What measures and what keeps the record."""
-    import apsw
-    import numpy as np
-
     return {
         "calrig": calrig_version(),
         "python": platform.python_version(),
@@ -106,8 +107,6 @@ def software_versions() -> dict[str, str]:
 
 
 def calrig_version() -> str:
-    from importlib.metadata import version
-
     return version("calrig")
 
 

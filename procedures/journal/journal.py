@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import apsw
+
 from procedures.errors import JournalError
 from procedures.journal.encoding import compact_json, encode_dwell, hash_dwell, hash_event, with_sha256
 from procedures.journal.header import RunHeader, sha256
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
 class Journal:
     """An open journal that can be appended to. Made by :meth:`create` or :meth:`open_for_append`."""
 
-    def __init__(self, path: Path, connection: "apsw.Connection", run_id: str, chain: tuple[int, str], dwells: int):
+    def __init__(self, path: Path, connection: apsw.Connection, run_id: str, chain: tuple[int, str], dwells: int):
         self.path = path
         self._connection = connection
         self._run_id = run_id
@@ -106,8 +108,6 @@ class Journal:
 
     def close(self) -> None:
         """Fold the write-ahead log into the file, so that nothing stands beside it unless a reader is looking."""
-        import apsw
-
         self._connection.set_busy_timeout(0)
         crash_point(CrashPoint.BEFORE_CHECKPOINT)
         try:

@@ -13,6 +13,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+import apsw
+
 from procedures.errors import JournalError
 from procedures.journal.encoding import compact_json, hash_dwell, hash_event
 from procedures.journal.header import sha256
@@ -91,7 +93,7 @@ def _fill_up(copy: Path) -> None:
 class _Rows:
     """Row by row, because one damaged page must not hide the others."""
 
-    def __init__(self, connection: "apsw.Connection", source: Path) -> None:
+    def __init__(self, connection: apsw.Connection, source: Path) -> None:
         self._connection = connection
         self._source = source
         header = self._row("SELECT document, sha256 FROM header WHERE id = ?", 1)
@@ -128,8 +130,6 @@ class _Rows:
             number += 1
 
     def _row(self, query: str, key: int) -> tuple[Any, ...] | None:
-        import apsw
-
         try:
             row: tuple[Any, ...] | None = self._connection.execute(query, (key,)).fetchone()
         except (apsw.CorruptError, apsw.IOError, apsw.SQLError, apsw.FormatError, UnicodeDecodeError):
@@ -138,8 +138,6 @@ class _Rows:
 
 
 def _opened(copy: Path, source: Path) -> _Rows:
-    import apsw
-
     with told_as(source):
         connection = apsw.Connection(str(copy), flags=apsw.SQLITE_OPEN_READWRITE)
         try:

@@ -13,6 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import apsw
+
 from procedures.errors import JournalError, StorageFailed
 
 if TYPE_CHECKING:
@@ -41,10 +43,8 @@ CREATE TABLE dwells (
 """Version 1. ``number`` counts dwells from 1 in the order of commitment."""
 
 
-def open_for_writing(path: Path) -> "apsw.Connection":
+def open_for_writing(path: Path) -> apsw.Connection:
     """The engine's only connection to an existing journal. Raises: JournalError, StorageFailed."""
-    import apsw
-
     with told_as(path):
         connection = apsw.Connection(str(path), flags=apsw.SQLITE_OPEN_READWRITE)
         connection.set_busy_timeout(BUSY_MS)
@@ -53,22 +53,20 @@ def open_for_writing(path: Path) -> "apsw.Connection":
         return connection
 
 
-def make_file(path: Path) -> "apsw.Connection":
+def make_file(path: Path) -> apsw.Connection:
     """A new file, to be put in place when it is whole. Raises: StorageFailed."""
-    import apsw
-
     with told_as(path):
         apsw.Connection(str(path), flags=apsw.SQLITE_OPEN_READWRITE | apsw.SQLITE_OPEN_CREATE).close()
     return open_for_writing(path)
 
 
-def fold(path: Path, connection: "apsw.Connection") -> None:
+def fold(path: Path, connection: apsw.Connection) -> None:
     """Bring the write-ahead log into a file that is to be renamed, and close it. Raises: StorageFailed."""
     with told_as(path):
         checkpoint_and_close(connection)
 
 
-def checkpoint_and_close(connection: "apsw.Connection") -> None:
+def checkpoint_and_close(connection: apsw.Connection) -> None:
     """Closing alone would keep silent about a checkpoint that failed. Raises: apsw.Error."""
     try:
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
@@ -89,10 +87,8 @@ def put_in_place(new_file: Path, path: Path) -> None:
         raise StorageFailed(f"{path}: cannot be made: {error.strerror}; nothing moved; check the folder") from error
 
 
-def open_for_reading(path: Path) -> "apsw.Connection":
+def open_for_reading(path: Path) -> apsw.Connection:
     """Read-only, of a journal that may be written to meanwhile. Raises: JournalError."""
-    import apsw
-
     require_journal_file(path)
     with told_as(path):
         connection = apsw.Connection(_reading_uri(path), flags=apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI)
@@ -122,7 +118,7 @@ def require_journal_file(path: Path) -> None:
         raise JournalError(f"{path}: is truncated after {len(start)} bytes; restore it from a copy")
 
 
-def require_our_schema(path: Path, connection: "apsw.Connection") -> None:
+def require_our_schema(path: Path, connection: apsw.Connection) -> None:
     """Raises: JournalError for another program's file and for a version of another calrig."""
     application, version = connection.pragma("application_id"), connection.pragma("user_version")
     if application != APPLICATION_ID:
@@ -137,8 +133,6 @@ def require_our_schema(path: Path, connection: "apsw.Connection") -> None:
 @contextmanager
 def told_as(path: Path) -> Iterator[None]:
     """SQLite's errors as ours: a damaged file is the journal's, everything about space and rights the disk's."""
-    import apsw
-
     try:
         yield
     except (apsw.NotADBError, apsw.CorruptError, apsw.FormatError) as error:

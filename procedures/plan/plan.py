@@ -7,7 +7,10 @@ the plan of the journal and never make it again.
 import hashlib
 import json
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from functools import cache
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
 
 from procedures.description.motion import Levels, Static
 from procedures.description.procedure_file import CheckPlan, DwellSettings, EnvironmentPlan, Solve
@@ -16,9 +19,6 @@ from procedures.plan.designs import Design
 from procedures.plan.order import Order
 from procedures.plan.steps import Dwell, Soak, Step
 from rig.description.rig_file import AttitudeReference, Sensor
-
-if TYPE_CHECKING:
-    from pydantic import TypeAdapter
 
 PLAN_VERSION = 1
 
@@ -110,8 +110,6 @@ class Plan:
     @staticmethod
     def from_json(text: str, source: str = "plan") -> "Plan":
         """Read a plan back. Raises: PlanError when it is of another version or is no plan."""
-        from pydantic import ValidationError
-
         _require_version(text, source)
         try:
             return _adapter().validate_json(text, strict=True)
@@ -131,10 +129,9 @@ def _require_version(text: str, source: str) -> None:
         raise PlanError(f"{source}: plan version: got {found!r}, allowed {PLAN_VERSION}; use the calrig that wrote it")
 
 
-def _adapter() -> "TypeAdapter[Plan]":
-    """Reader and writer of the plan's JSON, built from the field types in about two milliseconds."""
-    from pydantic import TypeAdapter
-
+@cache
+def _adapter() -> TypeAdapter[Plan]:
+    """Reader and writer of the plan's JSON. Building it takes longer than reading a plan, so it is built once."""
     return TypeAdapter(Plan)
 
 

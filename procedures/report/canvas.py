@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
+    from matplotlib.lines import Line2D
 
 WIDTH_IN = 7.3
 INK, FAINT, GRID = "#1a1a1a", "#767676", "#e3e3e3"
@@ -121,6 +122,23 @@ def _angle_scale(angles_deg: NDArray[np.float64], most: float) -> tuple[list[flo
     count = int((highest - first) / step + 1e-6) + 1
     margin = 0.035 * span if span > 0.0 else 0.5
     return [first + step * place for place in range(count)], (lowest - margin, highest + margin)
+
+
+def date_axis(axes: "Axes") -> None:
+    """Write dates along the abscissa, few and short."""
+    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
+
+    locator = AutoDateLocator(minticks=3, maxticks=5)  # type: ignore[no-untyped-call]
+    axes.xaxis.set_major_locator(locator)
+    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator, show_offset=False))  # type: ignore[no-untyped-call]
+    axes.tick_params(labelbottom=True)
+
+
+def legend_entry(**properties: Any) -> "Line2D":
+    """Return a line that stands in a legend alone; the properties are matplotlib's."""
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], **properties)
 
 
 def series_style(place: int, count: int) -> tuple[Any, str]:

@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 from urllib.parse import quote
 
 import numpy as np
+from markupsafe import Markup, escape
 
 from ams.surveillance.attitude_errors import AngleErrors
 from procedures.journal.audit_trail import Interruption
@@ -24,9 +25,6 @@ from procedures.report.numbers import (
 )
 from procedures.report.view import AxisView, ParameterRow, RunView
 
-if TYPE_CHECKING:
-    from markupsafe import Markup
-
 PRIMARY_LABELS = {"offset_v": "b", "k_x_v_per_g": "k forward", "k_y_v_per_g": "k right", "k_z_v_per_g": "k down"}
 
 
@@ -39,10 +37,8 @@ class _HasSensitivity(Protocol):
     def sensitivity_v_per_g(self) -> float: ...
 
 
-def grouped(text: str) -> "Markup":
+def grouped(text: str) -> Markup:
     """Decimals in groups of three, set apart by space that is not copied with the number."""
-    from markupsafe import Markup, escape
-
     whole, point, decimals = text.partition(".")
     groups = [decimals[start : start + 3] for start in range(0, len(decimals), 3)]
     if not decimals.isdigit() or len(decimals) <= 4:
@@ -51,20 +47,20 @@ def grouped(text: str) -> "Markup":
     return Markup("{}{}{}{}").format(_minus(whole), point, groups[0], tail)
 
 
-def value_text(row: ParameterRow) -> "Markup":
+def value_text(row: ParameterRow) -> Markup:
     assert row.value is not None
     return grouped(with_uncertainty(row.value, row.standard_uncertainty)[0])
 
 
-def uncertainty_text(row: ParameterRow) -> "Markup":
+def uncertainty_text(row: ParameterRow) -> Markup:
     return grouped(with_uncertainty(0.0, row.standard_uncertainty)[1])
 
 
-def expanded_text(row: ParameterRow) -> "Markup":
+def expanded_text(row: ParameterRow) -> Markup:
     return grouped(with_uncertainty(0.0, row.expanded_uncertainty)[1])
 
 
-def truth_text(row: ParameterRow) -> "Markup":
+def truth_text(row: ParameterRow) -> Markup:
     """The truth with one digit more than the estimate."""
     if row.truth is None:
         return grouped("—")
@@ -98,13 +94,13 @@ def primary_label(name: str) -> str:
     return PRIMARY_LABELS.get(name, name.replace("_", " "))
 
 
-def primary_texts(axis: AxisView) -> list["Markup"]:
+def primary_texts(axis: AxisView) -> list[Markup]:
     """Primary estimates as value(uncertainty in the last two digits)."""
     deviations = np.sqrt(np.maximum(np.diag(axis.calibration.primary_covariance), 0.0))
     return [_concise(float(v), float(u)) for v, u in zip(axis.calibration.primary, deviations, strict=True)]
 
 
-def _concise(value: float, uncertainty: float) -> "Markup":
+def _concise(value: float, uncertainty: float) -> Markup:
     printed, deviation = with_uncertainty(value, uncertainty)
     digits = deviation.replace(".", "").lstrip("0")
     return grouped(printed) + (f"({digits})" if digits.isdigit() else "")

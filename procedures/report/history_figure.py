@@ -50,22 +50,13 @@ def history_figure(found: SensorHistory) -> Figure:
             if not axes.has_data():
                 axes.set_axis_off()
                 continue
-            _date_axis(axes)
+            canvas.date_axis(axes)
         for places in grid:
             places[0].set_ylabel("change, arc seconds")
         figure.suptitle(_title(found), fontsize=9.5, x=0.01, ha="left")
         figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.985))
         svg = canvas.to_svg(figure)
     return Figure(f"history-{history.sensor}", f"History of {history.sensor}", CAPTION, svg)
-
-
-def _date_axis(axes: "Axes") -> None:
-    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
-
-    locator = AutoDateLocator(minticks=3, maxticks=5)  # type: ignore[no-untyped-call]
-    axes.xaxis.set_major_locator(locator)
-    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator, show_offset=False))  # type: ignore[no-untyped-call]
-    axes.tick_params(labelbottom=True)
 
 
 def _draw_chart(axes: "Axes", when: Any, chart: Chart) -> None:

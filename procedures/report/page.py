@@ -6,7 +6,8 @@ Jinja's autoescape, and a content security policy forbids the page to load anyth
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from jinja2 import Environment
 
 from ams.whole_file import write_whole
 from procedures.pages import own_style, page_environment
@@ -14,9 +15,6 @@ from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS
 from procedures.report.numbers import to_place
 from procedures.report.view import RunView
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
 
 TEMPLATES = Path(__file__).parent / "templates"
 STYLE_SHEET = TEMPLATES / "page.css"
@@ -47,7 +45,7 @@ def write_page(view: RunView, figures: Figures, path: Path) -> str:
     return page
 
 
-def report_environment(*folders: Path) -> "Environment":
+def report_environment(*folders: Path) -> Environment:
     """Templates that print their cells as the report does."""
     environment = page_environment(*folders)
     environment.filters.update(FILTERS)

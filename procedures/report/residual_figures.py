@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.observations import Observations
+from ams.statistics.distributions import normal_quantile
 from procedures.report.bands import Along, band_along
 from procedures.report.canvas import (
     BLUE,
@@ -21,6 +22,7 @@ from procedures.report.canvas import (
     Figure,
     angle_ticks,
     canvas,
+    legend_entry,
     pitch_ticks,
     plain_axes,
     series_style,
@@ -34,6 +36,7 @@ from procedures.report.view import AxisView, RunView, SensorView
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
+    from matplotlib.lines import Line2D
 
 FloatArray = NDArray[np.float64]
 MICROVOLT = 1e6
@@ -159,23 +162,21 @@ def _dodged(angle_deg: FloatArray, replication: NDArray[np.int64]) -> FloatArray
 
 
 def _legend(figure: "Canvas", observations: Observations, *, with_bands: bool) -> None:
-    from matplotlib.lines import Line2D
-
     labels = np.unique(observations.replication)
     shown = range(labels.size) if labels.size <= 8 else (0, labels.size - 1)
-    entries = [_entry(Line2D, place, labels) for place in shown]
+    entries = [_entry(place, labels) for place in shown]
     if with_bands:
-        entries.append(Line2D([], [], color=INK, linestyle=(0, (1, 1.5)), label="confidence 95 %"))
-        entries.append(Line2D([], [], color=INK, linestyle=(0, (6, 2, 1, 2)), label="prediction 95 %"))
+        entries.append(legend_entry(color=INK, linestyle=(0, (1, 1.5)), label="confidence 95 %"))
+        entries.append(legend_entry(color=INK, linestyle=(0, (6, 2, 1, 2)), label="prediction 95 %"))
     figure.legend(
         handles=entries, loc="upper right", bbox_to_anchor=(0.905, 1.0), ncols=len(entries), handletextpad=0.4,
         columnspacing=1.0,
     )  # fmt: skip
 
 
-def _entry(line: type, place: int, labels: NDArray[np.int64]) -> object:
+def _entry(place: int, labels: NDArray[np.int64]) -> "Line2D":
     colour, symbol = series_style(place, labels.size)
-    return line([], [], linestyle="", marker=symbol, color=colour, markersize=4, label=f"repl. {labels[place]}")
+    return legend_entry(linestyle="", marker=symbol, color=colour, markersize=4, label=f"repl. {labels[place]}")
 
 
 def _by_attitude(sensor: SensorView, observations: Observations) -> Figure:
@@ -222,15 +223,13 @@ def _mark_size(pitch: FloatArray, roll: FloatArray, panels: int) -> float:
 
 def _distribution(sensor: SensorView) -> Figure:
     """Ordered residuals against normal quantiles: the intervals rest on this being a straight line."""
-    from scipy.special import ndtri
-
     count = len(sensor.axes)
     figure = canvas(2.5 if count > 1 else 3.2)
     panels = figure.subplots(1, count, squeeze=False)[0]
     figure.subplots_adjust(left=0.085, right=0.985, top=0.9, bottom=0.17, wspace=0.28)
     for panel, axis in zip(panels, sensor.axes, strict=True):
         ordered = np.sort(axis.calibration.residuals_v) * MICROVOLT
-        quantiles = ndtri((np.arange(ordered.size) + 0.625) / (ordered.size + 0.25))
+        quantiles = normal_quantile((np.arange(ordered.size) + 0.625) / (ordered.size + 0.25))
         plain_axes(panel)
         panel.plot(
             quantiles, ordered, "o", color=BLUE, markersize=2.4, markeredgewidth=0.0,

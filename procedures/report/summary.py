@@ -1,22 +1,19 @@
 """The run's outcome for the terminal: coefficients with their intervals, beside the twin's truth when simulated."""
 
-from typing import TYPE_CHECKING
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
 
 from procedures.report.motion_section import TextTable
 from procedures.report.numbers import with_uncertainty
 from procedures.report.view import ParameterRow, RunView, SensorView
 
-if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
-
 VERDICT_COLOURS = {"sound": "green", "reserved": "yellow", "unusable": "red"}
 
 
-def print_summary(view: RunView, console: "Console") -> None:
+def print_summary(view: RunView, console: Console) -> None:
     """Verdict, one table a sensor, and what a reader should know before using a number."""
-    from rich.text import Text
-
     if view.stamps:
         console.print(Text(" · ".join(view.stamps), style="bold red"))
     for sensor in view.sensors:
@@ -29,12 +26,8 @@ def print_summary(view: RunView, console: "Console") -> None:
         console.print(Text(f"  • {ground}"), highlight=False)
 
 
-def text_table(name: str, told: TextTable) -> "Table":
+def text_table(name: str, told: TextTable) -> Table:
     """What was turned, stood in a field or rested: the first table of its section."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-    from rich.text import Text
-
     table = Table(box=SIMPLE_HEAD, title=Text(name), title_justify="left", title_style="bold", pad_edge=False)
     for heading in told.headings:
         table.add_column(heading)
@@ -43,12 +36,8 @@ def text_table(name: str, told: TextTable) -> "Table":
     return table
 
 
-def sensor_table(view: RunView, sensor: SensorView) -> "Table":
+def sensor_table(view: RunView, sensor: SensorView) -> Table:
     """Coefficients of one sensor; names of the laboratory are text, never markup."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-    from rich.text import Text
-
     table = Table(box=SIMPLE_HEAD, title=Text(sensor.name), title_justify="left", title_style="bold", pad_edge=False)
     table.add_column("axis", no_wrap=True, min_width=4)
     table.add_column("parameter", no_wrap=True)

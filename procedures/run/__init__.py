@@ -1,0 +1,1 @@
+"""The engine: begin, epochs, steering, resume and the end of a run."""

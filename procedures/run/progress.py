@@ -6,6 +6,10 @@ from dataclasses import dataclass
 from datetime import timedelta
 from typing import TextIO
 
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bar
+
 from procedures.records.progress import Progress, RunObserver, line_of
 
 
@@ -82,10 +86,6 @@ def shown_on(stream: TextIO) -> Iterator[RunObserver]:
 
 @contextmanager
 def _bar_on(stream: TextIO) -> Iterator[RunObserver]:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[told]}"))
     with Bar(*columns, TimeElapsedColumn(), console=Console(file=stream), refresh_per_second=5) as bar:
         task = bar.add_task("planned", total=None, told="")

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from serial.tools.list_ports import comports
+
 from rig.assembly.faulty_lines import drivers_of
 from rig.assembly.identity import Identifiable, expected, require_expected
 from rig.assembly.open_rig import open_rig
@@ -40,8 +42,6 @@ class Asked:
 
 def serial_ports(by_id: Path = BY_ID) -> list[SerialPort]:
     """All serial ports, in the order of their paths. Nothing is opened."""
-    from serial.tools.list_ports import comports
-
     stable = stable_paths(by_id)
     return [
         SerialPort(

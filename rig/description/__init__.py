@@ -1,0 +1,1 @@
+"""`rig.toml` to frozen values; every mistake named by file, line and key."""

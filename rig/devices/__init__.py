@@ -1,0 +1,1 @@
+"""Abilities (axis, readout, environment, stream, field) and one file a device family; no port."""

@@ -13,6 +13,8 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Protocol
 
+from platformdirs import user_state_path
+
 from rig.description.device_settings import TWIN_PORT, AxisSettings
 from rig.errors import DescriptionError
 
@@ -106,8 +108,6 @@ def memory_of(rig: str, name: str, axis: AxisSettings, folder: Path | None = Non
     if axis.port == TWIN_PORT:
         return Unkept()
     if folder is None:
-        from platformdirs import user_state_path
-
         folder = user_state_path("calrig") / "cables"
     identity = blake2b(f"{rig}|{name}|{axis.driver}|{axis.port}|{axis.axis}".encode(), digest_size=8).hexdigest()
     return KeptInFile(folder / f"{name}-{identity}.json")

@@ -1,0 +1,1 @@
+"""How the devices and the twins of each driver are opened."""

@@ -1,0 +1,1 @@
+"""Which line is opened for which device, who owns it, and lines recorded and replayed."""

@@ -19,6 +19,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO
 
+import platformdirs
+
 from rig.clock import Clock, SystemClock
 from rig.errors import RigBusy
 
@@ -90,8 +92,6 @@ def owners(*, folder: Path | None = None) -> list[LockOwner]:
 
 def lock_folder() -> Path:
     """The user's runtime folder, or a private one in the temporary folder where the system has none."""
-    import platformdirs
-
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # it warns that it falls back: so do we, without alarm
         preferred = Path(platformdirs.user_runtime_dir("calrig"))

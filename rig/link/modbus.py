@@ -11,7 +11,15 @@ Only the Modbus links and the twins import pymodbus.
 
 import logging
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
+
+from pymodbus.framer import FramerRTU
+from pymodbus.pdu import DecodePDU, ModbusPDU
+from pymodbus.pdu.register_message import (
+    ReadHoldingRegistersRequest,
+    WriteMultipleRegistersRequest,
+    WriteSingleRegisterRequest,
+)
 
 from rig.errors import DeviceNonsense, DeviceSilent
 from rig.link.byte_stream import ByteStream
@@ -19,9 +27,6 @@ from rig.link.counts import counts_of
 from rig.link.exchange import Patience
 from rig.link.modbus_replies import granted, told
 from rig.link.symptoms import remedy
-
-if TYPE_CHECKING:
-    from pymodbus.pdu import ModbusPDU
 
 _Answer = TypeVar("_Answer")
 
@@ -43,9 +48,6 @@ class ModbusRtu:
         gap_s: float | None = None,
     ) -> None:
         """``gap_s``: silence before each question, None for the 3.5 characters of the rule."""
-        from pymodbus.framer import FramerRTU
-        from pymodbus.pdu import DecodePDU
-
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # it logs whole frames as errors
         self.stream = stream
         self.counts = counts_of(stream, f"unit {unit}")
@@ -78,22 +80,16 @@ class ModbusRtu:
         self._repeated(lambda: self._write_many(address, list(values)), attempts)
 
     def _read(self, address: int, count: int) -> tuple[int, ...]:
-        from pymodbus.pdu.register_message import ReadHoldingRegistersRequest
-
         request = ReadHoldingRegistersRequest(dev_id=self._unit, address=address, count=count)
         return tuple(self._transact(request).registers)
 
     def _write(self, address: int, value: int) -> None:
-        from pymodbus.pdu.register_message import WriteSingleRegisterRequest
-
         request = WriteSingleRegisterRequest(dev_id=self._unit, address=address, registers=[value])
         reply = self._transact(request)
         if (reply.address, *reply.registers) != (address, value):
             raise self._nonsense(request, f"the echo names register {reply.address}, value {list(reply.registers)}")
 
     def _write_many(self, address: int, values: list[int]) -> None:
-        from pymodbus.pdu.register_message import WriteMultipleRegistersRequest
-
         request = WriteMultipleRegistersRequest(dev_id=self._unit, address=address, registers=values)
         reply = self._transact(request)
         if (reply.address, reply.count) != (address, len(values)):
@@ -152,11 +148,11 @@ class ModbusRtu:
         self.counts.stale_bytes += taken
         return taken
 
-    def _transact(self, request: "ModbusPDU") -> "ModbusPDU":
+    def _transact(self, request: ModbusPDU) -> ModbusPDU:
         """One question and its whole reply; a busy slave is asked again for a while."""
         return granted(lambda asked: self._decode(asked, self._exchange(asked)), request, self.stream)
 
-    def _exchange(self, request: "ModbusPDU") -> bytes:
+    def _exchange(self, request: ModbusPDU) -> bytes:
         clock = self.stream.clock
         self.counts.asked += 1
         clock.sleep(self._gap_s)
@@ -175,7 +171,7 @@ class ModbusRtu:
             frame += more
         return frame
 
-    def _decode(self, request: "ModbusPDU", frame: bytes) -> "ModbusPDU":
+    def _decode(self, request: ModbusPDU, frame: bytes) -> ModbusPDU:
         is_exception = frame[1] == request.function_code | 0x80
         wrong = [
             (frame[0] != self._unit, f"unit {frame[0]} answered"),
@@ -191,7 +187,7 @@ class ModbusRtu:
             raise self._nonsense(request, f"got {frame.hex(' ')}: {(reasons or ['not decodable'])[0]}", frame)
         return reply
 
-    def _nonsense(self, request: "ModbusPDU", why: str, frame: bytes = b"?") -> DeviceNonsense:
+    def _nonsense(self, request: ModbusPDU, why: str, frame: bytes = b"?") -> DeviceNonsense:
         look = "check baud rate, parity, the unit number and other masters on this line"
         return DeviceNonsense(
             f"{self.stream.name}: no answer to {told(request)}: {why}; nothing was taken from it;"
@@ -199,5 +195,5 @@ class ModbusRtu:
         )
 
 
-def _reply_length(request: "ModbusPDU") -> int:
+def _reply_length(request: ModbusPDU) -> int:
     return 5 + 2 * request.count if request.function_code == _READ else _WRITE_LENGTH

@@ -1,13 +1,11 @@
 """What a Modbus reply means, whatever carried it: a busy slave is asked again, an exception says who must act."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+
+from pymodbus.pdu import ModbusPDU
 
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkLost, RigError
 from rig.link.byte_stream import ByteStream
-
-if TYPE_CHECKING:
-    from pymodbus.pdu import ModbusPDU
 
 _BUSY = (5, 6)
 _BUSY_ATTEMPTS, _BUSY_S = 5, 0.2
@@ -24,7 +22,7 @@ _EXCEPTIONS: dict[int, tuple[type[RigError], str]] = {
 }
 
 
-def granted(ask: Callable[["ModbusPDU"], "ModbusPDU"], request: "ModbusPDU", stream: ByteStream) -> "ModbusPDU":
+def granted(ask: Callable[[ModbusPDU], ModbusPDU], request: ModbusPDU, stream: ByteStream) -> ModbusPDU:
     """The reply to ``request`` that is no exception.
 
     Raises: DeviceRefused, DeviceFault, LinkLost or DeviceNonsense by the exception's code, and what ``ask`` raises.
@@ -43,6 +41,6 @@ def granted(ask: Callable[["ModbusPDU"], "ModbusPDU"], request: "ModbusPDU", str
     return reply
 
 
-def told(request: "ModbusPDU") -> str:
+def told(request: ModbusPDU) -> str:
     """A request for messages."""
     return f"function {request.function_code}, register {request.address}"

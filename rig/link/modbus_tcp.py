@@ -7,16 +7,17 @@ the header names must be the one that the question asks for.
 
 import logging
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
+
+from pymodbus.framer import FramerSocket
+from pymodbus.pdu import DecodePDU, ModbusPDU
+from pymodbus.pdu.register_message import ReadHoldingRegistersRequest, WriteMultipleRegistersRequest
 
 from rig.errors import DeviceNonsense, DeviceSilent
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
 from rig.link.exchange import Patience
 from rig.link.modbus_replies import granted, told
-
-if TYPE_CHECKING:
-    from pymodbus.pdu import ModbusPDU
 
 _Answer = TypeVar("_Answer")
 
@@ -30,9 +31,6 @@ class ModbusTcp:
     """The client of one unit. Values are raw registers, 0 to 65535."""
 
     def __init__(self, stream: ByteStream, unit: int, *, patience: Patience | None = None) -> None:
-        from pymodbus.framer import FramerSocket
-        from pymodbus.pdu import DecodePDU
-
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # it logs whole frames as errors
         self.stream = stream
         self.counts = counts_of(stream, f"unit {unit}")
@@ -54,8 +52,6 @@ class ModbusTcp:
         self._repeated(lambda: self._write(address, list(values)))
 
     def _read(self, address: int, count: int) -> tuple[int, ...]:
-        from pymodbus.pdu.register_message import ReadHoldingRegistersRequest
-
         request = ReadHoldingRegistersRequest(dev_id=self._unit, address=address, count=count)
         registers = tuple(granted(self._exchange, request, self.stream).registers)
         if len(registers) != count:
@@ -63,8 +59,6 @@ class ModbusTcp:
         return registers
 
     def _write(self, address: int, values: list[int]) -> None:
-        from pymodbus.pdu.register_message import WriteMultipleRegistersRequest
-
         request = WriteMultipleRegistersRequest(dev_id=self._unit, address=address, registers=values)
         reply = granted(self._exchange, request, self.stream)
         if (reply.address, reply.count) != (address, len(values)):
@@ -83,7 +77,7 @@ class ModbusTcp:
                 self.counts.repeated += 1
         raise AssertionError("a question is asked at least once")
 
-    def _exchange(self, request: "ModbusPDU") -> "ModbusPDU":
+    def _exchange(self, request: ModbusPDU) -> ModbusPDU:
         """One question and the reply with its number."""
         self.counts.asked += 1
         self._transaction = (self._transaction + 1) % _TRANSACTIONS
@@ -96,7 +90,7 @@ class ModbusTcp:
                 return self._decode(request, frame)
             self.counts.stale_bytes += len(frame)
 
-    def _next_frame(self, request: "ModbusPDU", deadline_s: float) -> bytes:
+    def _next_frame(self, request: ModbusPDU, deadline_s: float) -> bytes:
         while (length := self._frame_length(request)) is None or len(self._received) < length:
             more = self.stream.read(deadline_s)
             if not more:
@@ -108,7 +102,7 @@ class ModbusTcp:
         frame, self._received = self._received[:length], self._received[length:]
         return frame
 
-    def _frame_length(self, request: "ModbusPDU") -> int | None:
+    def _frame_length(self, request: ModbusPDU) -> int | None:
         """Of the frame that is arriving; None while its header is not whole."""
         if len(self._received) < _HEADER:
             return None
@@ -117,7 +111,7 @@ class ModbusTcp:
             raise self._lost(request)
         return _HEADER + following
 
-    def _lost(self, request: "ModbusPDU") -> DeviceNonsense:
+    def _lost(self, request: ModbusPDU) -> DeviceNonsense:
         """These bytes have no beginning: whatever is on its way is dropped, so that the next frame starts clean."""
         header = self._received[:_HEADER].hex(" ")
         self.counts.stale_bytes += len(self._received)
@@ -129,7 +123,7 @@ class ModbusTcp:
                 break
         return self._nonsense(request, f"{header} is no Modbus TCP header")
 
-    def _decode(self, request: "ModbusPDU", frame: bytes) -> "ModbusPDU":
+    def _decode(self, request: ModbusPDU, frame: bytes) -> ModbusPDU:
         unit, function = frame[6], frame[7]
         if unit != self._unit or function & 0x7F != request.function_code:
             raise self._nonsense(request, f"unit {unit}, function {function & 0x7F} answered")
@@ -142,7 +136,7 @@ class ModbusTcp:
             raise self._nonsense(request, f"got {frame.hex(' ')}: not decodable")
         return reply
 
-    def _nonsense(self, request: "ModbusPDU", why: str) -> DeviceNonsense:
+    def _nonsense(self, request: ModbusPDU, why: str) -> DeviceNonsense:
         return DeviceNonsense(
             f"{self.stream.name}: no answer to {told(request)}: {why}; nothing was taken from it;"
             " check the address, the unit number and that this is a Modbus TCP device"

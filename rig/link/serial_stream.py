@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import serial
+
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.errors import LinkClosed, LinkLost, RequestRefused, RigBusy
 from rig.link.byte_stream import named
@@ -90,9 +92,7 @@ class SerialStream:
             raise LinkClosed(f"{self.name}: used after it was closed; nothing was sent; open it again")
 
 
-def _open(url: str, line: LineSettings, name: str) -> "serial.Serial":
-    import serial
-
+def _open(url: str, line: LineSettings, name: str) -> serial.Serial:
     is_device = "://" not in url
     if is_device and Path(url).resolve().is_relative_to(_PSEUDO_TERMINALS):
         line = replace(line, parity="N")  # it has no parity, and refuses to be configured with one

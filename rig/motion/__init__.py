@@ -1,0 +1,1 @@
+"""Move and arrive; by hand; where home is."""

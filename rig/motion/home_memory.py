@@ -14,6 +14,8 @@ from datetime import datetime
 from hashlib import blake2b
 from pathlib import Path
 
+from platformdirs import user_state_path
+
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.description.device_settings import TWIN_PORT, AxisSettings
 from rig.description.rig_file import RigDescription
@@ -76,8 +78,6 @@ class HomeMemory:
             return None
         folder = self._folder
         if folder is None:
-            from platformdirs import user_state_path
-
             folder = user_state_path("calrig") / "homes"
         rig = self._description.rig.name
         identity = blake2b(f"{rig}|{name}|{axis.driver}|{axis.port}|{axis.axis}".encode(), digest_size=8).hexdigest()

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from pymodbus.framer import FramerRTU
 
 from rig.description.fault_plan import MOTION, FaultRule
 from rig.errors import LinkLost
@@ -235,8 +236,6 @@ class FaultyTwin:
 
 def modbus_exception(reply: bytes, code: int) -> bytes:
     """The exception frame in place of a reply, by RTU or TCP as the reply itself is framed."""
-    from pymodbus.framer import FramerRTU
-
     is_tcp = len(reply) > 8 and reply[2:4] == b"\0\0" and int.from_bytes(reply[4:6], "big") == len(reply) - 6
     if is_tcp:
         return reply[:4] + b"\0\3" + bytes([reply[6], reply[7] | 0x80, code])

@@ -1,0 +1,1 @@
+"""One dwell performed: settle, measure, turn, follow a motion, record streams."""

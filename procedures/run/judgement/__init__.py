@@ -1,0 +1,1 @@
+"""Whether a dwell, a restart or a mount is to be believed."""

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 from ams.calibration_result import VarianceComponent
+from ams.statistics.distributions import f_quantile
 from ams.statistics.intervals import (
     combined_dof,
     confidence_halfwidth,
     effective_dof,
-    f_quantile,
     f_test,
     holm,
     prediction_halfwidth,
@@ -62,7 +62,7 @@ def test_holm_loosens_the_level_with_every_test_that_passed() -> None:
 
 
 def test_an_f_test_at_its_limit_has_the_probability_of_its_level() -> None:
-    test = f_test(f_quantile(0.95, 5, 60), 5, 60)
+    test = f_test(float(f_quantile(0.95, 5, 60)), 5, 60)
     assert test.p_value == pytest.approx(0.05, abs=1e-9)
     assert not test.is_significant
 

@@ -1,0 +1,78 @@
+"""Quantiles and tails of the distributions that intervals and tests use.
+
+The one place that loads scipy.special, at the first call: importing the mathematics costs numpy alone, and a
+coefficient set is applied without scipy. Everything broadcasts as numpy does.
+"""
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+FloatArray = NDArray[np.float64]
+
+
+@cache
+def _special() -> "ModuleType":
+    import scipy.special  # 0.3 s, and not needed before the first interval
+
+    special: ModuleType = scipy.special
+    return special
+
+
+def _called(function: str, *arguments: ArrayLike) -> FloatArray:
+    return np.asarray(getattr(_special(), function)(*arguments), dtype=np.float64)
+
+
+def student_t_quantile(probability: ArrayLike, degrees_of_freedom: ArrayLike) -> FloatArray:
+    """Return t with P(T ≤ t) = ``probability``."""
+    return _called("stdtrit", degrees_of_freedom, probability)
+
+
+def student_t_degrees_of_freedom(probability: ArrayLike, quantile: ArrayLike) -> FloatArray:
+    """Return the degrees of freedom at which Student's quantile of ``probability`` is ``quantile``."""
+    return _called("stdtridf", probability, quantile)
+
+
+def normal_quantile(probability: ArrayLike) -> FloatArray:
+    """Return z with P(Z ≤ z) = ``probability``."""
+    return _called("ndtri", probability)
+
+
+def f_quantile(probability: ArrayLike, numerator_dof: ArrayLike, denominator_dof: ArrayLike) -> FloatArray:
+    """Return f with P(F ≤ f) = ``probability``."""
+    return _called("fdtri", numerator_dof, denominator_dof, probability)
+
+
+def f_tail(ratio: ArrayLike, numerator_dof: ArrayLike, denominator_dof: ArrayLike) -> FloatArray:
+    """Return P(F > ``ratio``)."""
+    return _called("fdtrc", numerator_dof, denominator_dof, ratio)
+
+
+def chi_square_quantile(probability: ArrayLike, degrees_of_freedom: ArrayLike) -> FloatArray:
+    """Return x with P(χ² ≤ x) = ``probability``."""
+    return 2.0 * _called("gammaincinv", np.asarray(degrees_of_freedom) / 2.0, probability)
+
+
+def chi_square_upper_quantile(tail: ArrayLike, degrees_of_freedom: ArrayLike) -> FloatArray:
+    """Return x with P(χ² > x) = ``tail``."""
+    return _called("chdtri", degrees_of_freedom, tail)
+
+
+def chi_square_tail(value: ArrayLike, degrees_of_freedom: ArrayLike) -> FloatArray:
+    """Return P(χ² > ``value``)."""
+    return _called("chdtrc", degrees_of_freedom, value)
+
+
+def digamma(value: ArrayLike) -> FloatArray:
+    """Return the logarithmic derivative of the gamma function."""
+    return _called("psi", value)
+
+
+def trigamma(value: ArrayLike) -> FloatArray:
+    """Return the second logarithmic derivative of the gamma function."""
+    return _called("polygamma", 1, value)

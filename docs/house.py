@@ -1,0 +1,153 @@
+"""Draw the house: the rooms of each package, floor by floor, from the import contracts and the imports themselves.
+
+    make house        writes the drawn part of docs/architecture.md anew; fails where rooms or files import in a circle
+
+The floors are the `layers` contracts of pyproject.toml, what a room holds is the docstring of its package, and whom it
+imports is read from the source, imports inside functions included.
+"""
+
+import ast
+import re
+import sys
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("procedures", "rig", "ams")
+PAGE = Path("docs") / "architecture.md"
+BEGIN, END = "<!-- drawn by `make house` -->\n", "<!-- end of what is drawn -->\n"
+
+
+@dataclass(frozen=True)
+class House:
+    """Modules with their imports of each other, and the floors that the contracts give them."""
+
+    files: Mapping[str, Path]
+    """Module to file."""
+    imports: Mapping[str, frozenset[str]]
+    """Module to the modules that it imports."""
+    floors: Mapping[str, tuple[tuple[str, ...], ...]]
+    """Package to its floors, the highest first, each of rooms and loose modules."""
+
+    def room(self, module: str) -> str:
+        """Return the package in which a module stands."""
+        return module if self.files[module].name == "__init__.py" else module.rpartition(".")[0]
+
+    def rooms(self) -> dict[str, frozenset[str]]:
+        """Return room to the rooms it imports; a room and the rooms inside it are one house."""
+        found: dict[str, set[str]] = {self.room(module): set() for module in self.files}
+        for module, imported in self.imports.items():
+            here = self.room(module)
+            there = {self.room(other) for other in imported}
+            found[here] |= {
+                room for room in there if room != here and not f"{room}.".startswith(f"{here}.") and
+                not f"{here}.".startswith(f"{room}.")
+            }  # fmt: skip
+        return {room: frozenset(others) for room, others in found.items()}
+
+
+def read_house(root: Path = ROOT) -> House:
+    """Read every module of the three packages, and the contracts."""
+    files = {_module(path.relative_to(root)): path for path in _sources(root)}
+    imports = {module: frozenset(_imported(module, path, files)) for module, path in files.items()}
+    settings = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+    return House(files, imports, dict(_floors(settings)))
+
+
+def circle_in(graph: Mapping[str, Iterable[str]]) -> list[str]:
+    """Return one circle of the graph, or nothing."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def drawing(house: House) -> str:
+    """Return the drawn part of the page: a list of floors for every package."""
+    rooms = house.rooms()
+    parts = []
+    for package in PACKAGES:
+        parts.append(f"### `{package}/`: {_purpose(house.files[package])}\n")
+        parts.append("| floor | room | what is in it | files | imports |\n|---|---|---|---|---|")
+        floors = house.floors[package]
+        for height, floor in enumerate(floors):
+            for room in (f"{package}.{name}" for name in floor):
+                parts += _rows(house, rooms, room, len(floors) - height)
+        parts.append("")
+    return "\n".join(parts)
+
+
+def redraw(page: str, drawn: str) -> str:
+    """Return the page with its drawn part made anew."""
+    head, _, rest = page.partition(BEGIN)
+    _, _, tail = rest.partition(END)
+    return f"{head}{BEGIN}\n{drawn}{END}{tail}"
+
+
+def main() -> int:
+    """Write the page; 1 and a sentence where something imports in a circle."""
+    house = read_house()
+    for what, graph in (("files", house.imports), ("rooms", house.rooms())):
+        if circle := circle_in(graph):
+            print(f"{what} import in a circle: {' -> '.join(circle)}")
+            return 1
+    page = ROOT / PAGE
+    page.write_text(redraw(page.read_text(encoding="utf-8"), drawing(house)), encoding="utf-8")
+    print(f"{PAGE}: {len(house.files)} files in {len(house.rooms())} rooms, no circle, no knot")
+    return 0
+
+
+def _sources(root: Path) -> Iterator[Path]:
+    for package in PACKAGES:
+        yield from (path for path in sorted((root / package).rglob("*.py")) if "migrations" not in path.parts)
+
+
+def _module(path: Path) -> str:
+    parts = path.with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def _imported(module: str, path: Path, files: Mapping[str, Path]) -> Iterator[str]:
+    if module == "ams":
+        return  # the facade loads its names when they are first used: whoever imports `ams` imports nothing yet
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in files)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                name = f"{node.module}.{alias.name}"
+                found = name if name in files else node.module
+                if found in files and found != module:
+                    yield found
+
+
+def _floors(settings: Mapping[str, Any]) -> Iterator[tuple[str, tuple[tuple[str, ...], ...]]]:
+    for contract in settings["tool"]["importlinter"]["contracts"]:
+        for container in contract.get("containers", ()):
+            if container in PACKAGES:
+                yield container, tuple(tuple(re.split(r"\s*[|:]\s*", layer)) for layer in contract["layers"])
+
+
+def _purpose(path: Path) -> str:
+    docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    first, _, _ = docstring.partition("\n\n")
+    return " ".join(first.split())
+
+
+def _rows(house: House, rooms: Mapping[str, frozenset[str]], room: str, floor: int) -> Iterator[str]:
+    inside = sorted(name for name in rooms if name == room or name.startswith(f"{room}."))
+    if not inside:
+        yield f"| {floor} | `{room.replace('.', '/')}.py` | {_purpose(house.files[room])} | 1 | |"
+    for name in inside:
+        files = sum(house.room(module) == name for module in house.files) - 1
+        known = ", ".join(f"`{other.replace('.', '/')}`" for other in sorted(rooms[name]) if other not in PACKAGES)
+        yield f"| {floor} | `{name.replace('.', '/')}/` | {_purpose(house.files[name])} | {files} | {known} |"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

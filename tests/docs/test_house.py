@@ -1,0 +1,91 @@
+"""The house is as its page draws it: no circle, no knot, and nothing is imported late but what is named here."""
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "docs"))
+from house import BEGIN, PAGE, circle_in, drawing, read_house, redraw  # noqa: E402
+
+OWN = ("ams", "rig", "procedures")
+LATER = {
+    # ours: what one command of several needs, and the facade whose names load at their first use
+    "procedures.jog_screen.session": {"procedures/cli/jog.py"},
+    "importlib.metadata": {"procedures/cli/main.py"},
+    # heavy: half a second and more, and most commands do without
+    "matplotlib": {"procedures/report/canvas.py"},
+    "scipy.special": {"ams/statistics/distributions.py"},
+    "scipy.linalg": {"ams/solve/gauss_newton.py"},
+    "scipy.signal": {"ams/attitude/filters.py"},
+    "scipy.io": {"ams/exports/matlab.py"},
+    "pandas": {"procedures/cli/attitude.py"},
+    "alembic": {"ams/archive/connection.py"},
+    "jsonschema": {"ams/sets/schema.py"},
+    # optional: extras of the installation
+    "pyvisa": {"rig/link/visa.py"},
+    "apprise": {"procedures/alerts/channels.py"},
+    "distributed": {"procedures/delivery/resolve_workers.py"},
+    "h5py": {"ams/exports/hdf5.py"},
+    # of POSIX systems only
+    "termios": {"rig/link/serial_stream.py"},
+    "tty": {"rig/twins/ports.py"},
+}
+"""What is imported inside functions, and the only files that may."""
+
+
+@pytest.fixture(scope="module")
+def house():
+    return read_house(ROOT)
+
+
+def test_files_import_in_no_circle(house):
+    assert circle_in(house.imports) == []
+
+
+def test_rooms_import_in_no_circle(house):
+    assert circle_in(house.rooms()) == []
+
+
+def test_the_page_is_drawn_from_the_house(house):
+    page = (ROOT / PAGE).read_text(encoding="utf-8")
+    assert BEGIN in page
+    assert page == redraw(page, drawing(house)), "run `make house` and look at what changed"
+
+
+def test_every_room_says_what_is_in_it(house):
+    silent = [room for room in house.rooms() if not ast.get_docstring(ast.parse(house.files[room].read_text("utf-8")))]
+    assert silent == []
+
+
+def test_nothing_else_is_imported_inside_a_function(house):
+    unnamed = [f"{path}: {name}" for path, name in _imported_later(house) if path not in _allowed(name)]
+    assert unnamed == []
+
+
+def test_every_late_import_that_is_named_is_still_there(house):
+    found = {(path, library) for path, name in _imported_later(house) for library in LATER if _is_of(name, library)}
+    assert found == {(path, library) for library, paths in LATER.items() for path in paths}
+
+
+def _allowed(name: str) -> set[str]:
+    return set().union(*(paths for library, paths in LATER.items() if _is_of(name, library)))
+
+
+def _is_of(name: str, library: str) -> bool:
+    return name == library or name.startswith(f"{library}.")
+
+
+def _imported_later(house) -> Iterator[tuple[str, str]]:
+    for path in house.files.values():
+        for function in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if not isinstance(function, ast.FunctionDef):
+                continue
+            for node in ast.walk(function):
+                if isinstance(node, ast.ImportFrom) and node.module:
+                    yield path.relative_to(ROOT).as_posix(), node.module
+                elif isinstance(node, ast.Import):
+                    yield from ((path.relative_to(ROOT).as_posix(), alias.name) for alias in node.names)

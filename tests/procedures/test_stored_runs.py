@@ -1,0 +1,230 @@
+"""Runs of every kind that earlier versions stored are read, solved, resumed, verified and looked up, to their numbers.
+
+``tests/data/make_stored_runs.py`` says how they were made. Nothing of them is ever written to: tests work on copies.
+"""
+
+import hashlib
+import json
+import shutil
+from collections.abc import Iterator
+from dataclasses import MISSING, Field, fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command import call
+from small_run import Bench
+from stored_runs import (
+    CASES,
+    DATA,
+    VERSIONS,
+    StoredCase,
+    hashes_of_data,
+    header_of,
+    is_of_uncertainty,
+    moved,
+    name_of,
+)
+
+from procedures.delivery.deliver import sensors_document, sets_of, solve_run
+from procedures.description.procedure_file import read_procedure
+from procedures.journal.header import RunHeader
+from procedures.plan.plan import Plan
+from procedures.plan.planner import make_plan
+from procedures.records.states import State
+from procedures.run.resume import resume
+from rig.description.read import read_rig
+
+EVERY = pytest.mark.parametrize("case", CASES, ids=name_of)
+EVERY_VERSION = pytest.mark.parametrize("version", VERSIONS, ids=lambda version: version.name)
+JOURNALS = sorted(DATA.rglob("journal.sqlite"))
+EXPORTS = sorted(
+    path
+    for version in VERSIONS
+    for folder in ("coefficients", "exports")
+    for path in version.glob(f"*/finished/{folder}/*")
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _nothing_stored_is_written_to() -> Iterator[None]:
+    before = hashes_of_data()
+    yield
+    assert hashes_of_data() == before
+
+
+def _solved(run: Path) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads(json.dumps(sensors_document(solve_run(run)), allow_nan=False))
+    return document
+
+
+def _coefficients_moved(then: object, now: object) -> list[str]:
+    return [told for told in moved(then, now) if not is_of_uncertainty(told.split(":")[0])]
+
+
+def test_every_kind_is_stored() -> None:
+    kinds = {read_procedure(case.folder / "procedure.toml").procedure.kind for case in CASES}
+    assert kinds == {"grid", "tumble", "rates", "profile", "two-level", "static"}
+
+
+@EVERY
+def test_a_stored_run_gives_its_coefficients(case: StoredCase, tmp_path: Path) -> None:
+    run = case.copy("finished", tmp_path / "run")
+    journal = (run / "journal.sqlite").read_bytes()
+    now = _solved(run)
+    assert _coefficients_moved(case.numbers, now) == []
+    assert (run / "journal.sqlite").read_bytes() == journal
+
+
+@EVERY
+def test_a_stored_run_gives_its_uncertainties(case: StoredCase, tmp_path: Path) -> None:
+    """By itself, because a better budget may move an uncertainty and nothing may move a coefficient."""
+    now = _solved(case.copy("finished", tmp_path / "run"))
+    assert [told for told in moved(case.numbers, now) if is_of_uncertainty(told.split(":")[0])] == []
+
+
+@EVERY
+def test_a_stored_set_is_the_one_that_its_run_gives(case: StoredCase, tmp_path: Path) -> None:
+    sets = sets_of(solve_run(case.copy("finished", tmp_path / "run")))
+    stored = {path.stem: path for path in (case.folder / "finished" / "coefficients").glob("*.json")}
+    assert sets.keys() == stored.keys()
+    for name, path in stored.items():
+        assert (
+            _coefficients_moved(json.loads(path.read_text(encoding="utf-8"))["axes"], sets[name].document["axes"]) == []
+        )
+
+
+@EVERY
+def test_a_stored_interrupted_run_goes_on_to_the_numbers_of_its_brother(case: StoredCase, tmp_path: Path) -> None:
+    """Resumed with a word for the changes: the version is another one by the time this is run."""
+    run = case.copy("interrupted", tmp_path / "run")
+    outcome = resume(run, "carla", "a stored run", accepts_changes=True)
+    assert (outcome.state, outcome.exit_status) == (State.FINISHED, 0), outcome.reason
+    now = _solved(run)
+    assert _coefficients_moved(case.resumed_numbers, now) == []
+    assert list(_beyond_uncertainty(case.numbers, now)) == []
+
+
+def _beyond_uncertainty(then: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
+    """Coefficients of two measurements of one sensor that differ by more than six standard uncertainties."""
+    for sensor, document in then.items():
+        for axis, section in document["axes"].items():
+            for name, was in section["parameters"].items():
+                found = now[sensor]["axes"][axis]["parameters"][name]
+                if was["value"] is None or found["value"] is None:
+                    continue  # not determined by so few replications
+                if abs(found["value"] - was["value"]) > 6.0 * was["standard_uncertainty"]:
+                    yield f"{sensor} {axis} {name}: was {was['value']}, is {found['value']}"
+
+
+def test_an_interrupted_run_is_told_as_such_by_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for case in CASES:
+        told = call(capsys, "status", case.copy("interrupted", tmp_path / name_of(case)), "--json").document
+        assert told["state"] == "interrupted", case
+        assert 0 < told["dwells_done"] < told["dwells_planned"], case
+
+
+@EVERY_VERSION
+def test_the_command_resumes_a_stored_run(version: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One kind through the whole of it, pages, sets and exports included."""
+    case = StoredCase(version / "tumble")
+    word = ("--operator", "carla", "--reason", "a stored run", "--accept-changes")
+    resumed = call(capsys, "resume", case.copy("interrupted", tmp_path / "interrupted"), *word, "--json")
+    assert (resumed.status, resumed.document["state"]) == (0, "finished"), resumed.err
+    assert _coefficients_moved(case.numbers, resumed.document["sensors"]) == []
+
+
+@pytest.mark.parametrize("journal", JOURNALS, ids=lambda path: "-".join(path.parts[-4:-1]))
+def test_a_plan_s_hash_is_that_of_its_stored_text(journal: Path, tmp_path: Path) -> None:
+    """Of the text as it was stored: a plan that is read and written again may have fields that came later."""
+    document = header_of(Path(shutil.copytree(journal.parent, tmp_path / "run")) / "journal.sqlite")
+    header = RunHeader.from_json(json.dumps(document))
+    for text, sha256 in (
+        (header.plan_json, header.plan_sha256),
+        (header.rig_text, header.rig_sha256),
+        (header.procedure_text, header.procedure_sha256),
+    ):
+        assert hashlib.sha256(text.encode()).hexdigest() == sha256
+    assert header.plan.title == header.title
+
+
+@pytest.mark.parametrize("journal", JOURNALS, ids=lambda path: "-".join(path.parts[-4:-1]))
+def test_what_header_and_plan_gained_since_has_a_default(journal: Path, tmp_path: Path) -> None:
+    header = header_of(Path(shutil.copytree(journal.parent, tmp_path / "run")) / "journal.sqlite")
+    assert [one.name for one in fields(RunHeader) if one.name not in header and not _has_default(one)] == []
+    plan = json.loads(header["plan_json"])
+    assert [one.name for one in fields(Plan) if one.name not in plan and not _has_default(one)] == []
+
+
+@EVERY
+def test_a_plan_is_read_without_the_fields_that_have_defaults(case: StoredCase, tmp_path: Path) -> None:
+    """As it would have been stored by a version that did not know them yet."""
+    text = header_of(case.copy("finished", tmp_path / "run") / "journal.sqlite")["plan_json"]
+    plan, document = Plan.from_json(text), json.loads(text)
+    for one in fields(Plan):
+        if _has_default(one) and one.name != "version":
+            without = {key: value for key, value in document.items() if key != one.name}
+            read = Plan.from_json(json.dumps(without))
+            assert read.steps == plan.steps, one.name
+
+
+def _has_default(one: "Field[Any]") -> bool:
+    return one.default is not MISSING or one.default_factory is not MISSING
+
+
+@EVERY
+def test_stored_files_are_planned_as_they_were(case: StoredCase, tmp_path: Path) -> None:
+    then = header_of(case.copy("finished", tmp_path / "run") / "journal.sqlite")
+    assert then["rig_text"] == (case.folder / "rig.toml").read_text(encoding="utf-8")
+    assert then["procedure_text"] == (case.folder / "procedure.toml").read_text(encoding="utf-8")
+    rig, procedure = read_rig(case.folder / "rig.toml"), read_procedure(case.folder / "procedure.toml")
+    now = json.loads(make_plan(rig, procedure).to_json())
+    assert moved(json.loads(then["plan_json"])["steps"], now["steps"]) == []
+
+
+@pytest.mark.parametrize("path", EXPORTS, ids=lambda path: "-".join((path.parts[-4], *path.parts[-2:])))
+def test_stored_sets_and_exports_verify(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    verified = call(capsys, "verify", path, "--json")
+    assert verified.status == 0, verified.err
+
+
+@EVERY_VERSION
+def test_a_stored_archive_lists_shows_and_compares(
+    version: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = Path(shutil.copy(version / "archive.sqlite", tmp_path / "archive.sqlite"))
+    archive = ("--archive", f"sqlite:///{copy}", "--json")
+    migrated = call(capsys, "archive", "migrate", *archive[:2])
+    assert migrated.status == 0, migrated.err
+    then = json.loads((version / "archive.json").read_text(encoding="utf-8"))
+    listed = call(capsys, "archive", "list", *archive).document["sets"]
+    assert moved(then["list"], listed) == []
+    for sha256, document in then["show"].items():
+        assert moved(document, call(capsys, "archive", "show", sha256[:12], *archive).document) == []
+    old, new = then["compared"]
+    assert moved(then["compare"], call(capsys, "archive", "compare", old[:12], new[:12], *archive).document) == []
+    assert call(capsys, "archive", "verify", *archive).status == 0
+
+
+@EVERY_VERSION
+def test_a_grid_that_is_measured_anew_gives_the_stored_coefficients(version: Path, tmp_path: Path) -> None:
+    """Files, twins, devices, engine and solver, on the rig of ``calrig demo`` with fewer attitudes."""
+    grid = StoredCase(version / "grid")
+    for name in ("rig.toml", "procedure.toml"):
+        shutil.copy(grid.folder / name, tmp_path)
+    rig = read_rig(tmp_path / "rig.toml")
+    anew = Bench(tmp_path, rig, make_plan(rig, read_procedure(tmp_path / "procedure.toml")))
+    assert anew.run(tmp_path / "run").state is State.FINISHED
+    assert _coefficients_moved(grid.numbers, _solved(tmp_path / "run")) == []
+
+
+@pytest.mark.soak
+@EVERY_VERSION
+def test_the_demonstration_gives_the_stored_numbers(
+    version: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All 247 attitudes; ``make test`` measures the same rig at fewer, above."""
+    then = json.loads((version / "demo.json").read_text(encoding="utf-8"))
+    told = call(capsys, "demo", "--out", tmp_path / "demo", "--json")
+    assert told.status == 0, told.err
+    assert _coefficients_moved(then["sensors"], told.document["sensors"]) == []
