@@ -18,7 +18,8 @@ options=("$@")
 python=$PWD/.venv/bin/python
 scratch=$(mktemp -d)
 chmod 711 "$scratch"
-trap 'rm -rf "$scratch"' EXIT
+busy=()
+trap 'kill "${busy[@]}" 2>/dev/null; rm -rf "$scratch"' EXIT
 
 run() { # NAME, then what stands before pytest
   local name=$1
@@ -47,8 +48,10 @@ for circumstance in "${chosen[@]}"; do
     nohup) run nohup env -u TMPDIR bash -c 'trap "" HUP INT QUIT; exec "$@" < /dev/null' nohup ;;
     # Another user than root, with no home to write to and all processors taken by somebody else.
     elsewhere)
-      for _ in $(seq "$(nproc)"); do (while :; do :; done) & done
-      busy=$(jobs -p)
+      for _ in $(seq "$(nproc)"); do
+        (while :; do :; done) &
+        busy+=($!)
+      done
       if [ "$(id -u)" -eq 0 ]; then
         other=(setpriv --reuid nobody --regid nogroup --clear-groups)
         "${other[@]}" "$python" -c '' || { echo "another user cannot run $python: busy only" >&2; other=(); }
@@ -56,8 +59,8 @@ for circumstance in "${chosen[@]}"; do
       else
         run elsewhere
       fi
-      # shellcheck disable=SC2086  # a list of processes
-      kill $busy
+      kill "${busy[@]}"
+      busy=()
       ;;
   esac
 done

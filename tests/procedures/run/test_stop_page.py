@@ -130,11 +130,12 @@ def _helper(folder: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_fault_15_the_machine_is_kept_awake_while_the_run_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    _helper(tmp_path, f'echo "$@" > {tmp_path}/asked; shift 4; "$@"; echo over >> {tmp_path}/asked', monkeypatch)
+    asked = tmp_path / "asked"
+    _helper(tmp_path, f'echo "$@" > "{asked}"; shift 4; "$@"; echo over >> "{asked}"', monkeypatch)
     with awake("night run") as refusal:
         assert refusal == ""
-        assert (tmp_path / "asked").read_text().startswith("--what=sleep:idle:handle-lid-switch --who=calrig")
-    assert (tmp_path / "asked").read_text().endswith("over\n")
+    assert asked.read_text().startswith("--what=sleep:idle:handle-lid-switch --who=calrig")
+    assert asked.read_text().endswith("over\n")
 
 
 def test_fault_15_an_inhibitor_that_refuses_is_told_and_keeps_no_run_from_running(
