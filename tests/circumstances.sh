@@ -54,7 +54,7 @@ for circumstance in "${chosen[@]}"; do
       done
       if [ "$(id -u)" -eq 0 ]; then
         other=(setpriv --reuid nobody --regid nogroup --clear-groups)
-        "${other[@]}" "$python" -c '' || { echo "another user cannot run $python: busy only" >&2; other=(); }
+        "${other[@]}" env "$python" -c '' || { echo "another user cannot run $python: busy only" >&2; other=(); }
         run elsewhere "${other[@]}" env HOME=/nonexistent TMPDIR="$(in_folder 777 other)" PYTHONDONTWRITEBYTECODE=1
       else
         run elsewhere
