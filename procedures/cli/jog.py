@@ -14,7 +14,6 @@ from procedures.cli.output import finite, note, print_json, say
 from procedures.cli.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
 from procedures.jog_screen.inferred import inferred_attitude
-from procedures.jog_screen.session import jog_on_screen  # textual: not for a single motion
 from rig.assembly.open_rig import Rig, choose_clock, open_rig
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.description.device_settings import TWIN_PORT

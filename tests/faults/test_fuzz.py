@@ -228,7 +228,7 @@ def _peak_mb() -> float:
 def test_fault_58_69_what_nobody_would_write_is_refused_with_a_sentence(
     readers: Mapping[str, Reader], name: str, tmp_path: Path
 ) -> None:
-    rounds = DEFAULT_ROUNDS * (10 if name == "wire" else 1)
+    rounds = DEFAULT_ROUNDS * (4 if name == "wire" else 1)
     _rounds(readers[name], iter(range(rounds)), tmp_path)
 
 

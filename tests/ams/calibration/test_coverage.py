@@ -156,10 +156,11 @@ def test_angles_by_three_axes_hold_with_four_replications_that_drift() -> None:
     assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
 
 
-def test_with_estimated_temperature_coefficients_too() -> None:
+@pytest.mark.parametrize("campaigns", [2000, pytest.param(4000, marks=pytest.mark.soak)])
+def test_with_estimated_temperature_coefficients_too(campaigns: int) -> None:
     """Six visits of three plateaus; across the axis Student's factor is that of along it, one degree of freedom less
     than there is."""
-    found = shares_of_visits(6, 4000, lack_of_fit=3.0)
+    found = shares_of_visits(6, campaigns, lack_of_fit=3.0)
     assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
 
 

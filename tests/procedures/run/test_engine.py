@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from grumbling import Grumbling, louder
+from faulty_rig import FaultyRig, noisier
 from journals import a_clock
 from small_run import Bench, bench, dwells_of, measured
 
@@ -87,9 +87,9 @@ def _states(run_dir: Path) -> list[str]:
 
 
 @contextmanager
-def _grumbling(small: Bench, **wrong: Callable[..., object] | str) -> Iterator[Grumbling]:
+def _grumbling(small: Bench, **wrong: Callable[..., object] | str) -> Iterator[FaultyRig]:
     with open_rig(small.rig) as rig:
-        yield Grumbling(rig, **wrong)  # type: ignore[arg-type]
+        yield FaultyRig(rig, **wrong)  # type: ignore[arg-type]
 
 
 def _run_grumbling(small: Bench, run_dir: Path, **wrong: Callable[..., object] | str) -> Outcome:
@@ -213,7 +213,7 @@ def test_a_noisy_dwell_is_rejected_kept_and_measured_again(small: Bench, tmp_pat
     step = small.plan.design_dwells[8].step
 
     def spoil(number: int, burst: Burst) -> Burst:
-        return louder(burst, 30.0) if number == 3 * step + 2 else burst
+        return noisier(burst, 30.0) if number == 3 * step + 2 else burst
 
     assert _run_grumbling(small, tmp_path / "run", spoil=spoil).state is State.FINISHED
     first, second = (dwell for dwell in dwells_of(tmp_path / "run") if dwell.step == step)
@@ -226,7 +226,7 @@ def test_in_virtual_time_a_dwell_that_stays_suspect_fails_the_run_with_the_sente
     small: Bench, tmp_path: Path
 ) -> None:
     def spoil(number: int, burst: Burst) -> Burst:
-        return louder(burst, 30.0) if number > 40 else burst
+        return noisier(burst, 30.0) if number > 40 else burst
 
     outcome = _run_grumbling(small, tmp_path / "run", spoil=spoil)
     assert outcome.state is State.FAILED
@@ -241,7 +241,7 @@ def test_a_suspect_dwell_holds_a_real_run_until_a_person_says_continue(tmp_path:
     step = small.plan.design_dwells[9].step
 
     def spoil(number: int, burst: Burst) -> Burst:
-        return louder(burst, 30.0) if 3 * step < number <= 3 * step + 9 else burst
+        return noisier(burst, 30.0) if 3 * step < number <= 3 * step + 9 else burst
 
     with _grumbling(small, spoil=spoil) as rig:
         outcome = begin(run_dir, small.header(run_dir), small.plan, rig, None, Continuing(run_dir))  # type: ignore[arg-type]
@@ -258,7 +258,7 @@ def test_a_continue_grants_all_the_retries_anew(tmp_path: Path) -> None:
     step = small.plan.design_dwells[9].step
 
     def spoil(number: int, burst: Burst) -> Burst:
-        return louder(burst, 30.0) if 3 * step < number <= 3 * step + 15 else burst
+        return noisier(burst, 30.0) if 3 * step < number <= 3 * step + 15 else burst
 
     with _grumbling(small, spoil=spoil) as rig:
         outcome = begin(run_dir, small.header(run_dir), small.plan, rig, None, Continuing(run_dir))  # type: ignore[arg-type]
@@ -280,7 +280,7 @@ def test_fault_44_an_axis_that_slips_during_a_dwell_voids_it(small: Bench, tmp_p
             slipped.append(step)
             return replace(state, position_deg=state.position_deg + 0.05)
 
-        rig = Grumbling(opened, look=look)
+        rig = FaultyRig(opened, look=look)
         assert begin(run_dir, small.header(run_dir), small.plan, rig).state is State.FINISHED
     first, second = (dwell for dwell in dwells_of(run_dir) if dwell.step == step)
     target_deg = first.targets_deg["pitch"]

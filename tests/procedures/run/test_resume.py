@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from grumbling import Grumbling
+from faulty_rig import FaultyRig
 from small_run import Bench, bench, dwells_of, in_child, measured
 
 from procedures.errors import ExitStatus, JournalError, RequestError
@@ -243,7 +243,7 @@ def test_after_a_step_that_a_person_accepted_dwells_are_held_against_those_since
         return replace(burst, values_v=burst.values_v + 0.075) if number == 40 else burst
 
     with open_rig(changed) as rig:
-        spoilt = Grumbling(rig, spoil=once_off)
+        spoilt = FaultyRig(rig, spoil=once_off)
         assert resume_on(run_dir, spoilt, "carla", "new amplifier").state is State.FINISHED
     (rejected,) = [dwell for dwell in dwells_of(run_dir) if not dwell.accepted]
     assert "from what the dwells before predict" in rejected.reasons[0]
@@ -252,7 +252,7 @@ def test_after_a_step_that_a_person_accepted_dwells_are_held_against_those_since
 def test_other_devices_than_at_the_start_trip(small: Bench) -> None:
     run_dir = _stopped(small)
     with open_rig(small.rig) as opened:
-        outcome = resume_on(run_dir, Grumbling(opened, identity="HP3458A, other serial"), "carla")
+        outcome = resume_on(run_dir, FaultyRig(opened, identity="HP3458A, other serial"), "carla")
     assert (outcome.state, outcome.exit_status) == (State.TRIPPED, ExitStatus.HELD)
     assert "readouts.dmm: was" in outcome.reason
     assert "'HP3458A, other serial'" in outcome.reason

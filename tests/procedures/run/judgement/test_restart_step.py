@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from journals import a_dwell
-from night import Night, asks, spend
 from small_run import bench, resumed
+from unattended_run import UnattendedRun, asks, run_unattended
 
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import State
@@ -95,8 +95,8 @@ def test_fewer_than_ten_of_a_thousand_healthy_resumes_on_twins_stop(tmp_path: Pa
         folder = tmp_path / str(seed)
         folder.mkdir()
         small = bench(folder, rig=(("seed = 7", f"seed = {seed}"),), procedure=short)
-        night = Night(folder / "run", after={3: asks("stop")})
-        assert spend(small, night).state is State.STOPPED
-        tripped += resumed(night.run_dir).state is State.TRIPPED
+        unattended = UnattendedRun(folder / "run", after={3: asks("stop")})
+        assert run_unattended(small, unattended).state is State.STOPPED
+        tripped += resumed(unattended.run_dir).state is State.TRIPPED
         shutil.rmtree(folder)
     assert tripped < 10

@@ -9,7 +9,7 @@ from rig.devices.abilities import Axis, AxisState, Burst, Environment, Readout, 
 from rig.link.counts import ExchangeCounts
 
 
-class SpoiltReadout:
+class FaultyReadout:
     """Passes everything on; ``spoil`` sees every burst of a dwell (not of settling) with its running number."""
 
     def __init__(self, readout: Readout, spoil: Callable[[int, Burst], Burst]) -> None:
@@ -40,7 +40,7 @@ class SpoiltReadout:
         return self._spoil(self.read_so_far, burst)
 
 
-class SpoiltAxis:
+class FaultyAxis:
     """Passes everything on; ``look`` sees every state."""
 
     def __init__(self, axis: Axis, look: Callable[[AxisState], AxisState]) -> None:
@@ -73,7 +73,7 @@ class SpoiltAxis:
         self._axis.stop()
 
 
-class HeardChance:
+class RecordedChance:
     """Passes announcements on and remembers them."""
 
     def __init__(self, chance: TwinChance) -> None:
@@ -85,7 +85,7 @@ class HeardChance:
         self._chance.announce(step, phase, attempt, replications)
 
 
-class Grumbling:
+class FaultyRig:
     """The rig with its meter, its pitch axis or its identities spoilt."""
 
     def __init__(
@@ -96,9 +96,9 @@ class Grumbling:
         identity: str | None = None,
     ) -> None:
         self._rig, self._identity = rig, identity
-        self.meter = SpoiltReadout(rig.readouts["dmm"], spoil)
-        self.heard_chance = HeardChance(rig.chance)
-        self.pitch = SpoiltAxis(rig.axes["pitch"], look)
+        self.meter = FaultyReadout(rig.readouts["dmm"], spoil)
+        self.heard_chance = RecordedChance(rig.chance)
+        self.pitch = FaultyAxis(rig.axes["pitch"], look)
 
     @property
     def axes(self) -> Mapping[str, Axis]:
@@ -137,6 +137,6 @@ class Grumbling:
         return found if self._identity is None else {**found, "readouts.dmm": self._identity}
 
 
-def louder(burst: Burst, factor: float) -> Burst:
+def noisier(burst: Burst, factor: float) -> Burst:
     mean_v = burst.values_v.mean()
     return replace(burst, values_v=mean_v + factor * (burst.values_v - mean_v))

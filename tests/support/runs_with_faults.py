@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from night import Night
 from small_run import Bench, bench
+from unattended_run import UnattendedRun
 
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
@@ -42,11 +42,13 @@ def faults(**rules: dict[str, object]) -> FaultPlan:
     return FaultPlan.model_validate({"seed": 3, "fault": rules})
 
 
-def plagued(small: Bench, night: Night, plan: FaultPlan, care: Care | None = None) -> tuple[Outcome, list[str]]:
-    """Run through the night with the faults; also what the faulty lines told."""
-    night.run_dir.mkdir()
+def run_with_faults(
+    small: Bench, unattended: UnattendedRun, plan: FaultPlan, care: Care | None = None
+) -> tuple[Outcome, list[str]]:
+    """Run with nobody there and with the faults; return also what the faulty lines told."""
+    unattended.run_dir.mkdir()
     told: list[str] = []
     with open_rig(small.rig, faults=plan, tell_fault=told.append) as rig:
-        night.rig = rig
-        header = small.header(night.run_dir)
-        return begin(night.run_dir, header, small.plan, rig, night, night, care), told
+        unattended.rig = rig
+        header = small.header(unattended.run_dir)
+        return begin(unattended.run_dir, header, small.plan, rig, unattended, unattended, care), told

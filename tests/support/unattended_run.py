@@ -1,10 +1,10 @@
-"""A run at night: nobody there, but somebody's clock; things happen to the rig and heal again, all in virtual time."""
+"""A run with nobody there, but somebody's clock; things happen to the rig and heal again, all in virtual time."""
 
 from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
 
-from grumbling import Grumbling
+from faulty_rig import FaultyRig
 from journals import a_clock
 from small_run import Bench
 
@@ -19,10 +19,10 @@ from rig.assembly.open_rig import Rig, open_rig
 from rig.errors import LinkLost
 from rig.link.counts import ExchangeCounts
 
-Happening = Callable[["Night"], None]
+Happening = Callable[["UnattendedRun"], None]
 
 
-class Night:
+class UnattendedRun:
     """Real seconds that cost none: ``at[n]`` happens at the n-th rest while the run stands still.
 
     Also the run's observer: ``after[n]`` happens when n dwells of the design are done.
@@ -66,18 +66,18 @@ class Night:
 def asks(kind: str) -> Happening:
     """Somebody comes by and asks for it."""
     request = Request(kind, "bert", "2026-03-01T13:00:00+00:00", f"please {kind}")  # type: ignore[arg-type]
-    return lambda night: night.spool.submit(request) and None
+    return lambda unattended: unattended.spool.submit(request) and None
 
 
-def spend(
-    small: Bench, night: Night, care: Care | None = None, rig_of: Callable[[Rig], object] = lambda rig: rig
+def run_unattended(
+    small: Bench, unattended: UnattendedRun, care: Care | None = None, rig_of: Callable[[Rig], object] = lambda rig: rig
 ) -> Outcome:
-    """Run through the night; ``rig_of`` puts something around the rig."""
-    night.run_dir.mkdir()
+    """Run with nobody there; ``rig_of`` puts something around the rig."""
+    unattended.run_dir.mkdir()
     with open_rig(small.rig) as rig:
-        night.rig = rig
-        header = small.header(night.run_dir)
-        return begin(night.run_dir, header, small.plan, rig_of(rig), night, night, care)  # type: ignore[arg-type]
+        unattended.rig = rig
+        header = small.header(unattended.run_dir)
+        return begin(unattended.run_dir, header, small.plan, rig_of(rig), unattended, unattended, care)  # type: ignore[arg-type]
 
 
 def events(run_dir: Path, kind: str | None = None) -> list[Event]:
@@ -90,7 +90,7 @@ def states(run_dir: Path) -> list[str]:
     return [str(event.detail["to"]) for event in events(run_dir, "state")]
 
 
-class Unreachable(Grumbling):
+class RigReopenedLate(FaultyRig):
     """A rig whose adapter answers again only at the n-th attempt to open it."""
 
     def __init__(self, rig: Rig, answers_at: int, **wrong: object) -> None:
@@ -105,7 +105,7 @@ class Unreachable(Grumbling):
         super().reconnect()
 
 
-class Degrading(Grumbling):
+class RigWithBadLine(FaultyRig):
     """A rig whose table line answers badly at first, more often than it should."""
 
     share = 0.05
