@@ -1,0 +1,178 @@
+"""What a rig file and a procedure file do, stage by stage: refusals, plan, conversation, record, numbers, pages.
+
+Two jobs are compared by it. What only repeats a file (its text, tables that are carried as declared, hashes) is left
+out, so that a difference is something that a key has done.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field, fields, is_dataclass
+from datetime import UTC, date, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from file_keys import Document, toml_of
+from unattended_run import UnattendedRun, asks
+
+from ams.errors import AmsError
+from ams.sets.coefficients import CoefficientSet
+from ams.surveillance.adjustment import Adjustment
+from procedures.certificate.grounds import Grounds
+from procedures.certificate.page import certificate_page
+from procedures.check.check_report import check, to_document
+from procedures.delivery.deliver import SolvedRun, _as_left, sensors_document, sets_of
+from procedures.errors import ProcedureError
+from procedures.journal.header import make_header
+from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.read import read_procedure
+from procedures.kinds.solve import solve_record
+from procedures.plan.plan import Plan
+from procedures.report.write import view_of
+from procedures.run.begin import begin
+from procedures.solution.record import read_record
+from rig.assembly import open_rig as opening
+from rig.clock import VirtualClock
+from rig.description.fault_plan import FaultPlan
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
+from rig.errors import RigError
+from rig.link.byte_stream import ByteStream
+from rig.link.gpib import GpibBus, GpibResource
+from rig.link.transcript import Recorder
+from rig.lines.open_lines import Lines
+
+BEGAN = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
+PATIENCE_RESTS = 200
+"""A run that waits for a person is given up after so many rests."""
+REPEATED = frozenset(
+    {"hashes", "sha256", "journal_sha256", "plan_sha256", "declared", "level", "chain", "job", "acceptance",
+     "laboratory", "mount", "temperature_conversion", "uncertainty", "versions", "plan", "export_formats"}
+)  # fmt: skip
+"""Of a set's provenance and of the report: what is carried as it was declared."""
+ECHOES = ("plan_sha256", "rig", "title", "kind", "order", "seed", "replications", "model", "design")
+"""Of ``calrig check``: words and numbers of the files."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """The two files as documents, and what goes wrong on the twins' lines."""
+
+    rig: Document
+    procedure: Document
+    faults: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
+    """Name to text of what lies beside them."""
+
+
+def stages(job: Job, folder: Path) -> Iterator[tuple[str, str]]:
+    """Do the job; what is seen at each stage, cheapest first. A refusal ends it."""
+    folder.mkdir()
+    for name, text in job.files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    files = folder / "rig.toml", folder / "procedure.toml"
+    for path, document in zip(files, (job.rig, job.procedure), strict=True):
+        path.write_text(toml_of(document), encoding="utf-8")
+    try:
+        rig, procedure = read_rig(files[0]), read_procedure(files[1])
+        report = check(rig, procedure, fresh_seed=1)
+        yield "plan", _text({**_without_echoes(to_document(report)), "steps of all": report.plan.steps})
+        yield from _performed(job, rig, report.plan, folder)
+    except (RigError, ProcedureError, AmsError) as refusal:
+        yield "refusal", str(refusal).replace(str(folder), "")
+
+
+def _without_echoes(document: Mapping[str, Any]) -> dict[str, Any]:
+    axes = {
+        name: {key: value for key, value in use.items() if key != "limits_deg"}
+        for name, use in document["axes"].items()
+    }
+    return {key: value for key, value in document.items() if key not in ECHOES} | {"axes": axes}
+
+
+def _performed(job: Job, rig: RigDescription, plan: Plan, folder: Path) -> Iterator[tuple[str, str]]:
+    wire: list[str] = []
+    run_dir = folder / "run"
+    run_dir.mkdir()
+    clock = VirtualClock(BEGAN)
+    header = make_header("run", plan, rig, folder / "rig.toml", folder / "procedure.toml", "tester", BEGAN)
+    faults = FaultPlan.model_validate({"seed": 3, "fault": job.faults}) if job.faults else None
+    nobody = UnattendedRun(run_dir, at={PATIENCE_RESTS: asks("abort")})
+
+    def recorded(_key: str, open_line: Any) -> ByteStream:
+        return Recorder(open_line(), wire.append)
+
+    with ExitStack() as held, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(opening, "Lines", _noting_lines(wire))
+        opened = opening.open_rig(rig, clock=_own_clock(rig, clock), line_source=recorded, faults=faults)
+        held.enter_context(opened)
+        yield "who is there", _text(opened.identities())
+        nobody.rig = opened
+        outcome = begin(run_dir, header, plan, opened, nobody, nobody)
+    yield "wire", "\n".join(wire)
+    with JournalReader.open(run_dir) as reader:
+        record = read_record(reader)
+    events = [(event.monotonic_s, event.kind, event.detail) for event in record.events if event.kind != "process"]
+    yield "record", _text([outcome, record.state, events, record.dwells])
+    yield from _delivered(SolvedRun(run_dir, record, solve_record(record)))
+
+
+def _own_clock(rig: RigDescription, clock: VirtualClock) -> VirtualClock | None:
+    """The fixed clock where the rig file asks for virtual time; what else it asks for is looked at, not lived."""
+    if opening.choose_clock(rig).__class__ is not VirtualClock:
+        raise RigError("another clock than the virtual one")
+    return clock
+
+
+def _delivered(run: SolvedRun) -> Iterator[tuple[str, str]]:
+    sets = sets_of(run) if run.is_finished else {}
+    yield "numbers", _text(sensors_document(run))
+    yield "sets", _text([one.document for one in sets.values()])
+    yield "exports", _text(run.record.plan.export_formats)
+    yield "report", _text(view_of(run.record, run.sensors))
+    left = _as_left(run, sets) if sets else {}
+    yield "judgement", _text(left)
+    yield "certificate", "".join(_certificate(one, left.get(name)) for name, one in sets.items())
+
+
+def _certificate(one: CoefficientSet, adjustment: Adjustment | None) -> str:
+    return certificate_page(Grounds("C-1", date(2026, 3, 2), one, adjustment, (), is_specimen=True))
+
+
+def _noting_lines(wire: list[str]) -> type[Lines]:
+    """Lines that note how each is asked for: on a twin's line no baud rate is heard."""
+
+    class NotingLines(Lines):
+        def stream(self, key: str, port: str, baud_rate: int = 9600, **how: Any) -> ByteStream:
+            wire.append(f"{key}: {port} {baud_rate} {how}")
+            return super().stream(key, port, baud_rate, **how)
+
+        def bus(self, key: str, resource: GpibResource) -> GpibBus:
+            wire.append(f"{key}: {resource}")
+            return super().bus(key, resource)
+
+    return NotingLines
+
+
+def _text(value: Any) -> str:
+    return json.dumps(_plain(value), sort_keys=True, default=str)
+
+
+def _plain(value: Any) -> Any:
+    """As JSON takes it; keys that only repeat a file are left out."""
+    match value:
+        case np.ndarray():
+            return value.tolist()
+        case np.generic():
+            return value.item()
+        case Mapping():
+            return {str(key): _plain(inner) for key, inner in value.items() if key not in REPEATED}
+        case list() | tuple() | set() | frozenset():
+            return [_plain(inner) for inner in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return {
+            one.name: _plain(getattr(value, one.name)) for one in fields(value) if one.name not in REPEATED
+        }
+    return value
