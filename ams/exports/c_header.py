@@ -23,6 +23,7 @@ from ams.exports.c_text import (
     primary_lines,
 )
 from ams.exports.embedded import document_from
+from ams.exports.format import Format
 from ams.exports.plain_values import check_same
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
@@ -263,3 +264,6 @@ def _package(coefficients: CoefficientSet) -> dict[str, str]:
         "sensed": ",\n        ".join(sensed),
         "sign": "1.0" if determinant > 0.0 else "-1.0",
     }
+
+
+FORMAT = Format("c", ".h", to_c_header, from_c_header)

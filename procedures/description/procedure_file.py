@@ -8,8 +8,18 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BeforeValidator, Discriminator, Field, PrivateAttr, Tag, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    PrivateAttr,
+    Tag,
+    field_validator,
+    model_validator,
+)
 
+from ams.exports.formats import FORMATS
 from procedures.description.motion import Levels, Profile, Rates, Static
 from procedures.errors import PlanError
 from rig.description.device_settings import NotNegative, Positive
@@ -203,7 +213,14 @@ class Solve(StrictTable):
         return self
 
 
-ExportFormat = Literal["json", "csv", "mat", "hdf5", "parquet", "c", "c-fixed", "epics", "dcc", "linear"]
+def _registered_format(name: str) -> str:
+    if name not in FORMATS:
+        raise ValueError(f"allowed are {', '.join(FORMATS)}")
+    return name
+
+
+ExportFormat = Annotated[str, AfterValidator(_registered_format)]
+"""The name of a format that is registered (:mod:`ams.exports.formats`)."""
 
 
 class Export(StrictTable):
