@@ -7,7 +7,7 @@ file does the same. Names are read without importing anything; the object behind
 
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import Protocol, TypeVar
@@ -57,7 +57,7 @@ class Registry(Mapping[str, Part]):
 
     def _entries(self) -> dict[str, EntryPoint]:
         found: dict[str, EntryPoint] = {}
-        for entry in _installed(tuple(sys.path)).select(group=self._group):
+        for entry in _select(tuple(sys.path))(group=self._group):
             other = found.setdefault(entry.name, entry)
             if other.value != entry.value or _owner(other) != _owner(entry):
                 raise self._error(
@@ -88,9 +88,9 @@ class Registry(Mapping[str, Part]):
 
 
 @cache
-def _installed(path: tuple[str, ...]) -> EntryPoints:  # noqa: ARG001  what is found depends on it
-    """Return the entry points of everything installed: read once, and again where the path has changed."""
-    return entry_points()
+def _select(path: tuple[str, ...]) -> Callable[..., EntryPoints]:  # noqa: ARG001  what is found depends on it
+    """Return what selects from all entry points installed: they are read once, and again where the path has changed."""
+    return entry_points().select
 
 
 def _owner(entry: EntryPoint) -> str:

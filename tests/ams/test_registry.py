@@ -52,7 +52,7 @@ def test_what_cannot_be_used_is_named_with_where_it_comes_from(
 
 
 def test_an_installation_without_calrigs_own_entry_points_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(of_ams, "_installed", lambda _path: importlib.metadata.EntryPoints())
+    monkeypatch.setattr(of_ams, "_select", lambda _path: importlib.metadata.EntryPoints().select)
     with pytest.raises(SetError, match="its own entry points are missing; install calrig again"):
         FORMATS["json"]
 
