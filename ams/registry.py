@@ -37,6 +37,9 @@ class Registry(Mapping[str, Part]):
         self._group = group
         self._kind = kind
         self._error = error
+        self._read_by: Callable[..., EntryPoints] | None = None
+        self._found: dict[str, EntryPoint] = {}
+        self._parts: dict[str, Part] = {}
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._entries())
@@ -49,15 +52,25 @@ class Registry(Mapping[str, Part]):
 
     def __getitem__(self, name: str) -> Part:
         """Return the object. Raises: KeyError where nothing has the name, and as the class says."""
-        return self._loaded(self._entries()[name])
+        entry = self._entries()[name]
+        if name not in self._parts:
+            self._parts[name] = self._loaded(entry)
+        return self._parts[name]
 
     def foreign(self) -> dict[str, str]:
         """Return the names of other distributions, each with the distribution it comes from."""
         return {name: _owner(entry) for name, entry in self._entries().items() if _owner(entry) != OWNER}
 
     def _entries(self) -> dict[str, EntryPoint]:
+        select = _select(tuple(sys.path))
+        if select is not self._read_by:
+            self._found, self._parts = self._read(select), {}
+            self._read_by = select
+        return self._found
+
+    def _read(self, select: Callable[..., EntryPoints]) -> dict[str, EntryPoint]:
         found: dict[str, EntryPoint] = {}
-        for entry in _select(tuple(sys.path))(group=self._group):
+        for entry in select(group=self._group):
             other = found.setdefault(entry.name, entry)
             if other.value != entry.value or _owner(other) != _owner(entry):
                 raise self._error(
