@@ -1,7 +1,5 @@
 """Pitch from one output by the inverse that a model brings, its standard deviation by the model's own slopes."""
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,6 +35,5 @@ def pitch_by_inverse(
         half_95 = reading_halfwidth(variances, dofs, reading_v2) / slope
     lost = np.isnan(pitch) | ~(sd <= LARGEST_SD_RAD)
     flags = tuple(NO_PITCH if one else "" for one in lost)
-    found = Angles(pitch, sd, level, level, flags, half_95, level)
-    blank = {name: np.where(lost, np.nan, getattr(found, name)) for name in ("pitch_rad", "pitch_sd_rad")}
-    return replace(found, **blank, pitch_half_95_rad=np.where(lost, np.nan, half_95))
+    pitch, sd, half_95 = (np.where(lost, np.nan, values) for values in (pitch, sd, half_95))
+    return Angles(pitch, sd, level, level, flags, half_95, level)
