@@ -9,7 +9,7 @@ from importlib import import_module
 
 from bench.figure import Figure
 
-BENCHMARKS = ("fit", "engine", "rehearsal", "startup", "streams", "ports", "archive", "resolve")
+BENCHMARKS = ("fit", "engine", "rehearsal", "startup", "streams", "ports", "archive", "resolve", "attitude")
 
 
 def main(names: Iterable[str]) -> None:

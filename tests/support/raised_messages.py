@@ -18,8 +18,8 @@ ERRORS = (
 
 
 def messages_in(folder: Path) -> Iterator[tuple[str, str]]:
-    """(file, message) of every error, alarm and ending that is made in the files of ``folder``."""
-    for path in sorted(folder.glob("*.py")):
+    """(file, message) of every error, alarm and ending that is made in the files under ``folder``."""
+    for path in sorted(folder.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ERRORS:
                 texts = [_text(part) for part in node.args]

@@ -122,7 +122,9 @@ def _of_angles(scene: Scene, campaigns: int, rng: np.random.Generator) -> dict[s
 
 
 def _held(axes: str, found: Angles, pitch: np.ndarray, roll: np.ndarray) -> dict[str, np.ndarray]:
-    assert set(found.flags) == {""}
+    flagged = np.array(found.flags) != ""
+    assert set(found.flags) <= {"", "redundancy: outputs disagree"}
+    assert flagged.mean() <= 0.01
     return {
         f"pitch by {axes}": abs(found.pitch_rad - pitch) < found.pitch_half_95_rad,
         f"roll by {axes}": abs(found.roll_rad - roll) < found.roll_half_95_rad,

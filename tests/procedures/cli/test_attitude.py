@@ -13,7 +13,7 @@ from package_outputs import TRUTH, output_v, write_observations
 from solved_sets import package_set, tp_set
 
 from ams.exports.formats import export_set
-from procedures.cli import attitude as module
+from procedures.cli import attitude_rows
 
 ATTITUDES = [(-35.0, -20.0), (5.0, 60.0), (90.0, 10.0)]
 
@@ -76,7 +76,7 @@ def test_parquet_in_and_out_is_the_same_as_csv(
 def test_without_pyarrow_parquet_is_a_sentence(
     stored: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("procedures.cli.attitude.find_spec", lambda name: None)
     outcome = call(capsys, "attitude", stored, tmp_path / "data.parquet")
     assert outcome.status == 2
     assert "pyarrow is not installed" in outcome.err
@@ -153,4 +153,4 @@ def test_columns_of_cr_have_yaw(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 
 def test_a_cell_holds_nine_digits() -> None:
-    assert next(module.row_lines(["a", "b"], {"a": [12.3456789012], "b": [float("nan")]})) == "12.3456789,\n"
+    assert next(attitude_rows.row_lines(["a", "b"], {"a": [12.3456789012], "b": [float("nan")]})) == "12.3456789,\n"

@@ -16,6 +16,8 @@ from procedures.run.watch.keep_awake import awake
 from rig.devices.abilities import Burst
 from rig.errors import LinkLost
 
+ROOT = Path(__file__).parents[3]
+
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory: pytest.TempPathFactory) -> Bench:
@@ -104,7 +106,9 @@ def test_names_and_reasons_are_escaped(tmp_path: Path) -> None:
 def test_every_cause_that_the_code_knows_has_advice() -> None:
     import re
 
-    source = "".join(path.read_text() for path in Path("procedures/run").glob("*.py") if path.name != "advice.py")
+    source = "".join(
+        path.read_text() for path in (ROOT / "procedures/run").rglob("*.py") if path.name != "stop_advice.py"
+    )
     causes = set(re.findall(r'cause="([a-z ]+)"', source)) | set(re.findall(r'Alarm\(\s*"([a-z ]+)"', source))
     causes |= set(re.findall(r'TrustLost\("([a-z ]+)"', source))
     assert causes >= {"device", "identity", "seam", "mount", "disk", "motion", "home", "suspend", "noise"}
