@@ -3,6 +3,9 @@
 import os
 from dataclasses import asdict
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from ams.exports.dcc_schema import SCHEMA, check_against_schemas
 from ams.exports.formats import FORMATS, export_set, format_named, format_of, load_set

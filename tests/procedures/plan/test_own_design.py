@@ -23,7 +23,7 @@ def procedure_with(design: str, folder: Path) -> Path:
 
 
 def test_before_it_is_installed_nobody_knows_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    outcome = call(capsys, "check", EXAMPLE_RIG, procedure_with('kind = "spiral"', tmp_path))
+    outcome = call(capsys, "check", procedure_with('kind = "spiral"', tmp_path), "--rig", EXAMPLE_RIG)
     assert outcome.status == 2
     assert "design.kind: got 'spiral': allowed are D, D0, D1, T, file, fractional, optimal, up-down" in outcome.err
 
@@ -31,7 +31,7 @@ def test_before_it_is_installed_nobody_knows_it(tmp_path: Path, capsys: pytest.C
 @pytest.mark.usefixtures("installed")
 def test_a_procedure_is_planned_with_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = procedure_with('kind = "spiral"\npoints = 40\norder = "raster"', tmp_path)
-    outcome = call(capsys, "check", EXAMPLE_RIG, path, "--json")
+    outcome = call(capsys, "check", path, "--rig", EXAMPLE_RIG, "--json")
     assert outcome.status == 0, outcome.err
     assert outcome.document["design"] == "spiral"
 
@@ -48,7 +48,7 @@ def test_a_procedure_is_planned_with_it(tmp_path: Path, capsys: pytest.CaptureFi
 def test_its_keys_are_checked_like_every_other(
     design: str, sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    outcome = call(capsys, "check", EXAMPLE_RIG, procedure_with(design, tmp_path))
+    outcome = call(capsys, "check", procedure_with(design, tmp_path), "--rig", EXAMPLE_RIG)
     assert outcome.status == 2
     assert sentence in outcome.err
 
