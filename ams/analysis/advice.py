@@ -16,6 +16,7 @@ from ams.analysis.residual_causes import MISALIGNED, SHARES, usual_cause
 from ams.calibration_result import AxisCalibration, Replication
 from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.extended import CONFOUNDED
+from ams.models.registry import MODELS
 from ams.observations import Observations
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.intervals import t_quantile
@@ -25,8 +26,6 @@ FloatArray = NDArray[np.float64]
 MOST_TERMS = 4
 _LARGEST_ANGLE_DEG = 10.0
 """Beyond it amplitude over sensitivity is no angle any more."""
-_STRAIGHT = ("linear-accelerometer",)
-"""Models without a term for a misalignment."""
 _SHARED_WITH_THE_TABLE = ("sin 2α", "cos 2α")
 
 
@@ -110,7 +109,9 @@ def _felt_attitude(model: str, observations: Observations) -> tuple[FloatArray, 
 
 def _in_degrees(term: FourierTerm, sensitivity: float, axis: AxisCalibration) -> ResidualTerm:
     amplitude, low, high = np.rad2deg(np.array([term.amplitude_v, *term.interval_95_v]) / sensitivity).tolist()
-    cause = MISALIGNED if axis.model in _STRAIGHT and term.name in SHARES else usual_cause(term.name, axis.nominal_axis)
+    cause = (
+        MISALIGNED if _is_straight(axis.model) and term.name in SHARES else usual_cause(term.name, axis.nominal_axis)
+    )
     return ResidualTerm(term.name, term.amplitude_v, term.interval_95_v, amplitude, (low, high), cause)
 
 
@@ -199,3 +200,8 @@ def _unit(parameter: str) -> str:
 
 def _signed(value: float) -> str:
     return ("+" if value >= 0.0 else "") + _number(value)
+
+
+def _is_straight(model: str) -> bool:
+    """Whether the model has no term for a misalignment."""
+    return model in MODELS and not MODELS[model].has_misalignment

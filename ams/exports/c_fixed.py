@@ -26,6 +26,7 @@ from ams.exports.c_text import (
     prefix_of,
 )
 from ams.exports.embedded import document_from
+from ams.exports.format import Format
 from ams.exports.plain_values import check_same
 from ams.frames import specific_force
 from ams.sets.canonical import listed, number, table
@@ -208,3 +209,6 @@ def _functions(axes: list[FixedAxis], prefix: str) -> list[str]:
         for line in filled(CHECK, {**names, "a": axis.axis, "column": column})
     ]
     return [*outputs, "", *filled(SELF_TEST, {"checks": "\n".join(checks), **names}), ""]
+
+
+FORMAT = Format("c-fixed", ".fixed.h", to_c_fixed, from_c_fixed, LOSES)

@@ -17,6 +17,7 @@ from ams.errors import SetError
 from ams.exports.c_text import check_accelerometers
 from ams.exports.checksum_line import INTACT, Seal
 from ams.exports.embedded import comment_lines
+from ams.exports.format import Format
 from ams.exports.json_text import parsed
 from ams.exports.plain_values import check_same
 from ams.exports.statement import statement
@@ -172,3 +173,6 @@ def _comparable(read: Document) -> Document:
     """Lists of tables as tables, so that they are compared number for number; without the document."""
     vectors = {str(place): vector for place, vector in enumerate(listed(read.get("test_vectors")))}
     return {**{key: value for key, value in read.items() if key != "document_json"}, "test_vectors": vectors}
+
+
+FORMAT = Format("linear", ".linear.toml", to_linear_form, from_linear_form, LOSES)

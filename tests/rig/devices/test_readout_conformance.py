@@ -10,7 +10,7 @@ from ported_rig import LINES, rig_on
 from wider_rig import wider_rig_file
 
 from rig.assembly.open_rig import Rig
-from rig.description.driver_names import BUILT_IN
+from rig.description.drivers import settings_classes
 from rig.devices.abilities import Readout
 from rig.errors import RequestRefused, WaitEnded
 
@@ -29,7 +29,7 @@ RIGS: dict[str, Callable[[Path], Path]] = {
 
 
 def test_every_readout_is_held_to_these_laws() -> None:
-    assert set(RIGS) == set(BUILT_IN["readouts"])
+    assert set(RIGS) == set(settings_classes("readouts"))
 
 
 @pytest.fixture(params=LINES)
