@@ -28,7 +28,7 @@ class Observations:
     """(N,) label of the design point: the same label is the same attitude in every replication."""
     pitch_rad: FloatArray
     roll_rad: FloatArray
-    outputs_v: Mapping[str, FloatArray]
+    outputs: Mapping[str, FloatArray]
     """(N,) per sensor axis, keyed ``x``, ``y``, ``z`` (or the single axis' name)."""
     yaw_rad: FloatArray | None = None
     temperature_degc: FloatArray | None = None

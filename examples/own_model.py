@@ -80,7 +80,7 @@ def measured(truth: FloatArray, noise_v: float, rng: np.random.Generator, replic
         point=np.tile(np.arange(points), replications),
         pitch_rad=pitch,
         roll_rad=np.zeros(pitch.size),
-        outputs_v={"x": output},
+        outputs={"x": output},
     )
 
 

@@ -63,8 +63,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     shared = {label: request.shared_errors.get(label, ()) for label in labels}
     for group in _alike(choices, shared):
         models = [choices[label].model for label in group]
-        outputs_v = np.stack([rows.outputs_v[label] for label in group], axis=1)
-        problem = linearise(models, rows, layout, outputs_v, weights)
+        outputs = np.stack([rows.outputs[label] for label in group], axis=1)
+        problem = linearise(models, rows, layout, outputs, weights)
         plots = plots_of(models[0], rows, layout)
         solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]])
         for row, label in enumerate(group):
@@ -93,7 +93,7 @@ def _axis(
 ) -> AxisCalibration:
     """``asked``: for H_E."""
     model, primary = choice.model, solved.primary[row]
-    output_v = observations.outputs_v[label]
+    output_v = observations.outputs[label]
     is_exact = solved.problem.convergence is None and not model.fixed and observations.rows == solved.layout.rows
     fitted_v = solved.problem.form.basis @ primary if is_exact else model.predict(primary, observations)
     return AxisCalibration(

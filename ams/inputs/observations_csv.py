@@ -62,7 +62,7 @@ def read_csv(
         point=label["point"],
         pitch_rad=radians["pitch_deg"],
         roll_rad=radians["roll_deg"],
-        outputs_v={name: found[column] for name, column in axes.items()},
+        outputs={name: found[column] for name, column in axes.items()},
         yaw_rad=radians["yaw_deg"] if "yaw_deg" in found else None,
         temperature_degc=found.get("temperature_degc"),
         time_s=found.get("time_s"),
@@ -97,7 +97,7 @@ def unit_warnings(observations: Observations, columns: Mapping[str, str] | None 
             f"{observations.source}: columns {', '.join(RATES)}: whole degrees come out when the rates are taken as "
             "radians per second: radians? nothing was converted"
         )
-    for label, output in observations.outputs_v.items():
+    for label, output in observations.outputs.items():
         largest = float(np.abs(output).max())
         if largest > _LARGEST_OUTPUT_V:
             column = label if columns is None else columns[label]

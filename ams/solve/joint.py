@@ -153,10 +153,10 @@ def _part(number: int, mounting: Mounting, axes: tuple[str, ...], names: list[st
     basis = np.column_stack([np.ones(layout.rows), rows_force[:, excited]])
     means, precision, drift = [], [], []
     for axis in axes:
-        steady, variance = without_drift(basis, observations.outputs_v[axis], layout, readings)
+        steady, variance = without_drift(basis, observations.outputs[axis], layout, readings)
         means.append(layout.sum_by_point(steady) / readings)
         precision.append(variance / readings)
-        drift.append(_drift(basis, observations.outputs_v[axis], layout.replication, variance))
+        drift.append(_drift(basis, observations.outputs[axis], layout.replication, variance))
     force = specific_force(pitch, roll) @ M.T
     effects = np.einsum("ij,njq->niq", M, table_effects(pitch, roll, names))
     effects = effects + seat_effects(force, names, number)

@@ -40,7 +40,7 @@ class Linearised:
     form: LinearForm
     alone: LinearForm
     """The part that a replication determines by itself; the same object as ``form`` where that is all."""
-    outputs_v: FloatArray
+    outputs: FloatArray
     """(N, m) less what the fixed parameters do."""
     convergence: Convergence | None
     block: Attitude
@@ -73,7 +73,7 @@ def linearise(
     models: Sequence[Model],
     rows: Observations,
     layout: Layout,
-    outputs_v: FloatArray,
+    outputs: FloatArray,
     weights: FloatArray | None,
 ) -> Linearised:
     """Models alike but for the nominal axis and their (N, m) outputs; one axis at a time where there is no basis.
@@ -92,17 +92,17 @@ def linearise(
     convergence, stimulus, times = None, _stimulus(rows), 1
     if model.basis_key is None:
         assert len(models) == 1
-        basis, outputs_v, convergence = _at_solution(model, free, names, rows, outputs_v[:, 0], weights)
+        basis, outputs, convergence = _at_solution(model, free, names, rows, outputs[:, 0], weights)
     else:
         if weights is None and _repeats(stimulus, layout):
             stimulus, times = _first(stimulus, layout.points), layout.replications
         basis = model.basis(stimulus)
         if model.fixed:
-            outputs_v = outputs_v - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
+            outputs = outputs - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
     form = repeated(factor(basis, names, stimulus, weights), times)
     own = free.size - sum(is_shared(name) for name in names)
     alone = form if own == free.size else repeated(factor(basis[:, :own], names[:own], stimulus, weights), times)
-    return Linearised(tuple(models), form, alone, outputs_v, convergence, stimulus)
+    return Linearised(tuple(models), form, alone, outputs, convergence, stimulus)
 
 
 def _stimulus(rows: Observations) -> Attitude:

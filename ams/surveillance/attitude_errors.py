@@ -81,7 +81,7 @@ def errors_of(
     temperature = None if observations.temperature_degc is None else observations.temperature_degc[kept]
     axes = tuple(applied.axes)
     gain = _gain(applied, axes, pitch, roll, temperature)
-    outputs_v = np.stack([observations.outputs_v[axis][kept] for axis in axes], axis=-1)
+    outputs_v = np.stack([observations.outputs[axis][kept] for axis in axes], axis=-1)
     errors_rad = np.einsum("nsa,na->ns", gain, outputs_v - _predicted_v(applied, axes, pitch, roll, temperature))
     variance = np.einsum("nsa,na->ns", gain**2, _variance_v2(measured_by, axes, pitch, roll, temperature, observations))
     factor = _coverage_factor(measured_by)
@@ -94,7 +94,7 @@ def errors_of(
 
 
 def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observations: Observations) -> None:
-    lacking = [axis for axis in applied.axes if axis not in observations.outputs_v or axis not in measured_by.axes]
+    lacking = [axis for axis in applied.axes if axis not in observations.outputs or axis not in measured_by.axes]
     if applied.convention != "TP" or measured_by.convention != "TP":
         raise OutsideValidity(
             f"{applied.sensor}: errors in degrees need sets of pitch and roll: got convention {applied.convention}, "
@@ -103,7 +103,7 @@ def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observati
     if lacking:
         raise OutsideValidity(
             f"{applied.sensor}: axis {', '.join(lacking)} of the set was not measured: the run has "
-            f"{', '.join(observations.outputs_v)}; nothing was computed; it is another package, or another set"
+            f"{', '.join(observations.outputs)}; nothing was computed; it is another package, or another set"
         )
 
 

@@ -40,7 +40,7 @@ def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:
         "measured_deg": dict(record.measured_deg),
         "temperature_degc": dict(record.temperature_degc),
         "readings": [
-            [channel, int(reading.samples_v.size), reading.started_s, reading.interval_s]
+            [channel, int(reading.samples.size), reading.started_s, reading.interval_s]
             for channel, reading in record.readings.items()
         ],
         "started_utc": record.started_utc.isoformat(),
@@ -52,7 +52,7 @@ def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:
     }
     if record.motion is not None:
         document["motion"] = asdict(record.motion)
-    samples = b"".join(reading.samples_v.astype(FLOAT).tobytes() for reading in record.readings.values())
+    samples = b"".join(reading.samples.astype(FLOAT).tobytes() for reading in record.readings.values())
     return compact_json(document), samples
 
 
@@ -86,13 +86,13 @@ def _motion(document: dict[str, Any]) -> MotionRecord:
 def _readings(layout: list[list[Any]], samples: bytes | None) -> dict[str, ChannelReading]:
     if samples is None:
         return {}
-    values_v = np.frombuffer(samples, dtype=FLOAT)
+    values = np.frombuffer(samples, dtype=FLOAT)
     announced = sum(count for _, count, _, _ in layout)
-    if announced != values_v.size:
-        raise ValueError(f"{values_v.size} samples, but {announced} are announced")
+    if announced != values.size:
+        raise ValueError(f"{values.size} samples, but {announced} are announced")
     found, first = {}, 0
     for channel, count, started_s, interval_s in layout:
-        found[channel] = ChannelReading(channel, values_v[first : first + count], started_s, interval_s)
+        found[channel] = ChannelReading(channel, values[first : first + count], started_s, interval_s)
         first += count
     return found
 

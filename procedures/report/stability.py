@@ -59,7 +59,7 @@ def check_comparisons(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[Ch
 
 
 def _change_v(visits: Sequence[DwellRecord], channel: str) -> FloatArray:
-    means_v = np.array([visit.readings[channel].mean_v for visit in visits])
+    means_v = np.array([visit.readings[channel].mean for visit in visits])
     return np.asarray(means_v - means_v[0])
 
 
@@ -81,7 +81,7 @@ def _compare(
     }
     if not pairs:
         return None
-    changes_v = {where: after.mean_v - before.mean_v for where, (before, after) in pairs.items()}
+    changes_v = {where: after.mean - before.mean for where, (before, after) in pairs.items()}
     worst = max(changes_v, key=lambda where: abs(changes_v[where]))
     variance_v2 = np.mean([_variance_v2(before) + _variance_v2(after) for before, after in pairs.values()])
     return CheckComparison(
@@ -98,5 +98,5 @@ def _compare(
 
 def _variance_v2(reading: ChannelReading) -> float:
     """Of the mean, from the scatter of the samples; 0 where one sample tells nothing."""
-    size = reading.samples_v.size
-    return reading.standard_deviation_v**2 / size if size > 1 else 0.0
+    size = reading.samples.size
+    return reading.standard_deviation**2 / size if size > 1 else 0.0

@@ -118,7 +118,7 @@ def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:
     minutes = [(dwell.ended_utc - dwells[-1].ended_utc).total_seconds() / 60.0 for dwell in dwells]
     channels = list(dwells[-1].readings)
     rows: list[tuple[str, str, list[float]]] = [
-        (f"{name}: scatter", "µV", [1e6 * dwell.readings[name].standard_deviation_v for dwell in dwells])
+        (f"{name}: scatter", "µV", [1e6 * dwell.readings[name].standard_deviation for dwell in dwells])
         for name in channels
     ]
     rows += [

@@ -122,7 +122,7 @@ def _lines(
             point=observations.point[levels.rows],
             pitch_rad=nothing if levels.sense is None else np.arcsin(np.clip(levels.sense, -1.0, 1.0)),
             roll_rad=nothing,
-            outputs_v={label: levels.reading},
+            outputs={label: levels.reading},
             time_s=None if observations.time_s is None else observations.time_s[levels.rows],
             reference_level=levels.level,
             source=f"{observations.source}, axis {label}",
@@ -159,13 +159,13 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
     """Of the longest look: the Allan deviation at the time of use says how far two neighbouring means lie apart."""
     assert plan.static is not None
     reading = rows[0].readings[channel]
-    allan = allan_deviation(reading.samples_v, reading.interval_s)
+    allan = allan_deviation(reading.samples, reading.interval_s)
     coefficients = read_coefficients(allan)
-    count = reading.samples_v.size
+    count = reading.samples.size
     factor = min(max(round(plan.static.use_s / reading.interval_s), 1), count // 2)
-    at_use = float(allan_deviation(reading.samples_v, reading.interval_s, [factor]).deviation[0])
+    at_use = float(allan_deviation(reading.samples, reading.interval_s, [factor]).deviation[0])
     drift_deg = _drift_deg(sensor, unit_of(rig, channel), at_use, plan.static.use_s)
-    means = [row.readings[channel].mean_v for row in rows]
+    means = [row.readings[channel].mean for row in rows]
     return StaticAxis(
         unit=unit_of(rig, channel),
         mean=float(np.mean(means)),

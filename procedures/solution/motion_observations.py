@@ -52,7 +52,7 @@ def dwell_observations(rows: Sequence[DwellRecord], channels: Mapping[str, str],
         pitch_rad=_attitude_rad(rows, "pitch"),
         roll_rad=_attitude_rad(rows, "roll"),
         yaw_rad=_attitude_rad(rows, "yaw"),
-        outputs_v={axis: np.array([_mean(row, channel, source) for row in rows]) for axis, channel in channels.items()},
+        outputs={axis: np.array([_mean(row, channel, source) for row in rows]) for axis, channel in channels.items()},
         time_s=run_times_s(rows),
         euler_rate_rad_s=np.deg2rad(rates_dps),
         source=source,
@@ -71,7 +71,7 @@ def profile_observations(
         pitch_rad=place["pitch"],
         roll_rad=place["roll"],
         yaw_rad=place["yaw"],
-        outputs_v={axis: np.concatenate([part.outputs[axis] for part in parts]) for axis in channels},
+        outputs={axis: np.concatenate([part.outputs[axis] for part in parts]) for axis in channels},
         time_s=np.concatenate(
             [part.middle_s + start_s for part, start_s in zip(parts, run_times_s(rows), strict=True)]
         ),
@@ -84,7 +84,7 @@ def known_levels(
     observations: Observations, rows: Sequence[DwellRecord], plan: Plan, rig: RigDescription, sensor: Sensor, axis: str
 ) -> LevelRows:
     """What the nominal axis of a sensor was exposed to: specific force (g), angular velocity (dps), field (uT)."""
-    reading = observations.outputs_v[axis]
+    reading = observations.outputs[axis]
     if plan.levels is not None and plan.levels.method == "magnet-difference":
         return _magnet_levels(rows, reading)
     if plan.levels is not None and plan.levels.surroundings_ut is None:
@@ -144,7 +144,7 @@ def _levels_beside_the_unknown(
         sense.append(component)
         level.append(component * field_ut)
     kept = np.flatnonzero(np.abs(sense) > LEAST_ALONG)
-    return LevelRows(kept, np.array(level)[kept], observations.outputs_v[axis][kept], np.array(sense)[kept])
+    return LevelRows(kept, np.array(level)[kept], observations.outputs[axis][kept], np.array(sense)[kept])
 
 
 def _magnet_levels(rows: Sequence[DwellRecord], reading: FloatArray) -> LevelRows:
@@ -190,7 +190,7 @@ def _attitude_rad(rows: Sequence[DwellRecord], axis: str) -> FloatArray:
 
 
 def _mean(row: DwellRecord, channel: str, source: str) -> float:
-    mean = row.readings[channel].mean_v if channel in row.readings else float("nan")
+    mean = row.readings[channel].mean if channel in row.readings else float("nan")
     if not np.isfinite(mean):
         raise JournalError(
             f"{source}: {channel}: the accepted dwell of step {row.step} has no finite mean; needed is one in every "
@@ -256,12 +256,12 @@ def _mean_motion(angles_rad: FloatArray, ticks_s: FloatArray, every: int) -> tup
 
 
 def _samples(row: DwellRecord, axis: str, what: str) -> FloatArray:
-    return row.readings[f"axes.{axis}.{what}"].samples_v
+    return row.readings[f"axes.{axis}.{what}"].samples
 
 
 def _mean_between(reading: ChannelReading, taken: ChannelReading, edges_s: FloatArray, source: str) -> FloatArray:
     """Mean of a sampled channel between edges: its straight lines from sample to sample, integrated."""
-    times_s, values = taken.samples_v, reading.samples_v
+    times_s, values = taken.samples, reading.samples
     if edges_s[0] < times_s[0] or edges_s[-1] > times_s[-1]:
         raise JournalError(
             f"{source}: {reading.channel}: recorded from {times_s[0]:.3g} s to {times_s[-1]:.3g} s, the motion lasted "

@@ -41,7 +41,7 @@ def observations_of(
         point=np.array([row.point for row in rows], dtype=np.int64),
         pitch_rad=_attitude_rad(rows, "pitch"),
         roll_rad=_attitude_rad(rows, "roll"),
-        outputs_v={axis: _means_v(rows, channel, source, chains) for axis, channel in channels.items()},
+        outputs={axis: _means_v(rows, channel, source, chains) for axis, channel in channels.items()},
         yaw_rad=_attitude_rad(rows, "yaw") if rows and "yaw" in rows[0].measured_deg else None,
         temperature_degc=_temperature_degc(rows, temperature, source, chains),
         time_s=run_times_s(rows),
@@ -108,7 +108,7 @@ def _means_v(
 
 
 def _read_v(rows: Sequence[DwellRecord], channel: str, source: str) -> FloatArray:
-    means_v = np.array([row.readings[channel].mean_v if channel in row.readings else np.nan for row in rows])
+    means_v = np.array([row.readings[channel].mean if channel in row.readings else np.nan for row in rows])
     bad = np.flatnonzero(~np.isfinite(means_v))
     if bad.size:
         raise JournalError(

@@ -149,7 +149,7 @@ class Burst:
     """Readings of one channel in the order taken."""
 
     channel: str
-    values_v: NDArray[np.float64]
+    samples: NDArray[np.float64]
     """Shape (n,), volts. An overloaded reading is NaN here and true in ``overload``."""
     overload: NDArray[np.bool_]
     """Shape (n,)."""

@@ -36,7 +36,7 @@ def campaign(rng: np.random.Generator, limit_arcsec: float) -> Observations:
         point=np.tile(np.arange(1, pitch.size + 1), REPLICATIONS),
         pitch_rad=np.tile(np.deg2rad(pitch), REPLICATIONS),
         roll_rad=np.tile(np.deg2rad(roll), REPLICATIONS),
-        outputs_v={"x": np.tile(clean, REPLICATIONS) + noise_v * rng.standard_normal(rows)},
+        outputs={"x": np.tile(clean, REPLICATIONS) + noise_v * rng.standard_normal(rows)},
         source="figure 37 without a soft mount",
     )
 

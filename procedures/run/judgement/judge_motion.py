@@ -48,17 +48,17 @@ def _stream(timing: StreamTiming) -> Iterator[str]:
 
 
 def _reading(reading: ChannelReading, noise: NoiseReference) -> Iterator[str]:
-    bad = int(np.count_nonzero(~np.isfinite(reading.samples_v)))
+    bad = int(np.count_nonzero(~np.isfinite(reading.samples)))
     if bad:
-        yield f"{reading.channel}: {bad} of {reading.samples_v.size} readings overloaded"
-    elif _stands_still(reading) and noise.standard_deviation_v(reading.channel):
-        yield f"{reading.channel}: stuck: {reading.samples_v.size} times {reading.samples_v[0]:g}"
+        yield f"{reading.channel}: {bad} of {reading.samples.size} readings overloaded"
+    elif _stands_still(reading) and noise.standard_deviation(reading.channel):
+        yield f"{reading.channel}: stuck: {reading.samples.size} times {reading.samples[0]:g}"
 
 
 def _stands_still(reading: ChannelReading) -> bool:
     """Of a sensor; an axis that takes no part in a motion stands where it is."""
     is_axis = reading.channel.startswith("axes.")
-    return not is_axis and reading.samples_v.size >= FEWEST_SAMPLES_STUCK and float(np.ptp(reading.samples_v)) == 0.0
+    return not is_axis and reading.samples.size >= FEWEST_SAMPLES_STUCK and float(np.ptp(reading.samples)) == 0.0
 
 
 def _position(

@@ -45,7 +45,7 @@ def contradictions(name: str, sensor: Sensor, dwells: Sequence[DwellRecord]) -> 
     force_g = _table_force_g(dwells)
     found = []
     for axis, channel in sensor.channels.items():
-        outputs_v = np.array([dwell.readings[channel].mean_v for dwell in dwells])
+        outputs_v = np.array([dwell.readings[channel].mean for dwell in dwells])
         told = _contradiction(outputs_v, force_g, getattr(sensor.mount, axis), sensor.nominal_sensitivity_v_per_g)
         if told:
             found.append(f"{name}.{axis} ({channel}): {told}")

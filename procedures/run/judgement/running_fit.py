@@ -124,7 +124,7 @@ class RunningFit:
 
     def _seen(self, dwell: DwellRecord) -> _Seen:
         values = {
-            name: reading.mean_v / self._lines[name].nominal_v_per_g
+            name: reading.mean / self._lines[name].nominal_v_per_g
             for name, reading in dwell.readings.items()
             if name in self._lines
         }

@@ -49,7 +49,7 @@ def test_a_dwell_comes_back_bit_by_bit(tmp_path: Path) -> None:
     assert encode_dwell(read) == encode_dwell(written)
     assert read.sha256 == written.sha256
     assert list(read.targets_deg) == ["roll", "pitch"]
-    assert np.isnan(read.readings["dmm.x"].samples_v[3])
+    assert np.isnan(read.readings["dmm.x"].samples[3])
 
 
 def test_the_hash_of_a_dwell_is_that_of_its_stored_text_and_samples(tmp_path: Path) -> None:
@@ -240,7 +240,7 @@ def test_a_lost_write_ahead_log_is_noticed(tmp_path: Path) -> None:
 
 def test_a_flipped_bit_in_the_samples_names_the_dwell(tmp_path: Path) -> None:
     path = journal_with(tmp_path / "journal.sqlite", 5)
-    samples = a_dwell(3).readings["dmm.x"].samples_v.tobytes()
+    samples = a_dwell(3).readings["dmm.x"].samples.tobytes()
     flipped = bytes(byte ^ (0x10 if place == 17 else 0) for place, byte in enumerate(samples))
     content = path.read_bytes()
     assert samples in content
