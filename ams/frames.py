@@ -16,7 +16,6 @@ Array = NDArray[Any]
 """float64, or complex128 under a complex step."""
 
 AXES = ("x", "y", "z")
-RAD_PER_ARCSEC = float(np.deg2rad(1.0 / 3600.0))
 
 
 @dataclass(frozen=True)

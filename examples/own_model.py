@@ -11,8 +11,8 @@ import numpy as np
 
 from ams import CalibrationRequest, Observations, TableUncertainty, to_document
 from ams.calibration.calibrate import calibrate
-from ams.frames import RAD_PER_ARCSEC
 from ams.models.model import FloatArray, Stimulus
+from ams.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,7 @@ class StiffeningClinometer:
     nominal_axis: str = "x"
     name: str = "stiffening-clinometer"
     convention: str = "TP"
+    measured_unit: str = "v"
     primary_names: tuple[str, ...] = ("offset_v", "sensitivity_v_per_g", "stiffening_v_per_g3", "misalignment_rad")
     parameter_names: tuple[str, ...] = (
         "offset_v", "sensitivity_v_per_g", "stiffening_v_per_g3", "pitch_misalignment_deg",

@@ -19,6 +19,7 @@ from ams.models.extended import CONFOUNDED
 from ams.observations import Observations
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.intervals import t_quantile
+from ams.units import ARCSEC_PER_DEG
 
 FloatArray = NDArray[np.float64]
 
@@ -170,7 +171,7 @@ def _term_sentence(term: ResidualTerm) -> str:
 
 def _angle(angle_deg: float) -> str:
     """Arc seconds below a tenth of a degree."""
-    return f"{_number(angle_deg)}°" if abs(angle_deg) >= 0.1 else f"{_number(3600.0 * angle_deg)}″"
+    return f"{_number(angle_deg)}°" if abs(angle_deg) >= 0.1 else f"{_number(ARCSEC_PER_DEG * angle_deg)}″"
 
 
 def _number(value: float) -> str:
@@ -181,7 +182,7 @@ def _number(value: float) -> str:
 
 def _rate_sentence(rate: DriftRate) -> str:
     words, unit = quantity(rate.parameter).replace("_", " "), _unit(rate.parameter)
-    factor = 3600.0 if unit == "″" else 1e6 if unit.startswith("µ") else 1.0
+    factor = ARCSEC_PER_DEG if unit == "″" else 1e6 if unit.startswith("µ") else 1.0
     a_replication = f"{_signed(factor * rate.per_replication)} {unit} a replication"
     if rate.interval_95 is not None:
         low, high = rate.interval_95

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.archive.runs import MeasuredSensor, RunEntry, publish_run
-from ams.archive.synthetic import ARCSEC, AXES, GRAVITY_MPS2, RIG, SyntheticArchive, campaigns
+from ams.archive.synthetic import AXES, GRAVITY_MPS2, RIG, SyntheticArchive, campaigns
 from ams.calibration.calibrate import calibrate
 from ams.frames import specific_force
 from ams.inputs.request import CalibrationRequest
@@ -23,6 +23,7 @@ from ams.observations import Observations
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import Provenance
 from ams.surveillance.series import PointLabel
+from ams.units import RAD_PER_ARCSEC
 
 FloatArray = NDArray[np.float64]
 
@@ -83,7 +84,7 @@ def _observed(primary: FloatArray, chance: np.random.Generator) -> Observations:
     pitch, roll = (part.ravel() for part in np.meshgrid(np.radians(PITCH_DEG), np.radians(ROLL_DEG), indexing="ij"))
     points = pitch.size
     clean = np.concatenate([np.ones((points, 1)), specific_force(pitch, roll)], axis=1) @ primary.T
-    noise = 2.5 * READING_ARCSEC * ARCSEC * chance.normal(size=(REPLICATIONS, points, len(AXES)))
+    noise = 2.5 * READING_ARCSEC * RAD_PER_ARCSEC * chance.normal(size=(REPLICATIONS, points, len(AXES)))
     outputs = (clean + noise).reshape(-1, len(AXES))
     return Observations(
         np.repeat(np.arange(1, REPLICATIONS + 1), points),

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
 from ams.calibration_result import AxisCalibration, Calibration, Replication
+from ams.errors import ObservationsError
 from ams.frames import AXES
 from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.inputs.shared_errors import SharedError
@@ -43,7 +44,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     """Solve every sensor axis that the request names.
 
     Raises:
-        ObservationsError: rows are missing, repeated or not finite, or a column that the request needs is not there.
+        ObservationsError: rows are missing, repeated or not finite, a column that the request needs is not there, or
+            outputs are not in the unit that the model states.
         DesignError: the points or temperatures cannot determine the model.
         SolveError: the iteration of a nonlinear model did not converge.
     """
@@ -51,6 +53,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     layout = layout_of(observations)
     labels = tuple(request.axes_of(observations))
     base = base_model(labels[0], observations, request)
+    _refuse_foreign_units(labels, observations, request)
     kept, left_out = standing_rows(observations, layout, base)
     rows = observations
     if left_out:
@@ -74,6 +77,21 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     warnings = (*left_out, *_layout_warnings(layout, rows))
     package = package_covariance([parts[label] for label in labels])
     return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings, package=package)
+
+
+def _refuse_foreign_units(labels: Sequence[str], observations: Observations, request: CalibrationRequest) -> None:
+    for label in labels:
+        model, unit = base_model(label, observations, request), observations.unit_of(label)
+        if unit != model.measured_unit:
+            raise ObservationsError(
+                f"{observations.source}: axis {label}: got readings in {unit}, the model {model.name!r} states "
+                f"{_in_words(model.measured_unit)}; nothing was solved; declare the channel in that unit (for a "
+                'stream: counts_per_unit and unit = "v"), or ask for straight lines, solve.model = "linear"'
+            )
+
+
+def _in_words(unit: str) -> str:
+    return "volts" if unit == "v" else unit
 
 
 def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[SharedError]]) -> Iterator[Sequence[str]]:

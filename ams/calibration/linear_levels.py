@@ -68,6 +68,7 @@ def _levels(table: CsvTable, axis: str, column: str) -> Levels:
         pitch_rad=nothing,
         roll_rad=nothing,
         outputs={axis: numbers(part, column)},
+        units={axis: model.measured_unit},
         temperature_degc=temperature,
         time_s=numbers(part, "time_s") if "time_s" in part.columns else None,
         reference_level=numbers(part, reference),

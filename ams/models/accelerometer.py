@@ -82,6 +82,7 @@ class PitchRoll:
     nominal_axis: str
     name: ClassVar[str] = "pitch-roll"
     convention: ClassVar[str] = "TP"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
@@ -161,6 +162,7 @@ class PitchOnly:
     nominal_axis: str
     name: ClassVar[str] = "pitch-only"
     convention: ClassVar[str] = "TP"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_z_v_per_g")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "pitch_misalignment_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED

@@ -37,6 +37,10 @@ class Widened(ABC):
         return self.base.name
 
     @property
+    def measured_unit(self) -> str:
+        return self.base.measured_unit
+
+    @property
     def convention(self) -> str:
         return self.base.convention
 

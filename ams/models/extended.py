@@ -51,6 +51,7 @@ class ExtendedPitchRoll:
     nominal_axis: str
     name: ClassVar[str] = "pitch-roll-extended"
     convention: ClassVar[str] = "TP"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = (*PitchRoll.primary_names, *Q_NAMES)
     parameter_names: ClassVar[tuple[str, ...]] = (*PitchRoll.parameter_names, *Q_NAMES)
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED

@@ -43,6 +43,7 @@ class Gyro:
     nominal_axis: str
     name: ClassVar[str] = "gyro"
     convention: ClassVar[str] = "CR"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_dps", "k_y_v_per_dps", "k_z_v_per_dps")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_dps", "coning_deg", "azimuth_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED

@@ -30,6 +30,7 @@ class LevelLine:
     nominal_axis: str
     name: ClassVar[str] = "linear-accelerometer"
     convention: ClassVar[str] = "SR"
+    measured_unit: ClassVar[str] = "v"
     parameter_names: ClassVar[tuple[str, ...]] = ("gain_g_per_v", "offset_g")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
 

@@ -55,6 +55,10 @@ class Model(Protocol):
         """``TP``, ``CR`` or ``SR``."""
 
     @property
+    def measured_unit(self) -> str:
+        """Unit of the outputs it states, as it is written in a key: ``v``, ``counts``."""
+
+    @property
     def nominal_axis(self) -> str:
         """``x``, ``y`` or ``z``."""
 
@@ -81,7 +85,7 @@ class Model(Protocol):
         """(P,) primary parameters good enough to iterate from; asked for only where there is no basis."""
 
     def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        """(N,) outputs, volts."""
+        """(N,) outputs, in ``measured_unit``."""
 
     def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
         """(N, P) derivatives of :meth:`predict` by every primary parameter, fixed ones included."""

@@ -31,6 +31,7 @@ class PitchYawRoll:
     package: str = "model"
     """``sting`` (roll does not reach it) or ``model``."""
     convention: ClassVar[str] = "CR"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED

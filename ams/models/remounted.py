@@ -41,6 +41,7 @@ class Remounted:
     """Labels of the mountings before the last."""
     name: ClassVar[str] = "pitch-roll over several mountings"
     convention: ClassVar[str] = "TP"
+    measured_unit: ClassVar[str] = "v"
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
     basis_key: ClassVar[Hashable | None] = None
 

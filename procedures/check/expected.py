@@ -16,13 +16,13 @@ from ams.inputs.table_uncertainty import TableUncertainty, index_columns
 from ams.models.accelerometer import vector_from_angles
 from ams.models.registry import model_named
 from ams.solve.linear_form import factor
+from ams.units import RAD_PER_ARCSEC
 from procedures.check.evaluation import attitudes_rad
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.plan.plan import Plan
 from procedures.solution.request import model_name, table_uncertainty
 from rig.description.rig_file import AxisTruth, RigDescription
 
-RAD_PER_ARCSEC = radians(1.0 / 3600.0)
 NOMINAL_CONING_DEG = 0.3
 """Assumed where no truth is known: only the azimuth's uncertainty depends on it, as its inverse."""
 

@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ams.units import label_and_unit
 from procedures.cli.findings_text import findings_lines
-from procedures.cli.units_text import label_and_unit
 
 
 def set_text(document: Mapping[str, Any]) -> str:

@@ -20,9 +20,11 @@ class ChannelReading:
     channel: str
     """Full name, ``readout.channel``."""
     samples: NDArray[np.float64]
-    """(n,) as read, in order, NaN where overloaded."""
+    """(n,) as read, in order, in ``unit``, NaN where overloaded."""
     started_s: float
     interval_s: float
+    unit: str = "v"
+    """As it is written in a key: ``v`` behind a meter, ``g``, ``dps``, ``ut`` or ``counts`` on a stream."""
 
     @property
     def mean(self) -> float:

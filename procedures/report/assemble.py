@@ -116,7 +116,7 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSen
 def _motion(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSensor | None) -> MotionSection | None:
     if solved is None or not is_solved_here(record.plan):
         return None
-    return motion_section(sensor, name, record.dwells, record.plan, record.rig, solved.calibration, solved.static)
+    return motion_section(sensor, name, record.dwells, record.plan, record.rig, solved)
 
 
 def _labels(record: RunRecord, sensors: Sequence[SensorView]) -> dict[str, tuple[str, float]]:

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from ams.archive.histories import SensorHistory
 from ams.surveillance.check_chart import ComponentChart
 from ams.surveillance.control_chart import Chart
+from ams.units import ARCSEC_PER_DEG
 from procedures.report import canvas
 from procedures.report.canvas import Figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ARCSEC_PER_DEG = 3600.0
 ROW_IN = 1.75
 HEAD_IN = 0.65
 NAMES = {"offset_v": "offset", "angle_deg": "angle between axes"}

@@ -3,7 +3,7 @@
 The attitude's pages turn volts into angles; a gyro or a magnetometer has none, so its pages are these.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,16 +11,17 @@ from numpy.typing import NDArray
 
 from ams.calibration_result import AxisCalibration, Calibration, FTest, ParameterEstimate
 from ams.frames import wrap_deg
+from ams.units import printed
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Turn
 from procedures.records.dwells import DwellRecord
 from procedures.report.numbers import p_value, three_digits, two_digits, with_uncertainty
-from procedures.solution.in_motion import unit_of
-from procedures.solution.request import StaticAxis
+from procedures.solution.request import SolvedSensor, StaticAxis
 from rig.description.rig_file import AxisTruth, RigDescription, Sensor
 
 FloatArray = NDArray[np.float64]
-PRINTED_UNITS = {"dps": "°/s", "ut": "µT", "degc": "°C", "v": "V", "deg": "°", "mps2": "m/s²", "radps": "rad/s"}
+UnitOf = Callable[[str], str]
+"""Axis to the unit of its readings."""
 LARGEST_TOLD = 0.1
 """An uncertainty of a clock's drift beyond says that nothing is known."""
 SYMBOLS = {
@@ -81,10 +82,10 @@ def motion_section(
     dwells: Sequence[DwellRecord],
     plan: Plan,
     rig: RigDescription,
-    calibration: Calibration | None,
-    static: Mapping[str, StaticAxis],
+    solved: SolvedSensor,
 ) -> MotionSection:
-    """``static`` of a long rest, else ``calibration``; without either only what was recorded."""
+    """Return what a long rest showed, else the calibration; without either only what was recorded."""
+    calibration, static, unit_of = solved.calibration, solved.static, solved.observations.unit_of
     rows = [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
     timings = _timings(rows)
     recorded = () if timings is None else (timings,)
@@ -94,12 +95,12 @@ def motion_section(
         return MotionSection(_static_result(name, static), beyond, tables, tuple(_allan_plot(name, static)))
     if calibration is None:
         return MotionSection(f"{name}: not solved", (), recorded, ())
-    truths = _truths(rig, name, sensor)
-    tables = (_parameters(calibration, truths), _fits(calibration, sensor, rig), *_tests(calibration), *recorded)
+    truths = _truths(rig, name, sensor, unit_of)
+    tables = (_parameters(calibration, truths), _fits(calibration, sensor, unit_of), *_tests(calibration), *recorded)
     rates = _rates(rows, plan)
-    plots = tuple(_residual_plots(name, calibration, sensor, rig))
+    plots = tuple(_residual_plots(name, calibration, unit_of))
     return MotionSection(
-        _result(name, calibration, sensor, rig),
+        _result(name, calibration, unit_of),
         tuple(_doubts(name, calibration)),
         tables if rates is None else (*tables, rates),
         plots,
@@ -118,10 +119,9 @@ def _static_result(name: str, static: Mapping[str, StaticAxis]) -> str:
     return f"{name}: drift in {one.use_s:g} s {'; '.join(parts)}"
 
 
-def _result(name: str, calibration: Calibration, sensor: Sensor, rig: RigDescription) -> str:
+def _result(name: str, calibration: Calibration, unit_of: UnitOf) -> str:
     parts = [
-        f"{axis} {two_digits(one.standard_error_v)} {_printed(unit_of(rig, sensor.channels[axis]))}"  # type: ignore[index]
-        for axis, one in calibration.axes.items()
+        f"{axis} {two_digits(one.standard_error_v)} {printed(unit_of(axis))}" for axis, one in calibration.axes.items()
     ]
     return f"{name}: model {calibration.model}, standard error of one row {', '.join(parts)}"
 
@@ -173,21 +173,17 @@ def _parameter_cells(estimate: ParameterEstimate, truth: float | None, is_simula
 def _label(name: str) -> tuple[str, str]:
     """``gain_g_per_v`` as words and unit."""
     word, _, unit = name.partition("_")
-    parts = [PRINTED_UNITS.get(part, part) for part in unit.split("_per_")]
+    parts = [printed(part) for part in unit.split("_per_")]
     label = "offset B" if word == "offset" and unit != "v" else SYMBOLS.get(word, word)
     return label, "/".join(f"({part})" if "/" in part and len(parts) > 1 else part for part in parts)
 
 
-def _printed(unit: str) -> str:
-    return PRINTED_UNITS.get(unit, unit)
-
-
-def _fits(calibration: Calibration, sensor: Sensor, rig: RigDescription) -> TextTable:
+def _fits(calibration: Calibration, sensor: Sensor, unit_of: UnitOf) -> TextTable:
     rows = tuple(
         (
             axis,
             sensor.channels[axis],  # type: ignore[index]
-            f"{two_digits(one.standard_error_v)} {_printed(unit_of(rig, sensor.channels[axis]))}",  # type: ignore[index]
+            f"{two_digits(one.standard_error_v)} {printed(unit_of(axis))}",
             str(one.degrees_of_freedom),
         )
         for axis, one in calibration.axes.items()
@@ -266,7 +262,7 @@ def _static_table(static: Mapping[str, StaticAxis]) -> TextTable:
     rows = tuple(
         (
             axis,
-            _printed(one.unit),
+            printed(one.unit),
             *with_uncertainty(one.mean, one.mean_uncertainty),
             two_digits(one.random_walk_per_sqrt_s),
             f"{two_digits(one.bias_instability)}{'' if one.is_bottom_reached else ' at most'}",
@@ -289,14 +285,14 @@ def _allan_plot(name: str, static: Mapping[str, StaticAxis]) -> Iterator[Plot]:
         )
         yield Plot(
             f"{name}-allan", "Allan deviation", "Overlapping estimator over the averaging time.", "averaging time (s)",
-            f"deviation ({_printed(unit)})", curves, is_logarithmic=True,
+            f"deviation ({printed(unit)})", curves, is_logarithmic=True,
         )  # fmt: skip
 
 
-def _residual_plots(name: str, calibration: Calibration, sensor: Sensor, rig: RigDescription) -> Iterator[Plot]:
+def _residual_plots(name: str, calibration: Calibration, unit_of: UnitOf) -> Iterator[Plot]:
     """Residuals over what was fitted: a straight cloud about zero says that the model holds."""
-    units = {unit_of(rig, channel) for channel in sensor.channels.values()}
-    unit = _printed(units.pop()) if len(units) == 1 else "channel's unit"
+    units = {unit_of(axis) for axis in calibration.axes}
+    unit = printed(units.pop()) if len(units) == 1 else "channel's unit"
     curves = tuple(
         Curve(axis, np.asarray(one.fitted_v), np.asarray(one.residuals_v)) for axis, one in calibration.axes.items()
     )
@@ -306,13 +302,13 @@ def _residual_plots(name: str, calibration: Calibration, sensor: Sensor, rig: Ri
     )  # fmt: skip
 
 
-def _truths(rig: RigDescription, name: str, sensor: Sensor) -> dict[str, dict[str, float]]:
+def _truths(rig: RigDescription, name: str, sensor: Sensor, unit_of: UnitOf) -> dict[str, dict[str, float]]:
     """Axis to parameter to what the twin really is; empty at the bench and for turned mounts."""
     straight = (sensor.mount.x, sensor.mount.y, sensor.mount.z) == ("+x", "+y", "+z")
     if rig.twin is None or not rig.is_simulated or not straight:
         return {}
     known = {str(axis): truth for axis, truth in rig.twin.truth.get(name, {}).items()}
-    return {axis: _truth(truth, sensor, unit_of(rig, sensor.channels[axis])) for axis, truth in known.items()}  # type: ignore[index]
+    return {axis: _truth(truth, sensor, unit_of(axis)) for axis, truth in known.items()}
 
 
 def _truth(truth: AxisTruth, sensor: Sensor, unit: str) -> dict[str, float]:

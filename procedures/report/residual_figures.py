@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ams.observations import Observations
 from ams.statistics.distributions import normal_quantile
+from ams.units import ARCSEC_PER_RAD
 from procedures.report.bands import Along, band_along
 from procedures.report.canvas import (
     BLUE,
@@ -30,7 +31,6 @@ from procedures.report.canvas import (
 )
 from procedures.report.conclusions import mean_residuals
 from procedures.report.interruption_marks import interruption_caption, mark_interruptions
-from procedures.report.numbers import ARCSEC_PER_RAD
 from procedures.report.view import AxisView, RunView, SensorView
 
 if TYPE_CHECKING:

@@ -238,9 +238,11 @@ class ReferenceTrace:
 
     label: str
     hours: FloatArray
-    change_v: FloatArray
-    """Against the first visit."""
+    change: FloatArray
+    """Against the first visit, in ``unit``."""
     sensitivity_v_per_g: float
+    """0 where nothing turns the reading into an angle."""
+    unit: str = "v"
 
 
 @dataclass(frozen=True)
@@ -250,12 +252,15 @@ class CheckComparison:
     epoch: int
     label: str
     attitudes: int
-    mean_change_v: float
-    largest_change_v: float
+    mean_change: float
+    """In ``unit``, as the two that follow."""
+    largest_change: float
     largest_at: str
-    scatter_v: float
+    scatter: float
     """Standard uncertainty of one change, from the samples of both dwells (root mean square over the attitudes)."""
     sensitivity_v_per_g: float
+    """0 where nothing turns the reading into an angle."""
+    unit: str = "v"
 
 
 @dataclass(frozen=True)

@@ -50,12 +50,6 @@ def solve_motion(
     return {name: _solve(name, sensor, rows, rig, plan, f"{source}, {name}") for name, sensor in plan.sensors.items()}
 
 
-def unit_of(rig: RigDescription, channel: str) -> str:
-    """The unit of a channel: V behind a readout, its own on a stream."""
-    name, _, own = channel.partition(".")
-    return "v" if name in rig.readouts else rig.streams[name].channel_units()[own]
-
-
 def _solve(
     name: str, sensor: Sensor, rows: list[DwellRecord], rig: RigDescription, plan: Plan, source: str
 ) -> SolvedSensor:
@@ -69,7 +63,7 @@ def _solve(
     else:
         observations = dwell_observations(rows, channels, source)
     if plan.static is not None:
-        return SolvedSensor(name, observations, None, None, static=_static(sensor, rows, rig, plan))
+        return SolvedSensor(name, observations, None, None, static=_static(sensor, rows, plan))
     try:
         if plan.solve.model == "linear":
             return SolvedSensor(name, observations, _lines(observations, rows, rig, plan, sensor), None)
@@ -80,9 +74,6 @@ def _solve(
 
 def _by_model(name: str, observations: Observations, rig: RigDescription, plan: Plan, sensor: Sensor) -> SolvedSensor:
     """CR's gyros, or accelerometers on their way."""
-    foreign = sorted({unit_of(rig, channel) for channel in sensor.channels.values()} - {"v"})
-    if foreign:
-        return SolvedSensor(name, observations, None, _not_volts(plan.solve.model, foreign[0]))
     request = request_of(name, rig, sensor, plan.solve)
     if plan.solve.model == "gyro":
         request = replace(request, model="gyro", table=None, shared_errors={}, nominal_axes=_nominal(sensor))
@@ -96,20 +87,13 @@ def _nominal(sensor: Sensor) -> dict[str, str]:
     return {str(axis): str(axis) for axis in sensor.channels}
 
 
-def _not_volts(model: str, unit: str) -> str:
-    return (
-        f"the model {model!r} states volts, the channels carry {unit}; nothing was solved; declare counts_per_unit and "
-        'unit = "v" for them, or use solve.model = "linear"'
-    )
-
-
 def _lines(
     observations: Observations, rows: list[DwellRecord], rig: RigDescription, plan: Plan, sensor: Sensor
 ) -> Calibration:
     """Every axis by itself on the rows that tell it something: real = gain · reading + offset. Source: SR 4.1."""
     axes, warnings = {}, dict[str, None]()
-    for axis, channel in sensor.channels.items():
-        label = str(axis)
+    for axis in sensor.channels:
+        label, unit = str(axis), observations.unit_of(axis)
         levels = known_levels(observations, rows, plan, rig, sensor, label)
         if levels.level.size == 0 or float(np.ptp(levels.level)) == 0.0:
             warnings[f"axis {label}: it was exposed to one level only: no line goes through it; it has no result"] = (
@@ -123,12 +107,13 @@ def _lines(
             pitch_rad=nothing if levels.sense is None else np.arcsin(np.clip(levels.sense, -1.0, 1.0)),
             roll_rad=nothing,
             outputs={label: levels.reading},
+            units={label: unit},
             time_s=None if observations.time_s is None else observations.time_s[levels.rows],
             reference_level=levels.level,
             source=f"{observations.source}, axis {label}",
         )
         line = StraightLine if levels.sense is None else FieldLine
-        model: Model = line(label, UNITS[sensor.measures], unit_of(rig, channel))
+        model: Model = line(label, UNITS[sensor.measures], unit)
         solved = calibrate(own, CalibrationRequest(nominal_axes={label: label}, models={label: model}))
         axes[label] = solved.axes[label]
         warnings |= dict.fromkeys(solved.warnings)
@@ -151,11 +136,11 @@ def lines_document(calibration: Calibration) -> dict[str, Any]:
     return {"axes": axes, "model": calibration.model, "convention": calibration.convention}
 
 
-def _static(sensor: Sensor, rows: list[DwellRecord], rig: RigDescription, plan: Plan) -> dict[str, StaticAxis]:
-    return {str(axis): _static_axis(sensor, channel, rows, rig, plan) for axis, channel in sensor.channels.items()}
+def _static(sensor: Sensor, rows: list[DwellRecord], plan: Plan) -> dict[str, StaticAxis]:
+    return {str(axis): _static_axis(sensor, channel, rows, plan) for axis, channel in sensor.channels.items()}
 
 
-def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: RigDescription, plan: Plan) -> StaticAxis:
+def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], plan: Plan) -> StaticAxis:
     """Of the longest look: the Allan deviation at the time of use says how far two neighbouring means lie apart."""
     assert plan.static is not None
     reading = rows[0].readings[channel]
@@ -164,10 +149,10 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
     count = reading.samples.size
     factor = min(max(round(plan.static.use_s / reading.interval_s), 1), count // 2)
     at_use = float(allan_deviation(reading.samples, reading.interval_s, [factor]).deviation[0])
-    drift_deg = _drift_deg(sensor, unit_of(rig, channel), at_use, plan.static.use_s)
+    drift_deg = _drift_deg(sensor, reading.unit, at_use, plan.static.use_s)
     means = [row.readings[channel].mean for row in rows]
     return StaticAxis(
-        unit=unit_of(rig, channel),
+        unit=reading.unit,
         mean=float(np.mean(means)),
         mean_uncertainty=float(np.std(means, ddof=1) / sqrt(len(means)))
         if len(means) > 1

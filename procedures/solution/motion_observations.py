@@ -18,7 +18,7 @@ from procedures.plan.plan import Plan
 from procedures.plan.rotations import UP, body_axis, to_stage
 from procedures.plan.steps import Follow
 from procedures.records.dwells import ANGLE, LOOKED, TAKEN, ChannelReading, DwellRecord
-from procedures.solution.observations import run_times_s
+from procedures.solution.observations import run_times_s, units_of
 from rig.description.rig_file import RigDescription, Sensor
 
 FloatArray = NDArray[np.float64]
@@ -55,6 +55,7 @@ def dwell_observations(rows: Sequence[DwellRecord], channels: Mapping[str, str],
         outputs={axis: np.array([_mean(row, channel, source) for row in rows]) for axis, channel in channels.items()},
         time_s=run_times_s(rows),
         euler_rate_rad_s=np.deg2rad(rates_dps),
+        units=units_of(rows, channels),
         source=source,
     )
 
@@ -76,6 +77,7 @@ def profile_observations(
             [part.middle_s + start_s for part, start_s in zip(parts, run_times_s(rows), strict=True)]
         ),
         euler_rate_rad_s=np.concatenate([part.rates_rad_s for part in parts]),
+        units=units_of(rows, channels),
         source=source,
     )
 

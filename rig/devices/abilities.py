@@ -150,13 +150,15 @@ class Burst:
 
     channel: str
     samples: NDArray[np.float64]
-    """Shape (n,), volts. An overloaded reading is NaN here and true in ``overload``."""
+    """Shape (n,), in ``unit``. An overloaded reading is NaN here and true in ``overload``."""
     overload: NDArray[np.bool_]
     """Shape (n,)."""
     started_s: float
     """Rig seconds (monotonic) when the first reading was triggered."""
     interval_s: float
     """Rig seconds between readings."""
+    unit: str = "v"
+    """As it is written in a key; volts of every meter, a stream names its own."""
 
 
 class Readout(Protocol):

@@ -7,10 +7,11 @@ rectangular within the limit, the same in all replications, ±180° being one in
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.frames import RAD_PER_ARCSEC, specific_force
+from ams.frames import specific_force
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.observations import Observations
 from ams.solve.extension import judge_extension
+from ams.units import RAD_PER_ARCSEC
 
 FloatArray = NDArray[np.float64]
 

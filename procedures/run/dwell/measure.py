@@ -103,7 +103,7 @@ def read_channel(rig: OpenRig, channel: str, samples: int, wait: Wait) -> Channe
     crash_point(CrashPoint.ACQUIRING)
     values = burst.samples.copy()
     values[burst.overload] = float("nan")
-    return ChannelReading(channel, values, burst.started_s, burst.interval_s)
+    return ChannelReading(channel, values, burst.started_s, burst.interval_s, burst.unit)
 
 
 def readout_of(rig: OpenRig, channel: str) -> Readout:

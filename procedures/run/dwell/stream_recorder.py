@@ -50,6 +50,8 @@ class Recording:
     """(m,) rig seconds of those polls."""
     gaps: tuple[Gap, ...]
     refused: int
+    units: Mapping[str, str] = field(default_factory=dict)
+    """Of ``values``, as written in a key."""
 
     @property
     def samples(self) -> int:
@@ -67,6 +69,7 @@ class Recording:
             self.polled_s[inside],
             tuple(Gap(gap.at - first, gap.missing, gap.why) for gap in self.gaps if first < gap.at < first + count),
             self.refused,
+            self.units,
         )
 
 
@@ -217,6 +220,7 @@ def _joined(name: str, tape: _Tape) -> Recording:
         np.array([blocks[place].polled_s for place in bringing], dtype=np.float64),
         gaps,
         sum(block.refused for block in blocks),
+        tape.stream.units,
     )
 
 
