@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ams.arrays import FloatArray, IntArray
+
 Array = NDArray[Any]
 """float64, or complex128 under a complex step."""
 
@@ -32,7 +33,7 @@ class Attitude:
     """(N,) known value of the quantity, for straight lines."""
     time_s: FloatArray | None = None
     """(N,) seconds since the start of the run; None: at the reference time of a model with a time term."""
-    mounting: NDArray[np.int64] | None = None
+    mounting: IntArray | None = None
     """(N,) label of the mounting; None: the last."""
 
 

@@ -8,11 +8,7 @@ here convert at the edge.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from ams.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True)

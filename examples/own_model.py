@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams import CalibrationRequest, Observations, TableUncertainty, to_document
+from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
-from ams.models.model import FloatArray, Stimulus
+from ams.models.model import Stimulus
 from ams.units import RAD_PER_ARCSEC
 
 

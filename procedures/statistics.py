@@ -4,8 +4,8 @@ from functools import lru_cache
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.statistics.distributions import chi_square_quantile, student_t_quantile
 
 
@@ -25,9 +25,6 @@ def small_variance_ratio(degrees_of_freedom: int, false_alarm: float) -> float:
 def median_variance_ratio(degrees_of_freedom: int) -> float:
     """Median of s²/σ² for normal readings: below 1, far below for few degrees of freedom."""
     return small_variance_ratio(degrees_of_freedom, 0.5)
-
-
-FloatArray = NDArray[np.float64]
 
 
 def has_slope(times_s: FloatArray, values: FloatArray, false_alarm: float) -> bool:

@@ -7,12 +7,12 @@ what usually causes them. Drift: which parameter, how much a replication and how
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.fourier_terms import FourierTerm, fourier_basis, largest_terms
 from ams.analysis.predictions import model_of_solution
 from ams.analysis.replication import quantity
 from ams.analysis.residual_causes import MISALIGNED, SHARES, usual_cause
+from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, Replication
 from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.extended import CONFOUNDED
@@ -20,8 +20,6 @@ from ams.observations import Observations
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.intervals import t_quantile
 from ams.units import ARCSEC_PER_DEG
-
-FloatArray = NDArray[np.float64]
 
 MOST_TERMS = 4
 _LARGEST_ANGLE_DEG = 10.0

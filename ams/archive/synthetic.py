@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.surveillance.characteristics import PackageNumbers
 from ams.surveillance.series import PointLabel, Population
 from ams.units import RAD_PER_ARCSEC
-
-FloatArray = NDArray[np.float64]
 
 AXES = ("x", "y", "z")
 CHECK_SENSOR = "CHECK-1"

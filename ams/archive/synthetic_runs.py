@@ -12,10 +12,10 @@ from datetime import timedelta
 from itertools import groupby
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.archive.runs import MeasuredSensor, RunEntry, publish_run
 from ams.archive.synthetic import AXES, GRAVITY_MPS2, RIG, SyntheticArchive, campaigns
+from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.frames import specific_force
 from ams.inputs.request import CalibrationRequest
@@ -24,8 +24,6 @@ from ams.sets.coefficients import build_set
 from ams.sets.provenance import Provenance
 from ams.surveillance.series import PointLabel
 from ams.units import RAD_PER_ARCSEC
-
-FloatArray = NDArray[np.float64]
 
 PITCH_DEG = (-60.0, -30.0, 0.0, 30.0, 60.0)
 ROLL_DEG = (-180.0, -90.0, 0.0, 90.0)

@@ -11,12 +11,10 @@ from math import cos, sin
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import ObservationsError, SolveError
 from ams.models.cr import CrSensor, sensed_field
-
-FloatArray = NDArray[np.float64]
 
 Interpolation = Literal["cubic", "linear", "hold"]
 _Triple = tuple[float, float, float]

@@ -13,12 +13,10 @@ counted in body axes the linearisation drifts with the estimate and the filter t
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.quaternion import advance, from_turn, multiply, normalised, rotation_matrix
 from ams.errors import ObservationsError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -14,15 +14,12 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray
 from ams.attitude.spread import PackageErrors, Spread, UncertainSensor, output_errors, weighing_variances
 from ams.errors import DesignError
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.statistics.intervals import reading_halfwidth, t_quantile
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 LARGEST_SD_RAD: Final = float(np.deg2rad(5.0))
 """Above this standard deviation the linear propagation means nothing and the angle is called singular."""

@@ -14,8 +14,8 @@ Axes that share a basis are solved together (:mod:`ams.calibration.columns`); th
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
 from ams.calibration_result import AxisCalibration, Calibration, Replication
@@ -33,8 +33,6 @@ from ams.solve.package import SolvedAxis, package_covariance
 from ams.solve.residual_curvature import residual_curvature
 from ams.solve.usable_replications import standing_rows
 from ams.solve.whole_plots import visit_warnings, visits_of
-
-FloatArray = NDArray[np.float64]
 
 _LARGE_CONDITION = 1e4
 _LONGEST_LIST = 8

@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.replication import ReplicationColumns, analyse, quantity
+from ams.arrays import FloatArray
 from ams.inputs.shared_errors import SharedError, shared_columns
 from ams.inputs.table_uncertainty import TableUncertainty, columns_of_members, index_members
 from ams.models.drifting import REFERENCE_NAME
@@ -24,8 +24,6 @@ from ams.solve.linearised import Linearised, is_shared, linearise, shared_regres
 from ams.solve.mixed_model import CommonErrors, MixedEstimates, estimate
 from ams.solve.whole_plots import WholePlots, visits_of, whole_plots
 from ams.statistics.intervals import combined_dof
-
-FloatArray = NDArray[np.float64]
 
 NOT_PER_REPLICATION = frozenset({"reference_temperature_degc", REFERENCE_NAME})
 """Beside what is only seen across replications."""

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.calibration.document import Document
 from ams.errors import DesignError
@@ -21,8 +20,6 @@ from ams.models.accelerometer import PitchRoll
 from ams.solve.joint import JointFit, Nuisance
 from ams.solve.table_errors import REVERSED, UPRIGHT, Mounting
 from ams.units import RAD_PER_ARCSEC
-
-FloatArray = NDArray[np.float64]
 
 MOUNTS: Final = {"upright": UPRIGHT, "reversed": REVERSED}
 

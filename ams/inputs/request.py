@@ -5,16 +5,14 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray
 from ams.errors import DesignError, ObservationsError
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
-
-FloatArray = NDArray[np.float64]
 
 _NO_YAW_RAD = 1e-9
 
@@ -130,7 +128,7 @@ def _refuse_column(observations: Observations, name: str, values: FloatArray) ->
         )
 
 
-def select_rows(observations: Observations, kept: NDArray[np.bool_]) -> Observations:
+def select_rows(observations: Observations, kept: BoolArray) -> Observations:
     """The rows where ``kept`` is true."""
     return replace(
         observations,

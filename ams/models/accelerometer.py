@@ -11,13 +11,11 @@ from math import atan2, degrees, hypot, nan, sqrt
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError
 from ams.frames import AXES, specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.models.model import Stimulus
-
-FloatArray = NDArray[np.float64]
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _OBSERVABLE_CONING_U = 4.0

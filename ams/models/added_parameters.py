@@ -9,11 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.models.model import Model
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,7 @@ To add a model, write a class with these members anywhere and pass an instance p
 from collections.abc import Hashable, Mapping
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
+from ams.arrays import FloatArray, IntArray
 
 
 class Stimulus(Protocol):
@@ -35,7 +32,7 @@ class Stimulus(Protocol):
         """(N, 3) rates of pitch, yaw and roll; None at rest."""
 
     @property
-    def mounting(self) -> NDArray[np.int64] | None:
+    def mounting(self) -> IntArray | None:
         """(N,) label of the mounting; None where there is one only."""
 
     @property

@@ -10,15 +10,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError, ObservationsError
 from ams.frames import wrap_deg
 from ams.models.accelerometer import PitchRoll
 from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.model import Stimulus
-
-FloatArray = NDArray[np.float64]
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 

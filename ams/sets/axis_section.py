@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ams.calibration_result import AxisCalibration, FloatArray, FTest, ParameterEstimate, Replication, TpReplication
+from ams.arrays import FloatArray
+from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication, TpReplication
 from ams.errors import SetError
 from ams.models.drifting import at_reference_time
 from ams.sets.canonical import Document, Json, number, plain, table

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.calibration_result import FTest
 from ams.errors import DesignError
 from ams.frames import Attitude, specific_force
@@ -22,8 +22,6 @@ from ams.models.extended import CONFOUNDED, quadratic_basis
 from ams.observations import Observations
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.intervals import f_test
-
-FloatArray = NDArray[np.float64]
 
 _TERMS: Final = 9
 _BISECTIONS: Final = 40

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError, SolveError
 from ams.frames import Attitude
 from ams.models.drifting import DRIFT_NAME
@@ -19,8 +20,6 @@ from ams.observations import Observations
 from ams.solve.gauss_newton import Convergence, gauss_newton
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm, factor, repeated
-
-FloatArray = NDArray[np.float64]
 
 SHARED = MappingProxyType({**dict.fromkeys(TEMPERATURE_NAMES, "temperature_degc"), DRIFT_NAME: "time_s"})
 """Parameters that are seen across replications, not in each of them, with the column of the rows they go with."""

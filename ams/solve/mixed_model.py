@@ -17,8 +17,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.solve.components import Causes, ComponentColumns
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
@@ -26,7 +26,6 @@ from ams.solve.replicated import ReplicatedSums, replicated_sums
 from ams.solve.scatter import FEW_POINTS, own_scatter
 from ams.solve.whole_plots import WholePlots
 
-FloatArray = NDArray[np.float64]
 CommonErrors = Mapping[str, FloatArray]
 """Name to columns of one standard uncertainty each, volts: (N, q), or (N / repeats, q) where the basis repeats."""
 

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
 from ams.inference.calibrated import sensor_of_set
@@ -23,8 +23,6 @@ from ams.sets.apply import apply
 from ams.sets.canonical import number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.statistics.intervals import t_quantile
-
-FloatArray = NDArray[np.float64]
 
 COVERAGE = 0.95
 LARGEST_AMPLIFICATION = 10.0
@@ -107,7 +105,7 @@ def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observati
         )
 
 
-def _within(pitch_deg: FloatArray, usage_pitch_deg: tuple[float, float] | None) -> NDArray[np.bool_]:
+def _within(pitch_deg: FloatArray, usage_pitch_deg: tuple[float, float] | None) -> BoolArray:
     if usage_pitch_deg is None:
         return np.ones(pitch_deg.size, dtype=bool)
     low, high = usage_pitch_deg
@@ -142,7 +140,7 @@ def _gain(
     return np.asarray(np.where(lost[..., None], np.nan, inverse) / scale)
 
 
-def _resolved(relative: FloatArray, amplification: FloatArray) -> NDArray[np.bool_]:
+def _resolved(relative: FloatArray, amplification: FloatArray) -> BoolArray:
     """(N, s) whether each angle is told: some slope is there, no other angle hides it, noise is not blown up."""
     columns = np.linalg.norm(relative, axis=1)
     cosine = np.zeros(columns.shape[0])
@@ -184,7 +182,7 @@ def _coverage_factor(measured_by: CoefficientSet) -> float:
 
 def _at_points(
     angle: str,
-    points: NDArray[np.int64],
+    points: IntArray,
     rows: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     coverage_factor: float,
 ) -> AngleErrors:

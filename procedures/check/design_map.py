@@ -8,8 +8,9 @@ import numpy as np
 
 from ams.analysis.design_variance import variance_function
 from ams.analysis.design_without_roll import variance_without_roll
+from ams.arrays import FloatArray
 from ams.whole_file import write_whole
-from procedures.check.evaluation import FloatArray, JudgedDesign, attitudes_rad
+from procedures.check.evaluation import JudgedDesign, attitudes_rad
 from procedures.errors import RequestError
 from procedures.report import canvas
 

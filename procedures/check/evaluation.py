@@ -13,16 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.design_variance import AngleBox, DesignEvaluation, evaluate_design
 from ams.analysis.design_without_roll import evaluate_without_roll
+from ams.arrays import FloatArray
 from ams.whole_file import write_whole
 from procedures.check.request import DesignRequest, requested_design, requested_usage_deg
 from procedures.plan.designs import Design
 from procedures.plan.specific_force import equivalent_rad
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,11 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from ams.arrays import FloatArray
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.plan.plan import Plan
 from procedures.plan.planner import make_plan
@@ -25,7 +25,6 @@ from procedures.plan.steps import Dwell, Follow, Rest, Turn
 from procedures.run.watch.disk_space import needed_bytes
 from rig.description.rig_file import RigDescription, Sensor
 
-FloatArray = NDArray[np.float64]
 AXES = ("pitch", "yaw", "roll")
 FEWEST_REPLICATIONS = 4
 """Below, intervals rest on so few degrees of freedom that they are wide."""

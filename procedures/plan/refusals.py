@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from procedures.description.procedure_file import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
 from procedures.plan.channels import temperature_source
@@ -18,7 +18,6 @@ from rig.description.device_settings import AxisSettings
 from rig.description.rig_file import RigDescription
 from rig.errors import RequestRefused
 
-FloatArray = NDArray[np.float64]
 PARAMETERS = {
     "pitch-roll": ("offset", "sensitivity", "coning", "azimuth"),
     "pitch-only": ("offset", "sensitivity", "pitch misalignment"),

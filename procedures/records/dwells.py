@@ -6,9 +6,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from math import isfinite, sqrt
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ams.arrays import FloatArray
 from procedures.statistics import median_variance_ratio
 from rig.devices.abilities import AxisState
 
@@ -19,7 +17,7 @@ class ChannelReading:
 
     channel: str
     """Full name, ``readout.channel``."""
-    samples: NDArray[np.float64]
+    samples: FloatArray
     """(n,) as read, in order, in ``unit``, NaN where overloaded."""
     started_s: float
     interval_s: float

@@ -7,10 +7,10 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.advice import advise
 from ams.analysis.calibration_budget import AxisBudget
+from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
 from ams.models.extended import Q_NAMES
 from ams.observations import Observations
@@ -19,8 +19,6 @@ from ams.statistics.intervals import t_quantile
 from ams.units import ARCSEC_PER_DEG
 from procedures.report.numbers import angle, arcsec, three_digits, two_digits
 from procedures.report.view import AxisView, BudgetRow, BudgetView, ParameterRow, TestRow
-
-FloatArray = NDArray[np.float64]
 
 NEGLIGIBLE = 1e-3
 """Of the combined uncertainty: what a budget prints as a dot."""

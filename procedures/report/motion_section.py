@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, Calibration, FTest, ParameterEstimate
 from ams.frames import wrap_deg
 from ams.units import printed
@@ -19,7 +19,6 @@ from procedures.report.numbers import p_value, three_digits, two_digits, with_un
 from procedures.solution.request import SolvedSensor, StaticAxis
 from rig.description.rig_file import AxisTruth, RigDescription, Sensor
 
-FloatArray = NDArray[np.float64]
 UnitOf = Callable[[str], str]
 """Axis to the unit of its readings."""
 LARGEST_TOLD = 0.1

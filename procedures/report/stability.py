@@ -4,14 +4,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from procedures.records.dwells import ChannelReading, DwellRecord
 from procedures.report.numbers import attitude
 from procedures.report.view import CheckComparison, ReferenceTrace, TemperatureTrace
 from procedures.solution.observations import run_times_s
 
-FloatArray = NDArray[np.float64]
 Labels = Mapping[str, tuple[str, float]]
 """Channel to its name on the page and its sensitivity, V/g; 0 where its readings are no volts of gravity."""
 

@@ -8,17 +8,14 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ams.archive.histories import SensorHistory
+from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import AxisCalibration
 from ams.observations import Observations
 from ams.surveillance.adjustment import Adjustment
 from procedures.journal.audit_trail import Interruption, Note
 from procedures.report.motion_section import MotionSection
 
-FloatArray = NDArray[np.float64]
 Trust = Literal["sound", "reserved", "unusable"]
 
 
@@ -203,7 +200,7 @@ class DesignView:
     kind: str
     order: str
     replications: int
-    point: NDArray[np.int64]
+    point: IntArray
     pitch_deg: FloatArray
     roll_deg: FloatArray
 

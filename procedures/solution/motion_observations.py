@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.frames import body_rates_rad_s, euler_rates_rad_s
 from ams.models.linear import magnet_difference
 from ams.observations import Observations
@@ -21,7 +21,6 @@ from procedures.records.dwells import ANGLE, LOOKED, TAKEN, ChannelReading, Dwel
 from procedures.solution.observations import run_times_s, units_of
 from rig.description.rig_file import RigDescription, Sensor
 
-FloatArray = NDArray[np.float64]
 AXES = ("pitch", "yaw", "roll")
 LEAST_ALONG = 0.5
 """SR's two positions: rows where an axis is less along gravity or a coil say nothing about it."""
@@ -31,7 +30,7 @@ LEAST_ALONG = 0.5
 class LevelRows:
     """One axis: which rows tell it something, its known levels there and its readings."""
 
-    rows: NDArray[np.int64]
+    rows: IntArray
     level: FloatArray
     reading: FloatArray
     sense: FloatArray | None = None

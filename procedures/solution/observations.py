@@ -7,15 +7,13 @@ interrupted run and its uninterrupted brother give the same rows.
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.observations import Observations
 from procedures.errors import JournalError
 from procedures.plan.channels import TemperatureChannel
 from procedures.records.dwells import DwellRecord
 from rig.description.signal_chain import Chain
-
-FloatArray = NDArray[np.float64]
 
 
 def observations_of(
@@ -59,7 +57,7 @@ def units_of(rows: Sequence[DwellRecord], channels: Mapping[str, str]) -> dict[s
     return {axis: readings[channel].unit for axis, channel in channels.items() if channel in readings}
 
 
-def _mounting(rows: Sequence[DwellRecord]) -> NDArray[np.int64] | None:
+def _mounting(rows: Sequence[DwellRecord]) -> IntArray | None:
     """(N,) where the package was moved in between; None where it never was."""
     labels = np.array([row.mounting for row in rows], dtype=np.int64)
     return labels if np.unique(labels).size > 1 else None

@@ -12,9 +12,10 @@ from math import sqrt
 
 import numpy as np
 
+from ams.arrays import FloatArray
 from procedures.description.procedure_file import Settle
 from procedures.plan.windows import FEWEST_READINGS, MOST_READINGS
-from procedures.statistics import FloatArray, _rounding_v2, has_slope, t_limit
+from procedures.statistics import _rounding_v2, has_slope, t_limit
 from rig.clock import Clock
 from rig.devices.abilities import Readout, Wait
 

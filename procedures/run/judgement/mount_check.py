@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.frames import specific_force
 from procedures.records.dwells import DwellRecord
 from rig.description.rig_file import Sensor
@@ -24,7 +24,6 @@ GAIN_RANGE = (0.5, 2.0)
 LEAST_SPREAD_G = 0.25
 """Root mean square about the mean of what an axis should feel; below, these attitudes cannot tell."""
 
-FloatArray = NDArray[np.float64]
 _SIGNED_AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 

@@ -340,3 +340,9 @@ def test_the_extension_is_not_tested_where_it_cannot_be_and_this_is_said() -> No
     assert any("extended model not tested" in warning for warning in solved.warnings)
     with refused("allowed no, test, yes", DesignError):
         calibrate(observe(tumble), CalibrationRequest(extended="maybe"))
+
+
+def test_readings_in_another_unit_than_the_model_states_are_refused() -> None:
+    observations = replace(observe(QUIET), units={"y": "dps"})
+    with pytest.raises(ObservationsError, match=r"axis y: got readings in dps, the model 'pitch-roll' states volts"):
+        calibrate(observations, CalibrationRequest())
