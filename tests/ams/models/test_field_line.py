@@ -23,6 +23,7 @@ def _rows(seed: int, replications: int = 5, noise: float = 0.02) -> Observations
         pitch_rad=sense * np.pi / 2.0,
         roll_rad=nothing,
         outputs={"x": reading},
+        units={"x": "ut"},
         reference_level=level,
     )
 
