@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams import CalibrationRequest, Observations, TableUncertainty, to_document
+from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
-from ams.frames import RAD_PER_ARCSEC
-from ams.models.model import FloatArray, Stimulus
+from ams.models.model import Stimulus
+from ams.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class StiffeningClinometer:
     nominal_axis: str = "x"
     name: str = "stiffening-clinometer"
     convention: str = "TP"
+    measured_unit: str = "v"
     primary_names: tuple[str, ...] = ("offset_v", "sensitivity_v_per_g", "stiffening_v_per_g3", "misalignment_rad")
     parameter_names: tuple[str, ...] = (
         "offset_v", "sensitivity_v_per_g", "stiffening_v_per_g3", "pitch_misalignment_deg",
@@ -80,7 +82,7 @@ def measured(truth: FloatArray, noise_v: float, rng: np.random.Generator, replic
         point=np.tile(np.arange(points), replications),
         pitch_rad=pitch,
         roll_rad=np.zeros(pitch.size),
-        outputs_v={"x": output},
+        outputs={"x": output},
     )
 
 

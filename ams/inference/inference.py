@@ -10,16 +10,14 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
 from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
 from ams.sets.coefficients import CoefficientSet
-
-FloatArray = NDArray[np.float64]
 
 STING: Final = "pitch-yaw-roll-sting"
 MODEL: Final = "pitch-yaw-roll-model"

@@ -11,13 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import SetError
 from ams.models.cr import sensitive_axis
 from ams.sets.sensed_quantity import FIELDS
-
-FloatArray = NDArray[np.float64]
 
 CONVENTIONS = {
     "TP": (

@@ -10,8 +10,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
-from ams.frames import Attitude, FloatArray, body_rates_rad_s, specific_force
+from ams.frames import Attitude, body_rates_rad_s, specific_force
 from ams.models.cr import model_gravity_g, sting_gravity_g
 
 PER_G = ("k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
