@@ -7,12 +7,12 @@ what usually causes them. Drift: which parameter, how much a replication and how
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.fourier_terms import FourierTerm, fourier_basis, largest_terms
 from ams.analysis.predictions import model_of_solution
 from ams.analysis.replication import quantity
 from ams.analysis.residual_causes import MISALIGNED, SHARES, usual_cause
+from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, Replication
 from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.extended import CONFOUNDED
@@ -20,8 +20,7 @@ from ams.models.registry import MODELS
 from ams.observations import Observations
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.intervals import t_quantile
-
-FloatArray = NDArray[np.float64]
+from ams.units import ARCSEC_PER_DEG
 
 MOST_TERMS = 4
 _LARGEST_ANGLE_DEG = 10.0
@@ -171,7 +170,7 @@ def _term_sentence(term: ResidualTerm) -> str:
 
 def _angle(angle_deg: float) -> str:
     """Arc seconds below a tenth of a degree."""
-    return f"{_number(angle_deg)}°" if abs(angle_deg) >= 0.1 else f"{_number(3600.0 * angle_deg)}″"
+    return f"{_number(angle_deg)}°" if abs(angle_deg) >= 0.1 else f"{_number(ARCSEC_PER_DEG * angle_deg)}″"
 
 
 def _number(value: float) -> str:
@@ -182,7 +181,7 @@ def _number(value: float) -> str:
 
 def _rate_sentence(rate: DriftRate) -> str:
     words, unit = quantity(rate.parameter).replace("_", " "), _unit(rate.parameter)
-    factor = 3600.0 if unit == "″" else 1e6 if unit.startswith("µ") else 1.0
+    factor = ARCSEC_PER_DEG if unit == "″" else 1e6 if unit.startswith("µ") else 1.0
     a_replication = f"{_signed(factor * rate.per_replication)} {unit} a replication"
     if rate.interval_95 is not None:
         low, high = rate.interval_95

@@ -18,7 +18,7 @@ from ams.exports.checksum_line import INTACT, Seal
 from ams.exports.format import Format
 from ams.sets.canonical import Json
 from ams.sets.coefficients import CoefficientSet, from_document
-from ams.sets.units import unit_of
+from ams.units import unit_of
 
 HEADER = ("path", "kind", "value", "unit")
 LINE_END = "\r\n"

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ams.arrays import FloatArray
 from ams.errors import SetError
 from ams.exports.c_text import check_accelerometers
 from ams.exports.checksum_line import INTACT, Seal
@@ -23,7 +24,7 @@ from ams.exports.plain_values import check_same
 from ams.exports.statement import statement
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet, from_document
-from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers, FloatArray
+from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers
 from ams.sets.instructions import polarity
 
 HEAD = "# calrig coefficient set in linear form, version 1"

@@ -1,8 +1,8 @@
 """Pitch from one output by the inverse that a model brings, its standard deviation by the model's own slopes."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.static import Angles
 from ams.frames import Attitude
 from ams.inference.calibrated import CalibratedSensor
@@ -10,7 +10,6 @@ from ams.models.registry import model_named
 from ams.models.sensor_model import OwnOutput
 from ams.statistics.intervals import reading_halfwidth
 
-FloatArray = NDArray[np.float64]
 LARGEST_SD_RAD = np.deg2rad(10.0)
 NO_PITCH = "no pitch gives this output"
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
@@ -21,8 +21,6 @@ from ams.inference.packages import SpreadAngles, angles_from_packages, angles_fr
 from ams.models.registry import MODELS
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.sensed_quantity import FIELDS
-
-FloatArray = NDArray[np.float64]
 
 STING: Final = "pitch-yaw-roll-sting"
 MODEL: Final = "pitch-yaw-roll-model"

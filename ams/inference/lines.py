@@ -5,14 +5,12 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.spread import Part
 from ams.calibration_result import AxisCalibration, Calibration, VarianceComponent
 from ams.errors import DesignError
 from ams.sets.sensed_quantity import FIELDS
-
-FloatArray = NDArray[np.float64]
 
 _WITH_ROLL: Final = ["offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g"]
 _WITHOUT_ROLL: Final = ["offset_v", "k_x_v_per_g", "k_z_v_per_g"]

@@ -11,14 +11,12 @@ from math import atan2, degrees, hypot, nan, sqrt
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError
 from ams.frames import AXES, Attitude, specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.models.model import Stimulus
 from ams.models.sensor_model import ACCELEROMETER_TEXT, SYMBOLS_TEXT, Equation, SensorModel, SetForm
-
-FloatArray = NDArray[np.float64]
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _OBSERVABLE_CONING_U = 4.0
@@ -83,6 +81,7 @@ class PitchRoll:
     nominal_axis: str
     name: ClassVar[str] = "pitch-roll"
     convention: ClassVar[str] = "TP"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
@@ -162,6 +161,7 @@ class PitchOnly:
     nominal_axis: str
     name: ClassVar[str] = "pitch-only"
     convention: ClassVar[str] = "TP"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_z_v_per_g")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "pitch_misalignment_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED

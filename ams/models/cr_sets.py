@@ -1,7 +1,8 @@
 """What CR's models have in common in a coefficient set: their printed equation and the direction of k."""
 
 from ams.models.cr import sensitive_axis
-from ams.models.sensor_model import Equation, FloatArray
+from ams.arrays import FloatArray
+from ams.models.sensor_model import Equation
 
 
 def cr_equation(

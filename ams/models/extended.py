@@ -14,14 +14,12 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.models.accelerometer import PITCH_ROLL_FORM, PITCH_ROLL_SOURCE, PITCH_ROLL_TEXT, PitchRoll
 from ams.models.model import Stimulus
 from ams.models.sensor_model import ACCELEROMETER_TEXT, SYMBOLS_TEXT, Equation, SensorModel
-
-FloatArray = NDArray[np.float64]
 
 Q_NAMES: Final = ("q_xx_v_per_g2", "q_xy_v_per_g2", "q_xz_v_per_g2", "q_yy_v_per_g2", "q_yz_v_per_g2")
 """Elements of the symmetric Q; q_zz = −q_xx − q_yy."""
@@ -52,6 +50,7 @@ class ExtendedPitchRoll:
     nominal_axis: str
     name: ClassVar[str] = "pitch-roll-extended"
     convention: ClassVar[str] = "TP"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = (*PitchRoll.primary_names, *Q_NAMES)
     parameter_names: ClassVar[tuple[str, ...]] = (*PitchRoll.parameter_names, *Q_NAMES)
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED

@@ -11,8 +11,8 @@ from math import degrees
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import ObservationsError
 from ams.frames import Attitude, body_rates_rad_s, wrap_deg
 from ams.models.accelerometer import PitchRoll
@@ -20,8 +20,6 @@ from ams.models.cr import SensorFit, fit_package
 from ams.models.cr_sets import along_cr, cr_equation
 from ams.models.model import Stimulus
 from ams.models.sensor_model import SensorModel, SetForm
-
-FloatArray = NDArray[np.float64]
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _DEG_PER_RAD = degrees(1.0)
@@ -45,6 +43,7 @@ class Gyro:
     nominal_axis: str
     name: ClassVar[str] = "gyro"
     convention: ClassVar[str] = "CR"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_dps", "k_y_v_per_dps", "k_z_v_per_dps")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_dps", "coning_deg", "azimuth_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED

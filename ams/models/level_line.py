@@ -11,15 +11,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.frames import AXES, Attitude
 from ams.models.model import Stimulus
 from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.models.sensor_model import SensorModel
 from ams.models.straight_line import StraightLine
-
-FloatArray = NDArray[np.float64]
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 
@@ -31,6 +29,7 @@ class LevelLine:
     nominal_axis: str
     name: ClassVar[str] = "linear-accelerometer"
     convention: ClassVar[str] = "SR"
+    measured_unit: ClassVar[str] = "v"
     parameter_names: ClassVar[tuple[str, ...]] = ("gain_g_per_v", "offset_g")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
 

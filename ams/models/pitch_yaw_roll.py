@@ -11,8 +11,8 @@ from functools import partial
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError, ObservationsError
 from ams.frames import Attitude, wrap_deg
 from ams.models.accelerometer import PitchRoll
@@ -20,8 +20,6 @@ from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.cr_sets import along_cr, cr_equation
 from ams.models.model import Stimulus
 from ams.models.sensor_model import PER_G, SensorModel, SetForm
-
-FloatArray = NDArray[np.float64]
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 
@@ -34,6 +32,7 @@ class PitchYawRoll:
     package: str = "model"
     """``sting`` (roll does not reach it) or ``model``."""
     convention: ClassVar[str] = "CR"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED

@@ -7,13 +7,10 @@ point ``calrig.models``. With a :class:`SetForm` it goes into coefficient sets, 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ams.arrays import FloatArray
 from ams.frames import Attitude
 from ams.models.model import Model
 
-FloatArray = NDArray[np.float64]
 PER_G = ("k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
 ACCELEROMETER_TEXT = "output = offset_v + k_x_v_per_g*f_x + k_y_v_per_g*f_y + k_z_v_per_g*f_z"
 SYMBOLS_TEXT = "; alpha = pitch_deg, R = roll_deg, b = offset_v, S = sensitivity_v_per_g, "

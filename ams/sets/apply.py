@@ -9,11 +9,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
 from ams.frames import Attitude
 from ams.sets.applicability import Serials, check_belonging
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.equations import FloatArray, predicted_v
+from ams.sets.equations import predicted_v
 from ams.sets.sensed_quantity import FIELDS, field_at
 from ams.sets.vectors import inferred_force, is_package
 

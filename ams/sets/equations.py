@@ -11,14 +11,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import SetError
 from ams.models.extended import Q_NAMES
 from ams.models.sensor_model import OwnOutput
 from ams.sets.sensed_quantity import FIELDS, PER_G
-
-FloatArray = NDArray[np.float64]
 
 CONVENTIONS = {
     "TP": (

@@ -6,8 +6,9 @@ a set needs no more than the name of its model to be evaluated.
 
 from collections.abc import Iterator, Mapping
 
+from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
-from ams.frames import Attitude, FloatArray
+from ams.frames import Attitude
 from ams.models.registry import MODELS
 from ams.models.sensor_model import PER_G as PER_G
 from ams.models.sensor_model import SetForm

@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ams import CalibrationRequest, Observations, TableUncertainty, to_document
+from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
-from ams.frames import RAD_PER_ARCSEC
 from ams.models.accelerometer import PITCH_ROLL_FORM
-from ams.models.model import FloatArray, Stimulus
+from ams.models.model import Stimulus
 from ams.models.sensor_model import Equation, OwnOutput, SensorModel
+from ams.units import RAD_PER_ARCSEC
 
 RAD_PER_DEG = np.pi / 180.0
 NAMES = ("offset_v", "sensitivity_v_per_g", "stiffening_v_per_g", "pitch_misalignment_deg")
@@ -28,6 +29,7 @@ class StiffeningClinometer:
     nominal_axis: str = "x"
     name: str = "stiffening-clinometer"
     convention: str = "TP"
+    measured_unit: str = "v"
     primary_names: tuple[str, ...] = NAMES
     parameter_names: tuple[str, ...] = NAMES
     basis_key: Hashable | None = None
@@ -126,7 +128,7 @@ def measured(truth: FloatArray, noise_v: float, rng: np.random.Generator, replic
         point=np.tile(np.arange(points), replications),
         pitch_rad=pitch,
         roll_rad=np.zeros(pitch.size),
-        outputs_v={"x": output},
+        outputs={"x": output},
     )
 
 

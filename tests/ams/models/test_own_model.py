@@ -136,7 +136,7 @@ def written(example: ModuleType, folder: Path) -> Path:
             rows.replication[place],
             rows.point[place],
             f"{angles[place]:.6f}",
-            f"{rows.outputs_v['x'][place]:.9f}",
+            f"{rows.outputs['x'][place]:.9f}",
         )
         lines.append(",".join(map(str, cells)))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

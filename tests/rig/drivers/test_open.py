@@ -46,7 +46,7 @@ def _measured(rig: Rig) -> list[object]:
     found: list[object] = []
     for step in range(2):
         rig.chance.announce(step, "read", 0, float(step))
-        found += [readout.read(f"dmm.{axis}", 3, rig.clock.sleep).values_v.tolist() for axis in "xyz"]
+        found += [readout.read(f"dmm.{axis}", 3, rig.clock.sleep).samples.tolist() for axis in "xyz"]
         found.append(chamber.temperature_degc())
     chamber.hold(35.0)
     found.append(chamber.setpoint_degc())
