@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ams.arrays import FloatArray, IntArray
+
 Array = NDArray[Any]
 """float64, or complex128 under a complex step."""
 
 AXES = ("x", "y", "z")
-RAD_PER_ARCSEC = float(np.deg2rad(1.0 / 3600.0))
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Attitude:
     """(N, q) what one standard uncertainty of each of q errors does to it."""
     time_s: FloatArray | None = None
     """(N,) seconds since the start of the run; None: at the reference time of a model with a time term."""
-    mounting: NDArray[np.int64] | None = None
+    mounting: IntArray | None = None
     """(N,) label of the mounting; None: the last."""
 
 

@@ -80,7 +80,7 @@ def campaign() -> Observations:
         point=np.tile(np.arange(1, points + 1), REPLICATIONS),
         pitch_rad=pitch_rad,
         roll_rad=roll_rad,
-        outputs_v={"x": output_v((pitch_rad, roll_rad), *TRUTH) + noise},
+        outputs={"x": output_v((pitch_rad, roll_rad), *TRUTH) + noise},
     )
 
 
@@ -95,7 +95,7 @@ def output_v(
 
 def by_linear_form(observations: Observations) -> tuple[FloatArray, FloatArray]:
     """Parameters and covariance by the exact linear form and its propagation."""
-    model, measured = PitchRoll("x"), observations.outputs_v["x"]
+    model, measured = PitchRoll("x"), observations.outputs["x"]
     form = factor(model.basis(observations), model.primary_names, observations)
     primary = form.solve(measured)
     residuals = measured - form.basis @ primary
@@ -107,7 +107,7 @@ def by_linear_form(observations: Observations) -> tuple[FloatArray, FloatArray]:
 def by_curve_fit(observations: Observations) -> tuple[FloatArray, FloatArray]:
     """Parameters and covariance by scipy, as its manual has it."""
     angles, rows = (observations.pitch_rad, observations.roll_rad), np.arange(observations.rows)
-    fitted = curve_fit(lambda _rows, *c: output_v(angles, *c), rows, observations.outputs_v["x"], p0=START)
+    fitted = curve_fit(lambda _rows, *c: output_v(angles, *c), rows, observations.outputs["x"], p0=START)
     return np.asarray(fitted[0]), np.asarray(fitted[1])
 
 
@@ -122,7 +122,7 @@ def by_lmfit(observations: Observations) -> tuple[FloatArray, FloatArray]:
     names = ("offset", "sensitivity", "coning", "azimuth")
     model = LmfitModel(model_v)
     parameters = model.make_params(**dict(zip(names, START, strict=True)))
-    fitted = model.fit(observations.outputs_v["x"], parameters, rows=np.arange(observations.rows, dtype=float))
+    fitted = model.fit(observations.outputs["x"], parameters, rows=np.arange(observations.rows, dtype=float))
     return np.array([fitted.best_values[name] for name in names]), np.asarray(fitted.covar)
 
 
@@ -132,7 +132,7 @@ def by_rows(observations: Observations) -> tuple[FloatArray, FloatArray]:
         zip(
             observations.pitch_rad.tolist(),
             observations.roll_rad.tolist(),
-            observations.outputs_v["x"].tolist(),
+            observations.outputs["x"].tolist(),
             strict=True,
         )
     )

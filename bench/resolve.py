@@ -10,14 +10,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from timeit import Timer
 
-from procedures.plan.planner import make_plan
-
 from bench.figure import Effort, Figure
 from procedures.delivery.deliver import publish_folder
 from procedures.delivery.resolve import Job, Mapper, chunks, in_this_process, jobs_of
 from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.header import make_header
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.run.begin import begin
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig

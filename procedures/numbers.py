@@ -7,7 +7,8 @@ import math
 from collections.abc import Mapping
 from decimal import ROUND_HALF_UP, Decimal
 
-ARCSEC_PER_RAD = 3600.0 * 180.0 / math.pi
+from ams.units import ARCSEC_PER_RAD, printed
+
 MOST_DECIMALS = 12
 """Beyond this a decimal is below what a double resolves in the values printed here."""
 
@@ -76,6 +77,14 @@ def duration(seconds: float) -> str:
     if hours:
         return f"{hours} h {minutes:02d} min"
     return f"{minutes} min {whole % 60:02d} s" if minutes else f"{seconds:.1f} s"
+
+
+def as_drawn(sensitivity_v_per_g: float, unit: str) -> tuple[float, str]:
+    """Return the factor and the unit in which a change of a reading is shown: as the angle that causes it where the
+    axis is most sensitive, or in its own unit where nothing says what angle it is."""
+    if unit != "v" or not sensitivity_v_per_g:
+        return 1.0, printed(unit)
+    return arcsec(1.0, sensitivity_v_per_g), "″"
 
 
 def arcsec(voltage_v: float, sensitivity_v_per_g: float) -> float:

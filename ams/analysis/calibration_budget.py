@@ -13,9 +13,9 @@ from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.predictions import model_of_solution
+from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, VarianceComponent
 from ams.frames import wrap_deg
 from ams.inputs.shared_errors import SharedError
@@ -24,8 +24,6 @@ from ams.solve.derived import halfwidths_95
 from ams.statistics.budget import Budget, Input
 from ams.statistics.intervals import INFINITE_DOF, combined_dof, t_quantile
 from ams.statistics.monte_carlo import MonteCarlo, summarise
-
-FloatArray = NDArray[np.float64]
 
 SENSITIVITY = "sensitivity_v_per_g"
 PER_SI = "sensitivity_v_per_mps2"

@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.kalman import (
     Estimate,
     GyroNoise,
@@ -29,7 +30,6 @@ from ams.attitude.quaternion import multiply
 from ams.errors import ObservationsError
 from ams.statistics.distributions import chi_square_upper_quantile
 
-FloatArray = NDArray[np.float64]
 Codes = NDArray[np.uint16]
 
 GYRO_BRIDGED: Final = 1

@@ -10,16 +10,13 @@ an error of f is B⁻¹ (δv₁, δv₂, 0) with rows k₁, k₂, f of B, and th
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.attitude.flag_codes import Codes
 from ams.attitude.force_covariance import OutputErrors, monomials, output_polynomials
 from ams.attitude.three_axes import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, AttitudeColumns, blocks, turns
 from ams.errors import DesignError
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

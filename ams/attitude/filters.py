@@ -11,12 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.errors import ObservationsError
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -165,7 +162,7 @@ class WindowAverages:
     """(M, …); NaN where a window has no sample."""
     sd: FloatArray
     """(M, …) of one sample about the mean of its window; NaN with fewer than two."""
-    count: NDArray[np.int64]
+    count: IntArray
     """(M, …) of good samples."""
     middle_sample: FloatArray
     """(M,) where the window has its middle, counted in samples from the first."""

@@ -14,7 +14,8 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ams.arrays import FloatArray
+
 Polynomial = Mapping[tuple[int, int, int], float]
 """Powers of f_x, f_y, f_z to their coefficient."""
 

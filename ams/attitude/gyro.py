@@ -13,13 +13,11 @@ from math import cos, sin
 from typing import Final, Literal, Never
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.rate_scan import Interpolation, check_length, integrate, refuse_missing
 from ams.errors import SolveError
 from ams.models.cr import CrSensor, sensed_field
-
-FloatArray = NDArray[np.float64]
 
 Method = Literal["scan", "butcher"]
 _Triple = tuple[float, float, float]

@@ -14,12 +14,11 @@ from dataclasses import dataclass
 from math import cos, sin, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.quaternion import normalised
 from ams.errors import ObservationsError
 
-FloatArray = NDArray[np.float64]
 Triple = tuple[float, float, float]
 Quadruple = tuple[float, float, float, float]
 

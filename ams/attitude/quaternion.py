@@ -9,11 +9,9 @@ SR (2a) to (2c). SR's equation (1) lacks the ½ and has two signs wrong (see the
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude import rate_scan
-
-FloatArray = NDArray[np.float64]
 
 IDENTITY: Final = (0.0, 0.0, 0.0, 1.0)
 """SR's initial attitude."""

@@ -15,12 +15,10 @@ from math import isqrt
 from typing import Final, Literal, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.errors import ObservationsError
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Interpolation = Literal["cubic", "linear", "hold"]
 
 NEEDED_SAMPLES: Final = {"cubic": 4, "linear": 2, "hold": 2}
@@ -39,7 +37,7 @@ class RatePath:
     """(4, n) body to reference, scalar last."""
     is_bridged: BoolArray
     """(n,) whether the sample's own rate was missing."""
-    bridged_samples: NDArray[np.int64]
+    bridged_samples: IntArray
     """(n,) how many rates were missing up to here: the attitude knows nothing of what turned meanwhile."""
 
 

@@ -15,12 +15,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.attitude.few_axes import pierce
 from ams.attitude.flag_codes import REDUNDANCY, SUSPECTS, Codes
 from ams.statistics.distributions import chi_square_upper_quantile, f_tail
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 LEVEL: Final = 0.999
 _ROUNDS: Final = 20
@@ -77,7 +75,7 @@ class FaultyAxis:
     """The axis at fault; None where the rows do not tell, or nothing is wrong."""
     chi_square: FloatArray
     """(3,) of what is left."""
-    dof: NDArray[np.int64]
+    dof: IntArray
     """(3,)"""
     relative_gain: FloatArray
     """(3,) of that axis against its calibration: 1 right, 0 dead."""
@@ -167,7 +165,7 @@ class Disagreement:
     """What is left of the readings of n rows when their attitude has been fitted."""
 
     chi_square: FloatArray
-    dof: NDArray[np.int64]
+    dof: IntArray
     """Valid readings less the rank of the attitude's Jacobian."""
 
     def is_above(self, calibration_dof: float | FloatArray, level: float = LEVEL) -> BoolArray:

@@ -18,6 +18,7 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.attitude.few_axes import one_axis_codes, pierce, pitch_roots, two_axis_codes, two_axis_gains
 from ams.attitude.force_covariance import PACKED, PackedWeighing
@@ -58,8 +59,6 @@ __all__ = [
     "tangents",
 ]
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _ITERATIONS: Final = 20
 _LEVEL: Final = 0.999

@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.attitude.flag_codes import Codes
 from ams.attitude.force_covariance import (
@@ -28,8 +29,6 @@ from ams.attitude.force_covariance import (
 )
 from ams.errors import DesignError
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Limit = Callable[[FloatArray, FloatArray], FloatArray]
 """From (C, m) parts of a variance and their (C, 1) or (C, m) degrees of freedom to the (m,) bound of a deviation, in
 roots of the whole variance."""

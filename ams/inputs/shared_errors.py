@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import ObservationsError
 from ams.models.model import Model, Stimulus
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.statistics.budget import Kind
 
-FloatArray = NDArray[np.float64]
 Effect = Literal["reading", "gain", "pitch", "base-tilt", "temperature", "level"]
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``pitch``: radians, the zero of pitch with
 the tilt of the base about that axis; ``base-tilt``: radians, of the base across it; ``temperature``: °C;

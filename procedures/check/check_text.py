@@ -6,12 +6,12 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from ams.units import ARCSEC_PER_DEG, label_and_unit
 from procedures.check.check_report import CheckReport, steps_told
 from procedures.kinds.kind import DesignFigures
 
-UNITS = {"_v": "V", "_v_per_g": "V/g", "_deg": "°", "_g": "g", "_g_per_v": "g/V"}
 IN_SMALL = {
-    "V": (1e6, "µV"), "V/g": (1e6, "µV/g"), "°": (3600.0, "″"), "g": (1e6, "µg"), "g/V": (1e6, "µg/V"),
+    "V": (1e6, "µV"), "V/g": (1e6, "µV/g"), "°": (ARCSEC_PER_DEG, "″"), "g": (1e6, "µg"), "g/V": (1e6, "µg/V"),
 }  # fmt: skip
 
 
@@ -119,7 +119,7 @@ def _time(duration_s: float) -> str:
 
 
 def _unit(name: str) -> str:
-    return next(unit for ending, unit in sorted(UNITS.items(), key=lambda item: -len(item[0])) if name.endswith(ending))
+    return label_and_unit(name)[1]
 
 
 def _small(name: str) -> tuple[float, str]:
@@ -127,10 +127,7 @@ def _small(name: str) -> tuple[float, str]:
 
 
 def _word(name: str) -> str:
-    for ending in sorted(UNITS, key=len, reverse=True):
-        if name.endswith(ending):
-            return name.removesuffix(ending).replace("_", " ")
-    return name
+    return label_and_unit(name)[0]
 
 
 def _scaled(name: str, value: float | None) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 from rich.console import Console
 
 from ams.archive.refusals import without_password
+from ams.whole_file import replace_file
 from procedures.alerts.settings import read_alerts
 from procedures.cli.archive_url import require_archive_url
 from procedures.cli.attend import attended
@@ -80,7 +81,7 @@ def run(
         require_local(out)
     asked_archive = archive if archive is not None or performed.is_simulated else default_archive_url()
     _require_what_the_end_needs(asked_archive, alerts)
-    with open_rig(performed, rig_file=None if rehearse else rig, purpose="run") as opened:
+    with open_rig(performed, rig_file=None if rehearse else rig, purpose="run", write=replace_file) as opened:
         opened.identities()  # a device that is silent is told before anything is written
         now = SystemClock().now_utc()
         folder = new_run_folder(out, plan.title, now)

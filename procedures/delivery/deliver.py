@@ -14,7 +14,8 @@ from ams.archive.histories import history
 from ams.archive.runs import Override, PublishedRun
 from ams.calibration.findings_document import full_document
 from ams.errors import AmsError, ArchiveError, OutsideValidity
-from ams.exports.formats import FORMATS, export_set
+from ams.exports import dcc, json_text
+from ams.exports.formats import export_set, format_named
 from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.sensed_quantity import FIELDS
@@ -183,7 +184,7 @@ def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
 
 def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
     folder.mkdir(exist_ok=True)
-    path = folder / FORMATS[kind].file_name(coefficients.sensor)
+    path = folder / format_named(kind, coefficients.sensor).file_name(coefficients.sensor)
     export_set(coefficients, kind, path)
     return path
 
@@ -191,16 +192,18 @@ def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
 def attachments(coefficients: CoefficientSet) -> list[Attachment]:
     """A set as the files inside the PDF: for machines as the laboratory's own set and as a DCC."""
     wanted = (
-        ("json", "application/json", "coefficient set"),
-        ("dcc", "application/xml", "digital calibration certificate"),
+        (json_text.FORMAT, "application/json", "coefficient set"),
+        (dcc.FORMAT, "application/xml", "digital calibration certificate"),
     )
     return [
         Attachment(
-            FORMATS[kind].file_name(coefficients.sensor), media_type, f"{coefficients.sensor}: {what}",
-            FORMATS[kind].to_bytes(coefficients),
+            form.file_name(coefficients.sensor),
+            media_type,
+            f"{coefficients.sensor}: {what}",
+            form.to_bytes(coefficients),
         )
-        for kind, media_type, what in wanted
-    ]  # fmt: skip
+        for form, media_type, what in wanted
+    ]
 
 
 def publish_folder(

@@ -6,10 +6,22 @@ Checked here, table by table, before the rig is looked at; what only both files 
 from collections.abc import Sequence
 from decimal import Decimal
 from pathlib import Path
-from typing import Annotated, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import BeforeValidator, Discriminator, Field, PrivateAttr, Tag, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    Tag,
+    field_validator,
+    model_validator,
+)
 
+from ams.exports.formats import FORMATS
+from procedures.description.design_kinds import DESIGNS
 from procedures.errors import PlanError
 from rig.description.device_settings import NotNegative, Positive
 from rig.toml_file import StrictTable, TomlFile, as_tuple
@@ -72,10 +84,16 @@ AngleSet = Annotated[
 ]
 
 
-class Design(StrictTable):
-    """``[design]``: which attitudes, in which order."""
+def _registered_design(name: str) -> str:
+    if name not in DESIGNS:
+        raise ValueError(f"allowed are {', '.join(DESIGNS)}")
+    return name
 
-    kind: Literal["D", "D0", "D1", "T", "up-down", "fractional", "optimal", "file"]
+
+class Design(StrictTable):
+    """``[design]``: which attitudes, in which order. A kind that adds keys of its own has a subclass as its table."""
+
+    kind: Annotated[str, AfterValidator(_registered_design)]
     pitch_deg: AngleSet | None = None
     roll_deg: AngleSet | None = None
     yaw_deg: AngleSet | None = None
@@ -97,16 +115,25 @@ class Design(StrictTable):
 
     @model_validator(mode="after")
     def _what_the_kind_needs(self) -> Self:
-        if self.kind == "file" and self.file is None:
-            raise ValueError('kind = "file" needs file = "points.csv"')
-        if self.kind == "fractional" and self.fractional is None:
-            raise ValueError('kind = "fractional" needs fractional = [K_pitch, K_roll]')
-        for key, owner in (("file", "file"), ("fractional", "fractional")):
-            if self.kind != owner and getattr(self, key) is not None:
-                raise ValueError(f'{key} belongs to kind = "{owner}", not to kind = "{self.kind}"')
-        if self.kind not in ("file", "T", "up-down") and self.pitch_deg is None:
-            raise ValueError(f'kind = "{self.kind}" needs pitch_deg')
+        kind = DESIGNS[self.kind]
+        for key, example in kind.needs.items():
+            if getattr(self, key) is None:
+                raise ValueError(f'kind = "{self.kind}" needs {key}{example and f" = {example}"}')
+        for key in ("file", "fractional"):
+            if key not in kind.takes and getattr(self, key) is not None:
+                owners = " or ".join(f'"{owner.name}"' for owner in DESIGNS.values() if key in owner.takes)
+                raise ValueError(f'{key} belongs to kind = {owners}, not to kind = "{self.kind}"')
         return self
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _in_the_table_of_its_kind(cls, value: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
+        """Read a kind with keys of its own by the table that has them."""
+        name = value.get("kind") if isinstance(value, dict) else None
+        table = DESIGNS[name].table if isinstance(name, str) and name in DESIGNS else None
+        if table is None or not issubclass(table, cls) or table is cls:
+            return validate(value)
+        return table.model_validate(value)
 
 
 class Settle(StrictTable):
@@ -203,7 +230,14 @@ class Solve(StrictTable):
         return self
 
 
-ExportFormat = Literal["json", "csv", "mat", "hdf5", "parquet", "c", "c-fixed", "epics", "dcc", "linear"]
+def _registered_format(name: str) -> str:
+    if name not in FORMATS:
+        raise ValueError(f"allowed are {', '.join(FORMATS)}")
+    return name
+
+
+ExportFormat = Annotated[str, AfterValidator(_registered_format)]
+"""The name of a format that is registered (:mod:`ams.exports.formats`)."""
 
 
 class Export(StrictTable):

@@ -15,6 +15,7 @@ from ams.inputs.table_uncertainty import TableUncertainty, index_columns
 from ams.models.accelerometer import vector_from_angles
 from ams.models.registry import model_named
 from ams.solve.linear_form import factor
+from ams.units import RAD_PER_ARCSEC
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import DesignFigures, Forecast
@@ -29,7 +30,6 @@ LEAST_REPLICATIONS = 6
 """TP, recommendation 6."""
 CALIBRATION_OVER_USAGE = 1.5
 """TP, recommendation 1."""
-RAD_PER_ARCSEC = radians(1.0 / 3600.0)
 NOMINAL_CONING_DEG = 0.3
 """Assumed where no truth is known: only the azimuth's uncertainty depends on it, as its inverse."""
 

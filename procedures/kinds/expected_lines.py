@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import Forecast
 from procedures.plan.channels import AXES
@@ -18,7 +18,6 @@ from procedures.plan.rotations import UP, body_axis, to_stage
 from procedures.plan.steps import Dwell, Follow, Rest, Turn
 from rig.description.rig_file import RigDescription, Sensor
 
-FloatArray = NDArray[np.float64]
 FEWEST_REPLICATIONS = 4
 """Below, intervals rest on so few degrees of freedom that they are wide."""
 

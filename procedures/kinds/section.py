@@ -3,26 +3,26 @@
 The attitude's pages turn volts into angles; a gyro or a magnetometer has none, so its pages are these.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.calibration_budget import AxisBudget, BudgetLine
+from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, Calibration, FTest, ParameterEstimate
 from ams.frames import wrap_deg
+from ams.units import printed
 from procedures.numbers import p_value, three_digits, two_digits, with_uncertainty
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Turn
 from procedures.records.dwells import DwellRecord
-from procedures.solution.levels import unit_of
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from rig.description.rig_file import AxisTruth, RigDescription, Sensor
 
-FloatArray = NDArray[np.float64]
-PRINTED_UNITS = {"dps": "°/s", "ut": "µT", "degc": "°C", "v": "V", "deg": "°", "mps2": "m/s²", "radps": "rad/s"}
+UnitOf = Callable[[str], str]
+"""Axis to the unit of its readings."""
 LARGEST_TOLD = 0.1
 """An uncertainty of a clock's drift beyond says that nothing is known."""
 SYMBOLS = {
@@ -80,20 +80,20 @@ class Section:
 def section_of(record: RunRecord, solved: SolvedSensor) -> Section:
     """Return the tables of a calibration that is told by its readings; without one only what was recorded."""
     name, sensor, rig, calibration = solved.name, record.plan.sensors[solved.name], record.rig, solved.calibration
-    recorded = recorded_tables(record.dwells)
+    recorded, unit_of = recorded_tables(record.dwells), solved.observations.unit_of
     if calibration is None:
         return Section(f"{name}: not solved", (), recorded, ())
-    truths = _truths(rig, name, sensor)
+    truths = _truths(rig, name, sensor, unit_of)
     tables = (
         _parameters(calibration, truths),
         *_budgets(solved.budgets),
-        _fits(calibration, sensor, rig),
+        _fits(calibration, sensor, unit_of),
         *_tests(calibration),
         *recorded,
         *_rates(_accepted(record.dwells), record.plan),
     )
-    plots = tuple(_residual_plots(name, calibration, sensor, rig))
-    return Section(_result(name, calibration, sensor, rig), tuple(_doubts(name, calibration)), tables, plots)
+    plots = tuple(_residual_plots(name, calibration, unit_of))
+    return Section(_result(name, calibration, unit_of), tuple(_doubts(name, calibration)), tables, plots)
 
 
 def recorded_tables(dwells: Sequence[DwellRecord]) -> tuple[TextTable, ...]:
@@ -105,10 +105,9 @@ def _accepted(dwells: Sequence[DwellRecord]) -> list[DwellRecord]:
     return [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
 
 
-def _result(name: str, calibration: Calibration, sensor: Sensor, rig: RigDescription) -> str:
+def _result(name: str, calibration: Calibration, unit_of: UnitOf) -> str:
     parts = [
-        f"{axis} {two_digits(one.standard_error_v)} {printed(unit_of(rig, sensor.channels[axis]))}"  # type: ignore[index]
-        for axis, one in calibration.axes.items()
+        f"{axis} {two_digits(one.standard_error_v)} {printed(unit_of(axis))}" for axis, one in calibration.axes.items()
     ]
     return f"{name}: model {calibration.model}, standard error of one row {', '.join(parts)}"
 
@@ -160,13 +159,9 @@ def _parameter_cells(estimate: ParameterEstimate, truth: float | None, is_simula
 def _label(name: str) -> tuple[str, str]:
     """``gain_g_per_v`` as words and unit."""
     word, _, unit = name.partition("_")
-    parts = [PRINTED_UNITS.get(part, part) for part in unit.split("_per_")]
+    parts = [printed(part) for part in unit.split("_per_")]
     label = "offset B" if word == "offset" and unit != "v" else SYMBOLS.get(word, word)
     return label, "/".join(f"({part})" if "/" in part and len(parts) > 1 else part for part in parts)
-
-
-def printed(unit: str) -> str:
-    return PRINTED_UNITS.get(unit, unit)
 
 
 def _budgets(budgets: Mapping[str, AxisBudget]) -> Iterator[TextTable]:
@@ -192,12 +187,12 @@ def _contributions(budget: AxisBudget, line: BudgetLine) -> tuple[str, ...]:
     return tuple(two_digits(line.contributions[name]) if line.contributions[name] else "0" for name in budget.combined)
 
 
-def _fits(calibration: Calibration, sensor: Sensor, rig: RigDescription) -> TextTable:
+def _fits(calibration: Calibration, sensor: Sensor, unit_of: UnitOf) -> TextTable:
     rows = tuple(
         (
             axis,
             sensor.channels[axis],  # type: ignore[index]
-            f"{two_digits(one.standard_error_v)} {printed(unit_of(rig, sensor.channels[axis]))}",  # type: ignore[index]
+            f"{two_digits(one.standard_error_v)} {printed(unit_of(axis))}",
             str(one.degrees_of_freedom),
         )
         for axis, one in calibration.axes.items()
@@ -272,9 +267,9 @@ def _ppm(drift_uncertainty: float) -> str:
     return two_digits(1e6 * drift_uncertainty) if drift_uncertainty < LARGEST_TOLD else "too short to tell"
 
 
-def _residual_plots(name: str, calibration: Calibration, sensor: Sensor, rig: RigDescription) -> Iterator[Plot]:
+def _residual_plots(name: str, calibration: Calibration, unit_of: UnitOf) -> Iterator[Plot]:
     """Residuals over what was fitted: a straight cloud about zero says that the model holds."""
-    units = {unit_of(rig, channel) for channel in sensor.channels.values()}
+    units = {unit_of(axis) for axis in calibration.axes}
     unit = printed(units.pop()) if len(units) == 1 else "channel's unit"
     curves = tuple(
         Curve(axis, np.asarray(one.fitted_v), np.asarray(one.residuals_v)) for axis, one in calibration.axes.items()
@@ -285,13 +280,13 @@ def _residual_plots(name: str, calibration: Calibration, sensor: Sensor, rig: Ri
     )  # fmt: skip
 
 
-def _truths(rig: RigDescription, name: str, sensor: Sensor) -> dict[str, dict[str, float]]:
+def _truths(rig: RigDescription, name: str, sensor: Sensor, unit_of: UnitOf) -> dict[str, dict[str, float]]:
     """Axis to parameter to what the twin really is; empty at the bench and for turned mounts."""
     straight = (sensor.mount.x, sensor.mount.y, sensor.mount.z) == ("+x", "+y", "+z")
     if rig.twin is None or not rig.is_simulated or not straight:
         return {}
     known = {str(axis): truth for axis, truth in rig.twin.truth.get(name, {}).items()}
-    return {axis: _truth(truth, sensor, unit_of(rig, sensor.channels[axis])) for axis, truth in known.items()}  # type: ignore[index]
+    return {axis: _truth(truth, sensor, unit_of(axis)) for axis, truth in known.items()}
 
 
 def _truth(truth: AxisTruth, sensor: Sensor, unit: str) -> dict[str, float]:

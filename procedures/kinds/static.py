@@ -6,19 +6,19 @@ from math import hypot, sqrt
 import numpy as np
 
 from ams.statistics.noise import allan_deviation, read_coefficients
+from ams.units import printed
 from procedures.description.kind_tables import Static
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.kind import Forecast, Key, PlanRequest, Schedule
 from procedures.kinds.points import schedule_of_points
-from procedures.kinds.section import Curve, Plot, Section, TextTable, printed, recorded_tables, section_of
+from procedures.kinds.section import Curve, Plot, Section, TextTable, recorded_tables, section_of
 from procedures.numbers import two_digits, with_uncertainty
 from procedures.plan.plan import Plan
 from procedures.plan.points import Point
 from procedures.plan.steps import Rest
 from procedures.records.dwells import DwellRecord
 from procedures.solution.by_model import observed
-from procedures.solution.levels import unit_of
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor, StaticAxis
 from procedures.solution.type_b import shared_errors
@@ -99,17 +99,17 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
     """Of the longest look: the Allan deviation at the time of use says how far two neighbouring means lie apart."""
     assert plan.static is not None
     reading = rows[0].readings[channel]
-    allan = allan_deviation(reading.samples_v, reading.interval_s)
+    allan = allan_deviation(reading.samples, reading.interval_s)
     coefficients = read_coefficients(allan)
-    count = reading.samples_v.size
+    count = reading.samples.size
     factor = min(max(round(plan.static.use_s / reading.interval_s), 1), count // 2)
-    at_use = float(allan_deviation(reading.samples_v, reading.interval_s, [factor]).deviation[0])
-    drift_deg = _drift_deg(sensor, unit_of(rig, channel), at_use, plan.static.use_s)
-    means = [row.readings[channel].mean_v for row in rows]
+    at_use = float(allan_deviation(reading.samples, reading.interval_s, [factor]).deviation[0])
+    drift_deg = _drift_deg(sensor, reading.unit, at_use, plan.static.use_s)
+    means = [row.readings[channel].mean for row in rows]
     mean = float(np.mean(means))
     scatter = float(np.std(means, ddof=1) / sqrt(len(means))) if len(means) > 1 else float(allan.deviation[-1])
     return StaticAxis(
-        unit=unit_of(rig, channel),
+        unit=reading.unit,
         mean=mean,
         mean_uncertainty=hypot(scatter, *_of_the_meter(rig, sensor, channel, mean)),
         tau_s=tuple(allan.tau_s.tolist()),

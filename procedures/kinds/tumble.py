@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from procedures.description.design_kinds import DESIGNS
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.attitudes import schedule_of_attitudes
@@ -29,7 +30,7 @@ class Tumble:
     models: tuple[str, ...] = ("pitch-roll", "pitch-only", "pitch-yaw-roll", "linear")
 
     def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
-        if procedure.design.kind not in ("T", "up-down"):
+        if not DESIGNS[procedure.design.kind].is_tumble:
             yield ("design", "kind"), 'kind = "tumble" goes with a design of kind "T", and only with it (or "up-down")'
 
     def measures(self, model: str) -> tuple[str, ...]:

@@ -5,8 +5,8 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from procedures.description.kind_tables import Levels
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
@@ -95,7 +95,7 @@ def _coil(rig: RigDescription, procedure: ProcedureDescription, levels: Levels) 
 
 
 def _attitudes_along(
-    rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor], direction: NDArray[np.float64]
+    rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor], direction: FloatArray
 ) -> list[dict[str, float]]:
     """For every axis of every sensor the least turned attitude that lays it along the field, and one against it."""
     unit = direction / np.linalg.norm(direction)
@@ -117,7 +117,7 @@ def _attitudes_along(
     return chosen
 
 
-def _component(sensor: Sensor, axis: str, attitude_deg: tuple[float, ...], level: NDArray[np.float64]) -> float:
+def _component(sensor: Sensor, axis: str, attitude_deg: tuple[float, ...], level: FloatArray) -> float:
     """Of a level vector along a body axis of the package."""
     return float(body_axis(sensor, axis) @ to_stage(*np.deg2rad(attitude_deg)) @ level)
 

@@ -9,9 +9,9 @@ from itertools import count
 
 import numpy as np
 
-from procedures.description.procedure_file import AngleSet, EnvironmentPlan, ProcedureDescription, Range
+from procedures.description.procedure_file import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
-from procedures.plan import designs
+from procedures.plan.design_kind import DESIGNS, Wanted
 from procedures.plan.designs import Design, DesignPoint
 from procedures.plan.order import DRAWN_ANEW, SHUFFLED, sequence
 from procedures.plan.specific_force import felt_force
@@ -23,53 +23,14 @@ CHECK_ATTITUDES = 6
 
 def make_design(procedure: ProcedureDescription) -> Design:
     """The design that a procedure file asks for. Raises: PlanError naming file, line and key."""
-    wanted = procedure.design
-    try:
-        if wanted.kind == "file":
-            assert wanted.file is not None
-            return designs.read_points(procedure.path.parent / wanted.file)
-        if wanted.kind == "T":
-            _refuse_sets_of_a_tumble(procedure)
-            return designs.tumble(with_roll=procedure.solve.model != "pitch-only")
-        if wanted.kind == "up-down":
-            _refuse_sets_of_a_tumble(procedure)
-            return designs.up_down()
-        grid = _grid(procedure)
-        return grid if wanted.yaw_deg is None else designs.with_yaw(grid, _values(wanted.yaw_deg))
-    except PlanError as error:
-        if str(error).startswith(str(procedure.path)):
-            raise
-        raise procedure.error(("design", "kind"), str(error)) from None
-
-
-def _grid(procedure: ProcedureDescription) -> Design:
-    wanted = procedure.design
-    assert wanted.pitch_deg is not None
-    pitch, roll = _values(wanted.pitch_deg), _values(wanted.roll_deg) if wanted.roll_deg is not None else (0.0,)
-    roll = designs.with_repeated_roll(roll) if wanted.repeat_roll else roll
-    match wanted.kind:
-        case "D":
-            return designs.full_grid(pitch, roll)
-        case "D0":
-            return designs.uniform_roll(pitch, roll)
-        case "D1":
-            return designs.uniform_symmetric(pitch, roll)
-        case "fractional":
-            assert wanted.fractional is not None
-            return designs.fractional(pitch, roll, wanted.fractional)
-    raise procedure.error(
-        ("design", "kind"), f'kind = "{wanted.kind}" is not there yet; use D, D0, D1, fractional, T or a file of points'
-    )
-
-
-def _refuse_sets_of_a_tumble(procedure: ProcedureDescription) -> None:
+    kind = DESIGNS[procedure.design.kind]
     for key in ("pitch_deg", "roll_deg", "yaw_deg"):
-        if getattr(procedure.design, key) is not None:
-            raise procedure.error(("design", key), 'kind = "T" has its own six (without roll: four) points; remove it')
-
-
-def _values(angles: AngleSet) -> tuple[float, ...]:
-    return angles.values() if isinstance(angles, Range) else tuple(angles)
+        if key not in kind.takes and getattr(procedure.design, key) is not None:
+            raise procedure.error(("design", key), f'kind = "{kind.name}" has attitudes of its own; remove it')
+    try:
+        return kind.made(Wanted(procedure.design, procedure.solve.model != "pitch-only", procedure.path.parent))
+    except PlanError as error:
+        raise procedure.error(("design", "kind"), str(error)) from None
 
 
 def environment_of(rig: RigDescription, procedure: ProcedureDescription) -> EnvironmentPlan | None:

@@ -6,8 +6,8 @@ Everything is told at once, before any port is opened.
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from procedures.description.procedure_file import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
 from procedures.plan.channels import temperature_source
@@ -16,7 +16,6 @@ from procedures.plan.specific_force import felt_force
 from rig.description.rig_file import RigDescription, Sensor
 from rig.errors import RequestRefused
 
-FloatArray = NDArray[np.float64]
 PARAMETERS = {
     "pitch-roll": ("offset", "sensitivity", "coning", "azimuth"),
     "pitch-only": ("offset", "sensitivity", "pitch misalignment"),

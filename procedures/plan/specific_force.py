@@ -7,12 +7,10 @@ Source: TP (2), (4), (5); CR (III-B.5), (III-B.6).
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.models.cr import model_gravity_g, sting_gravity_g
 from procedures.plan.designs import Design, DesignPoint
-
-FloatArray = NDArray[np.float64]
 
 
 def felt_force(points: Sequence[DesignPoint], package: str = "model") -> FloatArray:

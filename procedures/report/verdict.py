@@ -8,8 +8,8 @@ there is no solution for at least one sensor, or with its new coefficients it do
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.observations import Observations
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
@@ -89,7 +89,7 @@ def _as_angle(axis: AxisView, voltage_v: float) -> float:
     return arcsec(voltage_v, axis.sensitivity_v_per_g)
 
 
-def _span(name: str, angle_rad: NDArray[np.float64]) -> str:
+def _span(name: str, angle_rad: FloatArray) -> str:
     low, high = float(np.rad2deg(angle_rad.min())), float(np.rad2deg(angle_rad.max()))
     return f"{name} {angle(low)}" if high - low < 1e-6 else f"{name} {angle(low)} to {angle(high)}"
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.frames import body_rates_rad_s, euler_rates_rad_s
 from ams.observations import Observations
 from procedures.errors import JournalError
@@ -13,10 +13,8 @@ from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Follow
 from procedures.records.dwells import ANGLE, LOOKED, TAKEN, ChannelReading, DwellRecord
-from procedures.solution.observations import run_times_s
+from procedures.solution.observations import run_times_s, units_of
 from procedures.solution.request import SensorRows
-
-FloatArray = NDArray[np.float64]
 
 
 def profile_observations(item: SensorRows) -> Observations:
@@ -30,11 +28,12 @@ def profile_observations(item: SensorRows) -> Observations:
         pitch_rad=place["pitch"],
         roll_rad=place["roll"],
         yaw_rad=place["yaw"],
-        outputs_v={axis: np.concatenate([part.outputs[axis] for part in parts]) for axis in channels},
+        outputs={axis: np.concatenate([part.outputs[axis] for part in parts]) for axis in channels},
         time_s=np.concatenate(
             [part.middle_s + start_s for part, start_s in zip(parts, run_times_s(rows), strict=True)]
         ),
         euler_rate_rad_s=np.concatenate([part.rates_rad_s for part in parts]),
+        units=units_of(rows, channels),
         source=source,
     )
 
@@ -96,12 +95,12 @@ def _mean_motion(angles_rad: FloatArray, ticks_s: FloatArray, every: int) -> tup
 
 
 def _samples(row: DwellRecord, axis: str, what: str) -> FloatArray:
-    return row.readings[f"axes.{axis}.{what}"].samples_v
+    return row.readings[f"axes.{axis}.{what}"].samples
 
 
 def _mean_between(reading: ChannelReading, taken: ChannelReading, edges_s: FloatArray, source: str) -> FloatArray:
     """Mean of a sampled channel between edges: its straight lines from sample to sample, integrated."""
-    times_s, values = taken.samples_v, reading.samples_v
+    times_s, values = taken.samples, reading.samples
     if edges_s[0] < times_s[0] or edges_s[-1] > times_s[-1]:
         raise JournalError(
             f"{source}: {reading.channel}: recorded from {times_s[0]:.3g} s to {times_s[-1]:.3g} s, the motion lasted "

@@ -15,7 +15,6 @@ from ams.observations import Observations
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.records.dwells import DwellRecord
-from procedures.solution.levels import unit_of
 from procedures.solution.observations import observations_of
 from procedures.solution.request import SensorRows, SolvedSensor, budgets_of, request_of
 from rig.description.rig_file import RigDescription, Sensor
@@ -29,9 +28,6 @@ def observed(item: SensorRows) -> Observations:
 
 def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor:
     """Solve a sensor by the model of its procedure, with everything that the rig declares. Raises: AmsError."""
-    foreign = sorted({unit_of(item.rig, channel) for channel in item.sensor.channels.values()} - {"v"})
-    if foreign:
-        return SolvedSensor(item.name, observations, None, _not_volts(item.plan.solve.model, foreign[0]))
     request = request_of(item.name, item.rig, item.sensor, item.plan.solve)
     solved = calibrate_mountings(observations, request)
     remarks = (*solved.remarks, *_remarks(item.plan.solve, item.dwells))
@@ -52,13 +48,6 @@ def checked_by_monte_carlo(
         return solved
     request = request_of(solved.name, rig, sensor, solve)
     return replace(solved, budgets=budgets_of(solved.calibration, request, rig, trials))
-
-
-def _not_volts(model: str, unit: str) -> str:
-    return (
-        f"the model {model!r} states volts, the channels carry {unit}; nothing was solved; declare counts_per_unit and "
-        'unit = "v" for them, or use solve.model = "linear"'
-    )
 
 
 def _remarks(solve: Solve, rows: Sequence[DwellRecord]) -> Iterator[str]:

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.frames import body_rates_rad_s
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty, index_columns
@@ -24,7 +24,6 @@ from procedures.solution.request import SensorRows, table_uncertainty
 from procedures.solution.type_b import shared_errors, table_in_words
 from rig.description.rig_file import RigDescription
 
-FloatArray = NDArray[np.float64]
 LEAST_ALONG = 0.5
 """SR's two positions: rows where an axis is less along gravity or a coil say nothing about it."""
 STEP_RAD = 1e-4
@@ -52,14 +51,14 @@ class LevelError:
 class LevelRows:
     """One axis: which rows tell it something, its known levels there and its readings."""
 
-    rows: NDArray[np.int64]
+    rows: IntArray
     level: FloatArray
     reading: FloatArray
     sense: FloatArray | None = None
     """±1: along or against a coil beside which an unknown field stands."""
     errors: tuple[LevelError, ...] = field(default=())
 
-    def kept(self, places: NDArray[np.int64]) -> "LevelRows":
+    def kept(self, places: IntArray) -> "LevelRows":
         """Return the rows at these places only."""
         return replace(
             self,
@@ -73,7 +72,7 @@ class LevelRows:
 
 def known_levels(item: SensorRows, observations: Observations, axis: str) -> LevelRows:
     """Return what the nominal axis of a sensor was exposed to: specific force (g), rate (dps), field (uT)."""
-    reading, levels = observations.outputs_v[axis], item.plan.levels
+    reading, levels = observations.outputs[axis], item.plan.levels
     if levels is not None and levels.method == "magnet-difference":
         return _magnet_levels(item.dwells, reading)
     is_beside_the_unknown = levels is not None and levels.surroundings_ut is None
@@ -245,9 +244,3 @@ def _magnet_levels(rows: Sequence[DwellRecord], reading: FloatArray) -> LevelRow
 
 def _is_applied(row: DwellRecord) -> bool:
     return row.motion is not None and any(row.motion.field_ut.values())
-
-
-def unit_of(rig: RigDescription, channel: str) -> str:
-    """The unit of a channel: V behind a readout, its own on a stream."""
-    name, _, own = channel.partition(".")
-    return "v" if name in rig.readouts else rig.streams[name].channel_units()[own]

@@ -18,7 +18,7 @@ from ams.models.field_line import FieldLine
 from ams.models.model import Model
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
-from procedures.solution.levels import LevelRows, known_levels, unit_of
+from procedures.solution.levels import LevelRows, known_levels
 from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.type_b import shared_errors
 
@@ -42,7 +42,7 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
             told = f"axis {label}: it was exposed to one level only: no line goes through it; it has no result"
             warnings[told] = None
             continue
-        model = _model(item, label, levels)
+        model = _model(item, observations, label, levels)
         errors = _errors(item, label, levels)
         request = CalibrationRequest(nominal_axes={label: label}, models={label: model}, shared_errors={label: errors})
         solved = calibrate(_rows(observations, label, levels), request)
@@ -55,9 +55,9 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     return SolvedSensor(item.name, observations, Calibration(axes, "linear", "SR", tuple(warnings)), None, budgets)
 
 
-def _model(item: SensorRows, label: str, levels: LevelRows) -> Model:
+def _model(item: SensorRows, observations: Observations, label: str, levels: LevelRows) -> Model:
     line = StraightLine if levels.sense is None else FieldLine
-    return line(label, UNITS[item.sensor.measures], unit_of(item.rig, item.channels[label]))
+    return line(label, UNITS[item.sensor.measures], observations.unit_of(label))
 
 
 def _errors(item: SensorRows, label: str, levels: LevelRows) -> tuple[SharedError, ...]:
@@ -80,7 +80,8 @@ def _rows(observations: Observations, label: str, levels: LevelRows) -> Observat
         point=observations.point[levels.rows],
         pitch_rad=nothing if levels.sense is None else np.arcsin(np.clip(levels.sense, -1.0, 1.0)),
         roll_rad=nothing,
-        outputs_v={label: levels.reading},
+        outputs={label: levels.reading},
+        units={label: observations.unit_of(label)},
         time_s=None if observations.time_s is None else observations.time_s[levels.rows],
         reference_level=levels.level,
         level_errors=np.concatenate([one.columns for one in levels.errors], axis=1) if levels.errors else None,

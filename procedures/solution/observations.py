@@ -8,15 +8,13 @@ interrupted run and its uninterrupted brother give the same rows.
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.observations import Observations
 from procedures.errors import JournalError
 from procedures.plan.channels import AXES, TemperatureChannel
 from procedures.records.dwells import DwellRecord
 from rig.description.signal_chain import Chain
-
-FloatArray = NDArray[np.float64]
 
 
 def observations_of(
@@ -42,12 +40,13 @@ def observations_of(
         point=np.array([row.point for row in rows], dtype=np.int64),
         pitch_rad=_attitude_rad(rows, "pitch"),
         roll_rad=_attitude_rad(rows, "roll"),
-        outputs_v={axis: _means_v(rows, channel, source, chains) for axis, channel in channels.items()},
+        outputs={axis: _means(rows, channel, source, chains) for axis, channel in channels.items()},
         yaw_rad=_attitude_rad(rows, "yaw") if rows and _knows_yaw(rows[0]) else None,
         temperature_degc=_temperature_degc(rows, temperature, source, chains),
         time_s=run_times_s(rows),
         euler_rate_rad_s=_euler_rate_rad_s(rows),
         mounting=_mounting(rows),
+        units=units_of(rows, channels),
         source=source,
     )
 
@@ -57,7 +56,15 @@ def design_dwells(dwells: Iterable[DwellRecord]) -> list[DwellRecord]:
     return sorted((dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"), key=lambda row: row.step)
 
 
-def _mounting(rows: Sequence[DwellRecord]) -> NDArray[np.int64] | None:
+def units_of(rows: Sequence[DwellRecord], channels: Mapping[str, str]) -> dict[str, str]:
+    """Return the unit of every axis' readings; none where nothing was read."""
+    if not rows:
+        return {}
+    readings = rows[0].readings
+    return {axis: readings[channel].unit for axis, channel in channels.items() if channel in readings}
+
+
+def _mounting(rows: Sequence[DwellRecord]) -> IntArray | None:
     """(N,) where the package was moved in between; None where it never was."""
     labels = np.array([row.mounting for row in rows], dtype=np.int64)
     return labels if np.unique(labels).size > 1 else None
@@ -113,14 +120,14 @@ def _euler_rate_rad_s(rows: Sequence[DwellRecord]) -> FloatArray | None:
     return np.asarray(np.deg2rad([[_rate_dps(row, axis) for axis in AXES] for row in rows]))
 
 
-def _means_v(
+def _means(
     rows: Sequence[DwellRecord], channel: str, source: str, chains: Mapping[str, Chain] | None = None
 ) -> FloatArray:
-    means_v = _read_v(rows, channel, source)
+    means = _read(rows, channel, source)
     chain = (chains or {}).get(channel)
     if chain is None:
-        return means_v
-    supplies_v = _read_v(rows, chain.supply_channel, source) if chain.ratiometric and chain.supply_channel else None
+        return means
+    supplies_v = _read(rows, chain.supply_channel, source) if chain.ratiometric and chain.supply_channel else None
     factors = [
         chain.factor(
             None if supplies_v is None else float(supplies_v[place]),
@@ -128,18 +135,18 @@ def _means_v(
         )
         for place, row in enumerate(rows)
     ]
-    return np.asarray(means_v / np.array(factors, dtype=float))
+    return np.asarray(means / np.array(factors, dtype=float))
 
 
-def _read_v(rows: Sequence[DwellRecord], channel: str, source: str) -> FloatArray:
-    means_v = np.array([row.readings[channel].mean_v if channel in row.readings else np.nan for row in rows])
-    bad = np.flatnonzero(~np.isfinite(means_v))
+def _read(rows: Sequence[DwellRecord], channel: str, source: str) -> FloatArray:
+    means = np.array([row.readings[channel].mean if channel in row.readings else np.nan for row in rows])
+    bad = np.flatnonzero(~np.isfinite(means))
     if bad.size:
         raise JournalError(
             f"{source}: {channel}: the accepted dwell of step {rows[int(bad[0])].step} has no finite mean; needed is a "
-            "finite voltage in every accepted dwell; nothing was solved; verify the journal"
+            "finite one in every accepted dwell; nothing was solved; verify the journal"
         )
-    return means_v
+    return means
 
 
 def _temperature_degc(
@@ -151,7 +158,7 @@ def _temperature_degc(
     if temperature is None:
         return None
     if isinstance(temperature, TemperatureChannel):
-        return temperature.offset_degc + temperature.slope_degc_per_v * _means_v(
+        return temperature.offset_degc + temperature.slope_degc_per_v * _means(
             rows, temperature.channel, source, chains
         )
     read = np.array([row.temperature_degc.get(temperature, np.nan) for row in rows], dtype=float)

@@ -12,13 +12,13 @@ from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
+from ams.units import ARCSEC_PER_DEG
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.plan import Plan
 from procedures.records.declared_supply import at_declared, correcting
 from procedures.records.dwells import DwellRecord
 from procedures.solution.type_b import (
-    ARCSEC_PER_DEG,
     gravity_of,
     shared_errors,
     standard_uncertainty_arcsec,

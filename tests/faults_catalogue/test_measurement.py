@@ -91,7 +91,7 @@ def test_fault_61_a_sensor_that_is_unplugged_is_dropped_and_the_others_go_on(
     def unplugged(number: int, burst: Burst) -> Burst:
         if number < 70 or burst.channel not in ("dmm.u", "dmm.v"):
             return burst
-        return replace(burst, values_v=scatter_v * chance.standard_normal(burst.values_v.size))
+        return replace(burst, samples=scatter_v * chance.standard_normal(burst.samples.size))
 
     unattended = UnattendedRun(tmp_path / "run")
     outcome = run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=unplugged))
@@ -117,7 +117,7 @@ def test_fault_61_a_dropped_sensor_stays_dropped_over_a_resume_and_the_report_na
 
     def unplugged(number: int, burst: Burst) -> Burst:
         is_gone = number >= 70 and burst.channel in ("dmm.u", "dmm.v")
-        return replace(burst, values_v=np.zeros(burst.values_v.size)) if is_gone else burst
+        return replace(burst, samples=np.zeros(burst.samples.size)) if is_gone else burst
 
     unattended = UnattendedRun(tmp_path / "run", after={12: asks("stop")})
     assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=unplugged)).state is State.STOPPED
@@ -136,7 +136,7 @@ def test_fault_61_a_dropped_sensor_stays_dropped_over_a_resume_and_the_report_na
 
 def test_fault_61_the_only_sensor_is_not_dropped_but_held(small: Bench, tmp_path: Path) -> None:
     def unplugged(number: int, burst: Burst) -> Burst:
-        return replace(burst, values_v=np.zeros(burst.values_v.size)) if number >= 45 else burst
+        return replace(burst, samples=np.zeros(burst.samples.size)) if number >= 45 else burst
 
     unattended = UnattendedRun(tmp_path / "run", at={100: asks("stop")})
     assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=unplugged)).state is State.STOPPED
@@ -191,9 +191,9 @@ def test_fault_57_an_overloaded_reading_anywhere_in_a_dwell_rejects_it(small: Be
     def overloaded(number: int, burst: Burst) -> Burst:
         if number != 50:
             return burst
-        marks, values_v = burst.overload.copy(), burst.values_v.copy()
+        marks, values_v = burst.overload.copy(), burst.samples.copy()
         marks[nth - 1], values_v[nth - 1] = True, np.nan
-        return replace(burst, values_v=values_v, overload=marks)
+        return replace(burst, samples=values_v, overload=marks)
 
     small.run(tmp_path / "clean")
     unattended = UnattendedRun(tmp_path / "run")
@@ -234,8 +234,8 @@ def test_fault_59_a_reading_that_is_frozen_is_never_excellent_repeatability(
             kept[burst.channel] = burst
             return burst
         old = kept[burst.channel]
-        values_v = np.full(burst.values_v.size, old.values_v.mean()) if frozen == "value" else old.values_v
-        return replace(burst, values_v=values_v)
+        values_v = np.full(burst.samples.size, old.samples.mean()) if frozen == "value" else old.samples
+        return replace(burst, samples=values_v)
 
     unattended = UnattendedRun(tmp_path / "run", at={200: asks("stop")})
     assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=freeze)).state is State.STOPPED
@@ -257,9 +257,7 @@ def test_fault_63_bursts_of_noise_on_some_dwells_leave_the_parameters_unbiased(t
     def burst_of_noise(number: int, burst: Burst) -> Burst:
         hit = chance.random() < 0.05
         return (
-            replace(burst, values_v=burst.values_v + 2e-3 * chance.standard_normal(burst.values_v.size))
-            if hit
-            else burst
+            replace(burst, samples=burst.samples + 2e-3 * chance.standard_normal(burst.samples.size)) if hit else burst
         )
 
     longer = bench(tmp_path, procedure=MANY)

@@ -259,7 +259,7 @@ def test_fault_51_a_servo_that_follows_late_is_waited_for(small: Bench, clean: P
     for dwell in dwells_of(clean):
         if dwell.accepted and dwell.purpose == "design":
             for channel, reading in dwell.readings.items():
-                assert late[dwell.step].readings[channel].mean_v == pytest.approx(reading.mean_v, abs=2e-4)
+                assert late[dwell.step].readings[channel].mean == pytest.approx(reading.mean, abs=2e-4)
 
 
 @pytest.mark.parametrize("entry", sorted(STRIKES))

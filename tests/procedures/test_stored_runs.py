@@ -6,6 +6,7 @@
 import hashlib
 import json
 import shutil
+import tomllib
 from collections.abc import Iterator
 from dataclasses import MISSING, Field, fields, replace
 from pathlib import Path
@@ -28,6 +29,7 @@ from stored_runs import (
 
 from procedures.delivery.deliver import sensors_document, sets_of, solve_run
 from procedures.journal.header import RunHeader
+from procedures.journal.journal_reader import JournalReader
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.kinds.solve import solve_record
@@ -136,6 +138,20 @@ def test_a_stored_set_is_the_one_that_its_run_gives(case: StoredCase, tmp_path: 
 
 
 @EVERY
+def test_every_reading_of_a_stored_run_is_in_the_unit_of_its_channel(case: StoredCase, tmp_path: Path) -> None:
+    """Version 0.1 stored none: volts behind a meter, and on a stream what its table in ``rig.toml`` says."""
+    rig = tomllib.loads((case.folder / "rig.toml").read_text(encoding="utf-8"))
+    measured = {"acceleration": {"g", "mps2", "v", "counts"}, "rate": {"dps", "v", "counts"}, "field": {"ut", "v"}}
+    with JournalReader.open(case.copy("finished", tmp_path / "run")) as reader:
+        readings = next(reader.dwells(accepted_only=True)).readings
+    for sensor in rig["sensors"].values():
+        for channel in readings.keys() & sensor["channels"].values():
+            is_metered = channel.partition(".")[0] in rig.get("readouts", {})
+            allowed = {"v"} if is_metered else measured[sensor.get("measures", "acceleration")]
+            assert readings[channel].unit in allowed, channel
+
+
+@EVERY
 def test_a_stored_interrupted_run_goes_on_to_the_numbers_of_its_brother(case: StoredCase, tmp_path: Path) -> None:
     """Resumed with a word for the changes: the version is another one by the time this is run."""
     run = case.copy("interrupted", tmp_path / "run")
@@ -173,6 +189,23 @@ def test_the_command_resumes_a_stored_run(version: Path, tmp_path: Path, capsys:
     resumed = call(capsys, "resume", case.copy("interrupted", tmp_path / "interrupted"), *word, "--json")
     assert (resumed.status, resumed.document["state"]) == (0, "finished"), resumed.err
     assert _coefficients_moved(case.numbers, resumed.document["sensors"]) == []
+
+
+@EVERY_VERSION
+def test_a_resumed_run_of_gyros_shows_its_restart_in_their_own_unit(
+    version: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No sensitivity turns volts of a gyro into an angle against gravity."""
+    run = StoredCase(version / "profile_harmonic").copy("interrupted", tmp_path / "interrupted")
+    resumed = call(
+        capsys, "resume", run, "--operator", "carla", "--reason", "a stored run", "--accept-changes", "--json"
+    )
+    assert (resumed.status, resumed.document["state"]) == (0, "finished"), resumed.err
+    page = (run / "report.html").read_text(encoding="utf-8")
+    table = page[page.index("Check set after restarts") :].partition("</table>")[0]
+    rows = [row for row in table.split("<tr>") if "ENC03J" in row]
+    assert len(rows) == 3
+    assert all(row.count(" V</td>") == 3 and "″" not in row for row in rows), rows
 
 
 @pytest.mark.parametrize("journal", JOURNALS, ids=lambda path: "-".join(path.parts[-4:-1]))

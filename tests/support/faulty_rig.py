@@ -138,5 +138,5 @@ class FaultyRig:
 
 
 def noisier(burst: Burst, factor: float) -> Burst:
-    mean_v = burst.values_v.mean()
-    return replace(burst, values_v=mean_v + factor * (burst.values_v - mean_v))
+    mean_v = burst.samples.mean()
+    return replace(burst, samples=mean_v + factor * (burst.samples - mean_v))

@@ -122,7 +122,7 @@ def measured(dwells: list[DwellRecord]) -> dict[int, tuple[object, ...]]:
     for dwell in dwells:
         if dwell.accepted and dwell.purpose != "check":
             assert dwell.step not in found, f"step {dwell.step} was accepted twice"
-            samples = {channel: reading.samples_v.tobytes() for channel, reading in dwell.readings.items()}
+            samples = {channel: reading.samples.tobytes() for channel, reading in dwell.readings.items()}
             found[dwell.step] = (
                 dwell.replication,
                 dwell.point,

@@ -129,7 +129,7 @@ def from_world(bench: Bench) -> Mapping[str, Observations]:
             point=np.array([step.point for step in steps]),
             pitch_rad=np.deg2rad([step.targets_deg["pitch"] for step in steps]),
             roll_rad=np.deg2rad([step.targets_deg.get("roll", 0.0) for step in steps]),
-            outputs_v={axis: outputs[channel] for axis, channel in sensor.channels.items()},
+            outputs={axis: outputs[channel] for axis, channel in sensor.channels.items()},
             temperature_degc=warmth if world.air else None,
             source=bench.campaign.name,
         )

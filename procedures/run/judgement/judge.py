@@ -95,22 +95,22 @@ def _settling(measured: Measurement) -> Iterable[str]:
 
 
 def _reading(reading: ChannelReading, limits: Limits, noise: NoiseReference) -> Iterable[str]:
-    overloads = int(np.count_nonzero(~np.isfinite(reading.samples_v)))
+    overloads = int(np.count_nonzero(~np.isfinite(reading.samples)))
     if overloads:
-        yield f"{reading.channel}: {overloads} of {reading.samples_v.size} readings overloaded"
+        yield f"{reading.channel}: {overloads} of {reading.samples.size} readings overloaded"
         return
-    reference_v = noise.standard_deviation_v(reading.channel)
-    if reference_v is not None and reading.samples_v.size > 1:
+    reference_v = noise.standard_deviation(reading.channel)
+    if reference_v is not None and reading.samples.size > 1:
         yield from _scatter(reading, reference_v, limits.max_noise_factor)
-    times_s = reading.started_s + reading.interval_s * np.arange(reading.samples_v.size, dtype=np.float64)
-    if has_slope(times_s, reading.samples_v, SLOPE_FALSE_ALARM):
+    times_s = reading.started_s + reading.interval_s * np.arange(reading.samples.size, dtype=np.float64)
+    if has_slope(times_s, reading.samples, SLOPE_FALSE_ALARM):
         yield f"{reading.channel}: the readings drift within the dwell"
 
 
 def _scatter(reading: ChannelReading, reference_v: float, max_noise_factor: float) -> Iterable[str]:
-    scatter_v, rounding_v = reading.standard_deviation_v, 4.0 * EPSILON * float(np.abs(reading.samples_v).max())
+    scatter_v, rounding_v = reading.standard_deviation, 4.0 * EPSILON * float(np.abs(reading.samples).max())
     reference_v = max(reference_v, rounding_v)
-    least_v = reference_v * sqrt(small_variance_ratio(reading.samples_v.size - 1, STUCK_FALSE_ALARM))
+    least_v = reference_v * sqrt(small_variance_ratio(reading.samples.size - 1, STUCK_FALSE_ALARM))
     if scatter_v > max_noise_factor * reference_v:
         yield (
             f"{reading.channel}: noise: standard deviation {scatter_v:.3g} V, allowed "
@@ -159,17 +159,17 @@ def _stream(timing: StreamTiming) -> Iterable[str]:
 
 
 def _recorded(reading: ChannelReading, noise: NoiseReference) -> Iterable[str]:
-    bad = int(np.count_nonzero(~np.isfinite(reading.samples_v)))
+    bad = int(np.count_nonzero(~np.isfinite(reading.samples)))
     if bad:
-        yield f"{reading.channel}: {bad} of {reading.samples_v.size} readings overloaded"
-    elif _stands_still(reading) and noise.standard_deviation_v(reading.channel):
-        yield f"{reading.channel}: stuck: {reading.samples_v.size} times {reading.samples_v[0]:g}"
+        yield f"{reading.channel}: {bad} of {reading.samples.size} readings overloaded"
+    elif _stands_still(reading) and noise.standard_deviation(reading.channel):
+        yield f"{reading.channel}: stuck: {reading.samples.size} times {reading.samples[0]:g}"
 
 
 def _stands_still(reading: ChannelReading) -> bool:
     """Of a sensor; an axis that takes no part in a motion stands where it is."""
     is_axis = reading.channel.startswith("axes.")
-    return not is_axis and reading.samples_v.size >= FEWEST_SAMPLES_STUCK and float(np.ptp(reading.samples_v)) == 0.0
+    return not is_axis and reading.samples.size >= FEWEST_SAMPLES_STUCK and float(np.ptp(reading.samples)) == 0.0
 
 
 def _position(

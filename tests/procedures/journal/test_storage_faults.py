@@ -51,7 +51,7 @@ def _damaged(clean: Path, folder: Path, steps: tuple[int, ...]) -> Path:
     content = (clean / JOURNAL_FILE).read_bytes()
     for dwell in dwells_of(clean):
         if dwell.step in steps:
-            samples = dwell.readings["dmm.y"].samples_v.tobytes()
+            samples = dwell.readings["dmm.y"].samples.tobytes()
             content = content.replace(samples, samples[::-1])
     (folder / JOURNAL_FILE).write_bytes(content)
     return folder

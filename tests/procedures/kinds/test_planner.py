@@ -309,7 +309,7 @@ def test_optimal_designs_are_refused_as_not_there(tmp_path):
 
 def test_a_tumble_with_angles_of_its_own_is_refused(tmp_path):
     text = refusal(tmp_path, ('kind = "grid"', 'kind = "tumble"'), ('kind = "D1"', 'kind = "T"'))
-    assert '/procedure.toml:8: design.pitch_deg: kind = "T" has its own' in text
+    assert '/procedure.toml:8: design.pitch_deg: kind = "T" has attitudes of its own' in text
 
 
 def test_every_reason_is_told_at_once(tmp_path):

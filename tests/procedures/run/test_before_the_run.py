@@ -141,7 +141,7 @@ class Drifting:
         if channel != "dmm.z":
             return burst
         drift_v = 0.01 * np.exp(-self._clock.monotonic_s() / self._tau_s)  # type: ignore[attr-defined]
-        return replace(burst, values_v=burst.values_v + drift_v)
+        return replace(burst, samples=burst.samples + drift_v)
 
 
 class WarmingUp:

@@ -109,7 +109,7 @@ def test_a_run_measures_every_dwell_of_its_plan_once_and_in_order(small: Bench, 
         assert list(dwell.targets_deg.items()) == list(planned.targets_deg.items())
         assert dwell.measured_deg == pytest.approx(dict(planned.targets_deg), abs=1e-3)
         assert list(dwell.readings) == list(small.plan.channels)
-        assert {reading.samples_v.size for reading in dwell.readings.values()} == {5}
+        assert {reading.samples.size for reading in dwell.readings.values()} == {5}
         assert dwell.ended_s > dwell.started_s + dwell.settle_s
 
 
@@ -119,7 +119,7 @@ def test_a_dwell_reads_what_gravity_gives(clean: Path) -> None:
     force = np.array([np.sin(alpha), -np.cos(alpha) * np.sin(roll), -np.cos(alpha) * np.cos(roll)])
     along = np.array([np.cos(cone), np.sin(cone) * np.cos(azimuth), np.sin(cone) * np.sin(azimuth)])
     found = [
-        dwell.readings["dmm.x"].mean_v
+        dwell.readings["dmm.x"].mean
         for dwell in dwells_of(clean)
         if dict(dwell.targets_deg) == {"pitch": 30.0, "roll": 90.0} and dwell.purpose == "design"
     ]
@@ -219,7 +219,7 @@ def test_a_noisy_dwell_is_rejected_kept_and_measured_again(small: Bench, tmp_pat
     first, second = (dwell for dwell in dwells_of(tmp_path / "run") if dwell.step == step)
     assert (first.accepted, first.attempt, second.accepted, second.attempt) == (False, 1, True, 2)
     assert first.reasons[0].startswith("dmm.y: noise")
-    assert len(first.readings["dmm.y"].samples_v) == 5
+    assert len(first.readings["dmm.y"].samples) == 5
 
 
 def test_in_virtual_time_a_dwell_that_stays_suspect_fails_the_run_with_the_sentence(

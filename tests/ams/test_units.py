@@ -2,7 +2,7 @@
 
 import pytest
 
-from procedures.cli.units_text import label_and_unit
+from ams.units import label_and_unit
 
 
 @pytest.mark.parametrize(
