@@ -28,18 +28,19 @@ from rig.wire.table_dialect import dialect_name
 def read_rig(path: Path) -> RigDescription:
     """Read and check a rig file. Raises: DescriptionError naming file, line and key of every mistake."""
     file = read_toml(path)
-    description = file.validate(_file_model(file.values))
+    description = file.validate(rig_form(file.values))
     complaints = list(complaints_about_references(file, description))
     if complaints:
         raise type(file.error((), ""))("\n".join(complaints))
     return description.model_copy(update={"axes": _dialects_found(description.axes, path.parent)})
 
 
-def _file_model(values: Mapping[str, Any]) -> type[RigDescription]:
-    """RigDescription with the tables of the drivers that the values name in place of their bases."""
+def rig_form(values: Mapping[str, Any] | None = None) -> type[RigDescription]:
+    """Return the form of a file: in place of the devices' bases the tables of the drivers that the values name, of
+    every driver where there are no values."""
     fields: dict[str, Any] = {}
     for table, ability in TABLES.items():
-        classes = classes_for(ability, values.get(table, {}))
+        classes = classes_for(ability, None if values is None else values.get(table, {}))
         if classes:
             default = Field(min_length=1) if table == "axes" else {}
             fields[table] = (dict[Name, _one_of(classes)], default)  # type: ignore[misc]
@@ -64,7 +65,7 @@ def rig_from_json(text: str) -> RigDescription:
     """A description that ``model_dump_json`` wrote, as a journal keeps it. Raises: DescriptionError."""
     try:
         stored = as_stored_now(text)
-        return _file_model(_values_in(stored)).model_validate_json(stored)
+        return rig_form(_values_in(stored)).model_validate_json(stored)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"])

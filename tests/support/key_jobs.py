@@ -2,6 +2,7 @@
 
 import tomllib
 from copy import deepcopy
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -78,9 +79,9 @@ t = { scanner = 4, range_v = 10.0 }
 s = { scanner = 5, range_v = 10.0 }
 [readouts.dmm.checks]
 autocalibrate = true
-short_scanner = 10
+short_scanner = 8
 short_limit_v = 0.001
-reference_scanner = 11
+reference_scanner = 9
 reference_v = 1.0
 reference_limit_v = 0.001
 every_s = 60.0
@@ -175,7 +176,7 @@ def jobs() -> dict[str, Job]:
         "esp301": _axes("esp301"),
         "zaber": _axes("zaber", microstep_deg=0.000234375, top_rate_dps=100.0),
         "oriental-az": _axes("oriental-az", step_deg=0.01, top_rate_dps=100.0),
-        "manual": _axes("manual"),
+        "manual": replace(_axes("manual"), faults={}),
         "maestro": _axes("maestro", points=[[500.0, -180.0], [2500.0, 180.0]], pulse_limits_us=[500.0, 2500.0]),
         "indexing-table": _axes("indexing-table", increment_deg=1.0),
         "levels": _servo("magnetometer", {"levels": {"rest_s": 15.0}}),

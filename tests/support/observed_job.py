@@ -5,9 +5,10 @@ out, so that a difference is something that a key has done.
 """
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
@@ -47,11 +48,9 @@ from rig.lines.open_lines import Lines
 BEGAN = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
 PATIENCE_RESTS = 200
 """A run that waits for a person is given up after so many rests."""
-REPEATED = frozenset(
-    {"hashes", "sha256", "journal_sha256", "plan_sha256", "declared", "level", "chain", "job", "acceptance",
-     "laboratory", "mount", "temperature_conversion", "uncertainty", "versions", "plan", "export_formats"}
-)  # fmt: skip
-"""Of a set's provenance and of the report: what is carried as it was declared."""
+CARRIED = ("mount", "level", "chain", "job", "acceptance", "laboratory", "standards", "temperature_conversion")
+"""Of a set's provenance: tables of the rig file as they stand there."""
+SHA256 = re.compile(r"\b[0-9a-f]{64}\b")
 ECHOES = ("plan_sha256", "rig", "title", "kind", "order", "seed", "replications", "model", "design")
 """Of ``calrig check``: words and numbers of the files."""
 
@@ -129,15 +128,26 @@ def _own_clock(rig: RigDescription, clock: VirtualClock) -> VirtualClock | None:
 def _delivered(run: SolvedRun) -> Iterator[tuple[str, str]]:
     sets = sets_of(run) if run.is_finished else {}
     yield "numbers", _text(sensors_document(run))
-    yield "sets", _text([one.document for one in sets.values()])
+    yield "sets", _text([_own(one) for one in sets.values()])
     yield "exports", _text(run.record.plan.export_formats)
-    yield "report", _text(view_of(run.record, run.sensors))
+    yield "report", _text(replace(view_of(run.record, run.sensors), declared={}, standards=(), versions={}))
     left = _as_left(run, sets) if sets else {}
     yield "judgement", _text(left)
-    yield "certificate", "".join(_certificate(one, left.get(name)) for name, one in sets.items())
+    certificates = [_certificate(one, left[name]) for name, one in sets.items() if name in left]
+    yield "certificate", SHA256.sub("", "".join(certificates))
 
 
-def _certificate(one: CoefficientSet, adjustment: Adjustment | None) -> str:
+def _own(one: CoefficientSet) -> dict[str, Any]:
+    """The set without what it only carries; of the standards their names stay."""
+    own = {name: value for name, value in one.document.items() if name not in ("checksum", "use")}
+    own["chain serials"] = one.document["use"]["chain_serials"]
+    own["installation"] = one.document["use"]["installation"]
+    own["provenance"] = {name: value for name, value in one.provenance.items() if name not in CARRIED}
+    own["standards"] = [standard["name"] for standard in one.provenance["standards"]]
+    return own
+
+
+def _certificate(one: CoefficientSet, adjustment: Adjustment) -> str:
     return certificate_page(Grounds("C-1", date(2026, 3, 2), one, adjustment, (), is_specimen=True))
 
 
@@ -157,22 +167,21 @@ def _noting_lines(wire: list[str]) -> type[Lines]:
 
 
 def _text(value: Any) -> str:
-    return json.dumps(_plain(value), sort_keys=True, default=str)
+    """Hashes are of what is compared anyway, or of the files."""
+    return SHA256.sub("", json.dumps(_plain(value), sort_keys=True, default=str))
 
 
 def _plain(value: Any) -> Any:
-    """As JSON takes it; keys that only repeat a file are left out."""
+    """As JSON takes it."""
     match value:
         case np.ndarray():
             return value.tolist()
         case np.generic():
             return value.item()
         case Mapping():
-            return {str(key): _plain(inner) for key, inner in value.items() if key not in REPEATED}
+            return {str(key): _plain(inner) for key, inner in value.items()}
         case list() | tuple() | set() | frozenset():
             return [_plain(inner) for inner in value]
     if is_dataclass(value) and not isinstance(value, type):
-        return {
-            one.name: _plain(getattr(value, one.name)) for one in fields(value) if one.name not in REPEATED
-        }
+        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
     return value
