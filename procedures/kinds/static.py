@@ -88,6 +88,12 @@ def _points(request: PlanRequest) -> list[Point]:
     for axis, angle in wanted.items():
         if angle != 0.0 and axis not in rig.axes:
             raise procedure.error(("static", f"{axis}_deg"), f"the rig has no axis {axis}")
+    if static.shortest_s > static.duration_s / 4.0:
+        raise procedure.error(
+            ("static", "shortest_s"),
+            f"{static.shortest_s:g} s leaves no averaging time of {static.duration_s:g} s at rest; allowed are up to "
+            f"{static.duration_s / 4.0:g} s; lower it or rest for longer",
+        )
     return [({name: angle for name, angle in wanted.items() if name in rig.axes}, Rest(static.duration_s), None)]
 
 
@@ -99,7 +105,7 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
     """Of the longest look: the Allan deviation at the time of use says how far two neighbouring means lie apart."""
     assert plan.static is not None
     reading = rows[0].readings[channel]
-    allan = allan_deviation(reading.samples, reading.interval_s)
+    allan = allan_deviation(reading.samples, reading.interval_s).from_tau(plan.static.shortest_s)
     coefficients = read_coefficients(allan)
     count = reading.samples.size
     factor = min(max(round(plan.static.use_s / reading.interval_s), 1), count // 2)

@@ -16,17 +16,24 @@ def device_rows(rig: RigDescription, identities: Mapping[str, str]) -> tuple[Dev
         "axes": rig.axes,
         "readouts": rig.readouts,
         "environment": rig.environment,
+        "streams": rig.streams,
+        "field": rig.field,
     }
-    return tuple(
+    devices = tuple(
         Device(
             name=f"{group}.{name}",
             driver=str(getattr(settings, "driver", "")),
             identity=identities.get(f"{group}.{name}", identities.get(name, "")),
             standard=str(getattr(settings, "standard", None) or ""),
         )
-        for group, devices in groups.items()
-        for name, settings in devices.items()
+        for group, named in groups.items()
+        for name, settings in named.items()
     )
+    reference = rig.attitude_reference
+    if reference is None:
+        return devices
+    channels = ", ".join(f"{axis} by {channel}" for axis, channel in reference.channels.items())
+    return (*devices, Device("attitude_reference", "", channels, reference.standard or ""))
 
 
 def standard_rows(rig: RigDescription) -> tuple[StandardRow, ...]:

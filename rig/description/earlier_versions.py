@@ -6,8 +6,12 @@ Only what had no effect is ever dropped so; anything else is refused by the read
 import json
 from collections.abc import Mapping
 
-DROPPED: Mapping[str, tuple[str, ...]] = {"readouts": ("settle_nplc",)}
-"""Table of tables to keys. ``settle_nplc`` was read and never used: the procedure's ``[dwell]`` says it."""
+DROPPED: tuple[tuple[str, ...], ...] = (
+    ("readouts", "*", "settle_nplc"),
+    ("streams", "*", "count", "unit_s"),
+)
+"""Keys by their path, ``*`` for any name. ``settle_nplc`` was read and never used: the procedure's ``[dwell]`` says it.
+A count has no seconds: ``unit_s`` belongs to ``time``."""
 
 
 def as_stored_now(text: str) -> str:
@@ -16,13 +20,15 @@ def as_stored_now(text: str) -> str:
         document = json.loads(text)
     except ValueError:
         return text
-    for table, keys in DROPPED.items():
-        for settings in _tables(document, table):
-            for key in keys:
-                settings.pop(key, None)
+    for *tables, key in DROPPED:
+        found = [document]
+        for name in tables:
+            found = [inner for table in found if isinstance(table, dict) for inner in _below(table, name)]
+        for table in found:
+            if isinstance(table, dict):
+                table.pop(key, None)
     return json.dumps(document)
 
 
-def _tables(document: object, name: str) -> list[dict[str, object]]:
-    tables = document.get(name) if isinstance(document, dict) else None
-    return [table for table in tables.values() if isinstance(table, dict)] if isinstance(tables, dict) else []
+def _below(table: Mapping[str, object], name: str) -> list[object]:
+    return list(table.values()) if name == "*" else [table[name]] if name in table else []

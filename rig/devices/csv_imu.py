@@ -82,13 +82,18 @@ class CsvChannel(StrictTable):
 
 
 class CsvColumn(StrictTable):
-    """``count`` or ``time``: a column that tells the order."""
+    """``count``: a column that tells the order."""
 
     column: str
     wraps_at: Positive | None = None
     """It starts again at 0 behind this minus one; None: never."""
+
+
+class CsvTime(CsvColumn):
+    """``time``: a column that tells the order and when."""
+
     unit_s: Positive = 1.0
-    """Seconds of one unit, for ``time``."""
+    """Seconds of one unit."""
 
 
 class CsvImuSettings(StreamSettings):
@@ -102,7 +107,7 @@ class CsvImuSettings(StreamSettings):
     channels: dict[str, CsvChannel] = Field(min_length=1)
     """By column."""
     count: CsvColumn | None = None
-    time: CsvColumn | None = None
+    time: CsvTime | None = None
     separator: Literal[",", ";", "\t", " "] = ","
     prefix: Annotated[str, Field(max_length=32, pattern=r"^[ -)+-~]*$")] = ""
     checksum: Checksum = "none"

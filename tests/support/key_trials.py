@@ -17,6 +17,8 @@ from observed_job import Job, stages
 from pydantic.fields import FieldInfo
 
 File = Literal["rig", "procedure"]
+REMOVED = object()
+"""In place of a value: the key is taken away."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,8 @@ def what_a_change_does(file: File, key: str, form: FieldInfo, trial: Trial, fold
     after = other_value(form, before) if trial.value is None else trial.value
     assert after is not None, f"{key}: no other value can be made up; give it a Trial"
     assert after != before, f"{key}: {after!r} is what stands there"
-    assert is_a_value(form, after), f"{key}: {after!r} is refused for its own form, which shows nothing; give another"
-    now = replace(job, **{file: changed(document, path, after)})
+    assert after is REMOVED or is_a_value(form, after), f"{key}: {after!r} is refused for its own form, which shows nothing; give another"
+    now = replace(job, **{file: changed(document, path, None if after is REMOVED else after)})
     plain = trial == Trial(trial.value, trial.job, at=trial.at)
     then = _as_it_is(name, folder.parent) if plain else _read_lazily(job, folder / "before")
     return next(

@@ -19,6 +19,7 @@ from file_keys import Document, toml_of
 from unattended_run import UnattendedRun, asks
 
 from ams.errors import AmsError
+from ams.exports.formats import FORMATS
 from ams.sets.coefficients import CoefficientSet
 from ams.surveillance.adjustment import Adjustment
 from procedures.certificate.grounds import Grounds
@@ -129,7 +130,9 @@ def _delivered(run: SolvedRun) -> Iterator[tuple[str, str]]:
     sets = sets_of(run) if run.is_finished else {}
     yield "numbers", _text(sensors_document(run))
     yield "sets", _text([_own(one) for one in sets.values()])
-    yield "exports", _text(run.record.plan.export_formats)
+    yield "exports", _text(run.record.plan.export_formats) + "".join(
+        SHA256.sub("", FORMATS["dcc"].to_bytes(one).decode()) for one in sets.values() if one.provenance["laboratory"]
+    )
     yield "report", _text(replace(view_of(run.record, run.sensors), declared={}, standards=(), versions={}))
     left = _as_left(run, sets) if sets else {}
     yield "judgement", _text(left)
