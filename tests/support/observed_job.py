@@ -36,6 +36,7 @@ from procedures.report.write import view_of
 from procedures.run.begin import begin
 from procedures.solution.record import read_record
 from rig.assembly import open_rig as opening
+from rig.assembly.identity import expected, require_expected
 from rig.clock import VirtualClock
 from rig.description.fault_plan import FaultPlan
 from rig.description.read import read_rig
@@ -108,7 +109,9 @@ def _performed(job: Job, rig: RigDescription, plan: Plan, folder: Path) -> Itera
         patch.setattr(opening, "Lines", _noting_lines(wire))
         opened = opening.open_rig(rig, clock=_own_clock(rig, clock), line_source=recorded, faults=faults)
         held.enter_context(opened)
-        yield "who is there", _text(opened.identities())
+        told = opened.identities()
+        require_expected(expected(_as_at_ports(rig)), told)
+        yield "who is there", _text(told)
         nobody.rig = opened
         outcome = begin(run_dir, header, plan, opened, nobody, nobody)
     yield "wire", "\n".join(wire)
@@ -117,6 +120,21 @@ def _performed(job: Job, rig: RigDescription, plan: Plan, folder: Path) -> Itera
     events = [(event.monotonic_s, event.kind, event.detail) for event in record.events if event.kind != "process"]
     yield "record", _text([outcome, record.state, events, record.dwells])
     yield from _delivered(SolvedRun(run_dir, record, solve_record(record)))
+
+
+def _as_at_ports(rig: RigDescription) -> RigDescription:
+    """The same rig behind ports, where the devices must be those that the file means; of twins nothing is asked."""
+    tables = {name: getattr(rig, name) for name in ("axes", "readouts", "environment", "streams", "field")}
+    return rig.model_copy(
+        update={"twin": None}
+        | {
+            table: {
+                name: device.model_copy(update={"resource" if table == "readouts" else "port": "socket://127.0.0.1:1"})
+                for name, device in devices.items()
+            }
+            for table, devices in tables.items()
+        }
+    )
 
 
 def _own_clock(rig: RigDescription, clock: VirtualClock) -> VirtualClock | None:

@@ -57,6 +57,7 @@ TRIALS = {
     "design.yaw_deg": Trial([0.0, 30.0], job="indexing-table", rig=GIMBAL, procedure=YAW),
     "design.fractional": Trial(
         [1, 2],
+        job="indexing-table",
         procedure={
             "design": {
                 "kind": "fractional", "fractional": [1, 1],
