@@ -45,6 +45,8 @@ from rig.errors import RigError
 from rig.link.byte_stream import ByteStream
 from rig.link.gpib import GpibBus, GpibResource
 from rig.link.transcript import Recorder
+from rig.motion.jog_steps import steps_deg
+from rig.motion.move import trusted_state
 from rig.lines.open_lines import Lines
 
 BEGAN = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
@@ -112,6 +114,7 @@ def _performed(job: Job, rig: RigDescription, plan: Plan, folder: Path) -> Itera
         told = opened.identities()
         require_expected(expected(_as_at_ports(rig)), told)
         yield "who is there", _text(told)
+        yield "jog", _text([_jogged(opened, name) for name in opened.axes])
         nobody.rig = opened
         outcome = begin(run_dir, header, plan, opened, nobody, nobody)
     yield "wire", "\n".join(wire)
@@ -120,6 +123,16 @@ def _performed(job: Job, rig: RigDescription, plan: Plan, folder: Path) -> Itera
     events = [(event.monotonic_s, event.kind, event.detail) for event in record.events if event.kind != "process"]
     yield "record", _text([outcome, record.state, events, record.dwells])
     yield from _delivered(SolvedRun(run_dir, record, solve_record(record)))
+
+
+def _jogged(opened: opening.Rig, name: str) -> tuple[object, str]:
+    """Which steps a jog offers, and whether the axis may be moved before it is homed."""
+    axis = opened.axes[name]
+    try:
+        trusted_state(axis)
+    except RigError as refusal:
+        return steps_deg(axis, opened.description.axes[name]), str(refusal)
+    return steps_deg(axis, opened.description.axes[name]), ""
 
 
 def _as_at_ports(rig: RigDescription) -> RigDescription:

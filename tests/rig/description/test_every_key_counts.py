@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from file_keys import keys_of
+from key_jobs import LOST_REPLY
 from key_trials import REMOVED, Trial, what_a_change_does
 
 from rig.description.read import rig_form
@@ -66,10 +67,9 @@ BY_NAME = {
 """What drivers have in common, by the last part of the key."""
 TRIALS = {
     "rig.gravity_mps2": Trial(9.81),
-    "axes.*:esp301.arrival_tolerance_deg": Trial(0.1, faults=SLIP),
     "axes.*:indexing-table.dialect": Trial("single-axis-0.0001deg"),
     "axes.*:maestro.points": Trial([[500.0, -181.0], [2500.0, 181.0]]),
-    "axes.*:maestro.period_ms": Trial(10, rig={"axes": {name: {"model": "mini"} for name in ("pitch", "roll")}}),
+    "axes.*:maestro.period_ms": Trial(12, rig={"axes": {name: {"model": "mini"} for name in ("pitch", "roll")}}),
     "axes.*:maestro.device_number": Trial(13),
     "axes.*:maestro.watchdog_s": Trial(3.0, rig=BOTH_WATCHED),
     "axes.*:oriental-az.top_rate_dps": Trial(20.0, job="rates", rig=AZ_THAT_TURNS),
@@ -78,6 +78,7 @@ TRIALS = {
     "axes.*:oriental-az.home_end_bit": Trial(0),
     "axes.*:oriental-az.alarm_bit": Trial(5),
     "axes.*:oriental-az.watchdog_s": Trial(3.0, rig=BOTH_WATCHED),
+    "axes.*:oriental-az.reply_timeout_s": Trial(2.0, faults={"lost": {**LOST_REPLY["lost"], "nth": [1]}}),
     "axes.*:oriental-az.watchdog_register": Trial(rig=BOTH_WATCHED),
     "axes.*:zaber.top_rate_dps": Trial(20.0, job="rates"),
     "axes.*:zaber.wrap_turns": Trial(0.1, job="rates"),
