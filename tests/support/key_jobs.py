@@ -87,6 +87,7 @@ reference_limit_v = 0.001
 every_s = 60.0
 samples = 3
 [sensors.SN1047]
+mount = { x = "+x", y = "+y", z = "+z" }
 temperature = { channel = "dmm.t", offset_degc = 20.0, slope_degc_per_v = 100.0 }
 [level]
 uncertainty_arcsec = 0.5

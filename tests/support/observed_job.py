@@ -117,7 +117,10 @@ def _performed(job: Job, rig: RigDescription, plan: Plan, folder: Path) -> Itera
         yield "jog", _text([_jogged(opened, name) for name in opened.axes])
         nobody.rig = opened
         outcome = begin(run_dir, header, plan, opened, nobody, nobody)
+        opened.reconnect()
+        jogged = [_jogged(opened, name) for name in opened.axes]
     yield "wire", "\n".join(wire)
+    yield "jog afterwards", _text(jogged)
     with JournalReader.open(run_dir) as reader:
         record = read_record(reader)
     events = [(event.monotonic_s, event.kind, event.detail) for event in record.events if event.kind != "process"]

@@ -107,6 +107,8 @@ TRIALS = {
     "streams.*:vn100.rate_hz": Trial(20),
     "field.*:manual.limits_ut": Trial([-10.0, 10.0]),
     "attitude_reference.channels": Trial({"pitch": "ahrs.pitch"}),
+    "attitude_reference.tolerance_deg": Trial(0.01),
+    "attitude_reference.corrections": Trial(1, rig={"attitude_reference": {"tolerance_deg": 0.001}}),
     "sensors.*.channels": Trial({"x": "dmm.y", "y": "dmm.x", "z": "dmm.z"}, job="daq"),
     "sensors.*.temperature.channel": Trial("dmm.s"),
     "level.before.taken": Trial("2026-01-01"),
