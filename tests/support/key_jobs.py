@@ -60,7 +60,6 @@ def _table() -> Job:
         tomllib.loads("""
 approved_by = "B. Chief"
 rig = { gravity_uncertainty_mps2 = 1e-5 }
-chain."dmm.x" = { serial = "R1", load_resistor_ohm = 1000.0, load_resistor_tc_per_degc = 2e-5, load_resistor_at = "air", supply_channel = "dmm.s", supply_band_v = [9.0, 11.0], ratiometric = true, standard = "resistor" }
 environment.air = { standard = "probe" }
 interlocks.temperature.air = { band_degc = [10.0, 30.0] }
 interlocks.voltage."dmm.s" = { band_v = [8.0, 12.0] }
@@ -68,6 +67,15 @@ interlocks.rejected = { most = 5, within = 50 }
 job = { number = "J-7", customer = "Tunnel Ltd", item = "package", received = 2026-02-20, remarks = "clean" }
 laboratory = { name = "Laboratory", address = "1 Way", capability_deg = 0.0001 }
 acceptance = { pitch_limit_deg = 0.01, roll_limit_deg = 0.01 }
+[chain."dmm.x"]
+serial = "R1"
+load_resistor_ohm = 1000.0
+load_resistor_tc_per_degc = 2e-5
+load_resistor_at = "air"
+supply_channel = "dmm.s"
+supply_band_v = [9.0, 11.0]
+ratiometric = true
+standard = "resistor"
 [readouts.dmm]
 nplc = 1.0
 standard = "meter"
@@ -136,7 +144,10 @@ model = "34970A"
 resource = "twin"
 nplc = 1.0
 standard = "meter"
-channels = { x = { channel = 101, range_v = 10.0 }, y = { channel = 102, range_v = 10.0 }, z = { channel = 103, range_v = 10.0 } }
+[dmm.channels]
+x = { channel = 101, range_v = 10.0 }
+y = { channel = 102, range_v = 10.0 }
+z = { channel = 103, range_v = 10.0 }
 [dmm.checks]
 short_channel = 110
 short_limit_v = 0.001
@@ -168,6 +179,11 @@ def _rate_table(procedure: str, own: Document) -> Job:
     return Job(rig, merged(merged(_example(f"rate-table/{procedure}.toml"), {"procedure": {"replications": 1}}), own))
 
 
+def _rates(pitch_dps: float, others_dps: float, dwell_s: float) -> Document:
+    wanted = {"pitch_dps": [pitch_dps], "yaw_dps": [others_dps], "roll_dps": [others_dps]}
+    return {"rates": {**wanted, "dwell_s": dwell_s}}
+
+
 @cache
 def jobs() -> dict[str, Job]:
     """By name. A key is looked for in them in this order."""
@@ -182,7 +198,11 @@ def jobs() -> dict[str, Job]:
         "indexing-table": _axes("indexing-table", increment_deg=1.0),
         "levels": _servo("magnetometer", {"levels": {"rest_s": 15.0}}),
         "static": _servo("drift", {"static": {"duration_s": 120.0, "use_s": 20.0}}),
-        "sweeps": _servo("gyro", {"rates": {"pitch_dps": [20.0], "yaw_dps": [13.5], "roll_dps": [13.5], "dwell_s": 10.0}}),
-        "rates": _rate_table("rates", {"rates": {"pitch_dps": [90.0], "yaw_dps": [90.0], "roll_dps": [90.0], "dwell_s": 4.0}}),
+        "sweeps": _servo(
+            "gyro", {"rates": {"pitch_dps": [20.0], "yaw_dps": [13.5], "roll_dps": [13.5], "dwell_s": 10.0}}
+        ),
+        "rates": _rate_table(
+            "rates", {"rates": {"pitch_dps": [90.0], "yaw_dps": [90.0], "roll_dps": [90.0], "dwell_s": 4.0}}
+        ),
         "profile": _rate_table("harmonic", {}),
     }

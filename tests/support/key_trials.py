@@ -46,13 +46,13 @@ def what_a_change_does(file: File, key: str, form: FieldInfo, trial: Trial, fold
     after = other_value(form, before) if trial.value is None else trial.value
     assert after is not None, f"{key}: no other value can be made up; give it a Trial"
     assert after != before, f"{key}: {after!r} is what stands there"
-    assert after is REMOVED or is_a_value(form, after), f"{key}: {after!r} is refused for its own form, which shows nothing; give another"
+    assert after is REMOVED or is_a_value(form, after), (
+        f"{key}: {after!r} is refused for its own form, which shows nothing; give another"
+    )
     now = replace(job, **{file: changed(document, path, None if after is REMOVED else after)})
     plain = trial == Trial(trial.value, trial.job, at=trial.at)
     then = _as_it_is(name, folder.parent) if plain else _read_lazily(job, folder / "before")
-    return next(
-        ((new or old)[0] for old, new in zip_longest(then, stages(now, folder / "after")) if old != new), None
-    )
+    return next(((new or old)[0] for old, new in zip_longest(then, stages(now, folder / "after")) if old != new), None)
 
 
 def _job_with(file: File, key: str, trial: Trial) -> tuple[str, Job, tuple[str, ...]]:
@@ -67,9 +67,11 @@ def _job_with(file: File, key: str, trial: Trial) -> tuple[str, Job, tuple[str, 
             trial.files,
         )
         document = job.rig if file == "rig" else job.procedure
-        for path in places(document, key):
-            if not trial.at or trial.at in path:
-                found.append((value_at(document, path) is None, name, job, path))
+        found += [
+            (value_at(document, path) is None, name, job, path)
+            for path in places(document, key)
+            if not trial.at or trial.at in path
+        ]
     assert found, f"{key}: no job has its table; give it one in key_jobs or a Trial that adds it"
     _, name, job, path = min(found, key=lambda one: one[0])
     return name, job, path

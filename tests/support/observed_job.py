@@ -42,12 +42,12 @@ from rig.description.fault_plan import FaultPlan
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 from rig.errors import RigError
+from rig.lines.open_lines import Lines
 from rig.link.byte_stream import ByteStream
 from rig.link.gpib import GpibBus, GpibResource
 from rig.link.transcript import Recorder
 from rig.motion.jog_steps import steps_deg
 from rig.motion.move import trusted_state
-from rig.lines.open_lines import Lines
 
 BEGAN = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
 PATIENCE_RESTS = 200
@@ -164,8 +164,14 @@ def _delivered(run: SolvedRun) -> Iterator[tuple[str, str]]:
     sets = sets_of(run) if run.is_finished else {}
     yield "numbers", _text(sensors_document(run))
     yield "sets", _text([_own(one) for one in sets.values()])
-    yield "exports", _text(run.record.plan.export_formats) + "".join(
-        SHA256.sub("", FORMATS["dcc"].to_bytes(one).decode()) for one in sets.values() if one.provenance["laboratory"]
+    yield (
+        "exports",
+        _text(run.record.plan.export_formats)
+        + "".join(
+            SHA256.sub("", FORMATS["dcc"].to_bytes(one).decode())
+            for one in sets.values()
+            if one.provenance["laboratory"]
+        ),
     )
     yield "report", _text(replace(view_of(run.record, run.sensors), declared={}, standards=(), versions={}))
     left = _as_left(run, sets) if sets else {}

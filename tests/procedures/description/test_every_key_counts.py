@@ -60,7 +60,8 @@ TRIALS = {
         job="indexing-table",
         procedure={
             "design": {
-                "kind": "fractional", "fractional": [1, 1],
+                "kind": "fractional",
+                "fractional": [1, 1],
                 "pitch_deg": {"from": -60.0, "to": 60.0, "step": 30.0},
                 "roll_deg": {"from": -180.0, "to": 150.0, "count": None, "step": 30.0},
             }
