@@ -146,7 +146,7 @@ TRIALS = {
     "twin.axes.*.index_error_arcsec": Trial(5.0),
     "twin.axes.*.rate_error": Trial(0.01, job="rates", rig={"twin": {"axes": {"roll": {}}}}),
     "twin.axes.*.runaway_after_s": Trial(2.0, job="rates", rig={"twin": {"axes": {"roll": {}}}}),
-    "twin.streams.*.rate_bias_dps": Trial([1.0, 0.0, 0.0], job="sweeps"),
+    "twin.streams.*.rate_bias_dps": Trial([1.0, 0.0, 0.0], job="levels", rig=AHRS_RAW, at="ahrs"),
     "twin.streams.*.noise_g": Trial(job="levels", rig=AHRS_RAW, at="ahrs"),
     "twin.streams.*.noise_dps": Trial(job="levels", rig=AHRS_RAW, at="ahrs"),
     "twin.streams.*.noise_ut": Trial(job="levels", rig=AHRS_RAW, at="ahrs"),
