@@ -124,11 +124,11 @@ TRIALS = {
     "interlocks.temperature.*.hysteresis_degc": Trial(
         4.0, rig={"interlocks": {"temperature": {"air": {"band_degc": [10.0, 25.0]}}}}
     ),
-    "interlocks.temperature.*.delay_s": Trial(1e6, rig=OUT_OF_BAND),
+    "interlocks.temperature.*.delay_s": Trial(5.0, rig=OUT_OF_BAND),
     "interlocks.temperature.*.action": Trial(rig=OUT_OF_BAND),
     "interlocks.voltage.*.band_v": Trial([9.0, 9.5]),
     "interlocks.voltage.*.hysteresis_v": Trial(0.1, rig=SUPPLY_OUT),
-    "interlocks.voltage.*.delay_s": Trial(1e6, rig=SUPPLY_OUT),
+    "interlocks.voltage.*.delay_s": Trial(5.0, rig=SUPPLY_OUT),
     "interlocks.voltage.*.action": Trial(rig=SUPPLY_OUT),
     "interlocks.rejected.most": Trial(1, procedure=NOISY),
     "interlocks.rejected.within": Trial(2, procedure=NOISY, rig={"interlocks": {"rejected": {"most": 1}}}),
