@@ -1,7 +1,7 @@
 """What CR's models have in common in a coefficient set: their printed equation and the direction of k."""
 
-from ams.models.cr import sensitive_axis
 from ams.arrays import FloatArray
+from ams.models.cr import sensitive_axis
 from ams.models.sensor_model import Equation
 
 
