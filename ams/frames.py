@@ -87,7 +87,7 @@ def body_rates_rad_s(euler_rad: Array, euler_rate_rad_s: Array) -> Array:
 
 
 def euler_rates_rad_s(euler_rad: Array, body_rate_rad_s: Array) -> Array:
-    """The inverse of :func:`body_rates_rad_s`, (N, 3); it has no value at yaw ±90°. Source: CR (IV-D.4)."""
+    """Return Euler rates (N, 3), the inverse of :func:`body_rates_rad_s`; no value at yaw ±90°. Source: CR (IV-D.4)."""
     _, yaw, roll = np.moveaxis(euler_rad, -1, 0)
     w_x, w_y, w_z = np.moveaxis(body_rate_rad_s, -1, 0)
     c_roll, s_roll = np.cos(roll), np.sin(roll)
@@ -96,10 +96,10 @@ def euler_rates_rad_s(euler_rad: Array, body_rate_rad_s: Array) -> Array:
 
 
 def wrap_rad(angle_rad: FloatArray) -> FloatArray:
-    """The same angle in (−π, π]."""
+    """Return the same angle in (−π, π]."""
     return np.pi - np.mod(np.pi - angle_rad, 2.0 * np.pi)
 
 
 def wrap_deg(angle_deg: FloatArray) -> FloatArray:
-    """The same angle in (−180°, 180°]."""
+    """Return the same angle in (−180°, 180°]."""
     return 180.0 - np.mod(180.0 - angle_deg, 360.0)

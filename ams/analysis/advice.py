@@ -202,5 +202,5 @@ def _signed(value: float) -> str:
 
 
 def _is_straight(model: str) -> bool:
-    """Whether the model has no term for a misalignment."""
+    """Return whether the model has no term for a misalignment."""
     return model in MODELS and not MODELS[model].has_misalignment

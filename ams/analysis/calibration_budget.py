@@ -157,7 +157,7 @@ def _combined(
     directions: FloatArray,
     gravity: Gravity | None,
 ) -> Budget:
-    """As a budget whose inputs are the parts, each with unit uncertainty: sensitivities are contributions."""
+    """Return a budget whose inputs are the parts, each with unit uncertainty: sensitivities are contributions."""
     covariances = [directions @ part.covariance @ directions.T for part in parts]
     dof = [part.dof for part in parts]
     labels = [part.name for part in parts]
@@ -210,7 +210,7 @@ def _unwrapped(name: str, values: FloatArray, about: float) -> FloatArray:
 
 
 def _expanded(names: Sequence[str], budget: Budget) -> FloatArray:
-    """As it is reported: Student's factor at the effective degrees of freedom, these not rounded."""
+    """Return the expanded uncertainties: Student's factor at the effective degrees of freedom, these not rounded."""
     return halfwidths_95(names, t_quantile(0.95, budget.degrees_of_freedom) * budget.standard_uncertainties)
 
 

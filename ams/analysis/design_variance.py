@@ -77,6 +77,7 @@ def variance_function(
 
     Raises:
         DesignError: the points cannot determine the model.
+
     """
     return _variance(_inverse_moments(pitch_rad, roll_rad), at_pitch_rad, at_roll_rad)
 
@@ -87,7 +88,7 @@ def figure_of_merit(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) 
 
 
 def max_variance(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) -> float:
-    """The largest value of the variance function in the box, polished from the highest places of a grid."""
+    """Return the largest value of the variance function in the box, polished from the highest places of a grid."""
     inverse = _inverse_moments(pitch_rad, roll_rad)
     pitch, roll = np.linspace(*box.pitch_rad, _GRID), np.linspace(*box.roll_rad, _GRID)
     values = _variance(inverse, *np.meshgrid(pitch, roll, indexing="ij"))
@@ -103,6 +104,7 @@ def evaluate_design(
 
     Raises:
         DesignError: the points cannot determine the model.
+
     """
     inverse = _inverse_moments(pitch_rad, roll_rad)
     usage = None if usage_box is None else float(np.sqrt(pitch_rad.size * _mean_variance(inverse, usage_box)))
@@ -125,7 +127,9 @@ def expected_standard_uncertainty(
     azimuth_rad: float = 0.0,
     table: TableUncertainty | None = None,
 ) -> Mapping[str, float | None]:
-    """Standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading and no lack of fit or drift.
+    """Return the standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading.
+
+    No lack of fit and no drift is assumed.
 
     The table's index errors stay whatever the number of replications. Without coning the azimuth is None and
     ``coning_deg`` is the uncertainty of the sensitive axis' direction.

@@ -27,6 +27,7 @@ def variance_without_roll(pitch_rad: FloatArray, at_pitch_rad: FloatArray) -> Fl
 
     Raises:
         DesignError: the points cannot determine the model.
+
     """
     phi = _basis(at_pitch_rad)
     return np.asarray(np.einsum("ij,ij->i", phi @ _inverse_moments(pitch_rad), phi))
@@ -54,7 +55,10 @@ def expected_without_roll(
     misalignment_rad: float = 0.0,
     table: TableUncertainty | None = None,
 ) -> Mapping[str, float | None]:
-    """Standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading and no lack of fit or drift."""
+    """Return the standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading.
+
+    No lack of fit and no drift is assumed.
+    """
     model, attitude = PitchOnly(nominal_axis), Attitude(pitch_rad, np.zeros_like(pitch_rad))
     form = factor(model.basis(attitude), model.primary_names, attitude)
     along, across = (sensitivity_v_per_g * part(misalignment_rad) for part in (np.cos, np.sin))
@@ -86,7 +90,7 @@ def _figure_of_merit_sqrt(pitch_rad: FloatArray, range_rad: PitchRange) -> float
 
 
 def _largest(pitch_rad: FloatArray, range_rad: PitchRange) -> float:
-    """The largest value in the range: a grid, then ever finer grids around its highest place."""
+    """Return the largest variance in the range: a grid, then ever finer grids around its highest place."""
     low, high = range_rad
     while True:
         stations = np.linspace(low, high, _STATIONS)

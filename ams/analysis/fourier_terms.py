@@ -54,7 +54,7 @@ def _harmonics(angle_rad: FloatArray, symbol: str) -> Mapping[str, FloatArray]:
 def largest_terms(
     residuals_v: FloatArray, model_basis: FloatArray, candidates: Mapping[str, FloatArray], most: int
 ) -> tuple[FourierTerm, ...]:
-    """At most ``most`` terms of (K,) residuals, largest first, beside a (K, P) basis of the model's own parameters.
+    """Return at most ``most`` terms of (K,) residuals, largest first, beside a (K, P) basis of the model's parameters.
 
     A term is taken where its F test passes at 5 % divided by the number of terms tried (Bonferroni).
     """
@@ -77,7 +77,7 @@ def largest_terms(
 
 
 def _best(free: Mapping[str, FloatArray], candidates: Mapping[str, FloatArray], left: FloatArray) -> tuple[str, float]:
-    """The term that takes away most; of several that take the same (few roll angles), the simplest."""
+    """Return the term that takes away most; of several that take the same (few roll angles), the simplest."""
     best, most = "", 0.0
     for name, column in free.items():
         length = float(np.linalg.norm(column))

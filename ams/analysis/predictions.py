@@ -16,10 +16,11 @@ from ams.statistics.intervals import confidence_halfwidth, prediction_halfwidth
 
 
 def model_of_solution(axis: AxisCalibration) -> Model:
-    """The model that a solution belongs to, temperature and time terms included.
+    """Return the model that a solution belongs to, temperature and time terms included.
 
     Raises:
         DesignError: the solution is of a model of the caller's own; its object is needed to predict.
+
     """
     if axis.model not in MODELS:
         raise DesignError(

@@ -47,8 +47,10 @@ def analyse(
     names: Sequence[str],
     directions: FloatArray,
 ) -> ReplicationColumns:
-    """All tests of m sensor axes; ``directions`` (m, q, P) are the derivatives of the quantities ``names`` by the free
-    primary parameters, ``largest_v`` (m,) the largest outputs.
+    """Return all tests of m sensor axes.
+
+    ``directions`` (m, q, P) are the derivatives of the quantities ``names`` by the free primary parameters,
+    ``largest_v`` (m,) the largest outputs.
 
     A quantity whose derivative does not exist (NaN: azimuth without coning) has no test. Without degrees of freedom for
     precision, or with residuals at the rounding level of the data, there is none at all.

@@ -40,7 +40,7 @@ class TpColumns:
     drift: dict[str, FTestColumns]
 
     def of(self, column: int) -> TpReplication:
-        """That of one axis."""
+        """Return the replication results of one sensor axis."""
         return TpReplication(
             sigma_bias_v=float(self.sigma_bias_v[column]),
             sigma_prec_v=float(self.sigma_prec_v[column]),

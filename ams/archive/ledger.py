@@ -61,7 +61,7 @@ def write(
 def tell(
     connection: Connection, utc: datetime, kind: str, written: Sequence[Written], detail: Mapping[str, Json]
 ) -> Head:
-    """One record of rows that are there."""
+    """Append one record of rows that are there already; return the new head."""
     last = head(connection)
     rows: list[Json] = [list(_told(part.table, row)) for part in written for row in part.rows]
     text = canonical_bytes({**detail, "rows": rows}).decode("utf-8")
@@ -72,7 +72,7 @@ def tell(
 
 
 def head(connection: Connection) -> Head:
-    """The last record; before the first, sequence 0 and 64 zeros."""
+    """Return the last record; before the first, sequence 0 and 64 zeros."""
     query = select(RECORDS.c.sequence, RECORDS.c.sha256).order_by(RECORDS.c.sequence.desc()).limit(1)
     found = connection.execute(query).first()
     return Head(0, BEGINNING) if found is None else Head(found.sequence, found.sha256)

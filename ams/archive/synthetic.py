@@ -103,7 +103,7 @@ def _own_numbers(chance: np.random.Generator) -> FloatArray:
 def _as_it_is(
     level: FloatArray, is_drifting: bool, has_dropped: bool, when: tuple[int, int], story: Story
 ) -> FloatArray:
-    """A sensor at a campaign, age and accident in it."""
+    """Return the true parameters of a sensor at a campaign, its drift and accident included."""
     (campaign, fall), primary = when, level.copy()
     if is_drifting:
         primary[0, 1:] *= 1.0 + story.drift_arcsec_per_year * RAD_PER_ARCSEC * campaign / story.per_year
@@ -114,7 +114,7 @@ def _as_it_is(
 
 
 def _calibrated(primary: FloatArray, chance: np.random.Generator, story: Story, *, is_remounted: bool) -> FloatArray:
-    """What a calibration says: turned by the remount, moved by the day, blurred by its noise."""
+    """Return what a calibration says: turned by the remount, moved by the day, blurred by its noise."""
     angle = chance.normal(0.0, story.remount_arcsec * RAD_PER_ARCSEC, 3) if is_remounted else np.zeros(3)
     k = primary[:, 1:] + np.cross(angle, primary[:, 1:])
     day = chance.normal(0.0, story.day_arcsec * RAD_PER_ARCSEC, (3, 2))
@@ -131,6 +131,6 @@ def _label(name: str, campaign: int, place: int, story: Story) -> PointLabel:
 
 
 def campaigns(archive: SyntheticArchive) -> Iterator[tuple[PointLabel, FloatArray]]:
-    """Every calibration with its (3, 4) numbers, oldest first."""
+    """Yield every calibration with its (3, 4) numbers, oldest first."""
     rows = zip(archive.population.labels, archive.population.numbers.primary, strict=True)
     yield from sorted(rows, key=lambda row: (row[0].created_utc, row[0].sensor))

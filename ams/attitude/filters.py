@@ -42,7 +42,7 @@ class LowPass:
 
 
 def low_pass(settings: LowPass, samples: FloatArray) -> FloatArray:
-    """Filtered samples of the same shape, filtered along the first axis.
+    """Return filtered samples of the same shape, filtered along the first axis.
 
     A forward filter starts as if the first sample had always been there, so a settled signal gives no transient. The
     gain at zero frequency is exactly one for every order (an even order's ripple is taken out).
@@ -214,7 +214,7 @@ def _bridged(values: FloatArray, whole: BoolArray) -> FloatArray:
 
 
 def _unsettled(is_missing: BoolArray, settling: int, later: int, is_two_way: bool) -> BoolArray:
-    """Where an answer still holds what was not a sample: the start, the end of a two-way filter, missing ones."""
+    """Return where an answer still holds what was no sample: the start, the end of a two-way filter, missing ones."""
     count = is_missing.size
     sources = np.zeros(count + 2, dtype=bool)
     sources[1:-1], sources[0], sources[-1] = is_missing, True, is_two_way

@@ -40,7 +40,7 @@ class ForceErrors(Protocol):
         """(C, m), or (C, 1), degrees of freedom of the parts; infinite for the readings' own."""
 
     def weighing(self, sensed: FloatArray, square: FloatArray) -> "Weighing":
-        """What to weigh the outputs by at (3, n) sensed force, given its (n,) squared length."""
+        """Return what to weigh the outputs by at (3, n) sensed force, given its (n,) squared length."""
 
 
 class Weighing(Protocol):
@@ -50,7 +50,7 @@ class Weighing(Protocol):
         """(3, n) C_w f."""
 
     def of(self, rows: NDArray[np.intp]) -> "Weighing":
-        """Some of the rows."""
+        """Return the weighing of some of the rows."""
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,7 @@ def _product(first: Polynomial, second: Polynomial) -> dict[tuple[int, int, int]
 
 
 def _on_sphere(polynomial: Polynomial) -> dict[tuple[int, int, int], float]:
-    """The same values on |f| = 1 with f_z to the first power at most."""
+    """Return a polynomial with the same values on |f| = 1 and f_z to the first power at most."""
     found: dict[tuple[int, int, int], float] = {}
     left = dict(polynomial)
     while left:

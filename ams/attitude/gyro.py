@@ -98,7 +98,7 @@ def cr_angles_rad(quaternion: FloatArray, start_rad: FloatArray) -> FloatArray:
 
 
 def _from(angles: FloatArray, start: float) -> FloatArray:
-    """The same angles, whole turns further on."""
+    """Return the same angles, whole turns further on."""
     return np.asarray(angles + 2.0 * np.pi * np.round((start - angles[0]) / (2.0 * np.pi)))
 
 
@@ -126,7 +126,7 @@ def _by_butcher(
 
 
 def _butcher_step(angles: _Triple, rates: list[_Triple], h: float) -> _Triple:
-    """One step of (IV-D.6), (IV-D.7); ``rates`` at the five quarters of the interval."""
+    """Take one step of (IV-D.6), (IV-D.7); ``rates`` at the five quarters of the interval."""
     k1 = _euler_rates(angles, rates[0])
     k2 = _euler_rates(_moved(angles, h / 4, (1.0, k1)), rates[1])
     k3 = _euler_rates(_moved(angles, h / 8, (1.0, k1), (1.0, k2)), rates[1])

@@ -45,7 +45,9 @@ class Estimate:
     """(6, 6): the small turn in reference axes (rad), then the bias in body axes (rad/s)."""
 
     def turn_sd_about(self, reference_direction: FloatArray) -> float:
-        """Standard deviation of the turn about a direction of the reference frame, such as the vertical, rad."""
+        """Return the standard deviation, rad, of the turn about a direction of the reference frame, such as the
+        vertical.
+        """
         direction = np.asarray(reference_direction, dtype=float)
         direction = direction / np.linalg.norm(direction)
         return float(np.sqrt(direction @ self.covariance[:3, :3] @ direction))
@@ -63,14 +65,14 @@ class Correction:
 def start_estimate(
     quaternion: FloatArray, turn_sd_rad: float, bias_sd_rad_s: float, bias_rad_s: FloatArray | None = None
 ) -> Estimate:
-    """An estimate to start from; all three turns and all three biases equally uncertain."""
+    """Return an estimate to start from; all three turns and all three biases equally uncertain."""
     covariance = np.diag([turn_sd_rad**2] * 3 + [bias_sd_rad_s**2] * 3)
     bias = np.zeros(3) if bias_rad_s is None else np.asarray(bias_rad_s, dtype=float)
     return Estimate(normalised(np.asarray(quaternion, dtype=float)), bias, covariance)
 
 
 def propagate(estimate: Estimate, gyro_rad_s: FloatArray, interval_s: float, noise: GyroNoise) -> Estimate:
-    """The estimate one interval later, the gyro (3,) taken as constant over it."""
+    """Return the estimate one interval later, the gyro (3,) taken as constant over it."""
     state = state_of(estimate)
     carry(state, tuple(np.asarray(gyro_rad_s, dtype=float).tolist()), interval_s, noise)
     return _estimate(state)

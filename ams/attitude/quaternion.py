@@ -24,7 +24,7 @@ def rate_matrix(rate_rad_s: FloatArray) -> FloatArray:
 
 
 def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
-    """p ⊗ q (Hamilton's product), (..., 4): the turn q first, then p, both read in the reference frame."""
+    """P ⊗ q (Hamilton's product), (..., 4): the turn q first, then p, both read in the reference frame."""
     p_v, p_s, q_v, q_s = p[..., :3], p[..., 3:], q[..., :3], q[..., 3:]
     vector = p_s * q_v + q_s * p_v + np.cross(p_v, q_v)
     scalar = p_s * q_s - np.sum(p_v * q_v, axis=-1, keepdims=True)
@@ -42,7 +42,7 @@ def normalised(q: FloatArray) -> FloatArray:
 
 
 def advance(q: FloatArray, rate_rad_s: FloatArray, interval_s: float) -> FloatArray:
-    """q after one interval of constant body rate: exact, and normalised."""
+    """Q after one interval of constant body rate: exact, and normalised."""
     return normalised(multiply(q, from_turn(np.asarray(rate_rad_s) * interval_s)))
 
 

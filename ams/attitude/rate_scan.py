@@ -93,7 +93,7 @@ class RateScan:
             self._waiting = samples[:, known:]
 
     def _held(self, rates: FloatArray) -> FloatArray:
-        """What follows a gap that was too long to be bridged; its own end is held like its beginning."""
+        """Return what follows a gap that was too long to be bridged; its own end is held like its beginning."""
         if not self._is_holding:
             return rates
         good = np.flatnonzero(np.isfinite(rates).all(axis=0))
@@ -181,7 +181,7 @@ def bridge(rates: FloatArray) -> tuple[FloatArray, BoolArray]:
 
 
 def _open_end(is_missing: BoolArray) -> int:
-    """How many samples at the end wait for a rate to come; none where the gap is too long to be bridged."""
+    """Return how many samples at the end wait for a rate to come; none where the gap is too long to be bridged."""
     good = np.flatnonzero(~is_missing)
     if not good.size:
         return is_missing.size

@@ -169,7 +169,7 @@ class Disagreement:
     """Valid readings less the rank of the attitude's Jacobian."""
 
     def is_above(self, calibration_dof: float | FloatArray, level: float = LEVEL) -> BoolArray:
-        """Whether it is more than the covariance allows, which was known with some degrees of freedom itself."""
+        """Return whether χ² is more than the covariance allows, which was known with some degrees of freedom itself."""
         own = np.maximum(self.dof, 1)
         other = np.minimum(np.asarray(calibration_dof, dtype=float), 1e7)
         chance = f_tail(self.chi_square / own, own, other)

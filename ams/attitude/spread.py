@@ -68,7 +68,10 @@ class OutputErrors:
 def output_errors(
     sensors: Sequence[UncertainSensor], force: FloatArray, package: PackageErrors | None = None
 ) -> OutputErrors:
-    """Without a package's covariance every axis' calibration counts as independent of the others'."""
+    """Return the errors of the outputs at (3, n) force.
+
+    Without a package's covariance every axis' calibration counts as independent of the others'.
+    """
     reading = np.stack([sensor.reading_variance_v2(force) for sensor in sensors], axis=-1)
     if package is not None:
         return OutputErrors(package.output_parts(force), reading)
@@ -96,7 +99,7 @@ def weighing_variances(sensors: Sequence[UncertainSensor], K: FloatArray, force:
 
 
 def side_by_side(first: OutputErrors, second: OutputErrors) -> OutputErrors:
-    """Of two packages that were calibrated apart."""
+    """Join the errors of two packages that were calibrated apart."""
     size, more = first.reading.shape[1], second.reading.shape[1]
     padded = [(np.pad(c, ((0, 0), (0, more), (0, more))), dof) for c, dof in first.calibration]
     padded += [(np.pad(c, ((0, 0), (size, 0), (size, 0))), dof) for c, dof in second.calibration]

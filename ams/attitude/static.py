@@ -282,7 +282,7 @@ def tangents(force: FloatArray) -> FloatArray:
 
 
 def _angles(force: FloatArray, spread: Spread, across: FloatArray, codes: flag_codes.Codes) -> Angles:
-    """The angles of (3, N) unit forces; the spread of roll is that along the parallel, cos α·roll."""
+    """Return the angles of (3, N) unit forces; the spread of roll is that along the parallel, cos α·roll."""
     pitch, roll = np.arctan2(force[0], np.hypot(force[1], force[2])), np.arctan2(-force[1], -force[2])
     pitch_lost, roll_lost = (
         (codes & (flag_codes.LOST | code)) != 0 for code in (flag_codes.PITCH_SINGULAR, flag_codes.ROLL_SINGULAR)

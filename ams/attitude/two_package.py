@@ -89,7 +89,7 @@ def iterate_dwell(
     sd_v: float,
     start_rad: FloatArray | None = None,
 ) -> DwellAngles:
-    """One attitude from all readings of a dwell, by Gauss-Newton. Source: CR (IV-B.12) to (IV-B.28).
+    """Find one attitude from all readings of a dwell, by Gauss-Newton. Source: CR (IV-B.12) to (IV-B.28).
 
     ``sd_v`` is the standard deviation of one reading, volts. The start is the closed form of the dwell's means unless
     one is given. Unlike CR's two steps the model package's outputs also improve pitch and yaw.

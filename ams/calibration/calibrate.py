@@ -46,6 +46,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
             outputs are not in the unit that the model states.
         DesignError: the points or temperatures cannot determine the model.
         SolveError: the iteration of a nonlinear model did not converge.
+
     """
     refuse_unusable(observations, request)
     layout = layout_of(observations)
@@ -94,7 +95,8 @@ def _in_words(unit: str) -> str:
 
 def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[SharedError]]) -> Iterator[Sequence[str]]:
     """Labels of axes with the same basis, the same shared errors and nothing fixed, which are solved together; every
-    other axis alone."""
+    other axis alone.
+    """
     groups: dict[Hashable, list[str]] = {}
     for label, choice in choices.items():
         model = choice.model

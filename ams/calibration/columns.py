@@ -83,6 +83,7 @@ def solve_columns(
     Raises:
         ObservationsError: a (replication, point) pair stands twice.
         DesignError: the points cannot determine the model.
+
     """
     layout = layout_of(points)
     problem = linearise(models, points, layout, outputs, weights)
@@ -90,7 +91,7 @@ def solve_columns(
 
 
 def plots_of(model: Model, rows: Observations, layout: Layout) -> WholePlots:
-    """What the covariance of a model counts: replications, or visits of a temperature plateau."""
+    """Return what the covariance of a model counts: replications, or visits of a temperature plateau."""
     return whole_plots(layout, visits_of(rows), shared_regressors(model, rows))
 
 
@@ -134,7 +135,7 @@ def solve_linearised(
 def _common_errors(
     problem: Linearised, table: TableUncertainty | None, shared: Sequence[SharedError]
 ) -> list[CommonErrors]:
-    """For every axis: columns of errors that many rows share, one standard uncertainty each, volts."""
+    """Return for every axis columns of errors that many rows share, one standard uncertainty each, volts."""
     uncertain = _uncertain(problem.model)
     if table is None and not uncertain and not shared:
         return []
@@ -188,7 +189,7 @@ def _all_primary(
 
 
 def _causes_of_all(problem: Linearised, causes: Causes | None) -> Causes | None:
-    """Over all primary parameters: fixed ones have none."""
+    """Return the causes over all primary parameters: fixed ones have none."""
     size = len(problem.model.primary_names)
     if causes is None or problem.free.size == size:
         return causes
@@ -198,7 +199,10 @@ def _causes_of_all(problem: Linearised, causes: Causes | None) -> Causes | None:
 
 
 def _with_fixed(problem: Linearised, effect: FloatArray) -> FloatArray:
-    """A coefficient too high by u leaves the free parameters too low by the estimator's response to it."""
+    """Return the covariance that fixed coefficients add.
+
+    A coefficient too high by u leaves the free parameters too low by the estimator's response to it.
+    """
     uncertain = _uncertain(problem.model)
     errors = np.zeros((len(problem.model.primary_names), len(uncertain)))
     errors[problem.free] = -effect

@@ -81,5 +81,5 @@ def _degrees_of_freedom(dof: float | None) -> float | None:
 
 
 def number(value: float | None) -> float | None:
-    """The value as JSON has it: null where it is not finite."""
+    """Return the value as JSON has it: null where it is not finite."""
     return None if value is None or not isfinite(value) else float(value)

@@ -37,6 +37,7 @@ def read_levels(path: str | Path, axes: Mapping[str, str]) -> dict[str, Levels]:
 
     Raises:
         ObservationsError: the file cannot be read or says something impossible; nothing was solved.
+
     """
     table = parse_csv(Path(path))
     refuse_missing_columns(table, ("replication", "point", *axes.values()))
@@ -44,7 +45,10 @@ def read_levels(path: str | Path, axes: Mapping[str, str]) -> dict[str, Levels]:
 
 
 def linear_document(levels: Mapping[str, Levels], request: CalibrationRequest) -> Document:
-    """Every axis solved on its own rows: ``{"axes": {…}}``, the shape of a fit with the units of these columns."""
+    """Return the document of axes that are each solved on their own rows.
+
+    ``{"axes": {…}}``, the shape of a fit with the units of these columns.
+    """
     return {"axes": {axis: _axis_document(axis, found, request) for axis, found in levels.items()}}
 
 
@@ -138,7 +142,7 @@ def _axis_document(axis: str, levels: Levels, request: CalibrationRequest) -> Do
 
 
 def _renamed(document: Document, quantities: Mapping[str, str], measured: str) -> Document:
-    """The replication tests keyed by quantity, and sigmas by the unit that they have."""
+    """Return the replication tests keyed by quantity, and sigmas by the unit that they have."""
     replication = document["replication"]
     if not isinstance(replication, dict):
         return document

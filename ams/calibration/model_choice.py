@@ -28,19 +28,21 @@ class ModelChoice:
 
 
 def base_model(label: str, observations: Observations, request: CalibrationRequest) -> Model:
-    """The model without extension and temperature terms.
+    """Return the model without extension and temperature terms.
 
     Raises:
         DesignError: there is no such model or axis.
+
     """
     return request.models.get(label) or model_named(request.model, request.axes_of(observations)[label])
 
 
 def choose_model(label: str, rows: Observations, request: CalibrationRequest) -> ModelChoice:
-    """The model of one sensor axis for the rows that are solved.
+    """Return the model of one sensor axis for the rows that are solved.
 
     Raises:
         DesignError: no such model, or terms that were asked for are not known, not estimable or do not exist for it.
+
     """
     choice = _with_extension(label, rows, request, base_model(label, rows, request))
     if request.temperature != "none":

@@ -60,7 +60,10 @@ class CalibratedSensor:
         return not any(self._value(name) for name in Q_NAMES)
 
     def output_variance_v2(self, force: FloatArray) -> FloatArray:
-        """Of :meth:`line_output_v` less its prediction, calibration and reading together. Source: TP (52), (73)."""
+        """Return the variance of :meth:`line_output_v` less its prediction, calibration and reading together.
+
+        Source: TP (52), (73).
+        """
         rows = self.rows(force)
         return np.asarray(_quadratic(rows, self.covariance) + self.reading_variance_v2(force))
 
@@ -112,7 +115,7 @@ class CalibratedPackage:
 def package_of_set(
     coefficients: CoefficientSet, axes: Sequence[str], sensors: Sequence[CalibratedSensor]
 ) -> CalibratedPackage | None:
-    """Some axes of a set; None where the set does not state what they have in common."""
+    """Return the package that some axes of a set make; None where the set does not state what they have in common."""
     section = package_of(coefficients.document)
     if section is None or len(axes) < 2:
         return None
@@ -126,7 +129,9 @@ def package_of_set(
 def sensor_of_set(
     coefficients: CoefficientSet, axis: str, reading_sd_v: float | None, temperature_degc: FloatArray | None
 ) -> CalibratedSensor:
-    """One axis of a set; without a reading's standard deviation that of the calibration's rows stands for it.
+    """Return one axis of a set as a sensor.
+
+    Without a reading's standard deviation that of the calibration's rows stands for it.
 
     Raises: OutsideValidity where the set needs a temperature or states no standard error.
     """

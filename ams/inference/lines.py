@@ -70,7 +70,9 @@ def with_one(force: FloatArray) -> FloatArray:
 
 
 def sensor_line(solved: AxisCalibration, reading_sd_v: float) -> SensorLine:
-    """The sensor as a calibration found it; ``reading_sd_v`` is that of the place of use, not of the calibration.
+    """Return the sensor as a calibration found it.
+
+    ``reading_sd_v`` is that of the place of use, not of the calibration.
 
     CR's models sense gravity, the opposite of the specific force, so their sensitivities change sign here.
     Raises: DesignError for a model with further terms (extended, temperature), which a straight line cannot hold.
@@ -88,7 +90,7 @@ def sensor_line(solved: AxisCalibration, reading_sd_v: float) -> SensorLine:
 
 
 def package_lines(solved: Calibration, reading_sd_v: float) -> PackageLines:
-    """All axes of a package as a calibration found them. Raises: DesignError as :func:`sensor_line`."""
+    """Return all axes of a package as a calibration found them. Raises: DesignError as :func:`sensor_line`."""
     axes = list(solved.axes.values())
     sensors = [sensor_line(axis, reading_sd_v) for axis in axes]
     turns = [_onto_line(axis) for axis in axes]

@@ -66,7 +66,7 @@ def angles_from_packages(
     model_v: FloatArray,
     packages: tuple[PackageErrors | None, PackageErrors | None] = (None, None),
 ) -> SpreadAngles:
-    """All three angles from three sting and three model outputs, (N, 3) each, all six weighted together.
+    """Find all three angles from three sting and three model outputs, (N, 3) each, all six weighted together.
 
     Raises: DesignError where the sensors of a package lie in one plane.
     """
@@ -146,7 +146,7 @@ def _step(columns: FloatArray, weights: FloatArray, residual: FloatArray) -> Flo
 
 
 def _spread(columns: FloatArray, weights: FloatArray, errors: OutputErrors) -> Spread:
-    """Of two turns of gravity and, with a model package, of roll, (N, s).
+    """Return the spread of two turns of gravity and, with a model package, of roll, (N, s).
 
     Where the outputs do not tell a direction, all is put on the last.
     """
@@ -188,7 +188,10 @@ def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAn
 
 
 def _pitch(gravity: FloatArray, pitch_rad: FloatArray) -> FloatArray:
-    """Where gravity lies across the sting its own sign is flagged elsewhere; the size is always known."""
+    """Return the pitch of gravity.
+
+    Where gravity lies across the sting its own sign is flagged elsewhere; the size is always known.
+    """
     size = np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), gravity[:, 2])
     return np.where(np.isnan(pitch_rad), size, pitch_rad)
 

@@ -43,6 +43,7 @@ def read_csv(
 
     Raises:
         ObservationsError: the file cannot be read or says something impossible; nothing was solved.
+
     """
     table = parse_csv(Path(path))
     stimulus = (*(f"{angle}_deg" for angle in angles), *(RATES if rates else ()))
@@ -164,7 +165,10 @@ def _refuse_wandering_points(table: CsvTable, point: IntArray, numbers: Mapping[
 
 
 def _refuse_wandering_rates(table: CsvTable, observations: Observations) -> None:
-    """One point is one angular velocity in the package's axes, whatever angle a turning axis has reached."""
+    """Refuse a point whose angular velocity is not one and the same.
+
+    A point is one angular velocity in the package's axes, whatever angle a turning axis has reached.
+    """
     assert observations.euler_rate_rad_s is not None
     assert observations.yaw_rad is not None
     euler = np.stack([observations.pitch_rad, observations.yaw_rad, observations.roll_rad], axis=-1)

@@ -59,6 +59,7 @@ def refuse_unusable(observations: Observations, request: CalibrationRequest) -> 
     Raises:
         ObservationsError: what is wrong, and in which column.
         DesignError: a combination that is asked for does not exist.
+
     """
     if request.temperature not in ("none", "apply", "estimate"):
         raise DesignError(
@@ -129,7 +130,7 @@ def _refuse_column(observations: Observations, name: str, values: FloatArray) ->
 
 
 def select_rows(observations: Observations, kept: BoolArray) -> Observations:
-    """The rows where ``kept`` is true."""
+    """Return the rows where ``kept`` is true."""
     return replace(
         observations,
         replication=observations.replication[kept],

@@ -43,7 +43,7 @@ class TableUncertainty:
             )
 
     def standard_rad(self) -> Mapping[str, float]:
-        """Standard uncertainty per axis, keyed ``pitch``, ``roll`` and ``yaw``."""
+        """Return the standard uncertainty per axis, keyed ``pitch``, ``roll`` and ``yaw``, rad."""
         divisor = {"limit": np.sqrt(3.0), "standard": 1.0, "expanded": self.coverage_factor}[self.kind]
         stated = {"pitch": self.pitch_rad, "roll": self.roll_rad, "yaw": self.yaw_rad}
         return {name: float(value / divisor) for name, value in stated.items()}
@@ -70,7 +70,8 @@ def index_columns(
     table: TableUncertainty, angles_rad: Mapping[str, FloatArray], slopes_v_per_rad: Mapping[str, FloatArray]
 ) -> FloatArray:
     """(N, q) columns G, one per index in use: output error that one standard uncertainty of that index causes,
-    volts."""
+    volts.
+    """
     return columns_of_members(index_members(table, angles_rad), slopes_v_per_rad)
 
 

@@ -29,7 +29,7 @@ _DEG_PER_RAD = degrees(1.0)
 
 
 def cyclic(nominal_axis: str) -> tuple[int, int, int]:
-    """Indices of e(i), e(i+1), e(i+2) for a nominal axis ``x``, ``y`` or ``z``."""
+    """Return the indices of e(i), e(i+1), e(i+2) for a nominal axis ``x``, ``y`` or ``z``."""
     first = AXES.index(nominal_axis)
     return first, (first + 1) % 3, (first + 2) % 3
 

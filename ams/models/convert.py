@@ -34,13 +34,13 @@ class TpSensor:
 
 
 def cr_from_tp(sensor: TpSensor) -> CrSensor:
-    """The same sensor in CR's convention, sensitivity per local g of gravity."""
+    """Return the same sensor in CR's convention, sensitivity per local g of gravity."""
     azimuth = float(wrap_rad(np.asarray(sensor.azimuth_rad + np.pi / 2)))
     return CrSensor(sensor.axis, sensor.offset_v, -sensor.sensitivity_v_per_g, azimuth, sensor.coning_rad)
 
 
 def tp_from_cr(sensor: CrSensor) -> TpSensor:
-    """The same sensor in TP's convention, sensitivity per local g of specific force."""
+    """Return the same sensor in TP's convention, sensitivity per local g of specific force."""
     azimuth = float(wrap_rad(np.asarray(sensor.azimuth_rad - np.pi / 2)))
     return TpSensor(sensor.axis, sensor.bias_v, -sensor.sensitivity, sensor.coning_rad, azimuth)
 

@@ -60,7 +60,7 @@ def model_gravity_g(sting_g: Array, roll_rad: Array) -> Array:
 
 
 def sensitive_axis(axis: str, azimuth_rad: Any, coning_rad: Any) -> Array:
-    """Unit vector of the sensitive axis in package axes, (3,)."""
+    """Return the unit vector of the sensitive axis in package axes, (3,)."""
     i = AXES.index(axis)
     u: list[Any] = [0.0, 0.0, 0.0]
     u[i] = np.cos(coning_rad)
@@ -80,7 +80,7 @@ def predict_v(axis: str, parameters: Array, field: Array) -> Array:
 
 
 def jacobian(axis: str, parameters: Array, field: Array) -> Array:
-    """Derivatives with respect to (B, S, A, C), (N, 4). Source: CR (IV-A.7) to (IV-A.32), derived anew."""
+    """Return the derivatives by (B, S, A, C), (N, 4). Source: CR (IV-A.7) to (IV-A.32), derived anew."""
     _, sensitivity, azimuth, coning = parameters
     i = AXES.index(axis)
     own, first, second = field[:, i], field[:, (i + 1) % 3], field[:, (i + 2) % 3]
@@ -98,7 +98,7 @@ def jacobian(axis: str, parameters: Array, field: Array) -> Array:
 
 
 def sensor_from_linear(axis: str, linear: FloatArray) -> CrSensor:
-    """The sensor on the branch C ≤ 90° with signed S from (b, k_x, k_y, k_z)."""
+    """Return the sensor on the branch C ≤ 90° with signed S from (b, k_x, k_y, k_z)."""
     i = AXES.index(axis)
     k = np.asarray(linear[1:], dtype=float)
     norm = float(np.linalg.norm(k))
@@ -124,7 +124,7 @@ class SensorFit:
     degrees_of_freedom: int
 
     def standard_uncertainties(self) -> Mapping[str, float | None]:
-        """Of bias, sensitivity, azimuth and coning, in the units of :class:`CrSensor`.
+        """Return those of bias, sensitivity, azimuth and coning, in the units of :class:`CrSensor`.
 
         Azimuth and coning are None where the coning angle is within five of its standard uncertainties of zero: its
         direction cannot be told there, while b and k stay well defined.
@@ -186,17 +186,17 @@ def fit_sensor(axis: str, field: FloatArray, output_v: FloatArray) -> SensorFit:
 
 
 def fit_package(field: FloatArray, outputs_v: Mapping[str, FloatArray]) -> dict[str, SensorFit]:
-    """Every sensor of one package, keyed by axis."""
+    """Fit every sensor of one package, keyed by axis."""
     return {axis: fit_sensor(axis, field, output) for axis, output in outputs_v.items()}
 
 
 def calibrate_package(field: FloatArray, outputs_v: Mapping[str, FloatArray]) -> dict[str, CrSensor]:
-    """As :func:`fit_package`, the sensors alone."""
+    """Fit as :func:`fit_package` does; return the sensors alone."""
     return {axis: fit.sensor for axis, fit in fit_package(field, outputs_v).items()}
 
 
 def sensed_field(sensors: Mapping[str, CrSensor], outputs_v: Mapping[str, FloatArray]) -> FloatArray:
-    """The field in package axes, (N, 3), from the outputs of a three-axis package.
+    """Return the field in package axes, (N, 3), from the outputs of a three-axis package.
 
     Source: CR (IV-B.1), (IV-B.2), (IV-D.1). Raises: DesignError where the sensitive axes do not span space.
     """

@@ -28,7 +28,7 @@ _DEG_PER_RAD = degrees(1.0)
 def fit_gyros(
     euler_rad: FloatArray, euler_rate_rad_s: FloatArray, outputs_v: Mapping[str, FloatArray]
 ) -> dict[str, SensorFit]:
-    """Every gyro of the package, keyed by axis, with its covariance; sensitivities in V per (rad/s).
+    """Fit every gyro of the package, keyed by axis, with its covariance; sensitivities in V per (rad/s).
 
     The covariance takes the samples' noise as white; filtered samples have fewer degrees of freedom than rows.
     Raises: DesignError where the motion does not turn the angular velocity in three dimensions.

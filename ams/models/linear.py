@@ -28,12 +28,12 @@ class Line:
         return self.gain * np.asarray(value, dtype=float) + self.offset
 
     def then(self, following: "Line") -> "Line":
-        """This line first, the following one second."""
+        """Chain two lines: this one first, the following one second."""
         return Line(following.gain * self.gain, following.gain * self.offset + following.offset)
 
 
 def compose(lines: Sequence[Line]) -> Line:
-    """The chain of lines as one, the first applied first."""
+    """Return the chain of lines as one, the first applied first."""
     whole = Line(1.0, 0.0)
     for line in lines:
         whole = whole.then(line)
@@ -51,7 +51,7 @@ class DwellValue:
 
 
 def dwell_value(time_s: FloatArray, samples: FloatArray) -> DwellValue:
-    """The regression over a dwell's samples that SR takes as the measured value.
+    """Return the regression over a dwell's samples, which SR takes as the measured value.
 
     The value at mid-dwell does not depend on the slope, so a slow drift adds to the slope and not to the value.
     Raises: ObservationsError with fewer than three samples or with one time only.
@@ -85,7 +85,7 @@ class LineFit:
     degrees_of_freedom: int
 
     def standard_uncertainty(self, measured: FloatArray) -> FloatArray:
-        """Standard uncertainty of the fitted line at the measured values, (N,)."""
+        """Return the standard uncertainty of the fitted line at the measured values, (N,)."""
         basis = np.column_stack([np.asarray(measured, dtype=float), np.ones(np.size(measured))])
         return np.asarray(np.sqrt(np.einsum("ni,ij,nj->n", basis, self.covariance, basis)), dtype=float)
 

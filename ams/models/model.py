@@ -101,4 +101,4 @@ class Model(Protocol):
         """(L, P) derivatives of :meth:`parameters`; a row that does not exist (azimuth at no coning) is NaN."""
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
-        """Derived parameters that this estimate cannot state, each with the reason in words."""
+        """Return the derived parameters that this estimate cannot state, each with the reason in words."""

@@ -9,10 +9,11 @@ MODELS: Registry[SensorModel] = Registry("calrig.models", SensorModel, DesignErr
 
 
 def model_named(name: str, nominal_axis: str) -> Model:
-    """The model of one sensor axis.
+    """Return the model of one sensor axis.
 
     Raises:
         DesignError: there is no such model or no such axis.
+
     """
     if nominal_axis not in ("x", "y", "z"):
         raise DesignError(f"model {name}: nominal axis: got {nominal_axis!r}, allowed x, y or z; nothing was solved")

@@ -26,7 +26,7 @@ _START_STEPS = 8
 
 
 def is_of_a_mounting(name: str) -> bool:
-    """Whether a parameter belongs to an earlier mounting."""
+    """Return whether a parameter belongs to an earlier mounting."""
     return name.startswith(PREFIX)
 
 
@@ -57,7 +57,7 @@ class Remounted:
         raise NotImplementedError("asked for only where basis_key is set")
 
     def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        """Every mounting alone, and the rotations between them; none where one alone says too little."""
+        """Estimate every mounting alone, and the rotations between them; none where one alone says too little."""
         basis = self._single.basis(stimulus)
         last = self._of(stimulus, None)
         everything = np.asarray(np.linalg.lstsq(basis, output_v, rcond=None)[0], dtype=np.float64)
@@ -127,7 +127,7 @@ class Remounted:
         return np.asarray(np.linalg.lstsq(basis, output_v, rcond=None)[0])
 
     def _turns_between(self, k: FloatArray, earlier: FloatArray) -> FloatArray:
-        """The two rotations that bring the direction of k nearest to that of an earlier mounting."""
+        """Return the two rotations that bring the direction of k nearest to that of an earlier mounting."""
         turns, unit = np.zeros(2), k / np.linalg.norm(k)
         wanted = earlier / np.linalg.norm(earlier)
         for _ in range(_START_STEPS):

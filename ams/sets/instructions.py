@@ -39,7 +39,7 @@ def use_section(
     chain: Mapping[str, object] | None,
     temperature_conversion: Mapping[str, object] | None,
 ) -> Document:
-    """The document's section ``use``."""
+    """Return the document's section ``use``."""
     conversion = plain(temperature_conversion, "temperature_conversion")
     return {
         "polarity": {name: polarity(numbers) for name, numbers in axes.items()},
@@ -57,7 +57,7 @@ def use_section(
 
 
 def use_of(document: Document) -> Document | None:
-    """The section, None in a set that was written before there was one."""
+    """Return the section ``use``, None in a set that was written before there was one."""
     section = document.get("use")
     return None if section is None else table(section)
 
@@ -89,7 +89,7 @@ def _corrections(chain: Mapping[str, object]) -> Document:
 
 
 def _correction(declared: Mapping[str, object]) -> Document:
-    """Of one channel: its supply, its load resistor, or both."""
+    """Return the correction of one channel: for its supply, its load resistor, or both."""
     correction: Document = {}
     nominal_v = declared.get("supply_nominal_v") or _middle(declared.get("supply_band_v"))
     if declared.get("ratiometric") and nominal_v is not None:
@@ -107,6 +107,6 @@ def _middle(band: object) -> float | None:
 
 
 def _serial(declared: object) -> str | None:
-    """The serial in what is declared of a channel's chain."""
+    """Return the serial in what is declared of a channel's chain."""
     serial = declared.get("serial") if isinstance(declared, Mapping) else None
     return str(serial) if serial else None

@@ -93,7 +93,7 @@ def utc_text(moment: datetime) -> str:
 
 
 def origin_sections(provenance: Provenance) -> Document:
-    """Who and with what right: the document's sections before the coefficients."""
+    """Return the document's sections before the coefficients: who calibrated and with what right."""
     return {
         "sensor": {
             "name": provenance.sensor,
@@ -123,7 +123,7 @@ def _further_ranges(provenance: Provenance) -> Document:
 
 
 def record_sections(provenance: Provenance) -> Document:
-    """How it came about: the document's sections after the coefficients."""
+    """Return the document's sections after the coefficients: how they came about."""
     declared = ("mount", "level", "chain", "job", "acceptance", "laboratory")
     return {
         "environment": plain(provenance.environment, "environment"),

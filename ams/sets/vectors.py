@@ -68,7 +68,7 @@ class VectorAgreement:
 
 
 def make_vectors(axes: Mapping[str, AxisNumbers], validity: Validity) -> Document:
-    """The document's section ``test_vectors``, computed from the numbers."""
+    """Return the document's section ``test_vectors``, computed from the numbers."""
     with_temperature = any(numbers.needs_temperature for numbers in axes.values())
     forward = [_forward(axes, validity, fractions, with_temperature) for fractions in SPREAD]
     inverse = [vector for vector in forward if _is_invertible(axes, vector)]
@@ -112,7 +112,7 @@ def angles_of(f: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def is_package(axes: Mapping[str, AxisNumbers]) -> bool:
-    """Whether three linear axes in TP's convention together determine the specific force, well conditioned."""
+    """Return whether three linear axes in TP's convention determine the specific force, well conditioned."""
     return (
         len(axes) == 3
         and all(FIELDS[numbers.model].convention == "TP" for numbers in axes.values())
@@ -145,7 +145,7 @@ def _forward(
 
 
 def _between(limits: tuple[float, float], fraction: float) -> float:
-    """A point of the range, rounded to a micro-unit but never beyond an end."""
+    """Return a point of the range, rounded to a micro-unit but never beyond an end."""
     return min(max(round(limits[0] + fraction * (limits[1] - limits[0]), 6), limits[0]), limits[1])
 
 

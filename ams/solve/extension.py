@@ -119,7 +119,7 @@ def _slopes(primary: FloatArray, pitch: FloatArray, roll: FloatArray) -> dict[st
 def without_drift(
     basis: FloatArray, output: FloatArray, layout: Layout, readings: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Outputs brought to the mean parameters of all replications, and the variance of a reading.
+    """Return the outputs brought to the mean parameters of all replications, and the variance of a reading.
 
     The departures of the replications' parameters are found with every point's own effect taken out, so that a
     replication that lacks points is not bent by their lack of fit.
@@ -177,7 +177,10 @@ def _generalised(joined: FloatArray, means: _PointMeans) -> _Generalised:
 
 
 def _scatter_variance(generalised: _Generalised, precision_v2: float, dof: int) -> float:
-    """The variance of a reading at which χ² is its degrees of freedom, not below the precision of the replications."""
+    """Return the variance of a reading at which χ² is its degrees of freedom.
+
+    It is not below the precision of the replications.
+    """
     upper = float(generalised.gram[_TERMS, _TERMS]) / dof
     lower = max(precision_v2, 1e-12 * upper, float(np.finfo(float).tiny))
     if upper <= lower or generalised.at(lower)[2] <= dof:

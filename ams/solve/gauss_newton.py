@@ -85,6 +85,7 @@ def whitening(covariance: FloatArray | None) -> Whitening:
 
     Raises:
         SolveError: U_Y is not positive definite.
+
     """
     if covariance is None:
         return Whitening(None)
@@ -126,6 +127,7 @@ def gauss_newton(
         DesignError: fewer rows than parameters, or a Jacobian of deficient rank at the answer.
         SolveError: the model returned no finite numbers at the start, the iteration stalled away from a minimum,
             U_Y is not positive definite, or with H_E the answer is no minimum.
+
     """
     if observed.size <= len(start):
         raise DesignError(
@@ -216,7 +218,7 @@ class _Problem:
 
 
 def _iterate(problem: _Problem, start: FloatArray, limit: int) -> tuple[FloatArray, FloatArray, Convergence]:
-    """The answer, the largest slope that each parameter has had on the way, and how it ended."""
+    """Return the answer, the largest slope that each parameter has had on the way, and how it ended."""
     estimate, damping, damped_steps, relative = start, 0.0, 0, np.inf
     length = np.zeros(start.size)
     residuals = problem.residuals(estimate)
@@ -247,7 +249,10 @@ def _iterate(problem: _Problem, start: FloatArray, limit: int) -> tuple[FloatArr
 def _refuse_stall(
     problem: _Problem, estimate: FloatArray, residuals: FloatArray, gradient: FloatArray, length: FloatArray
 ) -> float:
-    """The step that is left over where none lowers the sum of squares; an answer only where that step is negligible."""
+    """Return the step that is left over where none lowers the sum of squares.
+
+    Raises: SolveError unless that step is negligible.
+    """
     step = _damped_step(gradient, residuals, length, 0.0)
     relative = _step_in_uncertainties(gradient, residuals, step)
     floor = ROUNDING_FLOOR * float(np.linalg.norm(problem.whiten(problem.observed)))
@@ -268,7 +273,7 @@ def _descend(
     length: FloatArray,
     damping: float,
 ) -> tuple[FloatArray | None, bool, float, int]:
-    """A step that earns a fair part of the reduction it promises.
+    """Return a step that earns a fair part of the reduction it promises.
 
     With it: whether it is undamped, the damping to go on with, and how many steps were tried in vain. No step at all:
     nothing more is to be gained in double precision.
@@ -298,7 +303,7 @@ def _square(residuals: FloatArray) -> float:
 def _step_on_trust(
     problem: _Problem, estimate: FloatArray, residuals: FloatArray, gradient: FloatArray, length: FloatArray
 ) -> FloatArray | None:
-    """The full step, unless it makes the fit visibly worse."""
+    """Return the full step, unless it makes the fit visibly worse."""
     step = _damped_step(gradient, residuals, length, 0.0)
     size, reached = np.linalg.norm(residuals), np.linalg.norm(problem.residuals(estimate + step))
     floor = ROUNDING_FLOOR * float(np.linalg.norm(problem.whiten(problem.observed)))
@@ -325,7 +330,7 @@ def _damped_step(gradient: FloatArray, residuals: FloatArray, length: FloatArray
 
 
 def _step_in_uncertainties(gradient: FloatArray, residuals: FloatArray, step: FloatArray) -> float:
-    """The largest step over its parameter's standard uncertainty; infinite where that is not defined."""
+    """Return the largest step over its parameter's standard uncertainty; infinite where that is not defined."""
     dof = residuals.size - step.size
     length = np.linalg.norm(gradient, axis=0)
     if not np.all(length > 0.0):

@@ -206,7 +206,7 @@ def _refuse_rank_deficiency(rows: _Rows) -> None:
 
 
 def _ordinary(rows: _Rows, errors: FloatArray) -> FloatArray:
-    """(A, 1 + c)"""
+    """Return the ordinary estimates, (A, 1 + c)."""
     force = rows.force + rows.effects @ errors
     basis = np.column_stack([np.ones(force.shape[0]), force])
     return np.asarray(np.linalg.lstsq(basis, rows.output_v, rcond=None)[0].T)
@@ -288,7 +288,7 @@ def _result(
 def _with_unexcited(
     primary: FloatArray, covariance: FloatArray, excited: NDArray[np.intp]
 ) -> tuple[FloatArray, FloatArray]:
-    """(A, 4) and (4 A, 4 A), NaN where a component was never excited."""
+    """Return the estimates (A, 4) and their covariance (4 A, 4 A), NaN where a component was never excited."""
     count = primary.shape[0]
     own = np.concatenate([[0], 1 + excited])
     every = (4 * np.arange(count)[:, None] + own).ravel()

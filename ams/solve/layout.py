@@ -82,6 +82,7 @@ def layout_of(observations: Observations) -> Layout:
 
     Raises:
         ObservationsError: there are no rows, or a (replication, point) pair stands twice.
+
     """
     if observations.rows == 0:
         raise ObservationsError(f"{observations.source}: no rows: nothing to solve; measure at least one replication")

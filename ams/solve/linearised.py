@@ -26,7 +26,7 @@ SHARED = MappingProxyType({**dict.fromkeys(TEMPERATURE_NAMES, "temperature_degc"
 
 
 def is_shared(name: str) -> bool:
-    """Whether a parameter is seen across replications only."""
+    """Return whether a parameter is seen across replications only."""
     return name in SHARED or is_of_a_mounting(name)
 
 
@@ -80,6 +80,7 @@ def linearise(
     Raises:
         DesignError: too few rows, or the points leave a direction of the parameters undetermined.
         SolveError: the iteration of a model that is not linear did not converge.
+
     """
     model, free = models[0], _free(models[0])
     if rows.rows == free.size:
@@ -114,7 +115,7 @@ def _columns(stimulus: Attitude) -> dict[str, NDArray[Any]]:
 
 
 def _repeats(stimulus: Attitude, layout: Layout) -> bool:
-    """The rows stand replication by replication, each with the same points at exactly the same stimulus."""
+    """Return whether each replication has the same points in order at exactly the same stimulus."""
     if not layout.is_complete or layout.order is not None:
         return False
     blocks = (values.reshape(layout.replications, -1) for values in _columns(stimulus).values())

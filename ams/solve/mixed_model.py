@@ -108,7 +108,10 @@ def _unreplicated(
     common: Sequence[CommonErrors],
     joined: Sequence[FloatArray],
 ) -> MixedEstimates:
-    """One replication (or none to spare): precision and lack of fit cannot be told apart; the residuals hold both."""
+    """Estimate from one replication (or none to spare).
+
+    Precision and lack of fit cannot be told apart; the residuals hold both.
+    """
     weights = np.ones(layout.rows) if form.weights is None else form.weights
     ordinary = form.solve(outputs)
     ss_ordinary = _square(form, outputs - form.basis @ ordinary)
@@ -128,7 +131,10 @@ def _unreplicated(
 
 
 def _split(form: LinearForm, alone: LinearForm, outputs: FloatArray) -> tuple[FloatArray | None, FloatArray]:
-    """The ordinary fit, and the outputs less what only several replications together determine; None: nothing is."""
+    """Return the ordinary fit, and the outputs less what only several replications together determine.
+
+    None: there is nothing of that kind.
+    """
     own = alone.basis.shape[1]
     if own == form.basis.shape[1]:
         return None, outputs
@@ -166,7 +172,8 @@ def _variances(
 
 def _own_variance(form: LinearForm, layout: Layout, precision: float, beyond: float) -> FloatArray:
     """(N,) variance of each row for the weights, over the repeats; a point's lack of fit counts once, however often it
-    was read."""
+    was read.
+    """
     readings = layout.sum_by_point(np.ones(layout.rows))[layout.point]
     return (precision / (1.0 if form.weights is None else form.weights) + readings * beyond) / form.repeats
 
@@ -178,7 +185,7 @@ def _weighted(
     own: Sequence[FloatArray],
     joined: Sequence[FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
-    """The estimator, and (P, m) estimates: the ordinary ones where no errors are common."""
+    """Return the estimator, and (P, m) estimates: the ordinary ones where no errors are common."""
     if not joined:
         return form.estimator, ordinary
     basis = form.basis[: joined[0].shape[0]]
@@ -190,7 +197,8 @@ def _weighted(
 
 def _generalised(basis: FloatArray, own: FloatArray, joined: FloatArray) -> FloatArray:
     """(m, P, N) generalised least squares for the row covariances diag(own) + joined·joinedᵀ, (m, N) and (m, N, q), by
-    Woodbury's identity."""
+    Woodbury's identity.
+    """
     own = np.maximum(own, _SMALLEST_OWN_VARIANCE * np.mean(np.sum(joined**2, axis=-1), axis=-1)[:, None])[..., None]
     weighted_basis, weighted, turned = basis / own, joined / own, np.swapaxes(joined, -1, -2)
     inner = np.eye(joined.shape[-1]) + turned @ weighted
@@ -266,14 +274,15 @@ def _contrasts_left(form: LinearForm, alone: LinearForm, plots: WholePlots, root
 
 
 def _inverse_root(matrix: FloatArray) -> FloatArray:
-    """Of a symmetric positive definite matrix."""
+    """Return the inverse square root of a symmetric positive definite matrix."""
     values, vectors = np.linalg.eigh(matrix)
     return np.asarray((vectors / np.sqrt(values)) @ vectors.T)
 
 
 def _response(estimator: FloatArray, alone: LinearForm, departures: FloatArray, plots: WholePlots) -> FloatArray:
     """(m, P, groups²) effects where shared parameters are found from the groups' own: each group may have any of the
-    departures that the groups show, and moves the estimate as the estimator responds to that group."""
+    departures that the groups show, and moves the estimate as the estimator responds to that group.
+    """
     rows = np.einsum("ng,ni->gni", plots.membership, alone.basis)
     response = np.expand_dims(estimator, -3) @ rows
     effects = response @ np.swapaxes(departures, -1, -2)[:, None]

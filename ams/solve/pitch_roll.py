@@ -29,6 +29,7 @@ def solve_pitch_roll(
     Raises:
         DesignError: fewer rows than parameters, or a coning angle of zero, where the azimuth does not exist.
         SolveError: U_Y is not positive definite.
+
     """
     model = PitchRoll(nominal_axis)
     basis = model.basis(stimulus)

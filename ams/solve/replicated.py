@@ -64,14 +64,14 @@ class ReplicatedSums:
 
 
 def replicated_sums(form: LinearForm, layout: Layout, outputs: FloatArray) -> ReplicatedSums:
-    """Sums of squares and estimates of (N, m) outputs; every replication must determine the model alone."""
+    """Return the sums of squares and estimates of (N, m) outputs; every replication must determine the model alone."""
     if _same_everywhere(form, layout):
         return _balanced(form, layout, outputs, layout.order)
     return _unbalanced(form, layout, outputs)
 
 
 def _same_everywhere(form: LinearForm, layout: Layout) -> bool:
-    """Every replication holds every point at the same attitudes."""
+    """Return whether every replication holds every point at the same attitudes."""
     if form.weights is not None or not layout.is_complete:
         return False
     if form.repeats == layout.replications and layout.order is None:
@@ -164,7 +164,8 @@ def _contrasts(
     blocks: FloatArray, layout: Layout, outputs: FloatArray, weights: FloatArray
 ) -> tuple[FloatArray, FloatArray, int]:
     """Least squares of the rows, free of point effects, on the replications' own (N, n, P) bases, the contrasts adding
-    up to nothing: what all replications have in common belongs to the points. With Gram inverse and rank."""
+    up to nothing: what all replications have in common belongs to the points. With Gram inverse and rank.
+    """
     n, size = blocks.shape[1:]
     apart = np.linalg.qr(np.eye(n) - 1.0 / n)[0][:, :-1]
     free = np.einsum("rni,nk->rki", blocks, apart).reshape(layout.rows, -1)

@@ -85,7 +85,7 @@ def visits_of(observations: Observations) -> Visits | None:
 
 
 def whole_plots(layout: Layout, visits: Visits | None, shared: Sequence[FloatArray]) -> WholePlots:
-    """The groups, with the (N,) regressors of parameters that are only seen across replications."""
+    """Return the groups, with the (N,) regressors of parameters that are only seen across replications."""
     index, count, is_replications = layout.replication, layout.replications, True
     if visits is not None and _hold_replications(layout, visits):
         index, count, is_replications = visits.index, len(visits.plateau_degc), False
@@ -94,7 +94,7 @@ def whole_plots(layout: Layout, visits: Visits | None, shared: Sequence[FloatArr
 
 
 def visit_warnings(layout: Layout, visits: Visits) -> tuple[str, ...]:
-    """What the order of the visits cannot tell."""
+    """Return warnings of what the order of the visits cannot tell."""
     warnings = []
     once = sorted({degc for degc in visits.plateau_degc if visits.plateau_degc.count(degc) == 1})
     if len(visits.plateau_degc) == len(once):
@@ -124,7 +124,7 @@ def _one_sided(plateau_degc: Sequence[float]) -> set[float]:
 
 
 def _hold_replications(layout: Layout, visits: Visits) -> bool:
-    """Each replication lies inside one visit, and there are fewer visits than replications."""
+    """Return whether each replication lies inside one visit, and there are fewer visits than replications."""
     pairs = np.unique(layout.replication * len(visits.plateau_degc) + visits.index)
     return pairs.size == layout.replications > len(visits.plateau_degc)
 

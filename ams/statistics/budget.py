@@ -38,7 +38,9 @@ class Input:
 def type_b(
     name: str, value: float, stated: float, kind: Kind, coverage_factor: float = 2.0, degrees_of_freedom: float = np.inf
 ) -> Input:
-    """An input as a certificate states it: ``stated`` is the half-width of a limit, or an expanded uncertainty.
+    """Return an input as a certificate states it.
+
+    ``stated`` is the half-width of a limit, or an expanded uncertainty.
 
     Source: GUM 4.3.3 to 4.3.9.
     """
@@ -47,7 +49,7 @@ def type_b(
 
 
 def type_a(name: str, readings: Sequence[float]) -> Input:
-    """The mean of repeated readings. Source: GUM 4.2.3. Raises: SolveError for a single reading."""
+    """Return the mean of repeated readings. Source: GUM 4.2.3. Raises: SolveError for a single reading."""
     values = np.asarray(readings, dtype=float)
     if values.size < 2:
         raise SolveError(

@@ -63,7 +63,7 @@ class FTestColumns:
     """(m,)"""
 
     def of(self, column: int) -> FTest:
-        """The test of one axis; all NaN where there is none."""
+        """Return the test of one axis; all NaN where there is none."""
         t = float(self.t[column])
         if np.isnan(t):
             return NO_TEST
@@ -93,13 +93,14 @@ def _no_tests(size: int) -> FTestColumns:
 
 
 def f_test(variance_ratio: float, numerator_dof: float, denominator_dof: float, level: float = 0.95) -> FTest:
-    """One variance ratio against its limit."""
+    """Test one variance ratio against its limit."""
     return f_tests({"": np.array([variance_ratio])}, numerator_dof, denominator_dof, level)[""].of(0)
 
 
 def holm(p_values: FloatArray, level: float = 0.05) -> BoolArray:
     """(m, q) which of q tests are significant when the chance of any false alarm among them is to stay at ``level``.
-    NaN never is."""
+    NaN never is.
+    """
     ascending = np.sort(p_values, axis=-1)
     known = p_values.shape[-1] - np.isnan(p_values).sum(axis=-1, keepdims=True)
     remaining = np.maximum(known - np.arange(p_values.shape[-1]), 1)
@@ -108,7 +109,7 @@ def holm(p_values: FloatArray, level: float = 0.05) -> BoolArray:
 
 
 def after_holm(tests: Mapping[str, FTestColumns]) -> dict[str, FTestColumns]:
-    """The same tests, their significance after Holm's correction over all of them, axis by axis."""
+    """Return the same tests, their significance after Holm's correction over all of them, axis by axis."""
     if not tests:
         return {}
     flags = holm(np.stack([test.p_value for test in tests.values()], axis=-1)).T

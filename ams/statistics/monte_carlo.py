@@ -53,7 +53,7 @@ def propagate(
 
 
 def summarise(results: FloatArray, level: float = 0.95) -> MonteCarlo:
-    """What (m, M) trials of m results say. Source: S1 7.5 to 7.7."""
+    """Return what (m, M) trials of m results say. Source: S1 7.5 to 7.7."""
     ordered = np.sort(results, axis=1)
     tails = np.quantile(ordered, [0.5 - level / 2, 0.5 + level / 2], axis=1).T
     shortest = np.stack([_shortest(row, level) for row in ordered])

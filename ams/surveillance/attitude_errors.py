@@ -173,7 +173,8 @@ def _variance_v2(
 
 def _coverage_factor(measured_by: CoefficientSet) -> float:
     """Student's at the fewest effective degrees of freedom of any coefficient; that of the normal distribution where
-    all are stated by certificates."""
+    all are stated by certificates.
+    """
     sections = [table(section) for section in table(measured_by.document["axes"]).values()]
     stated = [table(table(section["primary"])["effective_degrees_of_freedom"]) for section in sections]
     dof = [number(value) for axis in stated for value in axis.values() if value is not None]

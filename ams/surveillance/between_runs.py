@@ -51,7 +51,10 @@ class Scatter:
 
 
 def pooled_scatter(population: Population, leave_out: str | None = None) -> Scatter:
-    """The scatter of a kind of package from all its sensors but one, the same for all characteristics of a kind."""
+    """Return the scatter of a kind of package from all its sensors but one.
+
+    It is the same for all characteristics of a kind.
+    """
     same = np.diff(population.sensor_index) == 0
     kept = same & np.array(
         [label.sensor != leave_out and not label.is_check for label in population.labels[1:]], dtype=bool

@@ -72,7 +72,7 @@ class Characteristics:
 
 
 def numbers_of(coefficients: CoefficientSet) -> PackageNumbers:
-    """The primary parameters of one set, n = 1; a component that the model lacks is zero and exact."""
+    """Return the primary parameters of one set, n = 1; a component that the model lacks is zero and exact."""
     axes = table(coefficients.document["axes"])
     rows = [_axis_rows(table(section), coefficients.axes[name].model) for name, section in axes.items()]
     primary, covariance, scatter = (np.stack(part)[None] for part in zip(*rows, strict=True))
@@ -140,7 +140,7 @@ def _axis_rows(section: Document, model: str) -> tuple[FloatArray, FloatArray, F
 
 
 def _placed(matrix: Json, places: Sequence[tuple[int, int]]) -> FloatArray:
-    """The (4, 4) of b and k out of a covariance in the order of the set, null as zero."""
+    """Return the (4, 4) of b and k out of a covariance in the order of the set, null as zero."""
     rows = [listed(row) for row in listed(matrix)]
     placed = np.zeros((_COLUMNS, _COLUMNS))
     for row, at in places:

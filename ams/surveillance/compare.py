@@ -77,7 +77,10 @@ class Comparison:
 
 
 def compare(old: CoefficientSet, new: CoefficientSet) -> Comparison:
-    """What changed from ``old`` to ``new``. Raises: SetError where they are not of the same axes and equations."""
+    """Return what changed from ``old`` to ``new``.
+
+    Raises: SetError where they are not of the same axes and equations.
+    """
     _check_comparable(old, new)
     before, after = _at_one_gravity(numbers_of(old), old, new), numbers_of(new)
     scatter = before.scatter[0] + after.scatter[0]
@@ -226,7 +229,7 @@ def _turned(directions: FloatArray, vector: FloatArray) -> FloatArray:
 
 
 def _tangents(directions: FloatArray) -> FloatArray:
-    """(A, 2, 3) two unit vectors across each direction."""
+    """Return (A, 2, 3) two unit vectors across each direction."""
     _, _, frames = np.linalg.svd(directions[:, None, :])
     return np.asarray(frames[:, 1:, :])
 

@@ -17,7 +17,7 @@ _DOUBLES = 4 + 16 + 16
 
 
 def pack(numbers: PackageNumbers) -> bytes:
-    """One calibration as bytes."""
+    """Return one calibration as bytes."""
     axes = len(numbers.axes)
     rows = [numbers.primary[0], numbers.covariance[0].reshape(axes, 16), numbers.scatter[0].reshape(axes, 16)]
     return np.concatenate(rows, axis=1).astype("<f8").tobytes()
@@ -33,7 +33,7 @@ def unpack(axes: Sequence[str], packed: Sequence[bytes], sensitivity_name: str) 
 
 
 def point_row(coefficients: CoefficientSet, *, is_check: bool) -> dict[str, Any]:
-    """The row of the table ``points``."""
+    """Return the row of the table ``points``."""
     numbers = numbers_of(coefficients)
     return {
         "sha256": coefficients.sha256,

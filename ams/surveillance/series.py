@@ -47,7 +47,8 @@ class Population:
     @cached_property
     def coordinates(self) -> FloatArray:
         """(N, p) characteristics as small angles, radians; sensitivities and offsets against the first of the sensor's
-        calibrations."""
+        calibrations.
+        """
         found = self.characteristics
         return found.value / found.scale[self.starts[self.sensor_index]]
 
@@ -79,7 +80,7 @@ class Population:
         return tuple(name.partition(".")[0] for name in self.characteristics.names)
 
     def rows_of(self, sensor: str) -> slice:
-        """The rows of one sensor, empty where it has none."""
+        """Return the rows of one sensor, empty where it has none."""
         rows = [place for place, label in enumerate(self.labels) if label.sensor == sensor]
         return slice(rows[0], rows[-1] + 1) if rows else slice(0, 0)
 
