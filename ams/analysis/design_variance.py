@@ -58,13 +58,13 @@ class DesignEvaluation:
 
 
 def gradient(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """(N, 4) φ of TP (127)."""
+    """Return (N, 4) φ of TP (127)."""
     force = specific_force(pitch_rad, roll_rad)
     return np.concatenate([np.ones((*force.shape[:-1], 1)), force], axis=-1)
 
 
 def design_rank(pitch_rad: FloatArray, roll_rad: FloatArray) -> int:
-    """Rank of the design matrix of the model with roll, 1 to 4."""
+    """Return the rank of the design matrix of the model with roll, 1 to 4."""
     basis = gradient(pitch_rad, roll_rad)
     length = np.linalg.norm(basis, axis=0)
     return int(np.linalg.matrix_rank(basis / np.where(length > 1e-12, length, np.inf), rtol=RANK_TOLERANCE))
@@ -73,17 +73,19 @@ def design_rank(pitch_rad: FloatArray, roll_rad: FloatArray) -> int:
 def variance_function(
     pitch_rad: FloatArray, roll_rad: FloatArray, at_pitch_rad: FloatArray, at_roll_rad: FloatArray
 ) -> FloatArray:
-    """φᵀP⁻¹φ at attitudes of any common shape, for the points (N,) of a design.
+    """Return φᵀP⁻¹φ at attitudes of any common shape, for the points (N,) of a design.
 
     Raises:
         DesignError: the points cannot determine the model.
-
     """
     return _variance(_inverse_moments(pitch_rad, roll_rad), at_pitch_rad, at_roll_rad)
 
 
 def figure_of_merit(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) -> float:
-    """V of TP (53): the number of points times the mean of the variance function over the box, by integration."""
+    """Return V of TP (53), by integration.
+
+    It is the number of points times the mean of the variance function over the box.
+    """
     return pitch_rad.size * _mean_variance(_inverse_moments(pitch_rad, roll_rad), box)
 
 
@@ -100,11 +102,10 @@ def max_variance(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) -> 
 def evaluate_design(
     pitch_rad: FloatArray, roll_rad: FloatArray, calibration_box: AngleBox, usage_box: AngleBox | None = None
 ) -> DesignEvaluation:
-    """Figures of merit, largest variance and rank of a design of K points.
+    """Return figures of merit, largest variance and rank of a design of K points.
 
     Raises:
         DesignError: the points cannot determine the model.
-
     """
     inverse = _inverse_moments(pitch_rad, roll_rad)
     usage = None if usage_box is None else float(np.sqrt(pitch_rad.size * _mean_variance(inverse, usage_box)))
@@ -179,7 +180,7 @@ def _mean_variance(inverse: FloatArray, box: AngleBox) -> float:
 
 
 def _highest(values: FloatArray) -> NDArray[np.intp]:
-    """Flat places of the highest local maxima of a grid, the border included."""
+    """Return the flat places of the highest local maxima of a grid, the border included."""
     padded = np.pad(values, 1, constant_values=-np.inf)
     rows, columns = values.shape
     around = np.stack([padded[i : i + rows, j : j + columns] for i in range(3) for j in range(3)])

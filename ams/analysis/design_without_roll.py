@@ -23,11 +23,10 @@ _STATIONS = 721
 
 
 def variance_without_roll(pitch_rad: FloatArray, at_pitch_rad: FloatArray) -> FloatArray:
-    """φᵀP⁻¹φ at pitch angles (M,), for the points (N,) of a design.
+    """Return φᵀP⁻¹φ at pitch angles (M,), for the points (N,) of a design.
 
     Raises:
         DesignError: the points cannot determine the model.
-
     """
     phi = _basis(at_pitch_rad)
     return np.asarray(np.einsum("ij,ij->i", phi @ _inverse_moments(pitch_rad), phi))
@@ -36,7 +35,7 @@ def variance_without_roll(pitch_rad: FloatArray, at_pitch_rad: FloatArray) -> Fl
 def evaluate_without_roll(
     pitch_rad: FloatArray, calibration_range_rad: PitchRange, usage_range_rad: PitchRange | None = None
 ) -> DesignEvaluation:
-    """Figures of merit, largest variance and rank (3 determines the model). Raises: DesignError."""
+    """Return figures of merit, largest variance and rank (3 determines the model). Raises: DesignError."""
     usage = None if usage_range_rad is None else _figure_of_merit_sqrt(pitch_rad, usage_range_rad)
     return DesignEvaluation(
         figure_of_merit_sqrt=_figure_of_merit_sqrt(pitch_rad, calibration_range_rad),

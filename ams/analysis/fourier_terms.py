@@ -30,7 +30,7 @@ class FourierTerm:
 
 
 def fourier_basis(pitch_rad: FloatArray, roll_rad: FloatArray) -> Mapping[str, FloatArray]:
-    """Term to its values at attitudes (K,), the simplest first; the constant is not among them."""
+    """Return the values of every term at attitudes (K,), the simplest first; the constant is not among them."""
     of_pitch, of_roll = _harmonics(pitch_rad, "α"), _harmonics(roll_rad, "R")
     products = {
         "·".join(part for part in (first, second) if part): a * b
@@ -111,7 +111,7 @@ def _fitted(
 
 
 def _orthonormal(basis: FloatArray) -> FloatArray:
-    """Orthonormal columns that span those of the basis, as many as there are independent ones."""
+    """Return the orthonormal columns that span those of the basis, as many as there are independent ones."""
     length = np.linalg.norm(basis, axis=0)
     u, singular, _ = np.linalg.svd(basis / np.where(length > 0.0, length, 1.0), full_matrices=False)
     return np.asarray(u[:, singular > 1e-9 * singular[0]])

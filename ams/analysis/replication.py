@@ -35,7 +35,7 @@ class ReplicationColumns:
 
 
 def quantity(parameter_name: str) -> str:
-    """``offset`` of ``offset_v``: a parameter's name without its unit, as the replication tests are keyed."""
+    """Return a parameter's name without its unit, as the replication tests are keyed: ``offset`` of ``offset_v``."""
     return _UNIT.sub("", parameter_name)
 
 

@@ -161,7 +161,7 @@ def insert_sets(
     published_utc: datetime,
     check_sensors: Mapping[str, bool],
 ) -> tuple[Publication, ...]:
-    """Inside a write transaction: the sets that are new, told in one record."""
+    """Insert the sets that are new and tell them in one record, inside a write transaction."""
     new: dict[str, CoefficientSet] = {}
     publications = []
     for coefficients in sets:

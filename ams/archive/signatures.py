@@ -101,7 +101,7 @@ def sign(
 
 
 def sign_off(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> SignOff:
-    """Signatures and certificates of a set. Raises: ArchiveError."""
+    """Return the signatures and certificates of a set. Raises: ArchiveError."""
     with reading(archive_url, busy_timeout_s) as connection:
         return _sign_off(connection, find_set(connection, key))
 

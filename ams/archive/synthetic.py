@@ -65,7 +65,7 @@ class SyntheticArchive:
 
 
 def synthetic_archive(chance: np.random.Generator, story: Story | None = None) -> SyntheticArchive:
-    """Calibrations of every sensor in every campaign."""
+    """Make calibrations of every sensor in every campaign."""
     told = story or Story()
     names = [f"SN{1001 + place}" for place in range(told.sensors)]
     picked = [names[place] for place in chance.permutation(told.sensors)[: told.drifting + 3]]
@@ -94,7 +94,10 @@ def _really_measured(name: str, mixed: list[str], is_swap: bool) -> str:
 
 
 def _own_numbers(chance: np.random.Generator) -> FloatArray:
-    """(3, 4) offset and k: 2.5 V/g within half a percent, offsets of millivolts, misalignments of minutes of arc."""
+    """Draw (3, 4) offset and k.
+
+    2.5 V/g within half a percent, offsets of millivolts, misalignments of minutes of arc.
+    """
     offset = chance.normal(0.0, 0.005, (3, 1))
     gain = 2.5 * (1.0 + chance.normal(0.0, 0.005, (3, 1)))
     return np.concatenate([offset, gain * (np.eye(3) + chance.normal(0.0, 0.003, (3, 3)))], axis=1)

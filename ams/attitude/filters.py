@@ -193,7 +193,7 @@ def window_averages(samples: FloatArray, window: int, step: int | None = None) -
 
 
 def gain(settings: LowPass, frequency_hz: FloatArray) -> FloatArray:
-    """Amplitude gain at the frequencies, as :func:`low_pass` applies it."""
+    """Return the amplitude gain at the frequencies, as :func:`low_pass` applies it."""
     from scipy.signal import sosfreqz
 
     _, response = sosfreqz(_sections(settings), worN=np.asarray(frequency_hz, dtype=float), fs=settings.sample_rate_hz)
@@ -202,7 +202,7 @@ def gain(settings: LowPass, frequency_hz: FloatArray) -> FloatArray:
 
 
 def _bridged(values: FloatArray, whole: BoolArray) -> FloatArray:
-    """Straight lines over what is missing; the nearest good sample at the ends."""
+    """Draw straight lines over what is missing; the nearest good sample at the ends."""
     if whole.all():
         return values
     filled = np.array(values)

@@ -220,7 +220,10 @@ def _turns(rates: FloatArray, nodes: int, at: int, interval_s: float) -> FloatAr
 
 
 def _moments(rates: FloatArray, nodes: int, at: int) -> tuple[FloatArray, FloatArray]:
-    """∫p and ∫(t − ½)p over the unit interval that starts at node ``at`` of the polynomial p through every window."""
+    """Return ∫p and ∫(t − ½)p over a unit interval of the polynomial p through every window.
+
+    The interval starts at node ``at``.
+    """
     powers = np.arange(nodes)
     vandermonde = (np.arange(nodes)[:, None] - at).astype(float) ** powers
     integrals = np.stack([1.0 / (powers + 1.0), 1.0 / (powers + 2.0) - 0.5 / (powers + 1.0)])

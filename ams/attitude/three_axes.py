@@ -66,7 +66,7 @@ class AttitudeColumns:
 
     @classmethod
     def empty(cls, rows: int) -> "AttitudeColumns":
-        """Columns to be written block by block; nothing is redundant until it is written."""
+        """Make columns to be written block by block; nothing is redundant until it is written."""
         codes = np.empty(rows, dtype=np.uint16)
         pitch, roll, pitch_sd, roll_sd = np.empty((4, rows))
         return cls(pitch, roll, codes, pitch_sd, roll_sd, np.full(rows, np.nan))
@@ -318,6 +318,6 @@ def _across(force: FloatArray) -> FloatArray:
 
 
 def _squares(force: FloatArray) -> FloatArray:
-    """(5, n) what the elements of a traceless Q multiply."""
+    """Return (5, n) what the elements of a traceless Q multiply."""
     x, y, z = force
     return np.stack([x * x - z * z, 2.0 * x * y, 2.0 * x * z, y * y - z * z, 2.0 * y * z])

@@ -55,7 +55,7 @@ class SolvedColumns:
     """None where nothing was replicated."""
 
     def per_replication(self, row: int) -> Mapping[int, Mapping[str, float]]:
-        """Replication label to the parameters (edge units) of that replication alone, of one axis."""
+        """Return the parameters (edge units) of one axis by replication label, each replication alone."""
         mixed, model = self.mixed, self.problem.models[row]
         assert mixed.sums is not None
         own = self.problem.alone.basis.shape[1]
@@ -83,7 +83,6 @@ def solve_columns(
     Raises:
         ObservationsError: a (replication, point) pair stands twice.
         DesignError: the points cannot determine the model.
-
     """
     layout = layout_of(points)
     problem = linearise(models, points, layout, outputs, weights)
@@ -161,14 +160,17 @@ def _angles_rad(rows: Stimulus) -> Mapping[str, FloatArray]:
 
 
 def _uncertain(model: Model) -> list[tuple[int, float]]:
-    """Places of the fixed primary parameters that have an uncertainty, with it."""
+    """Return the places of the fixed primary parameters that have an uncertainty, with it."""
     return [(model.primary_names.index(name), u) for name, (_, u) in model.fixed.items() if u > 0.0]
 
 
 def _all_primary(
     problem: Linearised, mixed: MixedEstimates, common: Sequence[CommonErrors]
 ) -> tuple[ComponentColumns, ...]:
-    """Components over all primary parameters, fixed ones included with what their uncertainty does to the free ones."""
+    """Return the components over all primary parameters.
+
+    Fixed ones are included with what their uncertainty does to the free ones.
+    """
     placed = []
     for part in mixed.components:
         covariance = problem.placed(part.covariance)

@@ -44,7 +44,7 @@ def _package(package: PackageCovariance) -> Document:
 
 
 def advice_document(advice: Advice) -> Document:
-    """Largest repeating terms, drifting parameters, and both as sentences."""
+    """Return the largest repeating terms, drifting parameters, and both as sentences."""
     return {
         "lack_of_fit": [_term(term) for term in advice.lack_of_fit],
         "drift": [_rate(rate) for rate in advice.drift],

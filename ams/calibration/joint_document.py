@@ -43,8 +43,9 @@ def read_mountings(path: str | Path, axes: Mapping[str, str], mount_column: str 
 
 
 def joint_document(fit: JointFit) -> Document:
-    """``{"axes": …, "nuisances": …, "confounded": […]}``, the axes in the shape of any fit; angles of the table in
-    arc seconds.
+    """Return ``{"axes": …, "nuisances": …, "confounded": […]}``, the axes in the shape of any fit.
+
+    Angles of the table are in arc seconds.
     """
     return {
         "axes": {axis: _axis(fit, axis) for axis in fit.axes},

@@ -37,7 +37,6 @@ def read_levels(path: str | Path, axes: Mapping[str, str]) -> dict[str, Levels]:
 
     Raises:
         ObservationsError: the file cannot be read or says something impossible; nothing was solved.
-
     """
     table = parse_csv(Path(path))
     refuse_missing_columns(table, ("replication", "point", *axes.values()))
@@ -157,7 +156,7 @@ def _renamed(document: Document, quantities: Mapping[str, str], measured: str) -
 
 
 def _two_levels(levels: Levels) -> Document:
-    """SR's two equations: exact, and nothing left over to judge the error by."""
+    """Return the solution of SR's two equations: exact, and nothing left over to judge the error by."""
     rows, model = levels.observations, levels.model
     assert rows.reference_level is not None
     line = fit_line(rows.outputs[model.nominal_axis], rows.reference_level).line

@@ -32,7 +32,6 @@ def base_model(label: str, observations: Observations, request: CalibrationReque
 
     Raises:
         DesignError: there is no such model or axis.
-
     """
     return request.models.get(label) or model_named(request.model, request.axes_of(observations)[label])
 
@@ -42,7 +41,6 @@ def choose_model(label: str, rows: Observations, request: CalibrationRequest) ->
 
     Raises:
         DesignError: no such model, or terms that were asked for are not known, not estimable or do not exist for it.
-
     """
     choice = _with_extension(label, rows, request, base_model(label, rows, request))
     if request.temperature != "none":

@@ -126,7 +126,7 @@ def from_c_fixed(content: bytes, where: str) -> CoefficientSet:
 
 
 def _prefix(coefficients: CoefficientSet) -> str:
-    """Not that of the floating-point header: a program may take both."""
+    """Return the prefix, not that of the floating-point header: a program may take both."""
     return f"{prefix_of(coefficients)}_fixed"
 
 

@@ -54,7 +54,7 @@ def from_csv(content: bytes, where: str) -> CoefficientSet:
 
 
 def rows_of(value: Json, path: str = "", unit: str = "") -> Iterator[tuple[str, str, str, str]]:
-    """Path, kind, value and unit of every leaf of the document."""
+    """Yield path, kind, value and unit of every leaf of the document."""
     if isinstance(value, dict) and value:
         for key, inner in value.items():
             name = key.replace("~", "~0").replace("/", "~1").replace("[", "~2")

@@ -56,7 +56,7 @@ def plain(tag: str, text: object) -> Element:
 
 
 def contact(tag: str, name: object, address: object) -> Element:
-    """Somebody with a place; the schema asks for both."""
+    """Return somebody with a place; the schema asks for both."""
     location = Element("dcc:location", [content("dcc:further", address or NOT_STATED)])
     return Element(tag, [content("dcc:name", name or NOT_STATED), location])
 

@@ -56,7 +56,7 @@ def from_epics(content: bytes, where: str) -> CoefficientSet:
 
 
 def _values(body: bytes) -> dict[str, str]:
-    """PV name to the value that its record holds."""
+    """Return the value that each record holds, by PV name."""
     text = body.decode("ascii", "replace")
     found = re.findall(r'^record\(\w+, "([^"]+)"\) \{.*?^    field\((?:INP|VAL), "([^"]*)"\)', text, re.M | re.S)
     return dict(found)
@@ -88,7 +88,7 @@ def _with_equations(lines: list[str], coefficients: CoefficientSet) -> list[str]
 
 
 def _numbers(coefficients: CoefficientSet) -> Iterator[tuple[str, float, str, str]]:
-    """Name, value, unit and description of every number."""
+    """Yield name, value, unit and description of every number."""
     document = coefficients.document
     yield "SET:GRAVITY_MPS2", number(table(document["acceleration_unit"])["value_mps2"]), "m/s^2", "local g"
     for name, limits in table(document["validity"]).items():

@@ -101,7 +101,7 @@ def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
 
 
 def _covariance(coefficients: CoefficientSet, name: str, along: int) -> FloatArray:
-    """(2, 2) of offset and k along the nominal axis."""
+    """Return the (2, 2) covariance of offset and k along the nominal axis."""
     primary = table(table(table(coefficients.document["axes"])[name])["primary"])
     order = [str(entry) for entry in listed(primary["order"])]
     rows = [
@@ -166,7 +166,10 @@ def _axis_keys(numbers: AxisNumbers, axis: LinearAxis) -> list[str]:
 
 
 def _keys(**values: object) -> list[str]:
-    """TOML keys; JSON's text of numbers, lists and ASCII strings is TOML's, but for NaN."""
+    """Return TOML keys.
+
+    JSON's text of numbers, lists and ASCII strings is TOML's, but for NaN.
+    """
     return [f"{name} = {_toml_value(value)}" for name, value in values.items()]
 
 

@@ -75,5 +75,5 @@ def check_same(read: Any, expected: Any, part: str, where: str) -> None:
 
 
 def axes_used(coefficients: CoefficientSet) -> Document:
-    """``used_numbers`` of every axis."""
+    """Return ``used_numbers`` of every axis."""
     return {name: used_numbers(table(section)) for name, section in table(coefficients.document["axes"]).items()}

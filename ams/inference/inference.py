@@ -50,7 +50,7 @@ class Package:
         return package_of_set(self.coefficients, tuple(self.columns), sensors)
 
     def outputs_v(self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]) -> FloatArray:
-        """(N, A) readings brought to the reference temperature."""
+        """Return the (N, A) readings brought to the reference temperature."""
         pairs = zip(sensors, self.columns.values(), strict=True)
         return np.stack([sensor.line_output_v(readings[column]) for sensor, column in pairs], axis=-1)
 
@@ -202,7 +202,7 @@ def _check_pair(sting: Package, model: Package) -> None:
 def _unbent(
     sensors: Sequence[CalibratedSensor], outputs_v: FloatArray, solve: Callable[[FloatArray], Angles]
 ) -> Angles:
-    """Angles with the quadratic terms taken off at the angles themselves, until they stand still."""
+    """Solve for angles with the quadratic terms taken off at the angles themselves, until they stand still."""
     found = solve(outputs_v)
     if all(sensor.is_linear for sensor in sensors):
         return found

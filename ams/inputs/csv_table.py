@@ -54,7 +54,7 @@ def _read_text(path: Path) -> str:
 
 
 def parse_csv(path: Path) -> CsvTable:
-    """Header and rows of a file. Raises: ObservationsError: it cannot be read or is no CSV file."""
+    """Read header and rows of a file. Raises: ObservationsError: it cannot be read or is no CSV file."""
     text = _read_text(path)
     if "\x00" in text:
         line = text.count("\n", 0, text.index("\x00")) + 1
@@ -137,7 +137,7 @@ def is_number(cell: str) -> bool:
 
 
 def numbers(table: CsvTable, name: str) -> FloatArray:
-    """(N,) the column as finite numbers. Raises: ObservationsError."""
+    """Return the column as (N,) finite numbers. Raises: ObservationsError."""
     cells = table.column(name)
     for line, cell in zip(table.lines, cells, strict=True):
         if not is_number(cell):
@@ -146,7 +146,7 @@ def numbers(table: CsvTable, name: str) -> FloatArray:
 
 
 def labels(table: CsvTable, name: str) -> IntArray:
-    """(N,) the column as whole numbers from 0. Raises: ObservationsError."""
+    """Return the column as (N,) whole numbers from 0. Raises: ObservationsError."""
     cells = table.column(name)
     for line, cell in zip(table.lines, cells, strict=True):
         if _WHOLE.fullmatch(cell) is None:

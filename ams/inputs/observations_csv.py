@@ -43,7 +43,6 @@ def read_csv(
 
     Raises:
         ObservationsError: the file cannot be read or says something impossible; nothing was solved.
-
     """
     table = parse_csv(Path(path))
     stimulus = (*(f"{angle}_deg" for angle in angles), *(RATES if rates else ()))
@@ -76,7 +75,7 @@ def read_csv(
 
 
 def unit_warnings(observations: Observations, columns: Mapping[str, str] | None = None) -> tuple[str, ...]:
-    """Columns whose numbers can hardly be in the unit of their name, each in a sentence.
+    """Return the columns whose numbers can hardly be in the unit of their name, each in a sentence.
 
     ``columns``: sensor axis to the column that it was read from.
     """
@@ -108,7 +107,7 @@ def unit_warnings(observations: Observations, columns: Mapping[str, str] | None 
 
 
 def _looks_like_radians(angle_deg: FloatArray) -> bool:
-    """Whole degrees come out when the numbers are taken as radians, and do not as they stand."""
+    """Return whether the numbers are whole degrees when they are taken as radians, and are not as they stand."""
     as_radians = np.rad2deg(angle_deg)
     moved = angle_deg[np.abs(angle_deg) > 0.0]
     if moved.size == 0:

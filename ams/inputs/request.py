@@ -49,17 +49,16 @@ class CalibrationRequest:
     """Sensor axis label to a model of the caller's own, used instead of the one that ``model`` names."""
 
     def axes_of(self, observations: Observations) -> Mapping[str, str]:
-        """Sensor axis label to nominal axis, for the axes to solve."""
+        """Return the nominal axis of every sensor axis to solve, by label."""
         return self.nominal_axes or {label: label for label in observations.outputs}
 
 
 def refuse_unusable(observations: Observations, request: CalibrationRequest) -> None:
-    """Arrays of one length, finite numbers, known axes and weights.
+    """Refuse arrays of several lengths, numbers that are not finite, unknown axes and weights.
 
     Raises:
         ObservationsError: what is wrong, and in which column.
         DesignError: a combination that is asked for does not exist.
-
     """
     if request.temperature not in ("none", "apply", "estimate"):
         raise DesignError(

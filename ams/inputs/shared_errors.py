@@ -52,7 +52,7 @@ class SharedError:
 def shared_columns(
     errors: Sequence[SharedError], model: Model, primary: FloatArray, rows: Stimulus
 ) -> Mapping[str, FloatArray]:
-    """Name to (N, q) columns, volts; an error that does not reach the model (a level for a gyro) has none."""
+    """Return (N, q) columns by name, volts; an error that does not reach the model (a level for a gyro) has none."""
     effects = {error.name: _columns(error, model, primary, rows) for error in errors}
     return {
         error.name: error.standard_uncertainty * effect
@@ -81,7 +81,7 @@ def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
 
 
 def _effect(effect: Effect, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
-    """(N,) volts by one unit of the error."""
+    """Return the (N,) volts that one unit of the error makes."""
     if effect == "reading":
         return np.ones_like(rows.pitch_rad)
     if effect == "gain":

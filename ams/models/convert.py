@@ -46,5 +46,5 @@ def tp_from_cr(sensor: CrSensor) -> TpSensor:
 
 
 def sensitivity_per_local_g(sensitivity_v_per_standard_g: float, gravity_mps2: float) -> float:
-    """Sensitivity per local g where the sensor is used, from one per 9.80665 m/s²."""
+    """Return the sensitivity per local g where the sensor is used, from one per 9.80665 m/s²."""
     return sensitivity_v_per_standard_g * gravity_mps2 / STANDARD_GRAVITY_MPS2

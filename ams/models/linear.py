@@ -90,7 +90,7 @@ class LineFit:
         return np.asarray(np.sqrt(np.einsum("ni,ij,nj->n", basis, self.covariance, basis)), dtype=float)
 
     def half_width(self, measured: FloatArray, level: float = 0.95, new_reading_sd: float | None = None) -> FloatArray:
-        """Half width of the confidence interval of the line, or of the prediction interval for a new reading.
+        """Return the half width of the confidence interval, or of the prediction interval for a new reading.
 
         ``new_reading_sd`` is the standard deviation of the new value in units of the real quantity; None leaves it out.
         Raises: DesignError with two levels, where there are no degrees of freedom.
@@ -105,7 +105,7 @@ class LineFit:
 
 
 def fit_line(measured: FloatArray, real: FloatArray) -> LineFit:
-    """Least squares of real on measured; with two levels it is SR's two-point solution.
+    """Fit real on measured by least squares; with two levels it is SR's two-point solution.
 
     The known quantity is regressed on the measured one, as SR uses it (real = A·measured + B).
     Raises: DesignError with fewer than two different levels.
@@ -143,7 +143,7 @@ class MagnetDifference:
 
 
 def magnet_difference(*, with_magnet: tuple[float, float], without_magnet: tuple[float, float]) -> MagnetDifference:
-    """Levels for :func:`fit_line` from readings in the positive and the negative direction of one axis.
+    """Return levels for :func:`fit_line` from readings in the positive and the negative direction of one axis.
 
     The magnet's field is the mean of the two magnitudes of (with − without); the 'real' value of each direction is the
     reading with the magnet less that mean field, the measured one the reading without it. The field so found is in the

@@ -13,7 +13,6 @@ def model_named(name: str, nominal_axis: str) -> Model:
 
     Raises:
         DesignError: there is no such model or no such axis.
-
     """
     if nominal_axis not in ("x", "y", "z"):
         raise DesignError(f"model {name}: nominal axis: got {nominal_axis!r}, allowed x, y or z; nothing was solved")

@@ -108,13 +108,12 @@ class WithTemperature(Widened):
 
 
 def refuse_unless_estimable(observations: Observations) -> None:
-    """Temperature coefficients can be told from offset, sensitivity and time by these observations.
+    """Refuse observations that cannot tell temperature coefficients from offset, sensitivity and time.
 
     Without times the order of the rows stands for time.
 
     Raises:
         DesignError: the span is under 5 °C, or temperature follows time with a correlation above 0.8.
-
     """
     temperature = observations.temperature_degc
     if temperature is None:

@@ -89,7 +89,7 @@ def sensed_force(
     chain_serial: Serials | None = None,
     site_gravity_mps2: float | None = None,
 ) -> FloatArray:
-    """(…, 3) specific force in package axes, local g, from the outputs of a three-axis package.
+    """Return the (…, 3) specific force in package axes, local g, from the outputs of a three-axis package.
 
     Raises: OutsideValidity where the set has no three independent axes, an output is missing or a temperature is, and
     for another chain or site than was calibrated (see :func:`apply`).
@@ -149,7 +149,10 @@ def _check_attitude(coefficients: CoefficientSet, attitude: Attitude, fields: Ma
 
 
 def _check_rates(coefficients: CoefficientSet, rate_dps: FloatArray) -> None:
-    """Angles do not matter to a gyro, the angular velocity along its package's axes does."""
+    """Refuse rates beyond the set's validity.
+
+    Angles do not matter to a gyro, the angular velocity along its package's axes does.
+    """
     limits = coefficients.validity.rate_dps
     if limits is not None:
         _check_range(coefficients, "rate", "dps", rate_dps, limits, (rate_dps - limits[0], limits[1] - rate_dps))

@@ -46,7 +46,7 @@ def plain(value: object, where: str) -> Json:
 
 
 def plain_text(value: str, where: str) -> str:
-    """Text of a bearable length that has a UTF-8 form and no NUL. Raises: SetError for any other."""
+    """Return text of a bearable length that has a UTF-8 form and no NUL. Raises: SetError for any other."""
     if len(value) > LONGEST_TEXT:
         raise SetError(
             f"{where}: cannot be written into a coefficient set: got a text of {len(value)} characters, "
@@ -99,7 +99,7 @@ def canonical_bytes(value: Json) -> bytes:
 
 
 def checksum(document: Mapping[str, Json]) -> str:
-    """SHA-256 (hex) over everything in the document but its checksum."""
+    """Return the SHA-256 (hex) over everything in the document but its checksum."""
     return hashlib.sha256(canonical_bytes({k: v for k, v in document.items() if k != "checksum"})).hexdigest()
 
 

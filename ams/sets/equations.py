@@ -136,7 +136,7 @@ def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArra
 
 
 def derived_direction(numbers: AxisNumbers) -> FloatArray | None:
-    """(3,) k from sensitivity and angles; None where one of them is null, or the model has no such angles."""
+    """Return (3,) k from sensitivity and angles; None where one of them is null, or the model has no such angles."""
     form = FIELDS[numbers.model]
     sensitivity = numbers.parameters.get(form.sensitivity)
     angles_deg = [numbers.parameters.get(name) for name in form.angles]

@@ -63,7 +63,7 @@ def use_of(document: Document) -> Document | None:
 
 
 def polarity(numbers: AxisNumbers) -> int:
-    """+1 or -1: the sign of the sensitivity; where the model names none, of k along the nominal axis.
+    """Return +1 or -1: the sign of the sensitivity; where the model names none, of k along the nominal axis.
 
     CR's accelerometers sense gravity, which points the other way than the specific force that a turn upwards makes.
     """
@@ -74,7 +74,7 @@ def polarity(numbers: AxisNumbers) -> int:
 
 
 def fixture_to_package(mount: Mapping[str, object]) -> list[Json] | None:
-    """Rows of the signed permutation that the mount declares, None where it declares none."""
+    """Return the rows of the signed permutation that the mount declares, None where it declares none."""
     named = [str(mount.get(axis, "")) for axis in "xyz"]
     if not all(re.fullmatch(r"[+-][xyz]", name) for name in named):
         return None
@@ -82,7 +82,7 @@ def fixture_to_package(mount: Mapping[str, object]) -> list[Json] | None:
 
 
 def _corrections(chain: Mapping[str, object]) -> Document:
-    """``chain_corrections``, where there are any: what readings were divided by before the set was made."""
+    """Return ``chain_corrections``, where there are any: what readings were divided by before the set was made."""
     found = {str(name): _correction(declared) for name, declared in chain.items() if isinstance(declared, Mapping)}
     made: dict[str, Json] = {name: correction for name, correction in found.items() if correction}
     return {"chain_corrections": made, "chain_corrections_text": CORRECTIONS_TEXT} if made else {}

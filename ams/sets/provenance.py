@@ -88,7 +88,7 @@ def _check_range(sensor: str, name: str, limits: tuple[float, float]) -> None:
 
 
 def utc_text(moment: datetime) -> str:
-    """ISO 8601 in UTC, such as ``2026-03-01T06:20:00+00:00``."""
+    """Return a moment as ISO 8601 in UTC, such as ``2026-03-01T06:20:00+00:00``."""
     return moment.astimezone(UTC).isoformat()
 
 

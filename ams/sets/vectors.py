@@ -97,7 +97,7 @@ def check_vectors(axes: Mapping[str, AxisNumbers], section: Mapping[str, Json], 
 def inferred_force(
     axes: Mapping[str, AxisNumbers], outputs_v: Mapping[str, FloatArray], temperature_degc: FloatArray | None
 ) -> FloatArray:
-    """(…, 3) specific force from the outputs of three axes, local g."""
+    """Return the (…, 3) specific force from the outputs of three axes, local g."""
     above = [
         (outputs_v[name] - numbers.offset_v(temperature_degc)) / numbers.gain(temperature_degc)
         for name, numbers in axes.items()
@@ -106,7 +106,7 @@ def inferred_force(
 
 
 def angles_of(f: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pitch in [−π/2, π/2] and roll in (−π, π] of a specific force of any length."""
+    """Return pitch in [−π/2, π/2] and roll in (−π, π] of a specific force of any length."""
     x, y, z = np.moveaxis(f, -1, 0)
     return np.arctan2(x, np.hypot(y, z)), np.arctan2(-y, -z)
 

@@ -107,7 +107,7 @@ def _point_means(observations: Observations, label: str, table: TableUncertainty
 
 
 def angles_of_points(observations: Observations, layout: Layout) -> tuple[FloatArray, FloatArray]:
-    """(K,) pitch and roll of the points, radians."""
+    """Return the (K,) pitch and roll of the points, radians."""
     first = np.unique(layout.point, return_index=True)[1]
     return observations.pitch_rad[first], observations.roll_rad[first]
 
@@ -198,7 +198,7 @@ def _all_rows(observations: Observations, label: str) -> tuple[FloatArray, Float
 
 
 def _standard_error(rows: tuple[FloatArray, FloatArray], size: int) -> float:
-    """S_E of TP (48) with the first ``size`` columns."""
+    """Return S_E of TP (48) with the first ``size`` columns."""
     joined, output = rows
     left = output - joined[:, :size] @ np.linalg.lstsq(joined[:, :size], output, rcond=None)[0]
     return float(np.sqrt(left @ left / (output.size - size)))

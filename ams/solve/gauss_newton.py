@@ -85,7 +85,6 @@ def whitening(covariance: FloatArray | None) -> Whitening:
 
     Raises:
         SolveError: U_Y is not positive definite.
-
     """
     if covariance is None:
         return Whitening(None)
@@ -116,7 +115,7 @@ def gauss_newton(
     iterations: int = 50,
     residual_curvature: bool = False,
 ) -> GaussNewtonResult:
-    """Least squares from a start.
+    """Find the least squares from a start.
 
     ``covariance`` is U_Y: None, (N,) variances, or (N, N); relative (rescaled by S_E²) unless absolute.
     ``residual_curvature`` puts H_E of TP (45) into the covariance of the estimate: R = F_cᵀ U_Y⁻¹ F_c − H_E. It counts
@@ -127,7 +126,6 @@ def gauss_newton(
         DesignError: fewer rows than parameters, or a Jacobian of deficient rank at the answer.
         SolveError: the model returned no finite numbers at the start, the iteration stalled away from a minimum,
             U_Y is not positive definite, or with H_E the answer is no minimum.
-
     """
     if observed.size <= len(start):
         raise DesignError(
@@ -149,7 +147,10 @@ def gauss_newton(
 
 
 def _residual_curvature(problem: "_Problem", estimate: FloatArray, uncertainty: FloatArray) -> FloatArray:
-    """H_E of TP (45): the residuals against the second derivatives, these by central differences of the Jacobian."""
+    """Return H_E of TP (45): the residuals against the second derivatives.
+
+    These are central differences of the Jacobian.
+    """
     residuals = problem.residuals(estimate)
     columns = []
     for place, size in enumerate(np.maximum(np.abs(estimate), uncertainty)):
@@ -162,7 +163,7 @@ def _residual_curvature(problem: "_Problem", estimate: FloatArray, uncertainty: 
 
 
 def _with_curvature(unscaled: FloatArray, curvature: FloatArray, names: Sequence[str]) -> FloatArray:
-    """R⁻¹ with R = F_cᵀ U_Y⁻¹ F_c − H_E, the second derivative of half the sum of squares.
+    """Return R⁻¹ with R = F_cᵀ U_Y⁻¹ F_c − H_E, the second derivative of half the sum of squares.
 
     Print has R = F_cᵀ U_Y⁻¹ F_c + H_E in TP (44), with the H_E of (45): the sign of the residuals is lost there.
     """
@@ -194,7 +195,10 @@ class _Problem:
             return self.whiten(self.jacobian(parameters))
 
     def unscaled_covariance(self, parameters: FloatArray, largest: FloatArray) -> FloatArray:
-        """R⁻¹ of TP (50); ``largest`` holds the largest slope that each parameter has had on the way."""
+        """Return R⁻¹ of TP (50).
+
+        ``largest`` holds the largest slope that each parameter has had on the way.
+        """
         gradient = self.gradient(parameters)
         length = np.linalg.norm(gradient, axis=0)
         flat = [
@@ -319,7 +323,7 @@ def _next_damping(damping: float, gain: float) -> float:
 
 
 def _damped_step(gradient: FloatArray, residuals: FloatArray, length: FloatArray, damping: float) -> FloatArray:
-    """Marquardt's step, every parameter scaled by the largest slope it has had."""
+    """Return Marquardt's step, every parameter scaled by the largest slope it has had."""
     length = np.where(length > 0.0, length, 1.0)
     scaled, right = gradient / length, residuals
     if damping > 0.0:

@@ -49,7 +49,6 @@ def factor(
 
     Raises:
         DesignError: fewer rows than parameters, or the points leave a direction of the parameters undetermined.
-
     """
     rows, size = basis.shape
     if rows < size:

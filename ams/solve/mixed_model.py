@@ -61,7 +61,7 @@ class MixedEstimates:
 
     @property
     def covariance(self) -> FloatArray:
-        """(m, P, P)"""
+        """The (m, P, P) covariance of all components together."""
         return np.asarray(sum(component.covariance for component in self.components))
 
 
@@ -73,7 +73,7 @@ def estimate(
     common: Sequence[CommonErrors],
     plots: WholePlots,
 ) -> MixedEstimates:
-    """Estimates from (N, m) outputs.
+    """Estimate from (N, m) outputs.
 
     ``alone`` is the part of the model that every replication determines by itself: ``form``, or its leading columns
     where further parameters (temperature coefficients) are only seen across replications. ``common`` is empty, or has
@@ -150,7 +150,7 @@ def _square(form: LinearForm, residuals: FloatArray) -> FloatArray:
 def _variances(
     alone: LinearForm, layout: Layout, sums: ReplicatedSums, joined: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(m,) precision, lack of fit beyond the common errors (volts²), and the latter's degrees of freedom.
+    """Return (m,) precision, lack of fit beyond the common errors (volts²), and the latter's degrees of freedom.
 
     Those are the degrees of freedom of the points' scatter: counting the subtraction of precision as well would leave
     fewer than one where the lack of fit is small, and widen intervals that hold without it (97 % for 95 %, simulated).
@@ -171,8 +171,9 @@ def _variances(
 
 
 def _own_variance(form: LinearForm, layout: Layout, precision: float, beyond: float) -> FloatArray:
-    """(N,) variance of each row for the weights, over the repeats; a point's lack of fit counts once, however often it
-    was read.
+    """Return the (N,) variance of each row for the weights, over the repeats.
+
+    A point's lack of fit counts once, however often it was read.
     """
     readings = layout.sum_by_point(np.ones(layout.rows))[layout.point]
     return (precision / (1.0 if form.weights is None else form.weights) + readings * beyond) / form.repeats
@@ -196,8 +197,9 @@ def _weighted(
 
 
 def _generalised(basis: FloatArray, own: FloatArray, joined: FloatArray) -> FloatArray:
-    """(m, P, N) generalised least squares for the row covariances diag(own) + joined·joinedᵀ, (m, N) and (m, N, q), by
-    Woodbury's identity.
+    """Return the (m, P, N) generalised least squares estimator, by Woodbury's identity.
+
+    The row covariances are diag(own) + joined·joinedᵀ, (m, N) and (m, N, q).
     """
     own = np.maximum(own, _SMALLEST_OWN_VARIANCE * np.mean(np.sum(joined**2, axis=-1), axis=-1)[:, None])[..., None]
     weighted_basis, weighted, turned = basis / own, joined / own, np.swapaxes(joined, -1, -2)
@@ -215,7 +217,7 @@ def _spread(
     sums: ReplicatedSums,
     plots: WholePlots,
 ) -> ComponentColumns:
-    """Precision and drift, from what differs between replications, or between visits of a plateau."""
+    """Return precision and drift, from what differs between replications, or between visits of a plateau."""
     dof = np.full(own_v.shape[1], float(plots.dof))
     if plots.absorbed > 0:
         effects = _response(estimator, alone, _departures(form, alone, layout, sums, plots), plots)
@@ -234,7 +236,10 @@ def _of_effects(name: str, effects: FloatArray, scale: float, dof: FloatArray) -
 
 
 def _contributions(estimator: FloatArray, alone: LinearForm, left: FloatArray, plots: WholePlots) -> FloatArray:
-    """(m, groups, P) of each group to the estimate, point effects taken out; balanced: its departure / n."""
+    """Return the (m, groups, P) part of each group in the estimate, point effects taken out.
+
+    Balanced: its departure / n.
+    """
     own = alone.basis.shape[1]
     shared = np.einsum("...pn,nm->pm" if estimator.ndim == 2 else "mpn,nm->pm", estimator[..., :own, :], left)
     left = left - alone.basis @ shared
@@ -244,8 +249,9 @@ def _contributions(estimator: FloatArray, alone: LinearForm, left: FloatArray, p
 def _departures(
     form: LinearForm, alone: LinearForm, layout: Layout, sums: ReplicatedSums, plots: WholePlots
 ) -> FloatArray:
-    """(m, groups, P) departures of the groups' own parameters, whose squares add up to the covariance of one group, for
-    parameters that are shared and found from the groups.
+    """Return the (m, groups, P) departures of the groups' own parameters, for those shared and found from the groups.
+
+    Their squares add up to the covariance of one group.
 
     A shared parameter takes a contrast from the directions that it moves (a sensitivity's temperature coefficient: from
     those along the sensor's axis) and from no other: each direction is divided by what is left to it.
@@ -258,7 +264,9 @@ def _departures(
 
 
 def _contrasts_left(form: LinearForm, alone: LinearForm, plots: WholePlots, root: FloatArray) -> FloatArray:
-    """(P, P) in units of ``root``: how many contrasts between the groups the shared parameters leave each direction.
+    """Return how many contrasts between the groups the shared parameters leave each direction.
+
+    (P, P), in units of ``root``.
 
     Departures d of the groups move the shared parameters by E X d, and the groups' own estimates by what the basis of
     the shared ones looks like to them.
@@ -280,8 +288,10 @@ def _inverse_root(matrix: FloatArray) -> FloatArray:
 
 
 def _response(estimator: FloatArray, alone: LinearForm, departures: FloatArray, plots: WholePlots) -> FloatArray:
-    """(m, P, groups²) effects where shared parameters are found from the groups' own: each group may have any of the
-    departures that the groups show, and moves the estimate as the estimator responds to that group.
+    """Return the (m, P, groups²) effects where shared parameters are found from the groups' own.
+
+    Each group may have any of the departures that the groups show, and moves the estimate as the estimator responds to
+    that group.
     """
     rows = np.einsum("ng,ni->gni", plots.membership, alone.basis)
     response = np.expand_dims(estimator, -3) @ rows

@@ -62,7 +62,7 @@ def _component(name: str, axes: Sequence[SolvedAxis]) -> VarianceComponent:
 
 
 def _between(one: ComponentColumns, row: int, other: ComponentColumns, other_row: int) -> FloatArray:
-    """(P, P') covariance of two axes' estimates from the same causes; zero where they are not the same."""
+    """Return the (P, P') covariance of two axes' estimates from the same causes; zero where they are not the same."""
     nothing = np.zeros((one.covariance.shape[-1], other.covariance.shape[-1]))
     if one.causes is None or other.causes is None:
         return nothing

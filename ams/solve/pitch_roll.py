@@ -29,7 +29,6 @@ def solve_pitch_roll(
     Raises:
         DesignError: fewer rows than parameters, or a coning angle of zero, where the azimuth does not exist.
         SolveError: U_Y is not positive definite.
-
     """
     model = PitchRoll(nominal_axis)
     basis = model.basis(stimulus)
@@ -52,7 +51,7 @@ def solve_pitch_roll(
 
 
 def _on_branch(model: PitchRoll, primary: FloatArray) -> FloatArray:
-    """(b, S, Ω, A) in radians with 0 ≤ Ω ≤ 90°: the same sensor has three other names outside it."""
+    """Return (b, S, Ω, A) in radians with 0 ≤ Ω ≤ 90°: the same sensor has three other names outside it."""
     parameters = model.parameters(primary)
     parameters[2:] = np.deg2rad(parameters[2:])
     return parameters

@@ -47,7 +47,10 @@ class ReplicatedSums:
     """(m,) SS_prec of TP 8; with ``ss_pooled_bias`` the whole sum of squares of the pooled fit."""
 
     def contrast_squares(self, directions: FloatArray) -> FloatArray:
-        """(m, q) sums of squares of the contrasts along (m, q, P) directions, in units of the variance of a row."""
+        """Return the (m, q) sums of squares of the contrasts along (m, q, P) directions.
+
+        They are in units of the variance of a row.
+        """
         along = np.einsum("nim,mqi->mqn", self.contrasts, directions)
         if self.is_balanced:
             n = along.shape[-1]
@@ -59,7 +62,7 @@ class ReplicatedSums:
         return np.asarray(np.sum(along * np.linalg.solve(covariance, along[..., None])[..., 0], axis=-1))
 
     def departures(self, form: LinearForm, layout: Layout, outputs: FloatArray) -> FloatArray:
-        """(N, m) residuals of the pooled fit with the point effects taken out: drift and precision."""
+        """Return the (N, m) residuals of the pooled fit with the point effects taken out: drift and precision."""
         return np.asarray(outputs - form.basis @ self.pooled - self.point_effects[layout.point])
 
 
@@ -81,7 +84,7 @@ def _same_everywhere(form: LinearForm, layout: Layout) -> bool:
 
 
 def _by_replication(values: FloatArray, layout: Layout, order: IntArray | None) -> FloatArray:
-    """(n, K, …) rows sorted by replication and point."""
+    """Return (n, K, …) rows sorted by replication and point."""
     ordered = values if order is None else values[order]
     return ordered.reshape(layout.replications, layout.points, -1)
 
@@ -150,7 +153,7 @@ def _unbalanced(form: LinearForm, layout: Layout, outputs: FloatArray) -> Replic
 
 
 def _separate_fits(basis: FloatArray, layout: Layout, outputs: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(n, P, m) estimates and (m,) sum of squares of the residuals, of weighted rows."""
+    """Return (n, P, m) estimates and (m,) sum of squares of the residuals, of weighted rows."""
     estimates, squares = [], np.zeros(outputs.shape[1])
     for replication in range(layout.replications):
         here = layout.replication == replication
@@ -163,8 +166,10 @@ def _separate_fits(basis: FloatArray, layout: Layout, outputs: FloatArray) -> tu
 def _contrasts(
     blocks: FloatArray, layout: Layout, outputs: FloatArray, weights: FloatArray
 ) -> tuple[FloatArray, FloatArray, int]:
-    """Least squares of the rows, free of point effects, on the replications' own (N, n, P) bases, the contrasts adding
-    up to nothing: what all replications have in common belongs to the points. With Gram inverse and rank.
+    """Find the least squares of the rows, free of point effects, on the replications' own (N, n, P) bases.
+
+    The contrasts add up to nothing: what all replications have in common belongs to the points. With Gram inverse and
+    rank.
     """
     n, size = blocks.shape[1:]
     apart = np.linalg.qr(np.eye(n) - 1.0 / n)[0][:, :-1]
@@ -179,6 +184,6 @@ def _contrasts(
 
 
 def _point_means(layout: Layout, values: FloatArray, weights: FloatArray) -> FloatArray:
-    """(N, …) weighted mean over the readings of the same point, given back to every row."""
+    """Return the (N, …) weighted mean over the readings of the same point, given back to every row."""
     sums = layout.sum_by_point(weights[:, None] * values)
     return np.asarray((sums / layout.sum_by_point(weights)[:, None])[layout.point])

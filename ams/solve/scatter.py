@@ -72,8 +72,9 @@ def _across(q: FloatArray, columns: FloatArray) -> FloatArray:
 
 
 def _principal(common: FloatArray, residuals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(m, q) variances along the principal directions of the common errors, and the residuals' squares along them;
-    infinite and zero for directions that are none.
+    """Return (m, q) variances along the principal directions of the common errors, and the residuals' squares.
+
+    They are infinite and zero for directions that are none.
     """
     turned = np.swapaxes(common, -1, -2)
     variances, vectors = np.linalg.eigh(turned @ common)
@@ -84,7 +85,7 @@ def _principal(common: FloatArray, residuals: FloatArray) -> tuple[FloatArray, F
 
 
 def _balance(spread: FloatArray, along: FloatArray, rest: FloatArray, square: FloatArray, free: IntArray) -> FloatArray:
-    """(m,) the t at which the restricted likelihood has no slope; 0 where it falls from there on."""
+    """Return (m,) the t at which the restricted likelihood has no slope; 0 where it falls from there on."""
     low = _NEGLIGIBLE * square
     falls = _slope(low, spread, along, rest, free) <= 0.0
     high = square + np.max(np.where(np.isfinite(spread), spread, 0.0), axis=1)
@@ -96,6 +97,6 @@ def _balance(spread: FloatArray, along: FloatArray, rest: FloatArray, square: Fl
 
 
 def _slope(variance: FloatArray, spread: FloatArray, along: FloatArray, rest: FloatArray, free: IntArray) -> FloatArray:
-    """(m,) twice the slope of the restricted log-likelihood by the variance."""
+    """Return (m,) twice the slope of the restricted log-likelihood by the variance."""
     whole = variance[:, None] + spread
     return np.asarray(np.sum(along / whole**2 - 1.0 / whole, axis=1) + (rest / variance - free) / variance)

@@ -49,7 +49,7 @@ class WholePlots:
         return np.eye(self.count)[self.index]
 
     def of_replication(self, layout: Layout) -> FloatArray:
-        """(n, groups) one where the replication is of the group."""
+        """Return (n, groups) one where the replication is of the group."""
         first = np.unique(layout.replication, return_index=True)[1]
         return self.membership[first]
 
@@ -65,7 +65,7 @@ class Visits:
 
 
 def visits_of(observations: Observations) -> Visits | None:
-    """Visits of plateaus; None where the temperature was not held at two or more well apart."""
+    """Return the visits of plateaus; None where the temperature was not held at two or more well apart."""
     temperature = observations.temperature_degc
     if temperature is None or observations.rows == 0:
         return None
@@ -116,7 +116,7 @@ def visit_warnings(layout: Layout, visits: Visits) -> tuple[str, ...]:
 
 
 def _one_sided(plateau_degc: Sequence[float]) -> set[float]:
-    """Plateaus that were reached from one side only, or were where the run began."""
+    """Return the plateaus that were reached from one side only, or were where the run began."""
     sides: dict[float, set[bool]] = {degc: set() for degc in plateau_degc}
     for before, after in pairwise(plateau_degc):
         sides[after].add(after > before)
@@ -130,6 +130,6 @@ def _hold_replications(layout: Layout, visits: Visits) -> bool:
 
 
 def _varies_between(regressor: FloatArray, index: IntArray) -> bool:
-    """Mostly from group to group, not inside them."""
+    """Return whether a regressor varies mostly from group to group, not inside them."""
     means = np.bincount(index, weights=regressor) / np.bincount(index)
     return bool(np.var(means[index]) > _MOSTLY * np.var(regressor))

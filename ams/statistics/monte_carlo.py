@@ -70,7 +70,7 @@ def summarise(results: FloatArray, level: float = 0.95) -> MonteCarlo:
 def draw(
     inputs: Sequence[Input], rng: np.random.Generator, trials: int, correlations: Mapping[tuple[str, str], float]
 ) -> FloatArray:
-    """(n, trials) draws of the inputs. Source: S1 6.4."""
+    """Draw (n, trials) values of the inputs. Source: S1 6.4."""
     together = {name for pair in correlations for name in pair}
     unfit = [i.name for i in inputs if i.name in together and not _is_normal(i)]
     if unfit:

@@ -202,7 +202,7 @@ def to_document(adjustment: Adjustment) -> Document:
 
 
 def from_document(document: Document) -> Adjustment:
-    """Back from :func:`to_document`."""
+    """Return the adjustment back from :func:`to_document`."""
     usage, accepted = document["usage_pitch_deg"], table(document["acceptance"])
     acceptance = acceptance_of(
         {f"{angle}_limit_deg": limit for angle, limit in table(accepted["limits_deg"]).items()}

@@ -42,7 +42,7 @@ class Scatter:
     """(p,) what it counts for beside a sensor's own."""
 
     def with_own(self, squares: FloatArray, differences: int) -> "Scatter":
-        """Weighed with the sum of d² / 2 of a sensor's own differences, (p,)."""
+        """Return the scatter weighed with the sum of d² / 2 of a sensor's own differences, (p,)."""
         own_dof = DIFFERENCE_EFFICIENCY * differences
         dof = self.prior_dof + own_dof
         own = squares * (own_dof / differences) if differences else np.zeros_like(self.variance)
@@ -79,7 +79,7 @@ def _of_kind(halves: FloatArray) -> tuple[float, float]:
 
 
 def _prior_dof(halves: FloatArray, sensors: IntArray) -> float:
-    """Degrees of freedom of the distribution from which the sensors' own variances seem to be drawn."""
+    """Return the degrees of freedom of the distribution from which the sensors' own variances seem to be drawn."""
     counts = np.bincount(sensors)
     told = np.flatnonzero(counts >= DIFFERENCES_TO_TELL)
     if told.size < SENSORS_TO_TELL:

@@ -1,4 +1,4 @@
-"""The check sensor's chart: when it changes, was it the sensor, the table, or the meter?
+"""The check sensor's chart: it tells whether a change was the sensor's, the table's or the meter's.
 
 A permanent check sensor is never taken off its mount and is calibrated in every run. Its characteristics are read as
 
@@ -84,7 +84,7 @@ def check_sensors(population: Population, rig: str) -> tuple[str, ...]:
 
 
 def _components(population: Population, rows: slice) -> dict[str, FloatArray]:
-    """Name to (n,) radians, or (n, m) of what is judged together."""
+    """Return (n,) radians by name, or (n, m) of what is judged together."""
     change = population.coordinates[rows] - population.coordinates[rows][0]
     kinds = np.array(population.kinds)
     gains, offsets = change[:, _is_gain(kinds)], change[:, kinds == "offset_v"]
@@ -173,7 +173,10 @@ def _asked(
 
 
 def _witnesses_deg(population: Population, at: PointLabel, component: str) -> FloatArray:
-    """(m,) what every other sensor of the run changed alike in its axes since its own last calibration, degrees."""
+    """Return (m,) what every other sensor of the run changed alike in its axes, degrees.
+
+    It is the change since the sensor's own last calibration.
+    """
     kinds = np.array(population.kinds)
     columns = _is_gain(kinds) if component == METER_GAIN else kinds == "offset_v"
     rows = [

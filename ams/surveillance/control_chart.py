@@ -114,8 +114,9 @@ class _Watch:
         return self.prior.with_own(self.squares, self.differences)
 
     def difference_variance(self, place: int) -> FloatArray:
-        """(p,) of a calibration less the last one: the scatter between runs, or what the two calibrations themselves
-        cannot tell where that is more.
+        """Return the (p,) variance of a calibration less the last one.
+
+        It is the scatter between runs, or what the two calibrations themselves cannot tell where that is more.
         """
         stated = self.drawn_rad[place] ** 2 + self.drawn_rad[self.regime[-1]] ** 2
         return np.asarray(np.maximum(2.0 * self.scatter.variance, stated))
@@ -177,14 +178,14 @@ def history_of(population: Population, sensor: str) -> History:
 
 
 def rates(years: FloatArray, coordinates: FloatArray, scatter: Scatter) -> tuple[FloatArray, FloatArray]:
-    """(p,) slopes per year and their standard uncertainties, by least squares under a known scatter."""
+    """Return the (p,) slopes per year and their standard uncertainties, by least squares under a known scatter."""
     centred = years - years.mean()
     spread = float(centred @ centred)
     return centred @ coordinates / spread, np.sqrt(scatter.variance / spread)
 
 
 def _drifting(watch: _Watch) -> BoolArray:
-    """(p,) which slopes since the last step are real."""
+    """Return (p,) which slopes since the last step are real."""
     width = watch.coordinates.shape[1]
     scatter = watch.scatter
     if len(watch.regime) < LEAST_POINTS_OF_DRIFT:
@@ -217,7 +218,7 @@ def _whose(population: Population, rows: slice, place: int, watch: _Watch) -> st
 
 
 def _others(population: Population, label: PointLabel) -> list[tuple[int, int]]:
-    """First row and the row after the last of every other sensor's calibrations before this one."""
+    """Return the first row and the row after the last of every other sensor's calibrations before this one."""
     ends = [*population.starts[1:].tolist(), len(population.labels)]
     now = label.created_utc.timestamp() / SECONDS_PER_YEAR
     found = []

@@ -24,7 +24,7 @@ def pack(numbers: PackageNumbers) -> bytes:
 
 
 def unpack(axes: Sequence[str], packed: Sequence[bytes], sensitivity_name: str) -> PackageNumbers:
-    """Calibrations of packages with the same axes."""
+    """Return the calibrations of packages with the same axes."""
     count = len(packed)
     flat = np.frombuffer(b"".join(packed), dtype="<f8").reshape(count, len(axes), _DOUBLES)
     square = (count, len(axes), 4, 4)
