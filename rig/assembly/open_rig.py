@@ -108,9 +108,9 @@ class Rig:
 
         Raises: DeviceSilent, DeviceNonsense, LinkLost, RequestRefused where one is not the one that the file means.
         """
-        told = {key: device.identify() for key, device in self.by_table().items()}
-        require_expected(expected(self.description), told)
-        return told
+        found = {key: device.identify() for key, device in self.by_table().items()}
+        require_expected(expected(self.description), found)
+        return found
 
     def require_identities(self) -> None:
         """Ask those who they are of whom the file states it. Raises as :meth:`identities`."""
