@@ -7,7 +7,7 @@ from datetime import datetime
 from procedures.records.dwells import Event
 
 GOING = "running"
-NOT_GOING = ("paused", "held", "stopped", "tripped", "aborted", "failed", "interrupted")
+NOT_GOING = ("paused", "held", "stopped", "tripped", "aborted", "failed", "interrupted", "closed")
 
 
 @dataclass(frozen=True)
@@ -73,6 +73,8 @@ def missing_in(events: Iterable[Event]) -> tuple[str, ...]:
 def _word(event: Event) -> str:
     match event.kind:
         case "note":
+            return str(event.detail.get("text", ""))
+        case "terminal":
             return str(event.detail.get("text", ""))
         case "ack":
             return f"acknowledged. {event.detail.get('text', '')}".strip()

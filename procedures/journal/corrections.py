@@ -80,6 +80,30 @@ def is_acknowledged(run_dir: Path) -> bool:
     return not is_alarm or (known is not None and known.sequence > state.sequence)
 
 
+def close_run(run_dir: Path, word: Word, clock: Clock | None = None) -> None:
+    """Never to be resumed. Raises: RequestError (a process runs the run, it has ended, no reason), JournalError,
+    StorageFailed."""
+    if not word.reason.strip():
+        raise RequestError(f"{run_dir}: close needs a reason, got {word.reason!r}; nothing was changed; give --reason")
+    clock = clock or SystemClock()
+    with _owned_journal(run_dir, clock) as journal:
+        with JournalReader.open(run_dir) as reader:
+            state = reader.state()
+        if state in ACTIVE:  # nobody owns it: its process died
+            _enter(journal, state, State.INTERRUPTED, "", "the process ended without a last line", clock)
+            state = State.INTERRUPTED
+        if state not in RESUMABLE:
+            raise RequestError(
+                f"{run_dir}: the run is {state}, and close takes {', '.join(RESUMABLE)}; nothing was changed"
+            )
+        _enter(journal, state, State.CLOSED, word.operator, word.reason, clock)
+
+
+def _enter(journal: Journal, source: State, target: State, by: str, reason: str, clock: Clock) -> None:
+    require_transition(source, target)
+    journal.append_event("state", {"from": source, "to": target, "by": by, "reason": reason}, clock)
+
+
 def _accepted(run_dir: Path) -> list[DwellRecord]:
     """In the order of commitment, check sets of the past left out: each epoch measures its own."""
     with JournalReader.open(run_dir) as reader:
@@ -102,9 +126,7 @@ def _take_back(run_dir: Path, dwells: list[DwellRecord], cause: str, word: Word,
         detail = void_detail(dwells, word.operator, word.reason, cause, is_remounted=word.is_remounted)
         journal.append_event(KIND, detail, clock)
         if state is State.FINISHED:
-            require_transition(state, State.STOPPED)
-            told = {"from": state, "to": State.STOPPED, "by": word.operator, "reason": f"{cause}: {word.reason}"}
-            journal.append_event("state", told, clock)
+            _enter(journal, state, State.STOPPED, word.operator, f"{cause}: {word.reason}", clock)
     return len(dwells)
 
 

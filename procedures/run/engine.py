@@ -26,7 +26,7 @@ from procedures.journal.owner import owned_since
 from procedures.journal.spool import Spool
 from procedures.plan.plan import Plan
 from procedures.records.progress import RunObserver
-from procedures.records.states import ACTIVE, RESUMABLE, State
+from procedures.records.states import ACTIVE, RESUMABLE, State, told_of_state
 from procedures.run.context import Conduct
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import PROCESS, STORAGE, Ending, Outcome, RunEnds
@@ -100,7 +100,7 @@ def run(
         return watchdogs.feed()
 
     watchdogs = Watchdogs(rig, trail.event)
-    steering = Steering(spool, rig.clock, idle_clock or SystemClock(), trail.request, pulse)
+    steering = Steering(spool, rig.clock, idle_clock or SystemClock(), trail.request, pulse, trail.terminal_closed)
     watch = Watch(rig, care.precautions, steering, trail.event)
     is_attended = idle_clock is not None or not isinstance(rig.clock, VirtualClock)
 
@@ -149,8 +149,8 @@ class _Engine:
             ending = Ending(State.FINISHED)
         except RunEnds as asked:
             ending = asked.ending
-        except WaitEnded as asked_too:
-            ending = Ending(State.ABORTED, str(asked_too), self._wait.abort.by if self._wait.abort else "")
+        except WaitEnded:
+            ending = self._wait.ending()
         except StorageFailed as error:
             ending = Ending(State.STOPPED, f"{error}{self._copied()}", cause=STORAGE)
         except (DeviceFault, DeviceRefused, RequestRefused) as error:
@@ -177,8 +177,6 @@ class _Engine:
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
         if safe.failures:
             state, reasons = _without_safety(state), [*reasons, *safe.failures]
-        if state is State.STOPPED and self._trail.state is State.PLANNED:
-            state = State.FAILED
         try:
             if defect is not None:
                 self._trail.event("defect", {"traceback": "".join(traceback.format_exception(defect))})
@@ -190,7 +188,8 @@ class _Engine:
         except StorageFailed as error:
             state, reasons, cause = State.INTERRUPTED, list(dict.fromkeys([*reasons, str(error)])), STORAGE
         done, planned = self._trail.dwells_done, self._trail.dwells_planned
-        return Outcome(state, "; ".join(reasons), done, planned, cause, safe.positions_deg)
+        told = told_of_state("; ".join(reasons), ending.by)
+        return Outcome(state, told, done, planned, cause, safe.positions_deg)
 
     def _work(self) -> None:
         """Epochs, until nothing is left."""
@@ -281,4 +280,4 @@ class _Engine:
 
 def _without_safety(state: State) -> State:
     """A run whose axes are not known to rest is for a person to look at, then to take up where that is possible."""
-    return State.TRIPPED if state in (State.FINISHED, State.STOPPED, State.TRIPPED) else State.FAILED
+    return State.FAILED if state is State.FAILED else State.TRIPPED

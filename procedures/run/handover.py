@@ -7,7 +7,7 @@ from pathlib import Path
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
 from procedures.records.dwells import DwellRecord, Event
-from procedures.records.states import ACTIVE, State
+from procedures.records.states import ACTIVE, ANSWERED_FOR, State, told_of_state
 from procedures.run.stop_advice import advice
 
 _MOST = 8
@@ -33,7 +33,8 @@ def handover(run_dir: Path) -> str:
         *_temperatures(dwells),
         *_rejected(dwells),
         *[f"damaged    {name}" for name in quarantined],
-        *_listed("stops", [event for event in events if event.kind == "state" and event.detail.get("cause")]),
+        *_listed("stops", [event for event in events if _is_stop(event)]),
+        *_listed("terminal", [event for event in events if event.kind == "terminal"]),
         *_listed("notes", [event for event in events if event.kind == "note"]),
         *_listed("taken back", [event for event in events if event.kind == "voided"]),
         *_listed("dropped", [event for event in events if event.kind == "dropped"]),
@@ -48,6 +49,8 @@ def handover(run_dir: Path) -> str:
 def _next(run_dir: Path, state: State, cause: str) -> str:
     if state in (State.HELD, State.TRIPPED):
         return advice(cause).replace("RUN", str(run_dir))
+    if state in ANSWERED_FOR:
+        return f"calrig resume {run_dir} --operator NAME --reason TEXT; calrig close {run_dir} --reason TEXT ends it"
     if state is State.PAUSED:
         return f"calrig continue {run_dir}"
     if state in ACTIVE:
@@ -57,8 +60,15 @@ def _next(run_dir: Path, state: State, cause: str) -> str:
     return f"calrig solve {run_dir}" if state is State.FINISHED else "this run has ended; begin a new one"
 
 
+def _is_stop(event: Event) -> bool:
+    """Whoever or whatever asked for it."""
+    ends = event.detail.get("to") in (State.STOPPED, State.ABORTED, State.CLOSED)
+    return event.kind == "state" and bool(event.detail.get("cause") or ends)
+
+
 def _reason(event: Event) -> str:
-    return f": {event.detail['reason']}" if event.detail.get("reason") else ""
+    told = told_of_state(str(event.detail.get("reason", "")), str(event.detail.get("by", "")))
+    return f": {told}" if told else ""
 
 
 def _temperatures(dwells: Iterable[DwellRecord]) -> Iterable[str]:

@@ -8,9 +8,13 @@ from procedures.journal.spool import Taken
 from procedures.journal.voids import KIND as VOIDED
 from procedures.records.dwells import DwellRecord
 from procedures.records.progress import Progress, RunObserver
-from procedures.records.states import State, require_transition
+from procedures.records.states import State, require_transition, told_of_state
 from procedures.run.progress import Pace
 from rig.clock import Clock
+
+TERMINAL = "terminal"
+"""Kind of an event, and what observers are told."""
+TERMINAL_CLOSED = "the terminal was closed; the run goes on"
 
 
 class Trail:
@@ -35,11 +39,16 @@ class Trail:
         detail = {"from": self.state, "to": state, "by": by, "reason": reason}
         self.event("state", detail | ({"cause": cause} if cause else {}))
         self.state = state
-        self.tell("state", reason)
+        self.tell("state", told_of_state(reason, by))
 
     def event(self, kind: str, detail: Mapping[str, object]) -> None:
         """One line of the audit trail."""
         self._journal.append_event(kind, detail, self._clock)
+
+    def terminal_closed(self) -> None:
+        """Nobody looks at the screen any more; that ends nothing."""
+        self.event(TERMINAL, {"text": TERMINAL_CLOSED})
+        self.tell(TERMINAL, TERMINAL_CLOSED)
 
     def request(self, taken: Taken) -> None:
         """A request that was taken; a note and an acknowledgement are events of their own."""

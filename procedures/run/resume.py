@@ -1,4 +1,4 @@
-"""Take a run up again after a stop, a trip or the death of its process.
+"""Take a run up again after a stop, an abort, a trip or the death of its process.
 
 Nothing is re-used across a break in trust: every axis is homed anew, the six-attitude check set is measured again and
 compared with the one from the start, and only then the first missing dwell is measured. Changed files or software
@@ -21,7 +21,7 @@ from procedures.journal.spool import Spool
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.plan.plan import Plan
 from procedures.records.progress import RunObserver
-from procedures.records.states import ACTIVE, RESUMABLE, State
+from procedures.records.states import ACTIVE, ANSWERED_FOR, RESUMABLE, State
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
@@ -70,7 +70,8 @@ def resume(
     """Continue a run on its own rig, as the journal describes it, with its own plan.
 
     ``accepts_changes``: go on though files or software changed; of the rig file ports and interlocks are taken over.
-    Raises: RequestError (owner alive, not resumable, files or software changed, a trip without name and reason),
+    Raises: RequestError (owner alive, not resumable, files or software changed, a trip or an abort without
+    name and reason),
     JournalError (damaged), RigBusy and other rig errors before the first move.
     """
     word = Word(operator, reason, accepts_changes)
@@ -164,8 +165,8 @@ def _require_resumable(run_dir: Path, found: Interrupted, operator: str, reason:
             f"{run_dir}: the run is {found.state}, and resume takes {', '.join(RESUMABLE)}; nothing was changed; "
             "begin a new run"
         )
-    if found.state is State.TRIPPED and not (operator and reason.strip()):
+    if found.state in ANSWERED_FOR and not (operator and reason.strip()):
         raise RequestError(
-            f"{run_dir}: the run is tripped, so a person has to look first: operator got {operator!r}, reason got "
+            f"{run_dir}: the run is {found.state}, so a person has to look first: operator got {operator!r}, reason got "
             f"{reason!r}, both are needed; nothing was changed; give --operator and --reason"
         )
