@@ -3,10 +3,9 @@
 from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-from cyclopts import App, Parameter
+from cyclopts import App
 
 from ams.archive.connection import migrate as migrate_archive
 from ams.archive.histories import history as history_of
@@ -29,6 +28,7 @@ from procedures.cli.archive_text import (
     sign_off_lines,
 )
 from procedures.cli.coefficients_text import set_text
+from procedures.cli.options import RUNS, Archive, Json, NamedRun, Operator, RunsFolder, require_folder_of
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import default_archive_url, find_run, login_name
 from procedures.cli.run import archive_of
@@ -37,9 +37,11 @@ from procedures.delivery.publish import history_findings
 from procedures.errors import ExitStatus, RequestError
 from procedures.report.history_figure import history_figure
 
-Json = Annotated[bool, Parameter(negative=())]
-
-app = App(name="archive", help="Coefficient sets in the archive: what was found, what was left, and over the years.")
+app = App(
+    name="archive",
+    help="Coefficient sets in the archive: what was found, what was left, and over the years.",
+    group_commands="Commands",
+)
 
 
 @app.command(name="list")
@@ -51,7 +53,7 @@ def list_(
     run: str | None = None,
     since: str | None = None,
     until: str | None = None,
-    archive: str | None = None,
+    archive: Archive = None,
     json: Json = False,
 ) -> None:
     """The sets, by sensor, then oldest first.
@@ -70,10 +72,6 @@ def list_(
         Only calibrated on this day (2026-03-01) or later.
     until
         Only calibrated on this day or earlier.
-    archive
-        URL of the archive, such as sqlite:///archive.sqlite; by default CALRIG_ARCHIVE, else the user's own.
-    json
-        Print one JSON document.
     """
     url = archive or default_archive_url()
     last = _day("until", until)
@@ -88,17 +86,13 @@ def list_(
 
 
 @app.command
-def show(key: str, /, *, archive: str | None = None, json: Json = False) -> None:
+def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
     """One set: its coefficients with their uncertainties, as found and as left, and who signed it.
 
     Parameters
     ----------
     key
         A sensor (its latest set), or six or more characters of a checksum.
-    archive
-        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
-    json
-        Print the whole set as one JSON document.
     """
     url = archive or default_archive_url()
     found = show_set(url, key)
@@ -115,7 +109,7 @@ def show(key: str, /, *, archive: str | None = None, json: Json = False) -> None
 
 
 @app.command
-def compare(old: str, new: str, /, *, archive: str | None = None, json: Json = False) -> None:
+def compare(old: str, new: str, /, *, archive: Archive = None, json: Json = False) -> None:
     """Two sets of one sensor: the rotation of a remount first, then what each axis changed.
 
     Parameters
@@ -124,10 +118,6 @@ def compare(old: str, new: str, /, *, archive: str | None = None, json: Json = F
         The older set: six or more characters of its checksum, or a sensor (its latest set).
     new
         The newer set.
-    archive
-        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
-    json
-        Print one JSON document.
     """
     url = archive or default_archive_url()
     found = compare_sets(show_set(url, old), show_set(url, new))
@@ -139,20 +129,17 @@ def compare(old: str, new: str, /, *, archive: str | None = None, json: Json = F
 
 
 @app.command
-def history(sensor: str, /, *, archive: str | None = None, plot: Path | None = None, json: Json = False) -> None:
+def history(sensor: str, /, *, archive: Archive = None, plot: Path | None = None, json: Json = False) -> None:
     """A sensor over the years: control charts, what happened to it, advice on its interval.
 
     Parameters
     ----------
     sensor
         The sensor.
-    archive
-        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
     plot
         Draw the charts into this SVG file.
-    json
-        Print one JSON document.
     """
+    require_folder_of(plot, "--plot")
     found = history_of(archive or default_archive_url(), sensor)
     if plot is not None:
         write_whole(plot, history_figure(found).svg)
@@ -167,33 +154,26 @@ def history(sensor: str, /, *, archive: str | None = None, plot: Path | None = N
 
 @app.command
 def publish(
-    run: str,
+    run: NamedRun,
     /,
     *,
     override: str | None = None,
-    operator: str | None = None,
-    archive: str | None = None,
+    operator: Operator = None,
+    out: RunsFolder = RUNS,
+    archive: Archive = None,
     json: Json = False,
 ) -> None:
     """Publish a finished run: its sets, as found, as left, the standards behind it. Again, it changes nothing.
 
     Parameters
     ----------
-    run
-        A run folder, its journal, its name under ./runs, or a folder that holds exactly one run.
     override
         Why an expired standard is accepted all the same; needs --operator.
-    operator
-        Who answers for it.
-    archive
-        URL of the archive, as for `calrig run`.
-    json
-        Print one JSON document.
     """
     if (override is None) != (operator is None):
         raise RequestError("an override needs --override REASON and --operator NAME together; nothing was published")
     word = Override(operator, override) if override is not None and operator is not None else None
-    folder = find_run(run)
+    folder = find_run(run, out)
     url, published = publish_folder(folder, lambda simulated: archive_of(folder, archive, is_simulated=simulated), word)
     if json:
         sets = [plain(asdict(one)) for one in published.publications]
@@ -215,9 +195,9 @@ def sign(
     role: str,
     /,
     *,
-    name: str | None = None,
+    operator: Operator = None,
     comment: str = "",
-    archive: str | None = None,
+    archive: Archive = None,
     json: Json = False,
 ) -> None:
     """Sign a set as prepared, reviewed or approved, in this order and not all by one person; or withdraw it.
@@ -228,17 +208,11 @@ def sign(
         A sensor (its latest set), or six or more characters of a checksum.
     role
         prepared, reviewed, approved or withdrawn.
-    name
-        Who signs; by default the login name.
     comment
         A remark; the reason where a set is withdrawn.
-    archive
-        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
-    json
-        Print one JSON document.
     """
     url = archive or default_archive_url()
-    signed = sign_set(url, key, role, name or login_name(), datetime.now(UTC), comment)
+    signed = sign_set(url, key, role, operator or login_name(), datetime.now(UTC), comment)
     if json:
         print_json(plain({**asdict(signed), "state": signed.state}))
         return
@@ -247,16 +221,8 @@ def sign(
 
 
 @app.command
-def verify(*, archive: str | None = None, json: Json = False) -> int:
-    """Recompute the hash of every record and every row: whatever was changed behind the record shows.
-
-    Parameters
-    ----------
-    archive
-        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
-    json
-        Print one JSON document.
-    """
+def verify(*, archive: Archive = None, json: Json = False) -> int:
+    """Recompute the hash of every record and every row: whatever was changed behind the record shows."""
     url = archive or default_archive_url()
     report = verify_archive(url)
     if json:
@@ -271,14 +237,8 @@ def verify(*, archive: str | None = None, json: Json = False) -> int:
 
 
 @app.command
-def migrate(*, archive: str | None = None) -> None:
-    """Bring an older archive up to this version's schema; a copy of a file is written beside it first.
-
-    Parameters
-    ----------
-    archive
-        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
-    """
+def migrate(*, archive: Archive = None) -> None:
+    """Bring an older archive up to this version's schema; a copy of a file is written beside it first."""
     url = archive or default_archive_url()
     before, after = migrate_archive(url)
     say(f"{without_password(url)}: schema {after}{'' if before == after else f', was {before}'}")
@@ -300,11 +260,10 @@ def demo(
         For how long, at least 4.
     seed
         The same seed makes the same archive.
-    json
-        Print one JSON document.
     """
     if sensors < 8 or years < 4:
         raise RequestError(f"a demonstration needs at least 8 sensors and 4 years: got {sensors} and {years}")
+    require_folder_of(out, "--out")
     if out.exists():
         raise RequestError(f"{out}: is there already; give --out with another name; nothing was written")
     url = f"sqlite:///{out}"

@@ -43,16 +43,23 @@ class Attendance:
 
 @contextmanager
 def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) -> Iterator[Attendance]:
-    """Observer and care of a run. In virtual time nobody is told and nothing is kept awake.
+    """Observer and care of a run, which is told by its folder once nothing refuses it.
+
+    In virtual time nobody is told and nothing is kept awake.
 
     Raises: DescriptionError where the file of alerts is wrong.
     """
+
+    def begun() -> None:
+        note(str(run))
+
     with ExitStack() as opened:
         if is_virtual:
-            yield Attendance(opened.enter_context(shown_on(sys.stderr)), Care())
+            yield Attendance(opened.enter_context(shown_on(sys.stderr)), Care(begun=begun))
             return
         desk, pulse = _told(title, alerts, run, opened)
-        yield Attendance(desk, Care(pulse=pulse, second_place=user_state_path("calrig") / "emergency"), desk)
+        second_place = user_state_path("calrig") / "emergency"
+        yield Attendance(desk, Care(pulse=pulse, begun=begun, second_place=second_place), desk)
 
 
 def _told(title: str, alerts: Path | None, run: Path, opened: ExitStack) -> tuple[AlertDesk, Pulse]:

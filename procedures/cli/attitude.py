@@ -18,6 +18,7 @@ from ams.inputs.csv_table import numbers, parse_csv, refuse_missing_columns
 from ams.whole_file import write_whole
 from procedures.cli.attitude_rows import csv_lines
 from procedures.cli.attitude_stream import answer_stream
+from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
 from procedures.errors import RequestError
 
@@ -68,6 +69,7 @@ def attitude(
         Also pitch_half_95_deg and so on: half-widths of 95 % intervals, by Student's factor for what the calibration
         rests on.
     """
+    require_folder_of(out, "--out")
     package = package_of(coefficient_set, axis, "--axis", "")
     second = None if model_set is None else package_of(model_set, model_axis, "--model-axis", "model_")
     if model_set is None and model_axis:

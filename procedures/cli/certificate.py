@@ -2,11 +2,9 @@
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from procedures.certificate.issue import GroundsOf, issue
+from procedures.cli.options import Archive, Flag, Json, Operator, require_folder
 from procedures.cli.output import print_json, say
 from procedures.cli.places import default_archive_url, login_name
 from procedures.errors import RequestError
@@ -20,14 +18,14 @@ def certificate(
     /,
     *,
     number: str,
-    by: str | None = None,
+    operator: Operator = None,
     issued: str | None = None,
     amends: str | None = None,
     reason: str = "",
-    specimen: Annotated[bool, Parameter(negative=())] = False,
+    specimen: Flag = False,
     out: Path = Path(),
-    archive: str | None = None,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    archive: Archive = None,
+    json: Json = False,
 ) -> None:
     """Issue the certificate of an approved set: PDF/A with the set attached, entered into the archive.
 
@@ -37,8 +35,6 @@ def certificate(
         A sensor (its latest set), or six or more characters of a checksum.
     number
         The certificate's number.
-    by
-        Who issues it; by default the login name.
     issued
         Day of issue, such as 2026-03-02; by default today.
     amends
@@ -49,18 +45,13 @@ def certificate(
         Print one to look at, whatever is missing; it is stamped, and the archive does not know of it.
     out
         Folder to write to; by default this one.
-    archive
-        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
-    json
-        Print one JSON document.
     """
-    if not out.is_dir():
-        raise RequestError(f"{out}: is no folder; nothing was issued; give --out with a folder that exists")
+    require_folder(out, "--out")
     if (amends is None) != (not reason.strip()):
         raise RequestError("certificate: --amends and --reason belong together; nothing was issued; give both or none")
     day = SystemClock().now_utc() if issued is None else _day(issued)
     asked = GroundsOf(number, day, amends, reason, specimen)
-    done = issue(archive or default_archive_url(), key, asked, by or login_name(), out)
+    done = issue(archive or default_archive_url(), key, asked, operator or login_name(), out)
     if json:
         files = {"page": str(done.page), "paper": str(done.paper), "paper_sha256": done.sha256}
         one = done.grounds.coefficients

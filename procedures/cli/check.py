@@ -2,17 +2,16 @@
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from cyclopts import Parameter
 from rich.console import Console, Group
 
 from procedures.check import motion_check
 from procedures.check.check_text import render
 from procedures.check.grid_check import check as check_plan
 from procedures.check.grid_check import to_document
+from procedures.cli.options import RUNS, Json, Rig, RunsFolder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import RUNS
 from procedures.description.procedure_file import ProcedureDescription, read_procedure
 from procedures.errors import ExitStatus
 from procedures.plan.plan import Plan
@@ -22,26 +21,15 @@ from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 
 
-def check(
-    rig: Path,
-    procedure: Path | None = None,
-    /,
-    *,
-    out: Path = RUNS,
-    json: Annotated[bool, Parameter(negative=())] = False,
-) -> int:
+def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS, json: Json = False) -> int:
     """Validate a rig and a procedure; print the plan, its duration and the uncertainty to expect. Opens no port.
+
+    Disk and place of the folder of runs are looked at, as `calrig run` would.
 
     Parameters
     ----------
-    rig
-        The rig file.
     procedure
         The procedure file; without it only the rig file is checked.
-    out
-        Where the run would be kept, as for `calrig run`: its disk and its place are looked at.
-    json
-        Print one JSON document.
     """
     described = read_rig(rig)
     if procedure is None:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from procedures.cli.findings_text import findings_lines
-from procedures.cli.units_text import label_and_unit
+from procedures.cli.units_text import UNITS, label_and_unit
 
 
 def set_text(document: Mapping[str, Any]) -> str:
@@ -41,7 +41,7 @@ def _standard_error(axis: Mapping[str, Any]) -> str:
     """In volts, or in the unit of the readings of a linear calibration."""
     key = next(key for key in axis if key.startswith("standard_error_"))
     unit = key.removeprefix("standard_error_")
-    return f"standard error {axis[key]:.3g} {'V' if unit == 'v' else unit}" if axis[key] is not None else "no error"
+    return f"standard error {axis[key]:.3g} {UNITS.get(unit, unit)}" if axis[key] is not None else "no error"
 
 
 def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
@@ -61,7 +61,7 @@ def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
 def replication_line(replication: Mapping[str, Any]) -> str:
     """The tests in one line, each against its 95 % limit."""
     fit = _test("lack of fit", replication["lack_of_fit"])
-    drift = ", ".join(_test(name, test) for name, test in replication["drift"].items())
+    drift = ", ".join(_test(label_and_unit(name)[0], test) for name, test in replication["drift"].items())
     return f"{replication['n']} replications of {replication['points']} points: {fit}; drift: {drift}"
 
 

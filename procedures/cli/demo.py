@@ -2,17 +2,15 @@
 
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from ams.whole_file import write_whole
+from procedures.cli.options import Json
 from procedures.cli.output import note
 from procedures.cli.run import run
 from procedures.errors import RequestError
 
 
-def demo(*, out: Path = Path("demo-out"), json: Annotated[bool, Parameter(negative=())] = False) -> int:
+def demo(*, out: Path = Path("demo-out"), json: Json = False) -> int:
     """The whole job on the twin: run, solve, archive, report, export.
 
     247 attitudes, 6 replications and 3 axes go through the devices' own bytes in virtual time. The rig and the
@@ -22,8 +20,6 @@ def demo(*, out: Path = Path("demo-out"), json: Annotated[bool, Parameter(negati
     ----------
     out
         The folder to work in.
-    json
-        Print one JSON document at the end.
     """
     try:
         out.mkdir(parents=True, exist_ok=True)

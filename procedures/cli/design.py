@@ -8,9 +8,8 @@ from cyclopts import Parameter
 from procedures.check.design_map import plot_design
 from procedures.check.evaluation import design_document, design_text, judge, write_design
 from procedures.check.request import DesignRequest
+from procedures.cli.options import Flag, Json, require_folder_of
 from procedures.cli.output import print_json, say
-
-Flag = Annotated[bool, Parameter(negative=())]
 
 
 def design(
@@ -25,7 +24,7 @@ def design(
     file: Path | None = None,
     plot: Path | None = None,
     csv: Path | None = None,
-    json: Flag = False,
+    json: Json = False,
 ) -> None:
     """Evaluate an experimental design: figure of merit, usage figure of merit, largest variance.
 
@@ -51,9 +50,9 @@ def design(
         Draw the design and its variance into this file (.svg, .png or .pdf).
     csv
         Write the points into this file.
-    json
-        Print one JSON document.
     """
+    require_folder_of(plot, "--plot")
+    require_folder_of(csv, "--csv")
     judged = judge(DesignRequest(kind, pitch, pitch_list, roll, repeat_roll, fractional, usage, file))
     if plot is not None:
         plot_design(judged, plot)

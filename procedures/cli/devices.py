@@ -2,17 +2,15 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
+from procedures.cli.options import Json
 from procedures.cli.output import note, print_json, say
 from procedures.errors import ExitStatus
 from rig.assembly.discovery import Asked, SerialPort, identify_each, serial_ports, visa_resources
 from rig.description.read import read_rig
 
 
-def devices(*, rig: Path | None = None, json: Annotated[bool, Parameter(negative=())] = False) -> ExitStatus:
+def devices(*, rig: Path | None = None, json: Json = False) -> ExitStatus:
     """Serial ports and VISA resources found here; with --rig, who the devices of that rig say they are.
 
     Each device is asked by itself, so that one that is silent keeps no other from being seen; the status is 1 where one
@@ -22,8 +20,6 @@ def devices(*, rig: Path | None = None, json: Annotated[bool, Parameter(negative
     ----------
     rig
         A rig file: its devices are opened, asked who they are, and closed. Nothing moves.
-    json
-        Print one JSON document.
     """
     ports, resources = serial_ports(), visa_resources()
     asked = [] if rig is None else _asked(rig)

@@ -3,13 +3,11 @@
 import os
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from ams.exports.dcc_schema import SCHEMA, check_against_schemas
 from ams.exports.formats import export_set, format_named, format_of, load_set
 from ams.exports.verify import verify as verify_file
+from procedures.cli.options import Json, require_folder_of
 from procedures.cli.output import print_json, say
 from procedures.errors import RequestError
 
@@ -22,7 +20,7 @@ def export(
     *,
     to: str,
     out: Path | None = None,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    json: Json = False,
 ) -> None:
     """Write a coefficient set for another system; `calrig verify` reads every format back.
 
@@ -34,9 +32,8 @@ def export(
         json, csv, mat, hdf5, parquet, c, c-fixed, epics, dcc or linear.
     out
         The file to write; by default beside the set, with the format's ending.
-    json
-        Print one JSON document.
     """
+    require_folder_of(out, "--out")
     wanted = format_named(to, str(coefficient_set))
     loaded = load_set(coefficient_set)
     loaded.check_vectors(str(coefficient_set))
@@ -54,15 +51,13 @@ def export(
         say(f"The format loses: {wanted.loses}. The whole set is in the file all the same, for `calrig verify`.")
 
 
-def verify(file: Path, /, *, json: Annotated[bool, Parameter(negative=())] = False) -> None:
+def verify(file: Path, /, *, json: Json = False) -> None:
     """Read an exported file back, check it, recompute its test vectors.
 
     Parameters
     ----------
     file
         A coefficient set or an export of any format.
-    json
-        Print one JSON document.
     """
     found = verify_file(file)
     note = _check_schemas(file) if found.format == "dcc" else None

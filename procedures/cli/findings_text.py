@@ -49,7 +49,7 @@ def _curvature(found: Mapping[str, Any]) -> str:
         return "H_E is zero: the model is linear in its primary parameters"
     if any(ratio is None for ratio in ratios.values()):
         return "with H_E the answer is no minimum: look for wrong rows"
-    changes = ", ".join(f"{name} × {ratio:.4f}" for name, ratio in ratios.items())
+    changes = ", ".join(f"{label_and_unit(name)[0]} × {ratio:.4f}" for name, ratio in ratios.items())
     return f"H_E would change the standard uncertainties: {changes}"
 
 

@@ -22,6 +22,7 @@ from procedures.cli.findings_text import check_trials
 from procedures.cli.fit_joint import check_joint, joint_lines, parse_priors
 from procedures.cli.fit_joint import joint as fit_jointly
 from procedures.cli.fit_set import WishedSet, wished_set, write_set
+from procedures.cli.options import Flag, Json, require_folder_of
 from procedures.cli.output import note, print_json, say
 from procedures.errors import RequestError
 from procedures.solution.at_rest import solve_observations
@@ -59,16 +60,16 @@ def fit(
     reference_temperature_degc: float | None = None,
     extended: Literal["no", "test", "yes"] = "no",
     time_term: Literal["none", "linear"] = "none",
-    hessian: Annotated[bool, Parameter(negative=())] = False,
+    hessian: Flag = False,
     monte_carlo: int = 0,
     rig: Path | None = None,
-    joint: Annotated[bool, Parameter(negative=())] = False,
+    joint: Flag = False,
     prior: Named = None,
     mount: str | None = None,
     set_: Annotated[Path | None, Parameter(name="--set")] = None,
     sensor: str | None = None,
     gravity_mps2: float | None = None,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    json: Json = False,
 ) -> None:
     """Solve observations from a CSV file; no rig needed.
 
@@ -121,9 +122,8 @@ def fit(
         The sensor's name in that set.
     gravity_mps2
         Local gravity of the calibration, for the set, where no rig file states it.
-    json
-        Print one JSON document.
     """
+    require_folder_of(set_, "--set")
     columns = _by_axis(axis, "--axis", "COLUMN", lambda text: text)
     _refuse_shared(columns)
     name = _model_name(model, package)

@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from procedures.cli.options import Flag, Json
+from procedures.cli.options import Rig as RigFile
 from procedures.cli.output import finite, note, print_json, say
 from procedures.cli.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
@@ -23,13 +25,12 @@ from rig.motion import jog as by_hand
 from rig.motion.home_memory import HomeMemory
 from rig.motion.jog import home, readings
 
-Flag = Annotated[bool, Parameter(negative=())]
 LIVE_PAUSE_S = 0.2
 
 
 def jog(
     *,
-    rig: Path,
+    rig: RigFile,
     axis: str | None = None,
     to: float | None = None,
     by: float | None = None,
@@ -40,7 +41,7 @@ def jog(
     read: Flag = False,
     samples: int = 10,
     live: Flag = False,
-    json: Flag = False,
+    json: Json = False,
     coefficient_set: Annotated[Path | None, Parameter(name="--set")] = None,
     snapshot: Path | None = None,
     log: Path | None = None,
@@ -52,8 +53,6 @@ def jog(
 
     Parameters
     ----------
-    rig
-        The rig file.
     axis
         The axis to move, such as pitch.
     to
@@ -74,8 +73,6 @@ def jog(
         Readings a channel.
     live
         Go on reading until Ctrl-C.
-    json
-        Print one JSON document.
     coefficient_set
         For the screen: a coefficient set, any format; the attitude that it makes of the readings is shown.
     snapshot

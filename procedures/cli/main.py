@@ -4,7 +4,7 @@ import io
 import sys
 from collections.abc import Sequence
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Group
 
 from procedures.cli.failure import status_of, tell
 from procedures.errors import ExitStatus
@@ -14,44 +14,68 @@ HELP = """Calibrate attitude sensors: drive the rig, record every dwell, solve w
 Start with `calrig demo`. Exit status: 0 done, 1 failed, 2 the request or a file is wrong, 3 held or waiting for a
 person, 4 aborted by the operator."""
 
-COMMANDS = (
-    ("demo", "demo:demo", "The whole job on the twin: run, solve, archive, report, export."),
-    ("check", "check:check", "Validate a rig and a procedure; print plan, duration and expected uncertainty."),
-    ("design", "design:design", "Evaluate an experimental design."),
-    ("run", "run:run", "Run a procedure on a rig, then solve, archive, report and export."),
-    ("resume", "run:resume", "Continue a run after a crash, a stop or a trip."),
-    ("status", "steer:status", "Look at a run, also from another process."),
-    ("pause", "steer:pause", "Pause a run after the dwell in progress."),
-    ("continue", "steer:continue_", "Continue a paused or held run."),
-    ("stop", "steer:stop", "Stop a run after the dwell in progress."),
-    ("abort", "steer:abort", "Abort a run: axes stop now."),
-    ("note", "people:note", "Write a note into the journal of a run."),
-    ("ack", "people:ack", "Acknowledge the alarm of a run: repeats and escalation end."),
-    ("void", "people:void", "Take back a dwell and everything after it; a resume measures it again."),
-    ("redo", "people:redo", "Take back one replication; a resume measures it again."),
-    ("handover", "people:handover", "The whole state of a run on one page."),
-    ("salvage", "people:salvage", "Take what is intact out of a damaged journal, into a new folder."),
-    ("jog", "jog:jog", "The jog screen; or one motion or look by hand, under the limits of the rig."),
-    ("solve", "solve:solve", "Solve a run again from its journal."),
-    ("fit", "fit:fit", "Solve observations from a CSV file; no rig needed."),
-    ("attitude", "attitude:attitude", "Outputs of a calibrated package to angles with standard deviations."),
-    ("resolve", "resolve:resolve", "Solve archived runs again, in parallel; tell what changed."),
-    ("archive", "archive:app", "The archive: list, show, compare, history, publish, sign, verify, demo."),
-    ("certificate", "certificate:certificate", "Issue the certificate of an approved set."),
-    ("export", "export:export", "Write a coefficient set for another system."),
-    ("verify", "export:verify", "Read an exported file back and recompute its test vectors."),
-    ("simulate", "simulate:simulate", "The twins of a rig on real ports, until stopped."),
-    ("devices", "devices:devices", "Serial ports and VISA resources found here, with their identities."),
-)
+GROUPS = {
+    "Prepare": (
+        ("demo", "demo:demo", "The whole job on the twin: run, solve, archive, report, export."),
+        ("design", "design:design", "Evaluate an experimental design."),
+        ("check", "check:check", "Validate a rig and a procedure; print plan, duration and expected uncertainty."),
+    ),
+    "Run": (
+        ("run", "run:run", "Run a procedure on a rig, then solve, archive, report and export."),
+        ("resume", "run:resume", "Continue a run after a crash, a stop or a trip."),
+        ("void", "people:void", "Take back a dwell and everything after it; a resume measures it again."),
+        ("redo", "people:redo", "Take back one replication; a resume measures it again."),
+        ("salvage", "people:salvage", "Take what is intact out of a damaged journal, into a new folder."),
+    ),
+    "Steer": (
+        ("status", "steer:status", "Look at a run, also from another process, or list all runs."),
+        ("handover", "people:handover", "The whole state of a run on one page."),
+        ("pause", "steer:pause", "Pause a run after the dwell in progress."),
+        ("continue", "steer:continue_", "Continue a paused or held run."),
+        ("stop", "steer:stop", "Stop a run after the dwell in progress."),
+        ("abort", "steer:abort", "Abort a run: axes stop now."),
+        ("note", "people:note", "Write a note into the journal of a run."),
+        ("ack", "people:ack", "Acknowledge the alarm of a run: repeats and escalation end."),
+    ),
+    "Results": (
+        ("solve", "solve:solve", "Solve a run again from its journal."),
+        ("fit", "fit:fit", "Solve observations from a CSV file; no rig needed."),
+        ("attitude", "attitude:attitude", "Outputs of a calibrated package to angles with standard deviations."),
+        ("export", "export:export", "Write a coefficient set for another system."),
+        ("verify", "export:verify", "Read an exported file back and recompute its test vectors."),
+    ),
+    "Archive": (
+        ("archive", "archive:app", "The archive: list, show, compare, history, publish, sign, verify, demo."),
+        ("certificate", "certificate:certificate", "Issue the certificate of an approved set."),
+        ("resolve", "resolve:resolve", "Solve archived runs again, in parallel; tell what changed."),
+    ),
+    "Bench": (
+        ("jog", "jog:jog", "The jog screen; or one motion or look by hand, under the limits of the rig."),
+        ("devices", "devices:devices", "Serial ports and VISA resources found here, with their identities."),
+        ("simulate", "simulate:simulate", "The twins of a rig on real ports, until stopped."),
+    ),
+}
+"""Heading to its commands, in the order in which `calrig --help` lists them: name, where it is, summary."""
 
 
-def make_app() -> App:
-    """The command tree. Function names are import paths: nothing is imported before it is called."""
+def make_app(called: str = "") -> App:
+    """The command tree. Function names are import paths: nothing is imported before it is called.
+
+    ``called``: the command that is called; its help is the whole text of its function, not the summary of the list.
+    """
     app = App(
-        name="calrig", help=HELP, version=_version, version_flags=["--version"], suppress_keyboard_interrupt=False
+        name="calrig",
+        help=HELP,
+        version=_version,
+        version_flags=["--version"],
+        suppress_keyboard_interrupt=False,
+        group_commands=Group("Options", sort_key=len(GROUPS)),
     )
-    for name, target, summary in COMMANDS:
-        app.command(f"procedures.cli.{target}", name=name, help=summary)
+    for place, (heading, commands) in enumerate(GROUPS.items()):
+        group = Group(heading, sort_key=place)
+        for rank, (name, target, summary) in enumerate(commands):
+            text = None if name == called else summary
+            app.command(f"procedures.cli.{target}", name=name, help=text, group=group, sort_key=rank)
     return app
 
 
@@ -64,7 +88,8 @@ def run_command(arguments: Sequence[str]) -> int:
     """Run one command; every error becomes a sentence on standard error and a status."""
     _speak_utf8()
     try:
-        result = make_app()(list(arguments), exit_on_error=False, print_error=False, result_action="return_value")
+        app = make_app(arguments[0] if arguments else "")
+        result = app(list(arguments), exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()
     except CycloptsError as error:
         print(f"calrig: {error}", file=sys.stderr)  # noqa: T201

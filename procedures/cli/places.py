@@ -14,11 +14,10 @@ from platformdirs import user_state_path
 from procedures.errors import RequestError
 
 JOURNAL = "journal.sqlite"
-RUNS = Path("runs")
 
 
-def find_run(run: str, runs: Path = RUNS) -> Path:
-    """The run folder that RUN means: a run folder, its journal, its name under ``./runs``, or a folder that holds
+def find_run(run: str, runs: Path) -> Path:
+    """The run folder that RUN means: a run folder, its journal, its name under ``runs``, or a folder that holds
     exactly one run. Raises: RequestError."""
     for candidate in (Path(run), runs / run):
         if candidate.is_file() and candidate.name == JOURNAL:

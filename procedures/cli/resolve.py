@@ -5,13 +5,12 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Literal
-
-from cyclopts import Parameter
+from typing import Literal
 
 from ams.archive.refusals import without_password
 from ams.archive.runs import publish_run
 from procedures.cli.archive_text import plain
+from procedures.cli.options import Archive, Flag, Json
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import default_archive_url
 from procedures.delivery.resolve import Answer, Mapper, Treatment, chunks, in_this_process, jobs_of
@@ -19,20 +18,19 @@ from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size
 from procedures.errors import ExitStatus, RequestError
 from rig.clock import SystemClock
 
-Flag = Annotated[bool, Parameter(negative=())]
 LONGEST_LIST = 20
 
 
 def resolve(
     *,
-    archive: str | None = None,
+    archive: Archive = None,
     runs: Path | None = None,
     workers: int | None = None,
     dask: str | None = None,
     temperature: Literal["none", "apply", "estimate"] | None = None,
     extended: Literal["no", "test", "yes"] | None = None,
     publish: Flag = False,
-    json: Flag = False,
+    json: Json = False,
 ) -> int:
     """Solve every archived run again from its journal and tell what changed beyond rounding (1e-12 of the scale).
 
@@ -40,8 +38,6 @@ def resolve(
 
     Parameters
     ----------
-    archive
-        URL of the archive; by default CALRIG_ARCHIVE, else the user's own.
     runs
         A folder of run folders, looked in where a run no longer lies where it was published from.
     workers
@@ -54,8 +50,6 @@ def resolve(
         Solve with another choice of the extended model than the procedure's.
     publish
         Publish the new set of every run that changed; the old one stays.
-    json
-        Print one JSON document.
     """
     url = archive or default_archive_url()
     jobs = jobs_of(url, runs, Treatment(temperature, extended), keep=publish)

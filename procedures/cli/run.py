@@ -1,20 +1,30 @@
 """``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
 from rich.console import Console
 
 from ams.archive.refusals import without_password
 from procedures.alerts.settings import read_alerts
 from procedures.cli.archive_url import require_archive_url
 from procedures.cli.attend import attended
+from procedures.cli.choose_run import only_one
+from procedures.cli.options import (
+    RUNS,
+    Alerts,
+    AllowNetworkFolder,
+    Archive,
+    Flag,
+    Json,
+    OnlyRun,
+    Operator,
+    Reason,
+    Rig,
+    RunsFolder,
+)
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import (
-    RUNS,
     default_archive_url,
-    find_run,
     left_out_where_empty,
     login_name,
     new_run_folder,
@@ -28,7 +38,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.location import require_local
 from procedures.journal.status import status
 from procedures.plan.planner import make_plan
-from procedures.records.states import State
+from procedures.records.states import RESUMABLE, State
 from procedures.report.summary import print_summary
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
@@ -37,47 +47,31 @@ from rig.assembly.open_rig import choose_clock, open_rig
 from rig.clock import SystemClock, VirtualClock
 from rig.description.read import read_rig, rig_from_json
 
-Flag = Annotated[bool, Parameter(negative=())]
-
 
 def run(
     procedure: Path,
     /,
     *,
-    rig: Path,
-    out: Path = RUNS,
-    operator: str | None = None,
+    rig: Rig,
+    out: RunsFolder = RUNS,
+    operator: Operator = None,
     rehearse: Flag = False,
-    archive: str | None = None,
-    alerts: Path | None = None,
-    allow_network_folder: Flag = False,
-    json: Flag = False,
+    archive: Archive = None,
+    alerts: Alerts = None,
+    allow_network_folder: AllowNetworkFolder = False,
+    json: Json = False,
 ) -> int:
     """Run a procedure on a rig, then solve, archive, report and export.
 
     Ctrl-C stops after the dwell in progress, a second one aborts. The run's folder is told first, on standard error.
+    A simulated run is archived beside itself unless --archive is given.
 
     Parameters
     ----------
     procedure
         The procedure file.
-    rig
-        The rig file.
-    out
-        Where run folders are made.
-    operator
-        Who runs it; by default the login name.
     rehearse
         Do all of it on twins of that very rig, in virtual time; no port is opened.
-    archive
-        URL of the archive; by default CALRIG_ARCHIVE, else the user's own. Simulated runs are archived beside their
-        run unless this is given.
-    alerts
-        File that says who is told of a hold, a trip and the end; by default alerts.toml in the user's configuration.
-    allow_network_folder
-        Keep the journal on a network or synchronised folder, against all advice.
-    json
-        Print one JSON document at the end.
     """
     described, asked = read_rig(rig), read_procedure(procedure)
     plan = make_plan(described, asked)
@@ -90,7 +84,6 @@ def run(
         opened.identities()  # a device that is silent is told before anything is written
         now = SystemClock().now_utc()
         folder = new_run_folder(out, plan.title, now)
-        note(str(folder))
         header = make_header(
             folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
         )
@@ -106,43 +99,31 @@ def run(
 
 
 def resume(
-    run: str,
+    run: OnlyRun = None,
     /,
     *,
-    operator: str | None = None,
-    reason: str | None = None,
+    out: RunsFolder = RUNS,
+    operator: Operator = None,
+    reason: Reason = None,
     accept_changes: Flag = False,
-    archive: str | None = None,
-    alerts: Path | None = None,
-    allow_network_folder: Flag = False,
-    json: Flag = False,
+    archive: Archive = None,
+    alerts: Alerts = None,
+    allow_network_folder: AllowNetworkFolder = False,
+    json: Json = False,
 ) -> int:
     """Continue a run after a crash, a stop or a trip: home, measure the check set again, compare, go on.
 
+    After a trip --operator and --reason are needed.
+
     Parameters
     ----------
-    run
-        A run folder, its journal, its name under ./runs, or a folder that holds exactly one run.
-    operator
-        Who resumes; needed after a trip.
-    reason
-        Why; needed after a trip.
     accept_changes
         Go on though rig file, procedure file or software changed; needs operator and reason, which the record keeps.
         The run keeps its own plan; of the rig file only ports and interlocks are taken over.
-    archive
-        URL of the archive, as for `calrig run`.
-    alerts
-        As for `calrig run`.
-    allow_network_folder
-        As for `calrig run`.
-    json
-        Print one JSON document at the end.
     """
-    folder = find_run(run)
+    folder = only_one(run, out, RESUMABLE, "resumed")
     if operator is None and status(folder).state is State.TRIPPED:
         raise RequestError(f"{folder}: the run is tripped: a person must answer for it; give --operator and --reason")
-    note(str(folder))
     if not allow_network_folder:
         require_local(folder)
     _require_what_the_end_needs(archive, alerts)

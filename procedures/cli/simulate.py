@@ -4,10 +4,8 @@ import json
 from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated
 
-from cyclopts import Parameter
-
+from procedures.cli.options import Flag, require_folder_of
 from procedures.cli.output import note
 from procedures.cli.stopping import stoppable_wait
 from procedures.errors import RequestError
@@ -25,7 +23,7 @@ def simulate(
     *,
     time_factor: float | None = None,
     write: Path | None = None,
-    pty: Annotated[bool, Parameter(negative=())] = False,
+    pty: Flag = False,
     faults: Path | None = None,
 ) -> None:
     """Serve the twins of a rig on real ports until stopped (Ctrl-C or SIGTERM).
@@ -50,6 +48,7 @@ def simulate(
         raise RequestError(
             f"simulate: --time-factor: got {time_factor:g}, allowed above 0 up to 1e6; nothing was served"
         )
+    require_folder_of(write, "--write")
     if write is not None and write.resolve() == rig.resolve():
         raise RequestError(f"simulate: --write {write}: is the rig file itself; give another name; nothing was served")
     description = read_rig(rig)

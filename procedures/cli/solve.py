@@ -2,37 +2,35 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Annotated
 
-from cyclopts import Parameter
-
+from procedures.cli.choose_run import alive_or_latest
 from procedures.cli.findings_text import check_trials, findings_lines
+from procedures.cli.options import RUNS, AnyRun, Archive, Json, RunsFolder
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import find_run
 from procedures.cli.run import archive_of, require_archived, tell
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
 from procedures.errors import ExitStatus
 from procedures.solution.at_rest import checked_by_monte_carlo
 
-Json = Annotated[bool, Parameter(negative=())]
 
-
-def solve(run: str, /, *, archive: str | None = None, monte_carlo: int = 0, json: Json = False) -> int:
+def solve(
+    run: AnyRun = None,
+    /,
+    *,
+    out: RunsFolder = RUNS,
+    archive: Archive = None,
+    monte_carlo: int = 0,
+    json: Json = False,
+) -> int:
     """Solve a run again from its journal, and write its coefficient sets, report and exports anew.
 
     Parameters
     ----------
-    run
-        A run folder, its journal, its name under ./runs, or a folder that holds exactly one run.
-    archive
-        URL of the archive, as for `calrig run`.
     monte_carlo
         So many trials of a Monte Carlo check beside each uncertainty budget.
-    json
-        Print one JSON document.
     """
     check_trials(monte_carlo, is_possible=True)
-    folder = find_run(run)
+    folder = alive_or_latest(run, out)
     solved = solve_run(folder)
     if monte_carlo:
         solved = _checked(solved, monte_carlo)

@@ -1,25 +1,37 @@
 """``calrig status``, ``pause``, ``continue``, ``stop``, ``abort``: look at or steer a run in another process."""
 
+from collections.abc import Iterable
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from procedures.cli.choose_run import alive_or_latest
+from procedures.cli.options import RUNS, AnyRun, Json, Operator, RunsFolder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import find_run, login_name
+from procedures.cli.places import login_name
+from procedures.errors import RequestError
+from procedures.journal.run_list import ListedRun, RunList
 from procedures.journal.spool import ask
 from procedures.journal.status import status as look
 
-Json = Annotated[bool, Parameter(negative=(), help="Print one JSON document.")]
-Run = Annotated[
-    str, Parameter(help="A run folder, its journal, its name under ./runs, or a folder that holds exactly one run.")
-]
-Operator = Annotated[str | None, Parameter(help="Who asks; by default the login name.")]
 
-
-def status(run: Run, /, *, json: Json = False) -> None:
-    """Look at a run: state, dwells done, when it should end."""
-    found = look(find_run(run))
+def status(
+    run: AnyRun = None,
+    /,
+    *,
+    all_: Annotated[
+        bool, Parameter(name="--all", negative=(), help="List every run of the folder of runs, the latest first.")
+    ] = False,
+    out: RunsFolder = RUNS,
+    json: Json = False,
+) -> None:
+    """Look at a run: state, dwells done, when it should end; or list all of them."""
+    if all_:
+        _list(run, out, json=json)
+        return
+    found = look(alive_or_latest(run, out))
     if json:
         print_json(found.to_document())
         return
@@ -32,27 +44,50 @@ def status(run: Run, /, *, json: Json = False) -> None:
         say(f"line of {name}: {line.told()}")
 
 
-def pause(run: Run, /, *, operator: Operator = None) -> None:
+def pause(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:
     """Pause a run after the dwell in progress; `calrig continue` goes on."""
-    _ask(run, "pause", operator)
+    _ask(run, out, "pause", operator)
 
 
-def continue_(run: Run, /, *, operator: Operator = None) -> None:
+def continue_(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:
     """Continue a paused or held run."""
-    _ask(run, "continue", operator)
+    _ask(run, out, "continue", operator)
 
 
-def stop(run: Run, /, *, operator: Operator = None) -> None:
+def stop(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:
     """Stop a run after the dwell in progress; `calrig resume` goes on later."""
-    _ask(run, "stop", operator)
+    _ask(run, out, "stop", operator)
 
 
-def abort(run: Run, /, *, operator: Operator = None) -> None:
+def abort(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:
     """Abort a run: axes stop now, the run has ended."""
-    _ask(run, "abort", operator)
+    _ask(run, out, "abort", operator)
 
 
-def _ask(run: str, kind: Literal["pause", "continue", "stop", "abort"], operator: str | None) -> None:
-    folder = find_run(run)
+def _ask(
+    run: str | None, runs: Path, kind: Literal["pause", "continue", "stop", "abort"], operator: str | None
+) -> None:
+    folder = alive_or_latest(run, runs)
     ask(folder, kind, operator or login_name(), datetime.now(UTC))
     say(f"{folder}: asked to {kind}; `calrig status {folder}` shows when it did")
+
+
+def _list(run: str | None, runs: Path, *, json: bool) -> None:
+    if run is not None:
+        raise RequestError(f"status: --all lists every run: got {run!r} as well; give one of the two")
+    listed = RunList(runs).read()
+    if json:
+        print_json({"runs": [one.to_document() for one in listed]})
+        return
+    say(f"{len(listed)} {'run' if len(listed) == 1 else 'runs'} in {runs}")
+    for line in _lines(listed):
+        say(line)
+
+
+def _lines(listed: Iterable[ListedRun]) -> Iterable[str]:
+    for one in listed:
+        if one.trouble:
+            yield f"{'unreadable':<12} {one.path.name}: {one.trouble}"
+            continue
+        started = "" if one.started_utc is None else f"{one.started_utc:%Y-%m-%d %H:%M} UTC"
+        yield f"{one.state:<12} {one.dwells_done:>5} of {one.dwells_planned:<5} {started}  {one.path.name}  {one.title}"

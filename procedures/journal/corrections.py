@@ -18,7 +18,8 @@ from procedures.records.dwells import DwellRecord
 from procedures.records.states import ACTIVE, RESUMABLE, State, require_transition
 from rig.clock import Clock, SystemClock
 
-_TAKES_BACK = (*ACTIVE, *RESUMABLE, State.FINISHED)
+TAKES_BACK = (*ACTIVE, *RESUMABLE, State.FINISHED)
+"""States of a run that no process runs in which dwells can be taken back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +120,7 @@ def _take_back(run_dir: Path, dwells: list[DwellRecord], cause: str, word: Word,
     with _owned_journal(run_dir, clock) as journal:
         with JournalReader.open(run_dir) as reader:
             state = reader.state()
-        if state not in _TAKES_BACK:
+        if state not in TAKES_BACK:
             raise RequestError(
                 f"{run_dir}: the run is {state}, nothing follows it; nothing was changed; begin a new run"
             )

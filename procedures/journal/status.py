@@ -48,8 +48,8 @@ def status(run_dir: Path) -> RunStatus:
     """Raises: JournalError."""
     owned = is_owned(run_dir)
     with JournalReader.open(run_dir) as reader:
-        written, plan = reader.state(), reader.header.plan
-        state = State.INTERRUPTED if written in ACTIVE and not owned else written
+        plan = reader.header.plan
+        state = derived_state(reader.state(), is_alive=owned)
         done = len(reader.accepted_steps() & {dwell.step for dwell in plan.design_dwells})
         last = reader.last_event("state")
         reason = str(last.detail.get("reason", "")) if last is not None else ""
@@ -64,6 +64,11 @@ def status(run_dir: Path) -> RunStatus:
             held_by=(reason or str(state)) if state in (State.HELD, State.TRIPPED) else None,
             lines=lines_in(reader.events()),
         )
+
+
+def derived_state(written: State, *, is_alive: bool) -> State:
+    """Return the state that the journal tells, or interrupted where it says active and no process owns the run."""
+    return State.INTERRUPTED if written in ACTIVE and not is_alive else written
 
 
 def _eta_utc(reader: JournalReader, left: int, planned_s: float) -> datetime | None:

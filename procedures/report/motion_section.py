@@ -141,7 +141,7 @@ def _doubts(name: str, calibration: Calibration) -> Iterator[str]:
 
 def _drifts(one: AxisCalibration) -> Mapping[str, FTest]:
     assert one.replication is not None
-    return {f"drift of {subject}": test for subject, test in one.replication.drift.items()}
+    return {f"drift of {_label(subject)[0]}": test for subject, test in one.replication.drift.items()}
 
 
 def _parameters(calibration: Calibration, truths: Mapping[str, Mapping[str, float]]) -> TextTable:

@@ -48,6 +48,7 @@ def begin(
         crash_point(CrashPoint.RUN_CREATED)
         journal.append_event("readiness", {"engineering": [*ready.missing, *ready.contradictions]}, rig.clock)
         write_whole(run_dir / "plan.json", (header.plan_json + "\n").encode("utf-8"))
+        care.begun()
         return run(plan, rig, journal, Spool(run_dir), Start(header.operator), None, observer, idle_clock, care)
 
 

@@ -111,6 +111,7 @@ def _go_on(
         detail = {"by": word.operator, "reason": word.reason, "differences": new}
         journal.append_event(OVERRIDE, detail, rig.clock)
     care = with_precautions(care, found.header)
+    care.begun()
     start = Start(word.operator, found.state, word.reason, found.identities)
     return run(found.plan, rig, journal, Spool(run_dir), start, found.history, observer, idle_clock, care)
 

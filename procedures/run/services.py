@@ -16,6 +16,10 @@ def _nothing() -> Sequence[Mapping[str, object]]:
     return ()
 
 
+def _tell_nobody() -> None:
+    return None
+
+
 @dataclass(frozen=True, slots=True)
 class Care:
     """Collaborators of an unattended run."""
@@ -26,6 +30,8 @@ class Care:
     what became of an alert, is journalled."""
     free_bytes: Callable[[Path], int] = free_bytes
     """Of the disk that holds a folder."""
+    begun: Callable[[], None] = _tell_nobody
+    """Called when nothing refuses the run any more: it is owned and its journal is open, and nothing has moved."""
     second_place: Path | None = None
     """Where an emergency copy of the journal goes when its own disk fails."""
 

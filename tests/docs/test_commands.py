@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from procedures.cli.main import COMMANDS, run_command
+from procedures.cli.main import GROUPS, run_command
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -23,7 +23,7 @@ FENCED = re.compile(r"^```[a-z]*\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
 INLINE = re.compile(r"`(calrig [^`\n]+)`")
 NOT_TYPED = ("calrig coefficient set",)
 """The name of a format."""
-NAMES = {name for name, _, _ in COMMANDS}
+NAMES = {name for commands in GROUPS.values() for name, _, _ in commands}
 
 
 def _typed(page: Path) -> list[str]:

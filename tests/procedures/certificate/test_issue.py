@@ -126,7 +126,7 @@ def test_a_wrong_request_is_a_sentence_and_status_2(
 
 
 def test_the_command_issues_and_tells_where(approved: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    asked = ["certificate", "SN1047", "--number", "7", "--by", "B. Chief", "--issued", "2026-03-03"]
+    asked = ["certificate", "SN1047", "--number", "7", "--operator", "B. Chief", "--issued", "2026-03-03"]
     assert run_command([*asked, "--archive", approved, "--out", str(tmp_path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["specimen"] is False
     assert (tmp_path / "certificate-7.pdf").exists()

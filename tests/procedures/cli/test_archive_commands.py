@@ -96,9 +96,9 @@ def test_publishing_a_run_again_says_that_it_was_there(archive, laboratory: Labo
 
 def test_signing_and_verifying(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
     first = checksums(archive)[0][:12]
-    refused = archive("sign", first, "approved", "--name", "A. Ray")
+    refused = archive("sign", first, "approved", "--operator", "A. Ray")
     assert (refused.status, "is not its turn" in refused.err) == (2, True)
-    assert archive("sign", first, "prepared", "--name", "A. Ray", "--json").document["state"] == "prepared"
+    assert archive("sign", first, "prepared", "--operator", "A. Ray", "--json").document["state"] == "prepared"
     report = archive("verify", "--json").document
     assert (report["verified"], report["faults"]) == (True, [])
     assert "intact" in archive("verify").out
@@ -126,7 +126,7 @@ def test_resolve_finds_the_same_numbers_and_writes_nothing(
         (["show", "SN9"], 2, "no single set for 'SN9': found nothing"),
         (["history", "SN9"], 2, "sensor 'SN9': has no set here"),
         (["compare", "SN1", "ffffff"], 2, "no single set for 'ffffff'"),
-        (["sign", "SN1", "blessed", "--name", "A"], 2, "role: got 'blessed', allowed are"),
+        (["sign", "SN1", "blessed", "--operator", "A"], 2, "role: got 'blessed', allowed are"),
         (["publish", "nowhere"], 2, "nowhere: no run is there"),
         (["demo", "--sensors", 3], 2, "a demonstration needs at least 8 sensors and 4 years: got 3 and 8"),
     ],

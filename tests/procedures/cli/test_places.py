@@ -31,12 +31,12 @@ def test_two_runs_in_a_folder_are_ambiguous(tmp_path: Path) -> None:
     make_run(tmp_path / "a")
     make_run(tmp_path / "b")
     with pytest.raises(RequestError, match="holds 2 runs"):
-        find_run(str(tmp_path))
+        find_run(str(tmp_path), tmp_path / "runs")
 
 
 def test_no_run_is_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(RequestError, match="no run is there"):
-        find_run(str(tmp_path / "nowhere"))
+        find_run(str(tmp_path / "nowhere"), tmp_path / "runs")
 
 
 def test_two_runs_of_one_second_get_two_folders(tmp_path: Path) -> None:

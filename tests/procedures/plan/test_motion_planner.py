@@ -142,5 +142,5 @@ def test_check_tells_every_dwell(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], example: str, procedure: str, line: str
 ) -> None:
     motion_run(tmp_path, example, procedure)
-    assert run_command(["check", str(tmp_path / "rig.toml"), str(tmp_path / "procedure.toml")]) == 0
+    assert run_command(["check", str(tmp_path / "procedure.toml"), "--rig", str(tmp_path / "rig.toml")]) == 0
     assert line in capsys.readouterr().out

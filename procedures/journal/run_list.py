@@ -1,0 +1,176 @@
+"""The runs of a folder by state: one list for a command that is given no RUN, for ``calrig status --all`` and screens.
+
+Journals are only read, each in short transactions, and read again only when they have changed. What cannot be read is
+an entry that says so: one damaged journal hides no other run.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from procedures.errors import ProcedureError
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.owner import is_owned
+from procedures.journal.status import derived_state
+from procedures.journal.storage import JOURNAL_FILE, CommittedCount
+from procedures.records.states import State
+from rig.clock import Clock, SystemClock
+
+_SETTLED_NS = 200_000_000
+"""A journal changed more recently than this is read again: two commits may share one time stamp."""
+
+Fingerprint = tuple[tuple[int, int, int] | None, ...]
+"""Inode, time of change in ns and size of each file that a commit writes to; None for one that is not there."""
+
+
+@dataclass(frozen=True, slots=True)
+class ListedRun:
+    """One run of a folder, as its journal and its lock tell it."""
+
+    path: Path
+    """Its folder."""
+    title: str
+    """Empty where the journal cannot be read."""
+    state: State | None
+    """None where the journal cannot be read."""
+    started_utc: datetime | None
+    dwells_done: int
+    """Accepted design dwells."""
+    dwells_planned: int
+    is_alive: bool
+    """A living process runs it."""
+    modified_utc: datetime
+    """When its journal was last written to."""
+    trouble: str = ""
+    """Why the journal cannot be read."""
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the entry as it stands in ``calrig status --all --json``."""
+        return {
+            "run": str(self.path),
+            "title": self.title,
+            "state": None if self.state is None else str(self.state),
+            "started_utc": None if self.started_utc is None else self.started_utc.isoformat(timespec="seconds"),
+            "dwells_done": self.dwells_done,
+            "dwells_planned": self.dwells_planned,
+            "alive": self.is_alive,
+            "modified_utc": self.modified_utc.isoformat(timespec="seconds"),
+            "trouble": self.trouble or None,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """What a journal said, and how its files looked then."""
+
+    fingerprint: Fingerprint
+    written: State | None
+    listed: ListedRun
+
+
+class RunList:
+    """The runs directly under one folder; keep it, and what has not changed is not read again."""
+
+    def __init__(self, folder: Path, clock: Clock | None = None) -> None:
+        self.folder = folder
+        self._clock = clock or SystemClock()
+        self._seen: Mapping[Path, _Seen] = {}
+
+    def read(self) -> tuple[ListedRun, ...]:
+        """Return every run as it stands now, the latest start first; those that cannot be read come last."""
+        found: dict[Path, _Seen] = {}
+        listed = []
+        for path in self.paths():
+            try:
+                is_alive = is_owned(path)  # asked first: what a dying owner wrote last is then read below
+                found[path] = self._look(path)
+            except FileNotFoundError:
+                continue  # removed meanwhile
+            except OSError as error:
+                listed.append(_unreadable(path, None, f"{error.filename}: {error.strerror}", is_alive=False))
+                continue
+            listed.append(_as_it_stands(found[path], is_alive=is_alive))
+        self._seen = {path: seen for path, seen in found.items() if seen.written is not None and self._is_settled(seen)}
+        return tuple(sorted(listed, key=_latest_first))
+
+    def alive(self) -> tuple[Path, ...]:
+        """Return the runs that a living process runs; no journal is opened for this."""
+        return tuple(path for path in self.paths() if _is_owned_for_all_we_know(path))
+
+    def paths(self) -> tuple[Path, ...]:
+        """Return the folders that hold a journal, by name."""
+        return tuple(sorted(journal.parent for journal in self.folder.glob(f"*/{JOURNAL_FILE}")))
+
+    def _look(self, path: Path) -> _Seen:
+        """Return what is known of the run, read anew where its files changed. Raises: OSError."""
+        fingerprint = _fingerprint(path)
+        known = self._seen.get(path)
+        return known if known is not None and known.fingerprint == fingerprint else _read(path, fingerprint)
+
+    def _is_settled(self, seen: _Seen) -> bool:
+        now_ns = self._clock.now_utc().timestamp() * 1e9
+        return all(one is None or now_ns - one[1] > _SETTLED_NS for one in seen.fingerprint)
+
+
+def _read(path: Path, fingerprint: Fingerprint) -> _Seen:
+    try:
+        with JournalReader.open(path) as reader:
+            header, plan = reader.header, reader.header.plan
+            planned = {dwell.step for dwell in plan.design_dwells}
+            written, done = reader.state(), len(reader.accepted_steps() & planned)
+    except (ProcedureError, LookupError, TypeError, ValueError) as error:
+        return _Seen(fingerprint, None, _unreadable(path, fingerprint, str(error), is_alive=False))
+    listed = ListedRun(
+        path, header.title, written, header.created_utc, done, len(planned), False, _modified_utc(fingerprint)
+    )
+    return _Seen(fingerprint, written, listed)
+
+
+def _as_it_stands(seen: _Seen, *, is_alive: bool) -> ListedRun:
+    state = None if seen.written is None else derived_state(seen.written, is_alive=is_alive)
+    return replace(seen.listed, state=state, is_alive=is_alive)
+
+
+def _unreadable(path: Path, fingerprint: Fingerprint | None, trouble: str, *, is_alive: bool) -> ListedRun:
+    modified = _modified_utc(fingerprint or ())
+    return ListedRun(path, "", None, None, 0, 0, is_alive, modified, trouble)
+
+
+def _is_owned_for_all_we_know(path: Path) -> bool:
+    """A run whose lock may not be looked at is another user's, not ours to steer."""
+    try:
+        return is_owned(path)
+    except OSError:
+        return False
+
+
+def _fingerprint(path: Path) -> Fingerprint:
+    """Raises: OSError where the journal itself cannot be looked at."""
+    journal = path / JOURNAL_FILE
+    beside = (journal.with_name(journal.name + "-wal"), CommittedCount(journal).path)
+    return (_stamp(journal.stat()), *map(_stamp_if_there, beside))
+
+
+def _stamp_if_there(path: Path) -> tuple[int, int, int] | None:
+    """None also for an empty file: a reader may leave an empty write-ahead log, and that is no commit."""
+    try:
+        found = path.stat()
+    except FileNotFoundError:
+        return None
+    return _stamp(found) if found.st_size else None
+
+
+def _stamp(found: os.stat_result) -> tuple[int, int, int]:
+    return found.st_ino, found.st_mtime_ns, found.st_size
+
+
+def _modified_utc(fingerprint: Fingerprint) -> datetime:
+    return datetime.fromtimestamp(max((one[1] for one in fingerprint if one is not None), default=0) / 1e9, UTC)
+
+
+def _latest_first(run: ListedRun) -> tuple[bool, float, str]:
+    started = 0.0 if run.started_utc is None else -run.started_utc.timestamp()
+    return run.started_utc is None, started, run.path.name
