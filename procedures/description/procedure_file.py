@@ -253,6 +253,7 @@ class ProcedureDescription(StrictTable):
 def read_procedure(path: Path) -> ProcedureDescription:
     """Read and check a procedure file. Raises: rig.errors.DescriptionError naming every mistake."""
     file = read_toml(path)
+    file.require_seen()
     description = file.validate(ProcedureDescription)
     complaints = [file.complaint(key, text) for key, text in disagreements(description)]
     if complaints:

@@ -69,9 +69,9 @@ class JournalReader:
     def close(self) -> None:
         self._connection.close()
 
-    def events(self, kind: str | None = None) -> Iterator[Event]:
-        """Events in their order, all or those of one kind."""
-        for row in self._rows(_EVENTS if kind is None else _EVENTS_OF, () if kind is None else (kind,)):
+    def events(self, kind: str | None = None, after: int = 0) -> Iterator[Event]:
+        """Events in their order, all or those of one kind, ``after`` a sequence number."""
+        for row in self._rows(_EVENTS if kind is None else _EVENTS_OF, () if kind is None else (kind,), after):
             yield decode_event(*row)
 
     def last_event(self, kind: str | None = None) -> Event | None:
@@ -90,6 +90,11 @@ class JournalReader:
             dwell = _as_it_stands(row, voided, with_samples)
             if dwell is not None and (dwell.accepted or not accepted_only):
                 yield dwell
+
+    def stored_dwells(self, after: int = 0) -> Iterator[tuple[int, str, bytes, str]]:
+        """Dwells ``after`` a number, as they are stored: number, text, samples, SHA-256."""
+        for number, *_, text, samples, digest in self._rows(_DWELLS, (), after):
+            yield number, text, samples, digest
 
     def quarantined(self) -> tuple[str, ...]:
         """Dwells that are not as they were written, or were left out when the journal was salvaged, by name."""
@@ -188,9 +193,8 @@ class JournalReader:
         if found != len(told):
             raise JournalError(f"{self.path}: {len(told)} dwells were committed, {found} are there; {_LEFT}")
 
-    def _rows(self, query: str, bindings: tuple[object, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    def _rows(self, query: str, bindings: tuple[object, ...] = (), last: int = 0) -> Iterator[tuple[Any, ...]]:
         """All rows of a query that ends in ``> ? … LIMIT ?`` over its first column, a short transaction a chunk."""
-        last = 0
         while True:
             with told_as(self.path):
                 rows = self._connection.execute(query, (last, *bindings, _CHUNK)).fetchall()

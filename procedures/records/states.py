@@ -43,19 +43,29 @@ def _from(sources: tuple[State, ...], target: State, cause: str) -> tuple[Transi
 ACTIVE = (State.PLANNED, State.CHECKING, State.RUNNING, State.PAUSED, State.HELD)
 """A living process owns a run in one of these."""
 RESUMABLE = (State.STOPPED, State.INTERRUPTED, State.TRIPPED, State.ABORTED)
+GOING = (State.CHECKING, State.RUNNING)
+STANDING_STILL = (
+    State.PAUSED,
+    State.HELD,
+    State.TRIPPED,
+    State.STOPPED,
+    State.ABORTED,
+    State.FAILED,
+    State.CLOSED,
+)
+"""There is a reason for each, or somebody who asked for it."""
 ANSWERED_FOR = (State.TRIPPED, State.ABORTED)
 """Resumed only with a name and a reason: something happened that a person should have looked at."""
-_WORKING = (State.CHECKING, State.RUNNING)
 
 TRANSITIONS: tuple[Transition, ...] = (
     Transition(State.PLANNED, State.CHECKING, "the command"),
     Transition(State.CHECKING, State.RUNNING, "rig and check set are sound"),
     Transition(State.RUNNING, State.PAUSED, "pause, after the dwell"),
     Transition(State.PAUSED, State.RUNNING, "continue"),
-    *_from(_WORKING, State.HELD, "suspect dwell, interlock, lost link or position"),
+    *_from(GOING, State.HELD, "suspect dwell, interlock, lost link or position"),
     Transition(State.HELD, State.CHECKING, "continue, or it cleared itself"),
     Transition(State.HELD, State.RUNNING, "continue, or it cleared itself"),
-    *_from((*_WORKING, State.PAUSED, State.HELD), State.TRIPPED, "a person must look"),
+    *_from((*GOING, State.PAUSED, State.HELD), State.TRIPPED, "a person must look"),
     *_from(ACTIVE, State.STOPPED, "stop, after the dwell; SIGTERM, now"),
     *_from(ACTIVE, State.ABORTED, "abort, now"),
     *_from(ACTIVE, State.FAILED, "cannot go on"),

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from jinja2 import Environment
 
-from ams.whole_file import write_whole
 from procedures.pages import own_style, page_environment
 from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS
@@ -33,16 +32,6 @@ def render_page(view: RunView, figures: Figures) -> str:
             temperature=_temperature(view),
         )
     )
-
-
-def write_page(view: RunView, figures: Figures, path: Path) -> str:
-    """Render and write whole: a reader sees the old page or the new one, never half of one. Returns the page's text.
-
-    Raises: WriteFailed where the file cannot be written.
-    """
-    page = render_page(view, figures)
-    write_whole(path, page.encode("utf-8"))
-    return page
 
 
 def report_environment(*folders: Path) -> Environment:

@@ -9,6 +9,7 @@ from procedures.journal.status import status
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import ACTIVE, ANSWERED_FOR, State, told_of_state
 from procedures.run.stop_advice import advice
+from rig.plain_text import one_line
 
 _MOST = 8
 
@@ -22,12 +23,12 @@ def handover(run_dir: Path) -> str:
     last = next(event for event in reversed(events) if event.kind == "state")
     cause = str(last.detail.get("cause", ""))
     lines = [
-        f"{header.title}",
+        one_line(header.title),
         f"run        {run_dir}",
         f"state      {stands.state} since {last.utc:%Y-%m-%d %H:%M} UTC{_reason(last)}",
         f"progress   {stands.dwells_done} of {stands.dwells_planned} dwells of the design",
         *([f"ends       {stands.eta_utc:%Y-%m-%d %H:%M} UTC, as it goes now"] if stands.eta_utc else []),
-        f"operator   {header.operator} began it {header.created_utc:%Y-%m-%d %H:%M} UTC"
+        f"operator   {one_line(header.operator)} began it {header.created_utc:%Y-%m-%d %H:%M} UTC"
         f"{', simulated' if header.is_simulated else ''}",
         f"mounting   {max((dwell.mounting for dwell in dwells), default=1)}",
         *_temperatures(dwells),
@@ -68,7 +69,7 @@ def _is_stop(event: Event) -> bool:
 
 def _reason(event: Event) -> str:
     told = told_of_state(str(event.detail.get("reason", "")), str(event.detail.get("by", "")))
-    return f": {told}" if told else ""
+    return one_line(f": {told}") if told else ""
 
 
 def _temperatures(dwells: Iterable[DwellRecord]) -> Iterable[str]:
@@ -103,4 +104,4 @@ def _listed(name: str, events: list[Event]) -> Iterable[str]:
     for event in events[-_MOST:]:
         told = event.detail.get("text") or event.detail.get("reason") or event.detail.get("to") or ""
         by = f" {event.detail['by']}:" if event.detail.get("by") else ""
-        yield f"  {event.utc:%m-%d %H:%M}{by} {told}"
+        yield one_line(f"  {event.utc:%m-%d %H:%M}{by} {told}")

@@ -168,6 +168,6 @@ def _require_resumable(run_dir: Path, found: Interrupted, operator: str, reason:
         )
     if found.state in ANSWERED_FOR and not (operator and reason.strip()):
         raise RequestError(
-            f"{run_dir}: the run is {found.state}, so a person has to look first: operator got {operator!r}, reason got "
-            f"{reason!r}, both are needed; nothing was changed; give --operator and --reason"
+            f"{run_dir}: the run is {found.state}, so a person has to look first: operator got {operator!r}, "
+            f"reason got {reason!r}, both are needed; nothing was changed; give --operator and --reason"
         )

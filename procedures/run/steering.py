@@ -2,8 +2,8 @@
 
 ``abort`` ends the wait at once; ``pause`` and ``stop`` are remembered until the dwell is done. The first SIGINT is a
 stop, the second an abort, and so is SIGQUIT. SIGTERM, as a shutdown sends it, is a stop that does not wait for the
-dwell. SIGHUP (the terminal closed) ends nothing: it is told, and the run goes on. A signal that was ignored when the run
-began (``nohup``) stays ignored. Signals only leave a mark, so none can interrupt a commit or the stop of the axes.
+dwell. SIGHUP (the terminal closed) ends nothing: it is told, and the run goes on. A signal that was ignored when the
+run began (``nohup``) stays ignored. Signals only leave a mark, so none can interrupt a commit or the stop of the axes.
 """
 
 import signal
@@ -23,6 +23,7 @@ from rig.errors import WaitEnded
 
 _REST_S = 0.05
 _SIGNALS = (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP)
+JOB_CONTROL = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU)
 _ASKED_BY = {
     signal.SIGINT: "Ctrl-C",
     signal.SIGQUIT: "Ctrl-\\",
@@ -159,7 +160,30 @@ def signals_steer(steering: Steering) -> Iterator[None]:
         yield
         return
     heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, steering.on_signal) for number in heeded}
+    outer_hang_up = signal.getsignal(signal.SIGHUP)
+
+    def on_hang_up(number: int, frame: FrameType | None) -> None:
+        steering.on_signal(number, frame)
+        if callable(outer_hang_up):  # what the command does about its own screen
+            outer_hang_up(number, frame)
+
+    handlers = {signal.SIGHUP: on_hang_up}
+    before = {number: signal.signal(number, handlers.get(number, steering.on_signal)) for number in heeded}
+    try:
+        with job_control_ignored():
+            yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def job_control_ignored() -> Iterator[None]:
+    """While a rig is open, no key and no background may freeze the process that watches its axes.
+
+    Ignored for good, and not by a handler: a read in the background would ask for the signal again and again.
+    """
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in JOB_CONTROL}
     try:
         yield
     finally:

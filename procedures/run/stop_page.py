@@ -18,6 +18,7 @@ from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
 from procedures.run.sparkline import Sparkline, sparkline
 from procedures.run.stop_advice import advice
+from rig.plain_text import one_line
 
 if TYPE_CHECKING:
     pass
@@ -91,16 +92,16 @@ def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> 
 def text_of(why: Why) -> str:
     """The same for a terminal or a mail."""
     lines = [
-        f"{why.title}: {why.state}",
+        one_line(f"{why.title}: {why.state}"),
         f"run      {why.run}",
         f"when     {why.utc:%Y-%m-%d %H:%M:%S} UTC",
-        f"cause    {why.reason}",
+        one_line(f"cause    {why.reason}"),
         f"so far   {why.progress}",
         f"axes     {why.positions}",
         f"to do    {why.advice}",
         "",
         "last events:",
-        *(f"  {utc:%H:%M:%S}  {kind:<11} {told}" for utc, kind, told in why.events),
+        *(one_line(f"  {utc:%H:%M:%S}  {kind:<11} {told}") for utc, kind, told in why.events),
     ]
     return "\n".join(lines) + "\n"
 

@@ -286,7 +286,7 @@ def test_fault_55_stuck_an_axis_that_creeps_on_after_abort_is_told(small: Bench,
 
 def test_fault_19_a_termination_in_mid_move_stops_the_axes_within_a_second(small: Bench, tmp_path: Path) -> None:
     """Detected: signals leave a mark that every slice of every wait reads.
-    Response: once: stop after the dwell; twice: abort; SIGTERM: stop at once; a closed terminal: told, it goes on; no signal skips the stop or the last line.
+    Response: once: stop after the dwell; twice: abort; SIGTERM: stop at once; a closed terminal ends nothing.
     """
     run = Plagued(tmp_path / "run", STRIKES[19])
     run.run_dir.mkdir()
