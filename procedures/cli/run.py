@@ -1,5 +1,6 @@
 """``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
 
+from contextlib import ExitStack
 from pathlib import Path
 
 from rich.console import Console
@@ -41,8 +42,8 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.location import require_local
 from procedures.journal.status import status
 from procedures.plan.planner import make_plan
-from procedures.records.states import ANSWERED_FOR, RESUMABLE
-from procedures.report.summary import print_summary
+from procedures.records.states import ANSWERED_FOR, RESUMABLE, State
+from procedures.report.summary import print_summary, worst_uncertainty
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.resume import resume as resume_run
@@ -88,20 +89,22 @@ def run(
         options = {"--rig": rig, "--out": out, "--operator": operator, "--archive": archive, "--alerts": alerts}
         flags = {"--rehearse": rehearse, "--allow-network-folder": allow_network_folder}
         return detached("run", [str(procedure)], options, flags, out, json=json)
-    with outlived(), open_rig(performed, rig_file=None if rehearse else rig, purpose="run") as opened:
-        opened.identities()  # a device that is silent is told before anything is written
-        now = SystemClock().now_utc()
-        folder = new_run_folder(out, plan.title, now)
-        header = make_header(
-            folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
-        )
-        is_virtual = isinstance(opened.clock, VirtualClock)
-        with (
-            left_out_where_empty(folder),
-            attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance,
-        ):
-            outcome = begin(folder, header, plan, opened, attendance.observer, care=attendance.care)
-    return _ended(folder, outcome, archive, attendance, json=json)
+    with outlived(), ExitStack() as at_last:
+        with open_rig(performed, rig_file=None if rehearse else rig, purpose="run") as opened:
+            opened.identities()  # a device that is silent is told before anything is written
+            now = SystemClock().now_utc()
+            folder = new_run_folder(out, plan.title, now)
+            header = make_header(
+                folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
+            )
+            is_virtual = isinstance(opened.clock, VirtualClock)
+            with (
+                left_out_where_empty(folder),
+                attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance,
+            ):
+                at_last.callback(attendance.ring_out, folder)
+                outcome = begin(folder, header, plan, opened, attendance.observer, care=attendance.care)
+        return conclude(folder, outcome, archive, attendance, json=json)
 
 
 def resume(
@@ -135,25 +138,18 @@ def resume(
         require_local(folder)
     _require_what_the_end_needs(archive, alerts)
     title, is_virtual = title_and_time(folder)
-    with outlived(), attended(title, alerts, folder, is_virtual=is_virtual) as attendance:
-        outcome = resume_run(
-            folder,
-            operator or ("" if accept_changes else login_name()),
-            reason or "",
-            attendance.observer,
-            care=attendance.care,
-            accepts_changes=accept_changes,
-        )
-    return _ended(folder, outcome, archive, attendance, json=json)
-
-
-def _ended(folder: Path, outcome: Outcome, archive: str | None, attendance: Attendance, *, json: bool) -> int:
-    """Deliver what there is to deliver; whatever becomes of that, an alarm rings on until somebody knows of it."""
-    with outlived():
-        try:
-            return conclude(folder, outcome, archive, json=json)
-        finally:
-            attendance.ring_out(folder)
+    with outlived(), ExitStack() as at_last:
+        with attended(title, alerts, folder, is_virtual=is_virtual) as attendance:
+            at_last.callback(attendance.ring_out, folder)
+            outcome = resume_run(
+                folder,
+                operator or ("" if accept_changes else login_name()),
+                reason or "",
+                attendance.observer,
+                care=attendance.care,
+                accepts_changes=accept_changes,
+            )
+        return conclude(folder, outcome, archive, attendance, json=json)
 
 
 def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> None:
@@ -171,12 +167,18 @@ def title_and_time(folder: Path) -> tuple[str, bool]:
         return reader.header.title, isinstance(clock, VirtualClock)
 
 
-def conclude(folder: Path, outcome: Outcome, archive: str | None, *, json: bool) -> int:
+def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: Attendance, *, json: bool) -> int:
     """Deliver what there is to deliver, tell it, and return the exit status of the run."""
-    solved = solve_run(folder)
-    delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated))
     if outcome.reason:
         note(f"run {folder.name}: {outcome.state}: {outcome.reason}")
+    try:
+        solved = solve_run(folder)
+        delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated))
+    except BaseException as error:
+        attendance.tell_end(f"{outcome.state}, and nothing delivered", f"{error}\ncalrig solve {folder} delivers it.")
+        raise
+    if outcome.state is State.FINISHED:
+        attendance.tell_end(*_last_word(delivery))
     for failure in solved.failures if solved.is_finished else ():
         note(failure)
     if delivery.archived is not None and delivery.archive_url is not None:
@@ -189,6 +191,16 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, *, json: bool)
     tell_failures(delivery)
     failed = delivery.failures or (solved.is_finished and solved.failures)
     return ExitStatus.FAILED if failed else outcome.exit_status
+
+
+def _last_word(delivery: Delivery) -> tuple[str, str]:
+    """What the run came to, for who is told of its end: usable or not, the worst uncertainty, where it is."""
+    missing = [f"{part}: {told}" for part, told in delivery.failures.items()]
+    if delivery.view is None:
+        return "finished, but without a report", "\n".join(missing)
+    worst = worst_uncertainty(delivery.view)
+    lines = (delivery.view.verdict.sentence, worst, *missing, delivery.report.resolve().as_uri())
+    return f"finished: {delivery.view.verdict.trust}", "\n".join(line for line in lines if line)
 
 
 def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:

@@ -11,11 +11,11 @@ from pathlib import Path
 from procedures.errors import RequestError
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.owner import owning
+from procedures.journal.owner import is_owned, owning
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.journal.voids import KIND, void_detail
 from procedures.records.dwells import DwellRecord
-from procedures.records.states import ACTIVE, RESUMABLE, State, require_transition
+from procedures.records.states import ACTIVE, RESUMABLE, State, is_unasked, require_transition
 from rig.clock import Clock, SystemClock
 
 TAKES_BACK = (*ACTIVE, *RESUMABLE, State.FINISHED)
@@ -75,10 +75,14 @@ def acknowledge(run_dir: Path, operator: str, text: str, clock: Clock | None = N
 def is_acknowledged(run_dir: Path) -> bool:
     """Whether somebody acknowledged the last state of a run, or took the run up again."""
     with JournalReader.open(run_dir) as reader:
-        state, known = reader.last_event("state"), reader.last_event("ack")
-        is_alarm = reader.state() in (State.HELD, State.TRIPPED, State.FAILED)
-    assert state is not None
-    return not is_alarm or (known is not None and known.sequence > state.sequence)
+        last, known = reader.last_event("state"), reader.last_event("ack")
+    assert last is not None
+    if known is not None and known.sequence > last.sequence:
+        return True
+    state = State(str(last.detail["to"]))
+    if state in ACTIVE:  # its end could not be written; who owns it now has taken it up
+        return is_owned(run_dir)
+    return not is_unasked(state, str(last.detail.get("by", "")))
 
 
 def close_run(run_dir: Path, word: Word, clock: Clock | None = None) -> None:

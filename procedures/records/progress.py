@@ -24,6 +24,8 @@ class Progress:
     """Design dwells a minute of rig time in this epoch; None before the first."""
     eta_utc: datetime | None
     message: str
+    asked_by: str = ""
+    """Who or what asked for the state; empty where the run itself decided."""
 
 
 class RunObserver(Protocol):

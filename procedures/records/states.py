@@ -96,6 +96,13 @@ def require_transition(source: State, target: State) -> None:
         raise RequestError(f"run: cannot go from {source} to {target} (allowed: {allowed}); nothing was changed")
 
 
+def is_unasked(state: State, by: str) -> bool:
+    """Whether a run stands still though nobody asked for it: an alarm, until somebody knows of it."""
+    return state in (State.HELD, State.TRIPPED, State.FAILED, State.INTERRUPTED) or (
+        state in (State.STOPPED, State.ABORTED) and not by
+    )
+
+
 def told_of_state(reason: str, by: str) -> str:
     """Why a run is in a state and who or what asked for it, in one phrase; empty where neither is known."""
     return f"{reason} (asked for by {by})" if reason and by else f"asked for by {by}" if by else reason

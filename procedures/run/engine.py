@@ -14,7 +14,9 @@ Whatever happens, the rig is brought to its safe state and the journal gets its 
 import os
 import platform
 import traceback
-from contextlib import closing
+from collections import deque
+from collections.abc import Mapping
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
@@ -94,9 +96,14 @@ def run(
     counts = (done, len(plan.design_dwells), plan.replications)
     trail = Trail(journal, rig.clock, observer or SilentObserver(), start.state, counts)
 
+    unwritten: deque[Mapping[str, object]] = deque()
+
     def pulse() -> float:
-        for told in care.pulse():
-            trail.event("alert", told)
+        unwritten.extend(care.pulse())
+        with suppress(StorageFailed):  # what became of an alert ends no run; a dwell that finds no room does
+            while unwritten:
+                trail.event("alert", unwritten[0])
+                unwritten.popleft()
         return watchdogs.feed()
 
     watchdogs = Watchdogs(rig, trail.event)
@@ -105,17 +112,20 @@ def run(
     is_attended = idle_clock is not None or not isinstance(rig.clock, VirtualClock)
 
     def tell_why() -> None:
-        explain(trail.folder, positions_deg=resting_deg(rig))
+        explain(trail.folder, positions_deg=resting_deg(rig), second_place=care.second_place)
 
     conduct = Conduct(plan, rig, trail, steering, watch, care, tell_why, watchdogs, is_attended)
     with signals_steer(steering):
         try:
             outcome = _closed(journal, _Engine(conduct, start, history))
         except BaseException:
-            explain(trail.folder)  # a defect of ours: the rig is safe, the page tells of it, and it goes on its way
+            # A defect of ours: the rig is safe, the page tells of it, and it goes on its way.
+            explain(trail.folder, second_place=care.second_place)
             raise
         if outcome.state in UNASKED or outcome.cause in (STORAGE, PROCESS):
-            explain(trail.folder, outcome.reason, outcome.positions_deg)
+            page = explain(trail.folder, outcome.reason, outcome.positions_deg, care.second_place)
+            if page is not None and page.parent != trail.folder:
+                return replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
         return outcome
 
 
@@ -158,7 +168,7 @@ class _Engine:
         except (RigError, ProcedureError) as error:
             ending = Ending(State.FAILED, str(error))
         except KeyboardInterrupt:
-            ending = Ending(State.ABORTED, "interrupted from the keyboard")
+            ending = Ending(State.ABORTED, "interrupted from the keyboard", "Ctrl-C")
         except BaseException as error:  # noqa: BLE001  the rim: to the safe state and the journal, then on its way
             defect, ending = error, Ending(State.FAILED, f"a defect of calrig: {type(error).__name__}: {error}")
         outcome = self._end(ending, defect)
@@ -177,19 +187,31 @@ class _Engine:
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
         if safe.failures:
             state, reasons = _without_safety(state), [*reasons, *safe.failures]
+        told = told_of_state("; ".join(reasons), ending.by)
+        is_left_as_it_was = self._trail.state in RESUMABLE
+        if not is_left_as_it_was or cause == STORAGE:
+            self._announce(state, "; ".join(reasons), ending.by)
         try:
             if defect is not None:
                 self._trail.event("defect", {"traceback": "".join(traceback.format_exception(defect))})
-            if self._trail.state not in RESUMABLE:
+            if not is_left_as_it_was:
                 self._conduct.watchdogs.disarm()
                 self._conduct.record_lines()
                 self._trail.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
-                self._trail.enter(state, "; ".join(reasons), ending.by, cause)
+                self._trail.enter(state, "; ".join(reasons), ending.by, cause, is_told=True)
         except StorageFailed as error:
-            state, reasons, cause = State.INTERRUPTED, list(dict.fromkeys([*reasons, str(error)])), STORAGE
+            told = "; ".join(dict.fromkeys([*reasons, str(error)]))
+            if cause != STORAGE:
+                self._announce(State.INTERRUPTED, told, "")
+            state, cause = State.INTERRUPTED, STORAGE
         done, planned = self._trail.dwells_done, self._trail.dwells_planned
-        told = told_of_state("; ".join(reasons), ending.by)
         return Outcome(state, told, done, planned, cause, safe.positions_deg)
+
+    def _announce(self, state: State, reason: str, by: str) -> None:
+        try:
+            self._trail.announce(state, reason, by)
+        except Exception:  # noqa: BLE001, S110  the rim: a screen that fails keeps no run from its last line
+            pass
 
     def _work(self) -> None:
         """Epochs, until nothing is left."""
