@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from threading import Thread
 
-from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command
+from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command, without_secrets
 from procedures.alerts.settings import AlertSettings, Escalation
 from procedures.records.progress import Progress, RunObserver, line_of
 from procedures.records.states import State, is_unasked
@@ -173,7 +173,7 @@ class AlertDesk:
             return
         if is_beat:
             self._last_failure = failure
-        self._outcomes.append({"what": what, "failed": failure})
+        self._outcomes.append({"what": what, "failed": without_secrets(failure, self._settings.secrets)})
 
 
 def _text(progress: Progress) -> str:

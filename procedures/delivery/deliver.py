@@ -7,13 +7,14 @@ what hinders one is told and hinders no other, and delivering again makes what i
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from ams.archive.histories import history
 from ams.archive.runs import Override, PublishedRun
 from ams.calibration.findings_document import full_document
+from ams.calibration_result import Calibration
 from ams.errors import AmsError, ArchiveError, OutsideValidity
 from ams.exports.formats import FORMATS, export_set
 from ams.sets.canonical import table
@@ -22,6 +23,7 @@ from ams.sets.sensed_quantity import FIELDS
 from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust
 from procedures.delivery.publish import publish_solved
 from procedures.errors import RequestError
+from procedures.journal.audit_trail import clock_words
 from procedures.journal.journal_reader import JournalReader
 from procedures.records.states import State
 from procedures.report.paper.pdf import Attachment
@@ -254,10 +256,16 @@ def run_document(delivery: Delivery) -> dict[str, Any]:
 def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
     """Sensor to the set of its solution; a sensor without one is missing. Raises: ams.errors.SetError."""
     return {
-        name: build_set(solved.calibration, provenance_of(solved, run.record))
+        name: build_set(_with_words(solved.calibration, run.record), provenance_of(solved, run.record))
         for name, solved in run.sensors.items()
         if solved.calibration is not None and solved.calibration.model in FIELDS
     }
+
+
+def _with_words(calibration: Calibration, record: RunRecord) -> Calibration:
+    """What a user of the set should know of its run."""
+    words = tuple(dict.fromkeys(clock_words(record.events)))
+    return replace(calibration, warnings=(*calibration.warnings, *words)) if words else calibration
 
 
 def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
@@ -283,7 +291,10 @@ def attachments(coefficients: CoefficientSet) -> list[Attachment]:
 
 
 def publish_folder(
-    folder: Path, archive_of: Callable[[bool], str], override: Override | None = None
+    folder: Path,
+    archive_of: Callable[[bool], str],
+    override: Override | None = None,
+    supersede: Override | None = None,
 ) -> tuple[str, PublishedRun]:
     """A finished run out of its journal, solved again and published; returns where, and what is there now.
 
@@ -299,4 +310,4 @@ def publish_folder(
     if not sets:
         raise RequestError(f"{folder}: no sensor has a solution: {'; '.join(run.failures)}; nothing was published")
     url = archive_of(run.record.is_simulated)
-    return url, publish_solved(url, folder, run.record, run.sensors, sets, override)
+    return url, publish_solved(url, folder, run.record, run.sensors, sets, override, supersede)

@@ -1,7 +1,7 @@
 """The journal as everybody but the engine sees it: read-only, in short transactions, verified on demand."""
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -134,12 +134,24 @@ class JournalReader:
 
         Notes and acknowledgements behind the last other event change nothing of what was measured.
         """
-        digest = hashlib.sha256(self._one("SELECT sha256 FROM header")[0].encode())  # type: ignore[index]
         events = list(self._rows(_EVENTS))
         while events and events[-1][3] in AFTERTHOUGHTS:
             events.pop()
-        for row in (*events, *self._rows(_DWELLS_WITHOUT_SAMPLES)):
-            digest.update(row[-1].encode())
+        return self._digest([row[-1] for row in events], [row[-1] for row in self._rows(_DWELLS_WITHOUT_SAMPLES)])
+
+    def earlier_contents(self) -> tuple[str, ...]:
+        """The :meth:`sha256_of_content` that the journal had at each end before the present one."""
+        rows, dwells = list(self._rows(_EVENTS)), [row[-1] for row in self._rows(_DWELLS_WITHOUT_SAMPLES)]
+        ends = [place for place, row in enumerate(rows) if row[3] == "state" and _is_finish(row)]
+        return tuple(
+            self._digest([row[-1] for row in rows[: end + 1]], dwells[: sum(row[3] == "dwell" for row in rows[:end])])
+            for end in ends[:-1]
+        )
+
+    def _digest(self, events: Sequence[str], dwells: Sequence[str]) -> str:
+        digest = hashlib.sha256(self._one("SELECT sha256 FROM header")[0].encode())  # type: ignore[index]
+        for one in (*events, *dwells):
+            digest.update(one.encode())
         return digest.hexdigest()
 
     def _read_header(self) -> RunHeader:
@@ -216,6 +228,10 @@ def _key(*parts: object) -> Key:
 
 def _name(step: int, attempt: int, epoch: int) -> str:
     return f"step {step}, attempt {attempt}, epoch {epoch}"
+
+
+def _is_finish(row: tuple[Any, ...]) -> bool:
+    return decode_event(*row).detail.get("to") == State.FINISHED
 
 
 def _is_whole(row: tuple[Any, ...]) -> bool:

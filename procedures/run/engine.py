@@ -24,6 +24,7 @@ from procedures.journal.emergency import emergency_copy
 from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.location import place_of
 from procedures.journal.owner import owned_since
 from procedures.journal.spool import Spool
 from procedures.plan.plan import Plan
@@ -40,6 +41,7 @@ from procedures.run.progress_log import Trail
 from procedures.run.services import Care
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import UNASKED, explain
+from procedures.run.watch.clock_watch import GapWatch
 from procedures.run.watch.safe_state import make_safe, resting_deg
 from procedures.run.watch.watch import Watch, lost_link
 from procedures.run.watch.watchdogs import Watchdogs
@@ -98,7 +100,12 @@ def run(
 
     unwritten: deque[Mapping[str, object]] = deque()
 
+    gaps = GapWatch(rig.clock)
+
     def pulse() -> float:
+        if (gap_s := gaps.look()) > 0.0:
+            told = f"this process did not run for {gap_s:.0f} s: stopped by a signal, or starved"
+            trail.event("held_up", {"gap_s": round(gap_s, 1), "text": told})
         unwritten.extend(care.pulse())
         with suppress(StorageFailed):  # what became of an alert ends no run; a dwell that finds no room does
             while unwritten:
@@ -208,10 +215,8 @@ class _Engine:
         return Outcome(state, told, done, planned, cause, safe.positions_deg)
 
     def _announce(self, state: State, reason: str, by: str) -> None:
-        try:
+        with suppress(Exception):  # the rim: a screen that fails keeps no run from its last line
             self._trail.announce(state, reason, by)
-        except Exception:  # noqa: BLE001, S110  the rim: a screen that fails keeps no run from its last line
-            pass
 
     def _work(self) -> None:
         """Epochs, until nothing is left."""
@@ -251,7 +256,7 @@ class _Engine:
         start = self._start
         opened = {"operator": start.operator, "reason": regained or start.reason, "epoch": self._history.epoch}
         process = {"pid": os.getpid(), "host": platform.node(), "calrig": calrig_version()}
-        self._trail.event("opened", opened | process)
+        self._trail.event("opened", opened | process | {"place": place_of(self._trail.folder)})
         if not regained:
             self._wait.discard_pending(owned_since(self._trail.folder))
             if start.state in ACTIVE and self._history.epoch > 1:

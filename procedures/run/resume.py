@@ -16,9 +16,11 @@ from procedures.journal.changes import Change, changes_since, require_unchanged,
 from procedures.journal.header import RunHeader
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.location import is_copy
 from procedures.journal.owner import owning
 from procedures.journal.spool import Spool
 from procedures.journal.storage import JOURNAL_FILE
+from procedures.journal.voids import QUARANTINED
 from procedures.plan.plan import Plan
 from procedures.records.progress import RunObserver
 from procedures.records.states import ACTIVE, ANSWERED_FOR, RESUMABLE, State
@@ -148,8 +150,20 @@ def _read(run_dir: Path) -> Interrupted:
             state=reader.state(),
             identities={key: str(value) for key, value in identities.detail.items()} if identities else None,
             history=read_history(reader, plan),
-            changes=changes_since(reader.header),
+            changes=(*changes_since(reader.header), *_copied(run_dir, reader)),
             answered=tuple(_answered(reader)),
+        )
+
+
+def _copied(run_dir: Path, reader: JournalReader) -> Iterator[Change]:
+    """A run that goes on in two places is two runs under one name: somebody has to answer for the second."""
+    opened, salvaged = reader.last_event("opened"), reader.last_event(QUARANTINED)
+    if opened is None or (salvaged is not None and salvaged.sequence > opened.sequence):
+        return  # a salvaged run lies elsewhere by its nature
+    before = opened.detail.get("place")
+    if isinstance(before, dict) and is_copy(run_dir, before):
+        yield Change(
+            "run folder (this is a copy, and both could go on)", str(before.get("path")), str(run_dir.resolve())
         )
 
 
