@@ -9,13 +9,15 @@ from pathlib import Path
 import pytest
 from journals import a_clock
 from night import events
-from small_run import bench, dwells_of, in_child, resumed
+from small_run import bench, dwells_of, in_child, measured_in, resumed
 
+from procedures.errors import RequestError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.spool import Request, Spool, Taken, ask
 from procedures.journal.status import status
 from procedures.records.progress import Progress
 from procedures.records.states import State
+from procedures.run.resume import resume
 from procedures.run.steering import Steering, signals_steer
 from rig.clock import ScaledClock, SystemClock
 from rig.errors import WaitEnded
@@ -261,3 +263,20 @@ def _until(run_dir: Path, state: State) -> None:
     while not (run_dir / "journal.count").exists() or status(run_dir).state is not state:
         assert clock.monotonic_s() < ends_s, f"not {state} in time"
         clock.sleep(0.01)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGQUIT])
+def test_fault_76_a_run_that_was_told_to_end_or_aborted_goes_on_with_the_same_numbers(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    """Detected: signals and requests leave a mark that every slice of every wait reads.
+    Response: axes stop at once; stopped can be resumed, aborted with a name and a reason; the record says who asked.
+    """
+    small, run_dir = bench(tmp_path), tmp_path / "run"
+    small.run(tmp_path / "clean")
+    os.waitpid(in_child(lambda: small.run(run_dir, observer=Signalling(number))), 0)
+    if number is signal.SIGQUIT:
+        with pytest.raises(RequestError, match="the run is aborted, so a person has to look first"):
+            resume(run_dir, "")
+    assert resume(run_dir, "anna", "looked at it").state is State.FINISHED
+    assert measured_in(run_dir) == measured_in(tmp_path / "clean")
