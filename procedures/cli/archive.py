@@ -175,7 +175,8 @@ def publish(
     """
     if (override is None and supersede is None) != (operator is None):
         raise RequestError(
-            "an override needs --override or --supersede REASON and --operator NAME together; nothing was published"
+            "an override needs --override REASON and --operator NAME together, a supersession --supersede REASON and "
+            "--operator NAME; nothing was published"
         )
     word, succession = (
         Override(operator, why) if why is not None and operator is not None else None for why in (override, supersede)

@@ -214,7 +214,9 @@ def tell_failures(delivery: Delivery) -> None:
     """What of the run's results is missing, a line each, and how it is made."""
     for part, told in delivery.failures.items():
         note(f"{part}: {told}")
-    if delivery.failures:
+    if delivery.failures.keys() == {"archive"}:
+        note(f"not archived; everything else is written; calrig archive publish {delivery.run.folder} does it later")
+    elif delivery.failures:
         note(f"everything else is written; calrig solve {delivery.run.folder} makes what is missing")
 
 
