@@ -116,10 +116,11 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
     paths = parts.made("set", lambda: _written_sets(run, sets)) if sets else {}
     crash_point(CrashPoint.SETS_WRITTEN)
     archived = None
-    if sets and archive_url is None:
-        parts.leave_out(("archive",), "no archive is asked for")
+    if sets and archive_url is not None:
+        url = archive_url
+        archived = parts.made("archive", lambda: publish_solved(url, run.folder, run.record, run.sensors, sets))
     elif sets:
-        archived = parts.made("archive", lambda: publish_solved(archive_url, run.folder, run.record, run.sensors, sets))
+        parts.leave_out(("archive",), "no archive is asked for")
     crash_point(CrashPoint.PUBLISHED)
     exports = parts.made("exports", lambda: _exported(run, sets)) if sets else ()
     view = parts.made("html", lambda: view_of(run.record, run.sensors, _past(run, sets, archived, archive_url)))

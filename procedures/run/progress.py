@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import timedelta
-from typing import TextIO
+from typing import TextIO, cast
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
@@ -117,7 +117,7 @@ def shown_on(stream: TextIO) -> Iterator[RunObserver]:
 @contextmanager
 def _bar_on(stream: TextIO) -> Iterator[RunObserver]:
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[told]}"))
-    console = Console(file=Unbreakable(stream))
+    console = Console(file=cast(TextIO, Unbreakable(stream)))
     with Bar(*columns, TimeElapsedColumn(), console=console, refresh_per_second=5) as bar:
         task = bar.add_task("planned", total=None, told="")
 
