@@ -101,8 +101,8 @@ def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observati
     own = next((axis for one in (applied, measured_by) for axis in one.axes.values() if axis.own_output), None)
     if own is not None:
         raise OutsideValidity(
-            f"{applied.sensor}: errors in degrees are told for sets of the form v = b + k·f, this one has an equation
-            of " "its own; nothing was computed; compare its outputs at the test vectors instead"
+            f"{applied.sensor}: errors in degrees are told for sets of the form v = b + k·f, this one has an equation "
+            "of its own; nothing was computed; compare its outputs at the test vectors instead"
         )
     if lacking:
         raise OutsideValidity(
