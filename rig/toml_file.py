@@ -38,7 +38,7 @@ Table = TypeVar("Table", bound=BaseModel)
 
 
 def as_tuple(value: object) -> object:
-    """TOML has lists where a frozen table holds tuples; for ``field_validator(..., mode="before")``."""
+    """Return a list of TOML as the tuple that a frozen table holds; for ``field_validator(..., mode="before")``."""
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -60,7 +60,7 @@ class TomlFile:
             raise DescriptionError("\n".join(found))
 
     def where(self, key: Sequence[object]) -> str:
-        """``file:line`` of a key, or of the nearest table around it."""
+        """Return ``file:line`` of a key, or of the nearest table around it."""
         parts = tuple(str(part) for part in key)
         while parts:
             if parts in self._lines:
@@ -69,15 +69,15 @@ class TomlFile:
         return f"{self.path}:1"
 
     def complaint(self, key: Sequence[object], text: str) -> str:
-        """One mistake as ``file:line: key: text``."""
+        """Return one mistake as ``file:line: key: text``."""
         return f"{self.where(key)}: {'.'.join(str(part) for part in key) or 'file'}: {text}"
 
     def error(self, key: Sequence[object], text: str) -> DescriptionError:
-        """The same as an error to raise."""
+        """Return a mistake as an error to raise."""
         return DescriptionError(self.complaint(key, text))
 
     def validate(self, model: type[Table]) -> Table:
-        """The file as a frozen value. Raises: DescriptionError with every mistake, one a line."""
+        """Return the file as a frozen value. Raises: DescriptionError with every mistake, one a line."""
         try:
             return model.model_validate(self.values)
         except ValidationError as error:
@@ -191,7 +191,7 @@ def _without_tags(
 
 
 def _allowed_keys(model: type[BaseModel], table: Sequence[str | int], tags: Sequence[str]) -> list[str]:
-    """Field names of the table at ``table`` below ``model``, following dictionaries, options and unions."""
+    """Return the field names of the table at ``table`` below ``model``, following dictionaries, options and unions."""
     candidates: list[Any] = [model]
     for part in table:
         candidates = [inner for outer in candidates for inner in _descend(outer, str(part))]
@@ -212,7 +212,7 @@ def _descend(item: Any, part: str) -> list[Any]:
 
 
 def _alternatives(annotation: Any) -> list[Any]:
-    """The members of a union, or the annotation itself."""
+    """Return the members of a union, or the annotation itself."""
     arguments = getattr(annotation, "__args__", ())
     if getattr(annotation, "__origin__", None) in (dict, list, tuple, Mapping) or not arguments:
         return [annotation]
@@ -229,7 +229,7 @@ def _unknown_key(key: str, allowed: Sequence[str]) -> str:
 
 
 def _unit_hint(values: Mapping[str, Any], key: Sequence[str | int]) -> str:
-    """If the key stands there without its unit, say so."""
+    """Return a hint where the key stands there without its unit, else nothing."""
     here: Any = values
     for part in key[:-1]:
         here = here.get(part, {}) if isinstance(here, Mapping) else {}

@@ -134,7 +134,7 @@ def publish_run(
 
 
 def adjustment_of(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Adjustment | None:
-    """As found and as left of a set (by sensor: its latest, or by checksum); None where the archive holds none.
+    """Return as found and as left of a set (a sensor's latest, or by checksum); None where the archive holds none.
 
     Raises: ArchiveError.
     """
@@ -143,7 +143,7 @@ def adjustment_of(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEO
 
 
 def list_runs(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> tuple[RunEntry, ...]:
-    """Every run, oldest first. Raises: ArchiveError."""
+    """Return every run, oldest first. Raises: ArchiveError."""
     columns = [RUNS.c[name] for name in RunEntry.__dataclass_fields__]
     with reading(archive_url, busy_timeout_s) as connection:
         rows = connection.execute(select(*columns).order_by(RUNS.c.started_utc, RUNS.c.journal_sha256)).all()
@@ -171,7 +171,7 @@ def run_primaries(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> d
 def standards_used(
     archive_url: str, journal_sha256: str, busy_timeout_s: float = BUSY_TIMEOUT_S
 ) -> tuple[tuple[StandardUse, Override | None], ...]:
-    """The standards behind a run, an overridden one with who answers for it. Raises: ArchiveError."""
+    """Return the standards behind a run, an overridden one with who answers for it. Raises: ArchiveError."""
     same = and_(USES.c.serial == STANDARDS.c.serial, USES.c.certificate == STANDARDS.c.certificate)
     query = select(STANDARDS, USES.c.overridden_by, USES.c.override_reason).select_from(USES.join(STANDARDS, same))
     wanted = query.where(USES.c.journal_sha256 == journal_sha256).order_by(STANDARDS.c.name)
@@ -189,7 +189,7 @@ def standards_used(
 
 
 def standards_of(sets: Sequence[CoefficientSet]) -> tuple[StandardUse, ...]:
-    """Every standard that the sets name, each certificate once."""
+    """Return every standard that the sets name, each certificate once."""
     found: dict[tuple[str, str], StandardUse] = {}
     for coefficients in sets:
         for entry in map(table, listed(coefficients.provenance["standards"])):
@@ -302,7 +302,7 @@ def _adjusted(
     published_utc: datetime,
     usage_pitch_deg: tuple[float, float] | None,
 ) -> Adjustment | None:
-    """What is stored already, else what is found now and stored."""
+    """Return the adjustment that is stored already, else find and store it."""
     new = sensor.coefficients
     stored = _stored_adjustment(connection, new.sha256)
     if stored is not None:
@@ -328,7 +328,10 @@ def _adjusted(
 
 
 def _previous(connection: Connection, new: CoefficientSet) -> CoefficientSet | None:
-    """The latest set of this sensor from an earlier calibration; a simulated one never stands before a measured one."""
+    """Return the latest set of this sensor from an earlier calibration.
+
+    A simulated set never stands before a measured one.
+    """
     query = select(SETS.c.sha256).where(
         SETS.c.sensor == new.sensor, SETS.c.created_utc < new.created_utc, SETS.c.simulated == new.is_simulated
     )

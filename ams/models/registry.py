@@ -21,7 +21,7 @@ def own_models_at_rest() -> tuple[str, ...]:
 
 
 def model_named(name: str, nominal_axis: str) -> Model:
-    """The model of one sensor axis.
+    """Return the model of one sensor axis.
 
     Raises:
         DesignError: there is no such model or no such axis.
