@@ -83,7 +83,7 @@ def require_transition(source: State, target: State) -> None:
 
 
 def diagram() -> str:
-    """The table as the text of ``docs/run-states.md``: a Mermaid diagram and the same lines in words."""
+    """Return the text of ``docs/run-states.md``: a Mermaid diagram of the table and the same lines in words."""
     pairs = "\n".join(f"    {line.source} --> {line.target}: {line.cause}" for line in TRANSITIONS)
     rows = "\n".join(f"| {line.source} | {line.target} | {line.cause} |" for line in TRANSITIONS)
     return (

@@ -167,7 +167,7 @@ class _Engine:
         return outcome
 
     def _end(self, ending: Ending, defect: BaseException | None) -> Outcome:
-        """The safe state first, then the journal's last line; a failure of either is told, neither is skipped.
+        """Make the rig safe, then write the journal's last line; a failure of either is told, neither is skipped.
 
         A resume that failed before it began leaves the run as resumable as it was.
         """
@@ -208,7 +208,7 @@ class _Engine:
                 self._open_epoch(lost.reason)
 
     def _run_epoch(self, identities: dict[str, str] | None) -> None:
-        """Raises: TrustLost for whatever a new epoch can heal."""
+        """Run one epoch. Raises: TrustLost for whatever a new epoch can heal."""
         try:
             Epoch(self._conduct, self._history, identities).run()
         except _LOST as error:
@@ -267,7 +267,7 @@ class _Engine:
             return
 
     def _reread(self) -> dict[str, str] | None:
-        """The journal is the truth about what was done; returns the identities as they were at the start."""
+        """Read again what was done: the journal is the truth. Return the identities as they were at the start."""
         with JournalReader.open(self._trail.folder) as reader:
             self._history = read_history(reader, self._conduct.plan)
             known = reader.last_event("identities")
@@ -280,5 +280,8 @@ class _Engine:
 
 
 def _without_safety(state: State) -> State:
-    """A run whose axes are not known to rest is for a person to look at, then to take up where that is possible."""
+    """Return the state of a run whose axes are not known to rest.
+
+    It is for a person to look at, then to take up where that is possible.
+    """
     return State.TRIPPED if state in (State.FINISHED, State.STOPPED, State.TRIPPED) else State.FAILED
