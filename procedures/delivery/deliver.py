@@ -108,7 +108,7 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
 def _published(
     run: SolvedRun, sets: Mapping[str, CoefficientSet], archive_url: str | None
 ) -> tuple[PublishedRun | None, AmsError | None]:
-    """What the archive has of the run, or why it refuses: the rest is delivered all the same."""
+    """Publish the run and return what the archive has of it, or why it refuses: the rest is delivered all the same."""
     if not sets or archive_url is None:
         return None, None
     try:
@@ -123,7 +123,7 @@ def _past(
     archived: PublishedRun | None,
     archive_url: str | None,
 ) -> Past:
-    """As found, as left, and the calibrations before: as the archive knew them when this run ended."""
+    """Return as found, as left and the calibrations before, as the archive knew them when this run ended."""
     if archived is None or archive_url is None:
         return Past(_as_left(run, sets))
     try:
@@ -160,7 +160,7 @@ def _sensor_document(solved: SolvedSensor) -> dict[str, Any]:
 
 
 def run_document(delivery: Delivery) -> dict[str, Any]:
-    """What ``calrig run --json`` prints at the end."""
+    """Return the document that ``calrig run --json`` prints at the end."""
     run = delivery.run
     return {
         "run": str(run.folder),
@@ -190,7 +190,7 @@ def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
 
 
 def attachments(coefficients: CoefficientSet) -> list[Attachment]:
-    """A set as the files inside the PDF: for machines as the laboratory's own set and as a DCC."""
+    """Return a set as the files inside the PDF: for machines as the laboratory's own set and as a DCC."""
     wanted = (
         (json_text.FORMAT, "application/json", "coefficient set"),
         (dcc.FORMAT, "application/xml", "digital calibration certificate"),
@@ -209,7 +209,7 @@ def attachments(coefficients: CoefficientSet) -> list[Attachment]:
 def publish_folder(
     folder: Path, archive_of: Callable[[bool], str], override: Override | None = None
 ) -> tuple[str, PublishedRun]:
-    """A finished run out of its journal, solved again and published; returns where, and what is there now.
+    """Solve a finished run out of its journal again and publish it; return where, and what is there now.
 
     Raises: RequestError where the run did not finish or has nothing to publish; ams.errors.ArchiveError.
     """

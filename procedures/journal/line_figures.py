@@ -20,19 +20,19 @@ class LineFigures:
     """That nobody had asked for."""
 
     def told(self) -> str:
-        """In one phrase."""
+        """Describe the figures in one phrase."""
         rate = f" ({self.errors / self.asked:.2%})" if self.errors and self.asked else ""
         stale = f", {self.stale_bytes} bytes nobody asked for" if self.stale_bytes else ""
         return f"{self.asked} questions, {self.errors} without a good answer{rate}{stale}"
 
 
 def link_detail(counts: Mapping[str, ExchangeCounts]) -> dict[str, object]:
-    """An event's detail; since the lines were opened."""
+    """Return the counts since the lines were opened as an event's detail."""
     return {name: [one.asked, one.errors, one.stale_bytes] for name, one in counts.items()}
 
 
 def lines_in(events: Iterable[Event]) -> dict[str, LineFigures]:
-    """Over all connections of a run: counts begin from 0 with every one."""
+    """Return the figures of every line over all connections of a run: counts begin from 0 with every one."""
     total: dict[str, LineFigures] = {}
     since: dict[str, LineFigures] = {}
     process: object = None

@@ -33,7 +33,7 @@ class RunStatus:
     """What happened on every line, as last recorded; no part of the JSON form."""
 
     def to_document(self) -> dict[str, Any]:
-        """The JSON form of ``calrig status --json``."""
+        """Return the document that ``calrig status --json`` prints."""
         return {
             "run": self.run,
             "state": str(self.state),
@@ -45,7 +45,7 @@ class RunStatus:
 
 
 def status(run_dir: Path) -> RunStatus:
-    """Raises: JournalError."""
+    """Return the status of a run. Raises: JournalError."""
     owned = is_owned(run_dir)
     with JournalReader.open(run_dir) as reader:
         plan = reader.header.plan
@@ -72,7 +72,7 @@ def derived_state(written: State, *, is_alive: bool) -> State:
 
 
 def _eta_utc(reader: JournalReader, left: int, planned_s: float) -> datetime | None:
-    """From the wall-clock pace since the check set of this epoch, blended with the plan's."""
+    """Estimate the end from the wall-clock pace since the check set of this epoch, blended with the plan's."""
     running, dwell = reader.last_event("state"), reader.last_event("dwell")
     if running is None:
         return None
