@@ -144,7 +144,7 @@ def resume(
 
 
 def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> None:
-    """Looked at before anything moves. Raises: RequestError, DescriptionError."""
+    """Check archive and alerts before anything moves. Raises: RequestError, DescriptionError."""
     if archive is not None:
         require_archive_url(archive)
     if alerts is not None:
@@ -179,7 +179,7 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, *, json: bool)
 
 
 def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
-    """The archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
+    """Return the archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
     if archive is not None:
         return archive
     return f"sqlite:///{folder.parent / 'archive.sqlite'}" if is_simulated else default_archive_url()
@@ -193,7 +193,7 @@ def require_archived(delivery: Delivery) -> None:
 
 
 def tell(delivery: Delivery) -> None:
-    """The outcome for a person: coefficients, verdict, and where everything is."""
+    """Tell the outcome to a person: coefficients, verdict, and where everything is."""
     print_summary(delivery.view, Console())
     say()
     say(f"report       {delivery.report}")
