@@ -82,7 +82,7 @@ class AlertDesk:
             self._tell(Message(f"calrig: {self._title}: {progress.state}", text), progress.message)
 
     def pulse(self) -> Sequence[Mapping[str, object]]:
-        """What is due now; what became of earlier messages."""
+        """Send what is due now and return what became of earlier messages."""
         now_s, settings = self._clock.monotonic_s(), self._settings
         if settings.heartbeat is not None and now_s - self._beat_s >= settings.heartbeat_every_s:
             self._beat_s = now_s
@@ -97,7 +97,8 @@ class AlertDesk:
 
     def ring_out(self, is_acknowledged: Callable[[], bool]) -> Sequence[Mapping[str, object]]:
         """Go on for a run that has ended in an alarm, until it is acknowledged or others were told; nothing to do
-        where nobody else is to be told. What became of the messages."""
+        where nobody else is to be told. What became of the messages.
+        """
         while self._alarm is not None and self._settings.escalate is not None and not self._alarm.is_escalated:
             if is_acknowledged():
                 self._alarm = None
@@ -130,7 +131,7 @@ class AlertDesk:
         return [self._outcomes.popleft() for _ in range(len(self._outcomes))]
 
     def _tell(self, message: Message, reason: str) -> None:
-        """The same thing is told once in a while, another at once."""
+        """Post a message unless the same was posted for the same reason a short time ago."""
         key, now_s = f"{message.subject}\n{reason}", self._clock.monotonic_s()
         before_s = self._told_s.get(key)
         if before_s is None or now_s - before_s >= self._settings.least_gap_s:

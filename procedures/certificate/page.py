@@ -18,7 +18,7 @@ SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
 
 
 def certificate_page(grounds: Grounds) -> str:
-    """The page's text."""
+    """Return the page of a certificate as HTML."""
     capability = grounds.laboratory.get("capability_deg")
     capability_deg = None if capability is None else number(capability)
     errors = {} if grounds.adjustment is None else grounds.adjustment.as_left.errors
@@ -40,7 +40,7 @@ def certificate_page(grounds: Grounds) -> str:
 
 
 def certificate_paper(grounds: Grounds, page: str, attachments: Sequence[Attachment]) -> bytes:
-    """The PDF/A-3b of a certificate's page."""
+    """Return the PDF/A-3b of a certificate's page."""
     moment = datetime.combine(grounds.issued, time(), tzinfo=UTC)
     stamps = (SPECIMEN,) if grounds.is_specimen else ()
     return paper_of(
@@ -50,7 +50,7 @@ def certificate_paper(grounds: Grounds, page: str, attachments: Sequence[Attachm
 
 
 def _conditions(document: Document) -> dict[str, str]:
-    """Under which the results hold: attitudes, temperature, gravity."""
+    """Return under which attitudes, temperatures and gravity the results hold."""
     validity, unit = table(document["validity"]), table(document["acceleration_unit"])
     ranges = {name: validity.get(f"{name}_deg") for name in ("pitch", "roll", "yaw")}
     told = {
@@ -68,7 +68,7 @@ def _conditions(document: Document) -> dict[str, str]:
 
 
 def _began(grounds: Grounds) -> str:
-    """The day on which the run began, from its name; the day of its end where it has none."""
+    """Return the day on which the run began, from its name; the day of its end where it has none."""
     run = str(grounds.coefficients.provenance["run_id"] or "")
     ended = grounds.coefficients.created_utc.date().isoformat()
     return f"{run[:4]}-{run[4:6]}-{run[6:8]}" if run[:8].isdigit() else ended

@@ -137,7 +137,7 @@ def steps_told(plan: Plan) -> list[tuple[int, str]]:
 
 
 def _told(dwell: Dwell) -> str:
-    """One dwell in words."""
+    """Describe one dwell in words."""
     parts = [f"{name} {angle:g}°" for name, angle in dwell.targets_deg.items() if angle]
     at = f"at {', '.join(parts)}" if parts else "level"
     applied = "" if dwell.applied is None else f", {dwell.applied.coil} {dwell.applied.field_ut:g} µT"

@@ -17,7 +17,6 @@ IN_SMALL = {
 
 def render(report: CheckReport) -> "Group":
     """Return everything of the report, to be printed on a rich console."""
-
     advice = [Text(f"! {line}", style="yellow") for line in report.advice]
     expected = _expected(report)
     steps: list[RenderableType] = [] if report.forecast.design else [_steps(report), ""]

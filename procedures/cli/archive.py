@@ -56,7 +56,7 @@ def list_(
     archive: Archive = None,
     json: Json = False,
 ) -> None:
-    """The sets, by sensor, then oldest first.
+    """List the sets, by sensor, then oldest first.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def list_(
 
 @app.command
 def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
-    """One set: its coefficients with their uncertainties, as found and as left, and who signed it.
+    """Show one set: its coefficients with their uncertainties, as found and as left, and who signed it.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def compare(old: str, new: str, /, *, archive: Archive = None, json: Json = Fals
 
 @app.command
 def history(sensor: str, /, *, archive: Archive = None, plot: Path | None = None, json: Json = False) -> None:
-    """A sensor over the years: control charts, what happened to it, advice on its interval.
+    """Follow a sensor over the years: control charts, what happened to it, advice on its interval.
 
     Parameters
     ----------

@@ -16,7 +16,10 @@ from ams.units import ARCSEC_PER_DEG, label_and_unit
 
 
 def plain(value: Any) -> Any:
-    """As JSON knows it: moments as ISO 8601, arrays as lists, a number that is not finite as null."""
+    """Return a value as JSON takes it.
+
+    Moments as ISO 8601, arrays as lists, a number that is not finite as null.
+    """
     if isinstance(value, Mapping):
         return {str(name): plain(inner) for name, inner in value.items()}
     if isinstance(value, list | tuple):
@@ -31,7 +34,7 @@ def plain(value: Any) -> Any:
 
 
 def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
-    """The sets, a line each."""
+    """Yield a line for each archived set."""
     for row in rows:
         stamp = f"{row.status}{', simulated' if row.simulated else ''}"
         verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
@@ -40,7 +43,7 @@ def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
 
 
 def adjustment_lines(adjustment: Adjustment | None) -> Iterator[str]:
-    """As found and as left."""
+    """Yield the lines on a sensor as found and as left."""
     if adjustment is None:
         yield "as found, as left: not in the archive"
         return
@@ -68,7 +71,7 @@ def _condition_lines(condition: Condition) -> Iterator[str]:
 
 
 def sign_off_lines(signed: SignOff) -> Iterator[str]:
-    """Who signed, and which certificates were issued."""
+    """Yield the lines on who signed a set, and which certificates were issued."""
     yield f"set {signed.sha256[:12]}: {signed.state}"
     for one in signed.signatures:
         comment = f": {one.comment}" if one.comment else ""

@@ -30,7 +30,9 @@ class Attendance:
     desk: AlertDesk | None = None
 
     def ring_out(self, folder: Path) -> None:
-        """After everything is delivered: an alarm that others are to be told of rings on until it is acknowledged.
+        """Ring on with an alarm that others are to be told of, until it is acknowledged.
+
+        Called after everything is delivered.
 
         Ctrl-C acknowledges it: somebody is there.
         """

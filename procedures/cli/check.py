@@ -78,7 +78,7 @@ def _document_of(before: Beforehand) -> dict[str, Any]:
 
 
 def _tell(before: Beforehand, json: bool) -> int:
-    """What a run would meet now; a refusal leaves with the status that the run would have."""
+    """Tell what a run would meet now and return the status that the command ends with: a refused run's own."""
     if not json:
         for sentence in before.engineering:
             say(f"engineering result: {sentence}")

@@ -11,7 +11,7 @@ from rig.description.read import read_rig
 
 
 def devices(*, rig: Path | None = None, json: Json = False) -> ExitStatus:
-    """Serial ports and VISA resources found here; with --rig, who the devices of that rig say they are.
+    """List the serial ports and VISA resources found here; with --rig, who the devices of that rig say they are.
 
     Each device is asked by itself, so that one that is silent keeps no other from being seen; the status is 1 where one
     is silent, or is not the one that the rig file means.

@@ -123,7 +123,7 @@ def redo(
 
 
 def handover(run: AnyRun = None, /, *, out: RunsFolder = RUNS) -> None:
-    """The whole state of a run on one page, for whoever takes over."""
+    """Print the whole state of a run on one page, for whoever takes over."""
     say(page(alive_or_latest(run, out)).rstrip("\n"))
 
 
@@ -145,7 +145,7 @@ def salvage(run: NamedRun, /, *, to: Path | None = None, out: RunsFolder = RUNS)
 
 
 def _is_run(word: str, runs: Path) -> bool:
-    """Whether the one word that was given names a run, and the text is missing."""
+    """Return True where the one word that was given names a run, so that the text is missing."""
     try:
         find_run(word, runs)
     except RequestError:

@@ -63,7 +63,7 @@ def resolve(
 def _place(
     jobs: int, workers: int | None, dask: str | None
 ) -> tuple[Callable[[], AbstractContextManager[Mapper]], int]:
-    """What solves, and how many runs it takes at once."""
+    """Return what solves, and how many runs it takes at once."""
     if dask is not None:
         if workers is not None:
             raise RequestError("give --workers or --dask, not both; nothing was solved")

@@ -154,7 +154,7 @@ def resume(
 
 
 def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> None:
-    """Looked at before anything moves. Raises: RequestError, DescriptionError."""
+    """Check archive and alerts before anything moves. Raises: RequestError, DescriptionError."""
     if archive is not None:
         require_archive_url(archive)
     if alerts is not None:
@@ -205,7 +205,7 @@ def _last_word(delivery: Delivery) -> tuple[str, str]:
 
 
 def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
-    """The archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
+    """Return the archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
     if archive is not None:
         return archive
     return f"sqlite:///{folder.parent / 'archive.sqlite'}" if is_simulated else default_archive_url()

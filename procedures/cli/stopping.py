@@ -15,7 +15,7 @@ ENDS = (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP)
 
 @contextmanager
 def stoppable_wait(clock: Clock) -> Iterator[Wait]:
-    """A :class:`Wait` that a signal ends: within a tenth of a second, and before the caller goes on."""
+    """Yield a :class:`Wait` that a signal ends: within a tenth of a second, and before the caller goes on."""
     asked: list[str] = []
 
     def ask(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the signature of a handler

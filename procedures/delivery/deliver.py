@@ -205,7 +205,7 @@ def _past(
     archived: PublishedRun | None,
     archive_url: str | None,
 ) -> Past:
-    """As found, as left, and the calibrations before: as the archive knew them when this run ended."""
+    """Return as found, as left and the calibrations before, as the archive knew them when this run ended."""
     if archived is None or archive_url is None:
         return Past(_as_left(run, sets))
     try:
@@ -242,7 +242,7 @@ def _sensor_document(solved: SolvedSensor) -> dict[str, Any]:
 
 
 def run_document(delivery: Delivery) -> dict[str, Any]:
-    """What ``calrig run --json`` prints at the end."""
+    """Return the document that ``calrig run --json`` prints at the end."""
     run = delivery.run
     return {
         "run": str(run.folder),
@@ -279,7 +279,7 @@ def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
 
 
 def attachments(coefficients: CoefficientSet) -> list[Attachment]:
-    """A set as the files inside the PDF: for machines as the laboratory's own set and as a DCC."""
+    """Return a set as the files inside the PDF: for machines as the laboratory's own set and as a DCC."""
     wanted = (
         (json_text.FORMAT, "application/json", "coefficient set"),
         (dcc.FORMAT, "application/xml", "digital calibration certificate"),
@@ -301,7 +301,7 @@ def publish_folder(
     override: Override | None = None,
     supersede: Override | None = None,
 ) -> tuple[str, PublishedRun]:
-    """A finished run out of its journal, solved again and published; returns where, and what is there now.
+    """Solve a finished run out of its journal again and publish it; return where, and what is there now.
 
     Raises: RequestError where the run did not finish or has nothing to publish; ams.errors.ArchiveError.
     """

@@ -115,7 +115,10 @@ class JogApp(App[None]):
     # Losing the operator.
 
     def heed_signals(self) -> None:
-        """A lost terminal (HUP) or a request to end stops every axis first. A suspended process could not: refused."""
+        """Stop every axis on a lost terminal (HUP) or a request to end, and refuse to be suspended.
+
+        A suspended process could not stop anything.
+        """
         for number in _LOST:
             signal.signal(number, self._lost)
         for number in (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
@@ -140,7 +143,7 @@ class JogApp(App[None]):
     # Keys. None goes to a field that might not have the focus yet: a digit is a digit of the number that was asked for.
 
     async def on_event(self, event: events.Event) -> None:
-        """A key that stops overtakes every key before it, which then count for nothing: they wait in queues."""
+        """Let a key that stops overtake every key before it, which then count for nothing: they wait in queues."""
         if isinstance(event, events.Key) and event.key in STOPS:
             self._stopped_at = event.time
             self.bench.stop("the operator pressed stop")
@@ -239,7 +242,7 @@ class JogApp(App[None]):
 
 
 def is_hung_up() -> bool:
-    """Whether the terminal behind standard input was closed."""
+    """Return True where the terminal behind standard input was closed."""
     if sys.__stdin__ is None or not sys.__stdin__.isatty():
         return False
     poller = select.poll()

@@ -1,5 +1,6 @@
 """What the jog screen asks for and what it shows, as frozen values: the screen and the thread that owns the devices
-share nothing else."""
+share nothing else.
+"""
 
 from dataclasses import dataclass
 from typing import Literal

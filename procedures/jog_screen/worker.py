@@ -105,7 +105,7 @@ class Bench:
         self._tell("refused", why)
 
     def turn_while_pressed(self, axis: str, rate_dps: float) -> None:
-        """A key that turns an axis came, for the first time or again."""
+        """Turn an axis as long as its key is pressed: called when the key comes, for the first time or again."""
         if not self.guard.press(axis):
             self.ask(Turn(axis, rate_dps, is_held=True))
 
@@ -130,7 +130,7 @@ class Bench:
         self._watchdogs.disarm()
 
     def _round(self) -> None:
-        """One request or one look; what fails is told and the bench goes on."""
+        """Do one request or one poll; what fails is told and the work goes on."""
         try:
             if self.guard.is_stopping and not self.guard.lost:
                 self._stop_everything("")

@@ -40,7 +40,10 @@ class Change:
 
 
 def changes_since(header: RunHeader) -> tuple[Change, ...]:
-    """Every difference. A file that is gone contradicts nothing: the journal holds its text. Raises: RequestError."""
+    """Return every difference between the header and the files and software of now. Raises: RequestError.
+
+    A file that is gone contradicts nothing: the journal holds its text.
+    """
     found = [
         *_in_file("rig file", header.rig_text, Path(header.rig_path)),
         *_in_file("procedure file", header.procedure_text, Path(header.procedure_path)),
@@ -70,7 +73,10 @@ def require_unchanged(
 
 
 def with_what_may_change(rig_json: str, rig_file: Path, changes: Sequence[Change]) -> str:
-    """The run's own rig at the ports and under the interlocks of the file as it is now. Raises: DescriptionError."""
+    """Return the run's own rig at the ports and under the interlocks of the file as it is now.
+
+    Raises: DescriptionError.
+    """
     document = json.loads(rig_json)
     if any(change.where.startswith(_INTERLOCKS) for change in changes):
         document["interlocks"] = json.loads(read_rig(rig_file).interlocks.model_dump_json())

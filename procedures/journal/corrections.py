@@ -59,7 +59,7 @@ def redo(run_dir: Path, replication: int, word: Word, clock: Clock | None = None
 
 
 def add_note(run_dir: Path, operator: str, text: str, clock: Clock | None = None) -> None:
-    """A note on a run that no process runs. Raises: RequestError, JournalError, StorageFailed."""
+    """Add a note to a run that no process runs. Raises: RequestError, JournalError, StorageFailed."""
     clock = clock or SystemClock()
     with _owned_journal(run_dir, clock) as journal:
         journal.append_event("note", {"by": operator, "text": text, "at_utc": clock.now_utc().isoformat()}, clock)
@@ -73,7 +73,7 @@ def acknowledge(run_dir: Path, operator: str, text: str, clock: Clock | None = N
 
 
 def is_acknowledged(run_dir: Path) -> bool:
-    """Whether somebody acknowledged the last state of a run, or took the run up again."""
+    """Return True where somebody acknowledged the last state of a run, or took the run up again."""
     with JournalReader.open(run_dir) as reader:
         last, known = reader.last_event("state"), reader.last_event("ack")
     assert last is not None
@@ -110,7 +110,7 @@ def _enter(journal: Journal, source: State, target: State, by: str, reason: str,
 
 
 def _accepted(run_dir: Path) -> list[DwellRecord]:
-    """In the order of commitment, check sets of the past left out: each epoch measures its own."""
+    """Return the accepted dwells in the order of commitment, without check sets: each epoch measures its own."""
     with JournalReader.open(run_dir) as reader:
         return [dwell for dwell in reader.dwells(accepted_only=True) if dwell.purpose != "check"]
 

@@ -49,7 +49,7 @@ class Journal:
 
     @staticmethod
     def create(path: Path, header: RunHeader, clock: Clock) -> "Journal":
-        """A new journal in state ``planned``, made under another name: where there is a journal, it is whole.
+        """Create a journal in state ``planned``, first under another name: where there is a journal, it is whole.
 
         Raises: JournalError where there is a file, StorageFailed.
         """
@@ -73,7 +73,7 @@ class Journal:
 
     @staticmethod
     def open_for_append(path: Path) -> "Journal":
-        """An existing journal, after all of it was verified. Raises: JournalError, StorageFailed."""
+        """Open an existing journal, after all of it was verified. Raises: JournalError, StorageFailed."""
         require_journal_file(path)
         with JournalReader.open(path) as reader:
             reader.verify()
@@ -85,7 +85,7 @@ class Journal:
         return Journal(path, connection, header.run_id, (last.sequence, last.sha256), dwells)
 
     def append_event(self, kind: str, detail: Mapping[str, object], clock: Clock) -> None:
-        """One line of the audit trail, on the disk when this returns. Raises: StorageFailed."""
+        """Append one line of the audit trail, on the disk when this returns. Raises: StorageFailed."""
         with self._transaction():
             chain = self._insert_event(kind, detail, clock)
         self._committed(chain, self._dwells)

@@ -78,7 +78,7 @@ class JournalReader:
             yield decode_event(*row)
 
     def last_event(self, kind: str | None = None) -> Event | None:
-        """The newest event, of one kind if given; None where there is none."""
+        """Return the newest event, of one kind if given; None where there is none."""
         row = self._one(_LAST_EVENT, (kind, kind))
         return None if row is None else decode_event(*row)
 
@@ -117,7 +117,10 @@ class JournalReader:
         return (*damaged, *left_out)
 
     def state(self) -> State:
-        """As last written; whether its owner still lives is :func:`procedures.journal.status.status`'s to say."""
+        """Return the state as last written.
+
+        Whether its owner still lives is :func:`procedures.journal.status.status`'s to say.
+        """
         event = self.last_event("state")
         if event is None:
             raise JournalError(f"{self.path}: holds no state; {_LEFT}")
@@ -127,7 +130,7 @@ class JournalReader:
         return int(self._one("SELECT count(*) FROM dwells")[0])  # type: ignore[index]
 
     def accepted_steps(self) -> set[int]:
-        """Steps with an accepted dwell that was not taken back."""
+        """Return the steps with an accepted dwell that was not taken back."""
         voided = voided_in(self.events(VOIDED))
         with told_as(self.path):
             rows = self._connection.execute("SELECT step, attempt, epoch FROM dwells WHERE accepted = 1").fetchall()
@@ -135,7 +138,8 @@ class JournalReader:
 
     def verify(self) -> None:
         """Check the file, the chain of events and the SHA-256 of every dwell. Raises: JournalError naming the first
-        dwell or event that is not as it was written."""
+        dwell or event that is not as it was written.
+        """
         with told_as(self.path):
             problems = [row[0] for row in self._connection.execute("PRAGMA quick_check(1)")]
         if problems != ["ok"]:
@@ -144,7 +148,9 @@ class JournalReader:
         self._verify_dwells(told)
 
     def sha256_of_content(self) -> str:
-        """Of header, events and dwells as they were written, whatever the state of the file around them.
+        """Return the SHA-256 of header, events and dwells as they were written.
+
+        The state of the file around them does not matter.
 
         Notes and acknowledgements behind the last other event change nothing of what was measured.
         """
@@ -188,7 +194,7 @@ class JournalReader:
             )
 
     def _verify_chain(self) -> dict[Key, str]:
-        """The SHA-256 that the chain tells of every dwell."""
+        """Verify the chain of events and return the SHA-256 that it tells of every dwell."""
         previous, told = self._one("SELECT sha256 FROM header")[0], {}  # type: ignore[index]
         expected = 1
         for row in self._rows(_EVENTS):
@@ -256,7 +262,7 @@ def _is_whole(row: tuple[Any, ...]) -> bool:
 def _as_it_stands(
     row: tuple[Any, ...], voided: Mapping[Key, str], units: Callable[[], Mapping[str, str]], with_samples: bool
 ) -> DwellRecord | None:
-    """The dwell of a row; None where it is too damaged to be shown."""
+    """Return the dwell of a row; None where it is too damaged to be shown."""
     *_, text, samples, digest = row
     taken_back = voided.get(_key(*row[1:4]))
     if with_samples and not _is_whole(row):

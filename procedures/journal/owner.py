@@ -30,7 +30,7 @@ def owning(run_dir: Path, clock: Clock | None = None) -> Iterator[None]:
 
 
 def is_owned(run_dir: Path) -> bool:
-    """True while a living process runs the run."""
+    """Return True while a living process runs the run."""
     try:
         with open(run_dir / OWNER_FILE, encoding="utf-8") as file:
             return file_lock.is_held(file)
@@ -39,7 +39,7 @@ def is_owned(run_dir: Path) -> bool:
 
 
 def owned_since(run_dir: Path) -> datetime | None:
-    """When the present or last owner took the run; None where nobody ever did."""
+    """Return when the present or last owner took the run; None where nobody ever did."""
     try:
         return datetime.fromisoformat(json.loads((run_dir / OWNER_FILE).read_text(encoding="utf-8"))["since_utc"])
     except (OSError, ValueError, KeyError, TypeError):

@@ -70,7 +70,7 @@ def salvage(source: Path, target: Path, clock: Clock | None = None) -> Salvaged:
 
 
 def _copied(source: Path, scratch: Path) -> Path:
-    """The journal with its write-ahead log: opening the copy changes nothing of the original."""
+    """Copy the journal with its write-ahead log: opening the copy changes nothing of the original."""
     copy = scratch / JOURNAL_FILE
     shutil.copyfile(source, copy)
     log = source.with_name(source.name + "-wal")
@@ -110,7 +110,7 @@ class _Rows:
         self._connection.close()
 
     def events(self) -> Iterator[tuple[Any, ...]]:
-        """As long as the chain holds."""
+        """Yield the events as long as the chain holds."""
         previous = self.header[1]
         sequence = 1
         while (row := self._row("SELECT * FROM events WHERE sequence = ?", sequence)) is not None:
@@ -120,7 +120,7 @@ class _Rows:
             previous, sequence = row[5], sequence + 1
 
     def dwells(self) -> Iterator[tuple[Any, ...]]:
-        """Every row that can be read, whatever lies between."""
+        """Yield every row that can be read, whatever lies between."""
         number, missed = 1, 0
         while missed < _FURTHEST_MISS:
             row = self._row("SELECT * FROM dwells WHERE number = ?", number)
@@ -179,7 +179,7 @@ def _written(rows: _Rows, source: Path, path: Path, clock: Clock) -> Salvaged:
 
 
 def _told(events: list[tuple[Any, ...]]) -> dict[Key, str]:
-    """The SHA-256 of every dwell that the kept events tell of, but for those quarantined before."""
+    """Return the SHA-256 of every dwell that the kept events tell of, but for those quarantined before."""
     told: dict[Key, str] = {}
     for *_, kind, text, _ in events:
         detail = json.loads(text)

@@ -48,7 +48,7 @@ class Taken:
     complaint: str = ""
 
     def detail(self) -> Mapping[str, object]:
-        """For the journal."""
+        """Return what the journal keeps of it."""
         told = {} if self.request is None else asdict(self.request)
         return {"file": self.file, **told, **({"refused": self.complaint} if self.complaint else {})}
 
@@ -77,7 +77,7 @@ class Spool:
         return target
 
     def take(self) -> list[Taken]:
-        """Requests in the order in which they were made; :meth:`remove` each when it is journalled."""
+        """Return the requests in the order in which they were made; :meth:`remove` each when it is journalled."""
         try:
             changed_ns = os.stat(self.folder).st_mtime_ns
         except FileNotFoundError:
@@ -104,7 +104,7 @@ class Spool:
 
 
 def _request(document: object) -> Request:
-    """Raises: ValueError for what is no request."""
+    """Return a document as a request. Raises: ValueError for what is no request."""
     if not isinstance(document, dict) or not all(isinstance(value, str) for value in document.values()):
         raise ValueError("expected an object of texts")
     if document.get("kind") not in get_args(Kind):

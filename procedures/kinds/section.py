@@ -165,7 +165,7 @@ def _label(name: str) -> tuple[str, str]:
 
 
 def _budgets(budgets: Mapping[str, AxisBudget]) -> Iterator[TextTable]:
-    """What each source alone puts into each parameter."""
+    """Yield a table of what each source alone puts into each parameter."""
     rows = [
         (axis if place == 0 else "", line.source, line.type, *_contributions(budget, line), line.stated)
         for axis, budget in budgets.items()

@@ -97,7 +97,7 @@ def _coil(rig: RigDescription, procedure: ProcedureDescription, levels: Levels) 
 def _attitudes_along(
     rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor], direction: FloatArray
 ) -> list[dict[str, float]]:
-    """For every axis of every sensor the least turned attitude that lays it along the field, and one against it."""
+    """Return two attitudes for every axis of every sensor: along the field and against it, each the least turned."""
     unit = direction / np.linalg.norm(direction)
     reachable = [[angle for angle in (0.0, 90.0, -90.0, 180.0, -180.0) if _can_go(rig, name, angle)] for name in AXES]
     attitudes = sorted(product(*reachable), key=lambda angles: (sum(map(abs, angles)), angles))
@@ -118,7 +118,7 @@ def _attitudes_along(
 
 
 def _component(sensor: Sensor, axis: str, attitude_deg: tuple[float, ...], level: FloatArray) -> float:
-    """Of a level vector along a body axis of the package."""
+    """Return the component of a level vector along a body axis of the package."""
     return float(body_axis(sensor, axis) @ to_stage(*np.deg2rad(attitude_deg)) @ level)
 
 

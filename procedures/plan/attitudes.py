@@ -22,7 +22,7 @@ CHECK_ATTITUDES = 6
 
 
 def make_design(procedure: ProcedureDescription) -> Design:
-    """The design that a procedure file asks for. Raises: PlanError naming file, line and key."""
+    """Make the design that a procedure file asks for. Raises: PlanError naming file, line and key."""
     kind = DESIGNS[procedure.design.kind]
     for key in ("pitch_deg", "roll_deg", "yaw_deg"):
         if key not in kind.takes and getattr(procedure.design, key) is not None:
@@ -34,7 +34,7 @@ def make_design(procedure: ProcedureDescription) -> Design:
 
 
 def environment_of(rig: RigDescription, procedure: ProcedureDescription) -> EnvironmentPlan | None:
-    """The plateaus with the name of the environment that holds them."""
+    """Return the plateaus with the name of the environment that holds them, or None."""
     if procedure.environment is None:
         return None
     known = ", ".join(rig.environment) or "none"
@@ -102,7 +102,8 @@ def _replication(
 
 def check_points(design: Design) -> tuple[DesignPoint, ...]:
     """Up to six attitudes of the design as different as they can be: first the one nearest to level, then always the
-    one whose specific force lies farthest from those chosen. On a full circle of roll this is the six-point tumble."""
+    one whose specific force lies farthest from those chosen. On a full circle of roll this is the six-point tumble.
+    """
     points = sorted(design.points, key=lambda point: (_turned_deg(point), point.label))
     force = felt_force(points)
     chosen = [0]

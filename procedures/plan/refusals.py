@@ -161,7 +161,7 @@ def basis(model: str, points: Sequence[DesignPoint], package: str = "model", axi
 
 
 def _components(model: str, axis: str) -> list[int]:
-    """Of the specific force that the model feels."""
+    """Return the components of specific force that the model senses."""
     if model == "linear":
         return ["xyz".index(axis)]
     return [0, 2] if model == "pitch-only" else [0, 1, 2]

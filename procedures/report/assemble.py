@@ -32,7 +32,7 @@ def assemble_view(
     table_arcsec: float | None = None,
     past: Past | None = None,
 ) -> RunView:
-    """The run as every screen draws it.
+    """Assemble the run as every screen draws it.
 
     ``solved``: sensor name to its solution. ``table_arcsec``: standard uncertainty of one attitude of the table.
     ``past``: what the archive says of the sensors.

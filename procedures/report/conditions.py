@@ -20,7 +20,7 @@ def condition_sections(events: Sequence[Event]) -> dict[str, dict[str, str]]:
 
 
 def _watchdogs(events: Iterable[Event]) -> dict[str, str]:
-    """The latest word on each axis."""
+    """Return the latest word on each axis' watchdog."""
     return {str(event.detail["axis"]): str(event.detail["told"]) for event in events}
 
 
@@ -47,7 +47,7 @@ def _counted(words: Sequence[str]) -> list[str]:
 
 
 def _proofs(checks: Sequence[Event]) -> dict[str, str]:
-    """Of every short and reference how far it was off at most, and what was allowed."""
+    """Return how far every short and reference was off at most, and what was allowed."""
     read: dict[str, list[Mapping[str, object]]] = {}
     for check in checks:
         proofs = check.detail["proofs"]

@@ -11,7 +11,7 @@ UNITS = {"arcsec": "″", "v": "V", "degc": "°C", "ohm": "Ω"}
 
 
 def device_rows(rig: RigDescription, identities: Mapping[str, str]) -> tuple[Device, ...]:
-    """Every device of the rig file with what it answered when asked who it is."""
+    """Return every device of the rig file with what it answered when asked who it is."""
     groups: Mapping[str, Mapping[str, BaseModel]] = {
         "axes": rig.axes,
         "readouts": rig.readouts,
@@ -30,7 +30,7 @@ def device_rows(rig: RigDescription, identities: Mapping[str, str]) -> tuple[Dev
 
 
 def standard_rows(rig: RigDescription) -> tuple[StandardRow, ...]:
-    """Every certificate that the rig file names."""
+    """Return every certificate that the rig file names."""
     return tuple(
         StandardRow(name, standard.serial, standard.certificate, standard.due.isoformat(), _uncertainty(standard))
         for name, standard in rig.standards.items()

@@ -21,7 +21,7 @@ STYLE_SHEET = TEMPLATES / "page.css"
 
 
 def render_page(view: RunView, figures: Figures) -> str:
-    """The page's text: its head, and every registered section in its order."""
+    """Return the page's text: its head, and every registered section in its order."""
     environment = report_environment(TEMPLATES)
     shown = [section for section in sections_in_order() if section.is_shown(view)]
     return environment.get_template("page.html.j2").render(

@@ -49,7 +49,7 @@ def _value(rows: Sequence[ParameterRow], name: str) -> float | None:
 
 
 def text_table(name: str, told: TextTable) -> Table:
-    """What was turned, stood in a field or rested: the first table of its section."""
+    """Return the first table of a section: what was turned, stood in a field or rested."""
     table = Table(box=SIMPLE_HEAD, title=Text(name), title_justify="left", title_style="bold", pad_edge=False)
     for heading in told.headings:
         table.add_column(heading)

@@ -55,7 +55,7 @@ def begin(
 def rehearse(
     run_dir: Path, header: RunHeader, plan: Plan, description: RigDescription, observer: RunObserver | None = None
 ) -> Outcome:
-    """The same run on twins of that very rig, in virtual time. Raises as :func:`begin`, and DescriptionError."""
+    """Run the same on twins of that very rig, in virtual time. Raises as :func:`begin`, and DescriptionError."""
     twins = description.all_on_twins()
     rehearsed = replace(header, is_simulated=True, is_rehearsal=True, rig_json=twins.model_dump_json())
     with open_rig(twins, purpose="rehearsal") as rig:

@@ -50,7 +50,10 @@ class Conduct:
         self.began_s = self.rig.clock.monotonic_s()
 
     def count_dwell(self) -> None:
-        """Every hundred dwells the process looks at itself. Raises: RunEnds where it has grown too far."""
+        """Count a dwell; after every hundred the process looks at itself.
+
+        Raises: RunEnds where it has grown too far.
+        """
         self.dwells += 1
         if self.dwells % PROCESS_EVERY:
             return
@@ -69,7 +72,7 @@ class Conduct:
             )
 
     def record_lines(self) -> None:
-        """What happened on every line since it was opened."""
+        """Record what happened on every line since it was opened."""
         self.trail.event(LINKS, link_detail(self.rig.link_counts()))
 
     def stop_if_asked(self) -> None:
@@ -100,7 +103,7 @@ class Conduct:
         self.trail.enter(before, by=by)
 
     def enter_held(self, cause: str, reason: str) -> None:
-        """Raises: RunEnds where nobody could ever clear it."""
+        """Enter ``held``. Raises: RunEnds where nobody could ever clear it."""
         self.trail.enter(State.HELD, reason, cause=cause)
         crash_point(CrashPoint.HELD)
         self.explain()

@@ -184,7 +184,7 @@ class _Engine:
         return outcome
 
     def _end(self, ending: Ending, defect: BaseException | None) -> Outcome:
-        """The safe state first, then the journal's last line; a failure of either is told, neither is skipped.
+        """Make the rig safe, then write the journal's last line; a failure of either is told, neither is skipped.
 
         A resume that failed before it began leaves the run as resumable as it was.
         """
@@ -234,7 +234,7 @@ class _Engine:
                 self._open_epoch(lost.reason)
 
     def _run_epoch(self, identities: dict[str, str] | None) -> None:
-        """Raises: TrustLost for whatever a new epoch can heal."""
+        """Run one epoch. Raises: TrustLost for whatever a new epoch can heal."""
         try:
             Epoch(self._conduct, self._history, identities).run()
         except _LOST as error:
@@ -293,7 +293,7 @@ class _Engine:
             return
 
     def _reread(self) -> dict[str, str] | None:
-        """The journal is the truth about what was done; returns the identities as they were at the start."""
+        """Read again what was done: the journal is the truth. Return the identities as they were at the start."""
         with JournalReader.open(self._trail.folder) as reader:
             self._history = read_history(reader, self._conduct.plan)
             known = reader.last_event("identities")

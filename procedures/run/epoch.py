@@ -153,7 +153,7 @@ class Epoch:
                 granted = judged + retries + 1
 
     def _went_on_without(self, record: DwellRecord, told: str) -> bool:
-        """One sensor alone spoils the dwell and others remain: they go on without it, and somebody is told."""
+        """Drop a sensor that alone spoils the dwell, where others remain, and tell; return whether there was one."""
         sensor = self._suspects.alone_to_blame(record.reasons)
         if sensor is None:
             return False
@@ -163,13 +163,13 @@ class Epoch:
         return True
 
     def _stand_on_its_plateau(self, dwell: Dwell) -> None:
-        """A step that is gone back to, or a band that was left, needs its soak anew."""
+        """Soak anew for a step that is gone back to, or after a band was left."""
         plateau = self._plateaus.get(dwell.step)
         if plateau is not None and plateau != self._plateau:
             self._soak(plateau)
 
     def _regained_its_plateau(self) -> bool:
-        """Where the temperature has left its band, wait for it and soak anew; False where it has not."""
+        """Wait for the temperature where it has left its band, and soak anew; return False where it has not."""
         plateau = self._plateau
         if plateau is None:
             return False
@@ -230,12 +230,12 @@ class Epoch:
         return stored
 
     def _again(self, told: str) -> None:
-        """A move that is made again is on record."""
+        """Record that a move is made again."""
         self._trail.event("again", {"reason": told})
         self._trail.tell("void", told)
 
     def _act_on(self, doubt: Doubt) -> None:
-        """Raises: RunEnds where channels changed places, TrustLost where an axis slipped."""
+        """Raise what a doubt asks for: RunEnds where channels changed places, TrustLost where an axis slipped."""
         told = "; ".join(doubt.reasons)
         if doubt.kind == "slip":
             raise TrustLost("slip", told)
@@ -271,7 +271,10 @@ class Epoch:
         return self._history.first_check_epoch is None
 
     def _announcement(self, dwell: Dwell, attempt: int) -> Announcement:
-        """A check set that is measured again has chance of its own, and the drift of the moment."""
+        """Return what the twins are told of a dwell.
+
+        A check set that is measured again has chance of its own, and the drift of the moment.
+        """
         if dwell.purpose != "check":
             return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "read")
         if self._is_first_check_set:
@@ -298,7 +301,7 @@ class Epoch:
         )
 
     def _leave_checking(self) -> None:
-        """The check set is measured: is the package mounted as declared, and was there a step since the start?"""
+        """Judge the measured check set: the package mounted as declared, and no step since the start."""
         sensors = {name: sensor for name, sensor in self._plan.sensors.items() if name in self._suspects.remaining}
         require_declared_mounts(sensors, self._checks, self._trail)
         before = self._history.baseline
@@ -360,7 +363,7 @@ class Epoch:
         self._conduct.hold(alarm, lambda: alarm.response == "hold" and not self._is_still(alarm, dwell))
 
     def _is_still(self, alarm: Alarm, dwell: Dwell | None) -> bool:
-        """A hold is over when nothing of its kind is found any more; anything worse is answered at once."""
+        """Return whether a hold goes on; anything worse that is found is answered at once."""
         found = self._look(dwell)
         if found is not None and found.response in ("trip", "restart"):
             self._answer(found, dwell)

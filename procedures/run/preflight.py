@@ -55,6 +55,6 @@ def _refused(asked: list[Callable[[], None]]) -> Iterator[str]:
 
 
 def _nearest(folder: Path) -> Path:
-    """The innermost folder that is there."""
+    """Return the innermost folder that is there."""
     folder = folder.resolve()
     return next(place for place in (folder, *folder.parents) if place.exists())

@@ -106,7 +106,7 @@ class PlainLines:
 
 @contextmanager
 def shown_on(stream: TextIO) -> Iterator[RunObserver]:
-    """An observer that draws on ``stream``: a live bar where it is a terminal, plain lines otherwise."""
+    """Yield an observer that draws on ``stream``: a live bar where it is a terminal, plain lines otherwise."""
     if not stream.isatty():
         yield PlainLines(Lines(stream))
         return

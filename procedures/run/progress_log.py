@@ -53,7 +53,7 @@ class Trail:
         self.tell("state", told_of_state(reason, by), state, by)
 
     def event(self, kind: str, detail: Mapping[str, object]) -> None:
-        """One line of the audit trail."""
+        """Write one line of the audit trail."""
         self._journal.append_event(kind, detail, self._clock)
 
     def terminal_closed(self) -> None:
@@ -62,7 +62,7 @@ class Trail:
         self.tell(TERMINAL, TERMINAL_CLOSED)
 
     def request(self, taken: Taken) -> None:
-        """A request that was taken; a note and an acknowledgement are events of their own."""
+        """Record a request that was taken; a note and an acknowledgement are events of their own."""
         asked = taken.request
         if asked is not None and asked.kind in ("note", "ack"):
             self.event(asked.kind, {"by": asked.by, "text": asked.text, "at_utc": asked.at_utc})
@@ -90,7 +90,7 @@ class Trail:
         return self._journal.path.parent
 
     def take_back(self, dwells: Sequence[DwellRecord], detail: Mapping[str, object]) -> None:
-        """Accepted dwells that count no more."""
+        """Void accepted dwells: they count no more."""
         self.event(VOIDED, detail)
         taken_back = sum(dwell.accepted and dwell.purpose == "design" for dwell in dwells)
         self.dwells_done -= taken_back

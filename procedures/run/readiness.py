@@ -23,7 +23,7 @@ class Readiness:
     contradictions: tuple[str, ...]
 
     def require(self, source: str) -> None:
-        """Raises: RequestError where the rig file contradicts itself or the day."""
+        """Check that nothing contradicts. Raises: RequestError where the rig file contradicts itself or the day."""
         if self.contradictions:
             told = "; ".join(self.contradictions)
             raise RequestError(

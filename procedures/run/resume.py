@@ -95,7 +95,7 @@ def resume_on(
     idle_clock: Clock | None = None,
     care: Care | None = None,
 ) -> Outcome:
-    """As :func:`resume`, on a rig that the caller has opened."""
+    """Resume a run as :func:`resume`, on a rig that the caller has opened."""
     word = Word(operator, reason)
     with _taken_over(run_dir, word, idle_clock) as found:
         return _go_on(run_dir, found, rig, word, observer, idle_clock, care)

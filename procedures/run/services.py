@@ -37,5 +37,5 @@ class Care:
 
 
 def with_precautions(care: Care | None, header: RunHeader) -> Care:
-    """What the journal's own rig description asks for."""
+    """Return the services with what the journal's own rig description asks for."""
     return replace(care or Care(), precautions=precautions_of(rig_from_json(header.rig_json)))

@@ -1,4 +1,4 @@
-"""From checking to running: is the package mounted as declared, and did a restart make a step since the start?"""
+"""From checking to running: check the declared mounts, and that a restart made no step since the start."""
 
 from collections.abc import Mapping
 
@@ -17,7 +17,10 @@ from rig.description.signal_chain import Chain
 
 
 def require_declared_mounts(sensors: Mapping[str, Sensor], checks: Mapping[int, DwellRecord], trail: Trail) -> None:
-    """Raises: RunEnds naming every axis that contradicts its declared mount; the check set is taken back."""
+    """Check every sensor against its declared mount; a contradicted check set is taken back.
+
+    Raises: RunEnds naming every axis that contradicts.
+    """
     dwells = tuple(checks.values())
     found = [told for name, sensor in sensors.items() for told in contradictions(name, sensor, dwells)]
     if found:

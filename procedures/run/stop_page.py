@@ -97,7 +97,7 @@ def _unread(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> W
 
 
 def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> Why:
-    """Raises: JournalError."""
+    """Return why a run stopped. Raises: JournalError."""
     with JournalReader.open(run_dir) as reader:
         events, state = list(reader.events()), reader.last_event("state")
         plan = reader.header.plan
@@ -123,7 +123,7 @@ def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> 
 
 
 def text_of(why: Why) -> str:
-    """The same for a terminal or a mail."""
+    """Return the page as text for a terminal or a mail."""
     lines = [
         one_line(f"{why.title}: {why.state}"),
         f"run      {why.run}",
@@ -182,7 +182,7 @@ def _told(event: Event) -> str:
 
 
 def _plain(value: object) -> str:
-    """As a person reads it: what a journal keeps as tables and lists, without their brackets."""
+    """Return a value as a person reads it: tables and lists of the journal without their brackets."""
     match value:
         case bool():
             return "yes" if value else "no"

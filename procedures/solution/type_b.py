@@ -19,15 +19,18 @@ Kind = Literal["limit", "standard", "expanded"]
 
 
 def divisor(standard: Standard | None) -> float:
-    """What a stated uncertainty is divided by; a limit where no certificate says otherwise."""
+    """Return what a stated uncertainty is divided by; a limit where no certificate says otherwise."""
     if standard is None:
         return sqrt(3.0)
     return {"limit": sqrt(3.0), "standard": 1.0, "expanded": standard.k}[standard.kind]
 
 
 def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:
-    """Of one attitude: what a reference sensor tells it to, else of the axis' index: a limit divided by √3 unless its
-    standard says otherwise; 0 where there is no such axis."""
+    """Return the standard uncertainty of one attitude; 0 where there is no such axis.
+
+    What a reference sensor tells it to, else of the axis' index: a limit divided by √3 unless its standard says
+    otherwise.
+    """
     reference = rig.attitude_reference
     if reference is not None and axis in reference.channels:
         return ARCSEC_PER_DEG * reference.uncertainty_deg
@@ -38,7 +41,7 @@ def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:
 
 
 def table_in_words(rig: RigDescription) -> str:
-    """What is declared of the table's indices."""
+    """Describe what is declared of the table's indices."""
     return ", ".join(
         f"{name} u {u:.2g}″" for name in ("pitch", "yaw", "roll") if (u := standard_uncertainty_arcsec(rig, name)) > 0.0
     )
@@ -64,7 +67,7 @@ def shared_errors(
 
 
 def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:
-    """The meter behind a channel, and its load resistor."""
+    """Yield the errors of the meter behind a channel, and of its load resistor."""
     readout, _, name = channel.partition(".")
     meter = _standard(rig, rig.readouts[readout].standard) if readout in rig.readouts else None
     if meter is not None and meter[1].uncertainty_v:
@@ -83,7 +86,7 @@ def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:
 
 
 def _level(rig: RigDescription) -> Iterator[SharedError]:
-    """The base as it was read before and after, and the instrument's own uncertainty (a limit)."""
+    """Yield the errors of the base, as it was read before and after, and of the instrument itself (a limit)."""
     read = [reading for reading in (rig.level.before, rig.level.after) if reading is not None]
     own_arcsec = rig.level.uncertainty_arcsec
     places: tuple[tuple[str, Effect], ...] = (("about_pitch", "pitch"), ("about_roll", "base-tilt"))
@@ -119,7 +122,7 @@ def _told(standard: tuple[str, Standard], stated: float, unit: str) -> str:
 
 
 def _range_v(rig: RigDescription, readout: str, channel: str) -> float | None:
-    """Of a channel, where its readout has ranges in volts."""
+    """Return the range of a channel in volts, or None."""
     channels = getattr(rig.readouts[readout], "channels", {})
     range_v = getattr(channels.get(channel), "range_v", None)
     return float(range_v) if isinstance(range_v, int | float) else None

@@ -32,7 +32,7 @@ class Leaf:
     kids: list["Leaf | str"] = field(default_factory=list)
 
     def as_json(self) -> dict[str, Any]:
-        """The form that the typst template reads: ``tag``, ``class``, ``kids`` and the attributes it uses."""
+        """Return the form that the typst template reads: ``tag``, ``class``, ``kids`` and the attributes it uses."""
         kids = [kid if isinstance(kid, str) else kid.as_json() for kid in self.kids]
         return {"tag": self.tag, "class": list(self.classes), "kids": kids, **self.attributes}
 

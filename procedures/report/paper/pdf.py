@@ -42,7 +42,7 @@ class Imprint:
 
 
 def paper_of(page: str, imprint: Imprint, attachments: Sequence[Attachment] = ()) -> bytes:
-    """The PDF's bytes.
+    """Return the PDF's bytes.
 
     Raises: ValueError for a page that uses an element the paper has no form of.
     """

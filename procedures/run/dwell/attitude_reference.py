@@ -52,10 +52,10 @@ def approach(rig: OpenRig, plan: Plan, dwell: Dwell, wait: Wait) -> dict[str, fl
 
 
 def axis_step(angle_deg: float, increment_deg: float) -> float:
-    """The nearest angle at which the axis can stop."""
+    """Return the nearest angle at which the axis can stop."""
     return round(angle_deg / increment_deg) * increment_deg if increment_deg else round(angle_deg, 6)
 
 
 def _turned(angle_deg: float) -> float:
-    """The same turn within ±180°."""
+    """Return the same turn within ±180°."""
     return (angle_deg + 180.0) % 360.0 - 180.0

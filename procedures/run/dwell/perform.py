@@ -39,7 +39,7 @@ def perform(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, 
 
 
 def _is_plain(rig: OpenRig, plan: Plan, dwell: Dwell) -> bool:
-    """Only readouts, for as many samples as ``[dwell]`` says."""
+    """Return True for a dwell of readouts only, for as many samples as ``[dwell]`` says."""
     return (
         dwell.motion is None and dwell.applied is None and plan.attitude_reference is None and not streams_of(rig, plan)
     )
@@ -94,7 +94,7 @@ def _at_rest(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement,
 
 
 def _samples(plan: Plan, dwell: Dwell, rate_hz: float) -> int:
-    """Of one stream: as long as the dwell rests, or as many as ``[dwell]`` says."""
+    """Return the samples of one stream: as long as the dwell rests, or as many as ``[dwell]`` says."""
     if isinstance(dwell.motion, Rest):
         return floor(dwell.motion.rest_seconds * rate_hz + 1e-6)
     return plan.dwell.samples

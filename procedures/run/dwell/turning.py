@@ -51,7 +51,7 @@ class Looks:
     _steady: int = 0
 
     def take(self, look: TurnLook) -> None:
-        """Raises: DeviceFault where the rate left its band."""
+        """Keep a look and check the rate since the one before. Raises: DeviceFault where the rate left its band."""
         before = self._before(look)
         self.taken.append(look)
         if before is None:
@@ -65,7 +65,7 @@ class Looks:
             raise self.fault(f"turns at {rate.rate_dps:.5g} deg/s, {self._asked}")
 
     def reaches_speed(self, look: TurnLook) -> bool:
-        """Whether this look shows the axis at its rate; from the next one on the band counts."""
+        """Return whether this look shows the axis at its rate; from the next one on the band counts."""
         before = self._before(look)
         self.take(look)
         if before is not None:
@@ -103,7 +103,7 @@ class Looks:
         return Measured(rate.rate_dps, uncertainty_dps, rate.turned_deg)
 
     def _before(self, look: TurnLook) -> TurnLook | None:
-        """The newest look that is long enough ago to tell a rate."""
+        """Return the newest look that is long enough ago to tell a rate."""
         return next((one for one in reversed(self.taken) if look.taken_s - one.taken_s >= 0.5 * LOOK_S), None)
 
     def fault(self, what: str) -> DeviceFault:
@@ -123,7 +123,7 @@ class Measured:
 
 
 def turn(rig: OpenRig, plan: Plan, dwell: Dwell, motion: Turn, announcement: Announcement, wait: Wait) -> Measurement:
-    """One dwell at a constant rate. The axis is at rest when this returns or raises.
+    """Measure one dwell at a constant rate. The axis is at rest when this returns or raises.
 
     Raises: RequestRefused (before anything turned), DeviceFault (the axis, which was stopped), WaitEnded, RigError.
     """
@@ -214,7 +214,7 @@ def _until_turned(
 def _read_voltages(
     rig: OpenRig, plan: Plan, axis: RateAxis, looks: Looks, recorder: Recorder
 ) -> dict[str, ChannelReading]:
-    """Every channel of a readout, one after the other, with a look behind each."""
+    """Read every channel of a readout, one after the other, with a look behind each."""
     readings = {}
     for channel in plan.channels:
         if channel.partition(".")[0] in rig.readouts:
@@ -232,7 +232,7 @@ def _sweep(
     recorder: Recorder,
     wait: Wait,
 ) -> _Done:
-    """As many sweeps in the one sense as the reading takes; the way back is not read."""
+    """Measure as many sweeps in the one sense as the reading takes; the way back is not read."""
     assert motion.sweep_deg is not None
     axis = cast("SweepAxis", rig.axes[motion.turned_axis])
     axis.check_rate(motion.rate_dps)
@@ -300,7 +300,7 @@ def stop_and_see(rig: OpenRig, axis: str) -> None:
 
 
 def streams_of(rig: OpenRig, plan: Plan) -> dict[str, Stream]:
-    """The streams that carry channels of the plan."""
+    """Return the streams that carry channels of the plan."""
     names = dict.fromkeys(channel.partition(".")[0] for channel in plan.channels)
     return {name: rig.streams[name] for name in names if name in rig.streams}
 
@@ -315,12 +315,12 @@ def _mean_of(rates: list[Measured]) -> Measured:
 
 
 def as_readings(recordings: Mapping[str, Recording], plan: Plan, began_s: float) -> dict[str, ChannelReading]:
-    """The samples of every stream, by channel, of those that the plan reads."""
+    """Return the samples of every stream, by channel, of those that the plan reads."""
     return {name: reading for one in recordings.values() for name, reading in _joined([one], plan, began_s).items()}
 
 
 def _joined(recordings: list[Recording], plan: Plan, began_s: float) -> dict[str, ChannelReading]:
-    """The samples of several recordings of one stream, end to end."""
+    """Join the samples of several recordings of one stream, end to end."""
     return {
         channel: ChannelReading(
             channel,
@@ -335,7 +335,10 @@ def _joined(recordings: list[Recording], plan: Plan, began_s: float) -> dict[str
 
 
 def _worst(recordings: list[Recording]) -> StreamTiming:
-    """Of several recordings of one stream: what is missing counted together, the clock of the least certain."""
+    """Return one timing of several recordings of one stream.
+
+    What is missing is counted together, the clock is that of the least certain.
+    """
     timings = [timing(one, align(one)) for one in recordings]
     worst = max(timings, key=lambda one: one.offset_uncertainty_s)
     return StreamTiming(

@@ -38,7 +38,10 @@ class _Try:
 
 
 def contradictions(name: str, sensor: Sensor, dwells: Sequence[DwellRecord]) -> tuple[str, ...]:
-    """What speaks against the declared mount, one sentence a channel; empty where nothing does, or nothing can."""
+    """Return what speaks against the declared mount, one sentence a channel.
+
+    Empty where nothing does, or nothing can.
+    """
     if len(dwells) < FEWEST_ATTITUDES or sensor.nominal_sensitivity_v_per_g == 0.0:
         return ()
     force_g = _table_force_g(dwells)

@@ -47,7 +47,10 @@ class Scatter:
 def compare(
     before: Mapping[int, DwellRecord], after: Mapping[int, DwellRecord], visits: Iterable[DwellRecord]
 ) -> tuple[SeamComparison, ...]:
-    """Every channel at every check attitude. ``visits``: accepted dwells before the seam, for the scatter between."""
+    """Compare every channel at every check attitude.
+
+    ``visits``: accepted dwells before the seam, for the scatter between.
+    """
     between = _between_visits(visits)
     pairs = [(step, before[step], dwell) for step, dwell in after.items() if step in before]
     channels = list(pairs[0][2].readings) if pairs else []

@@ -67,7 +67,7 @@ def precautions_of(rig: RigDescription) -> Precautions:
 
 
 def _supplies(rig: RigDescription) -> tuple[tuple[str, Interlock], ...]:
-    """A supply with a declared band is watched, unless an interlock says how."""
+    """Return an interlock for every supply with a declared band, unless an interlock of the rig file says how."""
     found: dict[str, tuple[str, Chain]] = {
         chain.supply_channel: (channel, chain)
         for channel, chain in rig.chain.items()

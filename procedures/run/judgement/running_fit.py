@@ -97,7 +97,7 @@ class RunningFit:
         self.forget()
 
     def forget(self) -> None:
-        """At another temperature every offset and sensitivity is another."""
+        """Forget every fit: at another temperature every offset and sensitivity is another."""
         self._lines = dict(_lines(self._sensors))
         self._kept.clear()
 
@@ -151,13 +151,13 @@ class RunningFit:
         return None
 
     def _as_read(self, name: str, other: str, expected: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
-        """What channel ``name`` would read of the sensor axis behind ``other``."""
+        """Return what channel ``name`` would read of the sensor axis behind ``other``."""
         scale = self._lines[other].nominal_v_per_g / self._lines[name].nominal_v_per_g
         value_g, limit_g = expected[other]
         return scale * value_g, abs(scale) * limit_g
 
     def _permuted(self, places: Mapping[str, str], before: DwellRecord) -> bool:
-        """Whether a dwell would look right with its channels changed as well."""
+        """Return whether a dwell would look right with its channels changed as well."""
         seen = self._seen(before)
         expected = self._expected(seen.attitude_deg)
         return all(
@@ -167,7 +167,7 @@ class RunningFit:
         )
 
     def _slipped(self, seen: _Seen) -> Doubt | None:
-        """An axis that stands some teeth or whole degrees from where it says; one channel alone cannot tell."""
+        """Find an axis that stands some teeth or whole degrees from where it says; one channel alone cannot tell."""
         if len(seen.values_g) < 2:
             return None
         for axis, by_deg in _slips(seen.attitude_deg, self._increments_deg):
@@ -184,7 +184,7 @@ class RunningFit:
         return all(_is_near(value, expected[name]) for name, value in seen.values_g.items())
 
     def _hidden(self, would_fit: Callable[[DwellRecord], bool]) -> tuple[DwellRecord, ...]:
-        """The last dwells in a row that fit the explanation as well as the truth."""
+        """Return the last dwells in a row that fit the explanation as well as the truth."""
         found: list[DwellRecord] = []
         for dwell in reversed(self._kept):
             if dwell.purpose == "check" or not would_fit(dwell):

@@ -34,7 +34,7 @@ class MeterWatch:
         self._bad: set[str] = set()
 
     def owes(self, last_dwell_s: float | None) -> bool:
-        """Whether a meter was not proven since the last dwell ended."""
+        """Return whether a meter was not proven since the last dwell ended."""
         return last_dwell_s is not None and any(self._good_s.get(name, -inf) < last_dwell_s for name in self._meters)
 
     def look(self, announce: Callable[[], None], last_dwell_s: float | None = None) -> Alarm | None:
@@ -52,7 +52,7 @@ class MeterWatch:
         return None
 
     def _occasion(self, name: str, meter: SelfChecking, every_s: float, last_dwell_s: float | None) -> str:
-        """Why it is due; empty where it is not."""
+        """Return why a check is due; empty where it is not."""
         good_s = self._good_s.get(name)
         if good_s is None:
             return "again" if name in self._bad else "start"

@@ -48,8 +48,10 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True) -> Safe:
 
 
 def _seen_at_rest(rig: OpenRig, failures: list[str]) -> dict[str, float]:
-    """Where the axes rest, by two looks that agree over lines without an error: a question that the line damages can
-    itself send servos home. Where they do not agree, everything is stopped again."""
+    """Return where the axes rest, by two looks that agree over lines without an error.
+
+    A question that the line damages can itself send servos home. Where they do not agree, everything is stopped again.
+    """
     for _ in range(MOST_STOPS):
         before_deg, errors = resting_deg(rig), _line_errors(rig)
         rig.clock.sleep(BETWEEN_LOOKS_S)

@@ -48,16 +48,16 @@ class Watch:
         return any(seen.outside_since_s is not None and not seen.is_alarmed for seen in self._bands.values())
 
     def rests_at(self, positions_deg: Mapping[str, float]) -> None:
-        """Where axes were left; from now on they have no reason to be elsewhere."""
+        """Note where axes were left; from now on they have no reason to be elsewhere."""
         self._rest_deg.update(positions_deg)
 
     def forget_positions(self) -> None:
-        """Before homing."""
+        """Forget where axes rest, before homing."""
         self._rest_deg.clear()
         self._counted.clear()
 
     def saw(self, measured: Measurement, *, is_accepted: bool) -> None:
-        """What a dwell brought."""
+        """Note what a dwell brought."""
         self._rejections.append(not is_accepted)
         if is_accepted:
             self.rests_at({name: state.position_deg for name, state in measured.after.axes.items()})
@@ -74,7 +74,9 @@ class Watch:
         return change
 
     def look(self, free_bytes: float, needed_bytes: float, announce: Callable[[], None]) -> Alarm | None:
-        """The first thing that is not as it should be. ``announce`` tells the twins that interlocks are read.
+        """Return the first thing that is not as it should be.
+
+        ``announce`` tells the twins that interlocks are read.
 
         Raises: RigError of a device that cannot be asked.
         """
@@ -91,7 +93,7 @@ class Watch:
         yield from self._lines()
 
     def _axes(self) -> Iterator[Alarm]:
-        """What an axis tells twice: a digit that the line turned over is no motion. Told once, it is recorded."""
+        """Yield what an axis tells twice: a digit that the line turned over is no motion. Told once, it is recorded."""
         for name, rest_deg in self._rest_deg.items():
             axis = self._rig.axes[name]
             first = _axis_alarm(name, axis.state(), rest_deg, axis.arrival_tolerance_deg)
@@ -165,7 +167,7 @@ class Watch:
 
 
 def suspended(change: ClockChange) -> Alarm:
-    """After a suspension nothing is known of lines, positions and temperatures."""
+    """Return the alarm after a suspension: nothing is known of lines, positions and temperatures."""
     return Alarm("suspend", f"the machine was suspended for {change.suspended_s:.0f} s", "restart")
 
 

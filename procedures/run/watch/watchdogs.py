@@ -51,12 +51,12 @@ class Watchdogs:
         return within_s
 
     def forget(self) -> None:
-        """The lines are gone: nobody can be fed, and the machines will stop by themselves."""
+        """Forget what is armed: the lines are gone, nobody can be fed, and the machines will stop by themselves."""
         self._armed.clear()
         self._fed_s.clear()
 
     def disarm(self) -> None:
-        """The axes stand; a machine that cannot be told so will report a silence that is none."""
+        """Disarm the watchdogs of axes that stand; one that does not answer reports a silence that is none."""
         for name, axis in self._armed.items():
             try:
                 axis.disarm_watchdog()
