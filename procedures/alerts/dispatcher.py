@@ -6,7 +6,7 @@ only while the engine looks, so whoever waits for it outside learns of a hung or
 
 An alarm (whatever stands still though nobody asked for it) is told again until somebody acknowledges it, says
 continue, or it is over; after a while others are told as well. A run that has ended cannot ring by itself, so
-:meth:`AlertDesk.ring_out` goes on for it.
+:meth:`AlertDispatcher.ring_out` goes on for it.
 """
 
 from collections import deque
@@ -21,7 +21,7 @@ from procedures.records.states import State, is_unasked
 from rig.clock import Clock
 
 TOLD = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.ABORTED, State.INTERRUPTED)
-"""At once. That a run has finished is told when it is known what it came to: :meth:`AlertDesk.tell_end`."""
+"""At once. That a run has finished is told when it is known what it came to: :meth:`AlertDispatcher.tell_end`."""
 MOST_UNDER_WAY = 8
 """Threads that wait for a server at once; more are not started and said to be lost."""
 RING_S = 1.0
@@ -38,7 +38,7 @@ class _Alarm:
     is_escalated: bool = False
 
 
-class AlertDesk:
+class AlertDispatcher:
     """An observer; :meth:`pulse` is the engine's sign of life."""
 
     def __init__(self, settings: AlertSettings, title: str, clock: Clock, then: RunObserver, run: str = "RUN") -> None:
@@ -110,15 +110,15 @@ class AlertDesk:
     def _ring(self, alarm: _Alarm, now_s: float) -> None:
         """Again, and to others after a while."""
         open_min = (now_s - alarm.since_s) / 60.0
-        told = f"{_text(alarm.progress)}\nNobody has acknowledged it for {open_min:.0f} min: calrig ack {self._run}"
-        message = Message(f"calrig: {self._title}: still {alarm.progress.state}", told)
+        text = f"{_text(alarm.progress)}\nNobody has acknowledged it for {open_min:.0f} min: calrig ack {self._run}"
+        message = Message(f"calrig: {self._title}: still {alarm.progress.state}", text)
         if now_s - alarm.told_s >= self._settings.repeat_every_s:
             alarm.told_s = now_s
             self._post(message)
         others = self._settings.escalate
         if others is not None and not alarm.is_escalated and open_min >= others.after_min:
             alarm.is_escalated = True
-            self._post_to(others, Message(f"{message.subject}, unacknowledged", told))
+            self._post_to(others, Message(f"{message.subject}, unacknowledged", text))
 
     def close(self) -> Sequence[Mapping[str, object]]:
         """Wait for what is under way, at most its deadline; what became of it."""

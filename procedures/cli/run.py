@@ -79,8 +79,8 @@ def run(
     rehearse
         Do all of it on twins of that very rig, in virtual time; no port is opened.
     """
-    described, asked = read_rig(rig), read_procedure(procedure)
-    plan = make_plan(described, asked)
+    described, procedure_description = read_rig(rig), read_procedure(procedure)
+    plan = make_plan(described, procedure_description)
     performed = described.all_on_twins() if rehearse else described
     if not allow_network_folder:
         require_local(out)
@@ -104,7 +104,7 @@ def run(
                 attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance,
             ):
                 at_last.callback(attendance.ring_out, folder)
-                outcome = begin(folder, header, plan, opened, attendance.observer, care=attendance.care)
+                outcome = begin(folder, header, plan, opened, attendance.observer, services=attendance.services)
         return conclude(folder, outcome, archive, attendance, json=json)
 
 
@@ -147,7 +147,7 @@ def resume(
                 operator or ("" if accept_changes else login_name()),
                 reason or "",
                 attendance.observer,
-                care=attendance.care,
+                services=attendance.services,
                 accepts_changes=accept_changes,
             )
         return conclude(folder, outcome, archive, attendance, json=json)

@@ -135,7 +135,7 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
     crash_point(CrashPoint.REPORTED)
     published_to = archive_url if archived is not None else None
     page = run.folder / REPORT_FILE
-    return Delivery(run, parts.told(), view, page, paths or {}, exports or (), published_to, archived)
+    return Delivery(run, parts.in_words(), view, page, paths or {}, exports or (), published_to, archived)
 
 
 class _Parts:
@@ -165,7 +165,7 @@ class _Parts:
     def fail(self, parts: Iterable[str], why: str) -> None:
         self._told |= dict.fromkeys(parts, f"not made: {why}")
 
-    def told(self) -> dict[str, str]:
+    def in_words(self) -> dict[str, str]:
         return {name: self._told.get(name, DONE) for name in PARTS}
 
 
@@ -209,10 +209,10 @@ def _past(
     if archived is None or archive_url is None:
         return Past(_as_left(run, sets))
     try:
-        told = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
+        histories = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
     except ArchiveError:  # what was published stands; the look at the years before is told where the command looks
-        told = {}
-    return Past(archived.adjustments, {name: one for name, one in told.items() if len(one.history.labels) > 1})
+        histories = {}
+    return Past(archived.adjustments, {name: one for name, one in histories.items() if len(one.history.labels) > 1})
 
 
 def _as_left(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> dict[str, Adjustment]:
