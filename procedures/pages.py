@@ -20,7 +20,7 @@ def page_environment(*folders: Path) -> Environment:
     )
 
 
-def own_style(sheet: Path) -> Mapping[str, object]:
+def page_style(sheet: Path) -> Mapping[str, object]:
     """``style`` and ``style_hash`` for a template: the sheet must reach the page as it is for its hash to hold."""
     style = sheet.read_text(encoding="utf-8")
     digest = b64encode(hashlib.sha256(style.encode()).digest()).decode()

@@ -5,7 +5,8 @@ it is handed to the engine at its next look, which journals it. A dead computer 
 only while the engine looks, so whoever waits for it outside learns of a hung or dead run.
 
 An alarm (held, tripped, failed) is told again until somebody acknowledges it, says continue, or it is over; after a
-while others are told as well. A run that has ended cannot ring by itself, so :meth:`AlertDesk.ring_out` goes on for it.
+while others are told as well. A run that has ended cannot ring by itself, so :meth:`AlertDispatcher.ring_out` goes on
+for it.
 """
 
 from collections import deque
@@ -37,7 +38,7 @@ class _Alarm:
     is_escalated: bool = False
 
 
-class AlertDesk:
+class AlertDispatcher:
     """An observer; :meth:`pulse` is the engine's sign of life."""
 
     def __init__(self, settings: AlertSettings, title: str, clock: Clock, then: RunObserver, run: str = "RUN") -> None:
@@ -102,15 +103,15 @@ class AlertDesk:
     def _ring(self, alarm: _Alarm, now_s: float) -> None:
         """Again, and to others after a while."""
         open_min = (now_s - alarm.since_s) / 60.0
-        told = f"{_text(alarm.progress)}\nNobody has acknowledged it for {open_min:.0f} min: calrig ack {self._run}"
-        message = Message(f"calrig: {self._title}: still {alarm.progress.state}", told)
+        text = f"{_text(alarm.progress)}\nNobody has acknowledged it for {open_min:.0f} min: calrig ack {self._run}"
+        message = Message(f"calrig: {self._title}: still {alarm.progress.state}", text)
         if now_s - alarm.told_s >= self._settings.repeat_every_s:
             alarm.told_s = now_s
             self._post(message)
         others = self._settings.escalate
         if others is not None and not alarm.is_escalated and open_min >= others.after_min:
             alarm.is_escalated = True
-            self._post_to(others, Message(f"{message.subject}, unacknowledged", told))
+            self._post_to(others, Message(f"{message.subject}, unacknowledged", text))
 
     def close(self) -> Sequence[Mapping[str, object]]:
         """Wait for what is under way, at most its deadline; what became of it."""

@@ -8,7 +8,7 @@ from ams.sets.canonical import Document, listed, number, table
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.certificate.results import angle_rows, coefficients_of, undetermined
 from procedures.numbers import angle, to_place
-from procedures.pages import own_style
+from procedures.pages import page_style
 from procedures.report.page import STYLE_SHEET, report_environment
 from procedures.report.page import TEMPLATES as SHARED_TEMPLATES
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
@@ -35,7 +35,7 @@ def certificate_page(grounds: Grounds) -> str:
         conditions=_conditions(grounds.coefficients.document),
         began=_began(grounds),
         specimen=SPECIMEN,
-        **own_style(STYLE_SHEET),
+        **page_style(STYLE_SHEET),
     )
 
 
@@ -53,7 +53,7 @@ def _conditions(document: Document) -> dict[str, str]:
     """Return under which attitudes, temperatures and gravity the results hold."""
     validity, unit = table(document["validity"]), table(document["acceleration_unit"])
     ranges = {name: validity.get(f"{name}_deg") for name in ("pitch", "roll", "yaw")}
-    told = {
+    attitude_ranges = {
         name.capitalize(): " to ".join(angle(number(end)) for end in listed(ends))
         for name, ends in ranges.items()
         if ends is not None
@@ -64,7 +64,7 @@ def _conditions(document: Document) -> dict[str, str]:
         for name, one in table(document["environment"]).items()
     }
     gravity = f"{unit['value_mps2']} m/s²" + (f" ({unit['source']})" if unit["source"] else "")
-    return {**told, **(air or {"Temperature": "not measured"}), "Local gravity": gravity}
+    return {**attitude_ranges, **(air or {"Temperature": "not measured"}), "Local gravity": gravity}
 
 
 def _began(grounds: Grounds) -> str:

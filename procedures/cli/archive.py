@@ -231,8 +231,8 @@ def verify(*, archive: Archive = None, json: Json = False) -> int:
         for fault in report.faults:
             say(fault)
         state = "intact" if not report.faults else f"NOT INTACT: {len(report.faults)} faults"
-        told = f"{report.rows} rows, {report.head.sequence} records, head {report.head.sha256}"
-        say(f"{without_password(url)}: {state}; {told}")
+        extent = f"{report.rows} rows, {report.head.sequence} records, head {report.head.sha256}"
+        say(f"{without_password(url)}: {state}; {extent}")
     return ExitStatus.WRONG_REQUEST if report.faults else ExitStatus.DONE
 
 
@@ -270,12 +270,12 @@ def demo(
     made = synthetic_archive(np.random.default_rng(seed), Story(sensors=sensors, years=years))
     note(f"{out}: calibrating {sensors} sensors for {years} years; this takes a while")
     count = publish_synthetic(url, made, np.random.default_rng(seed + 1))
-    told = {"drifting": made.drifting, "dropped": made.dropped, "mixed_up": made.mixed_up}
+    planted = {"drifting": made.drifting, "dropped": made.dropped, "mixed_up": made.mixed_up}
     if json:
-        print_json(plain({"archive": url, "sets": count, **told}))
+        print_json(plain({"archive": url, "sets": count, **planted}))
         return
     say(f"{count} sets in {url}")
-    for what, names in told.items():
+    for what, names in planted.items():
         say(f"{what.replace('_', ' '):<9} {', '.join(names)}")
     say(f"try: calrig archive history {made.drifting[0]} --archive {url} --plot history.svg")
 

@@ -38,8 +38,8 @@ def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
     for row in rows:
         stamp = f"{row.status}{', simulated' if row.simulated else ''}"
         verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
-        told = f", {', '.join(verdicts)}" if verdicts else ""
-        yield f"{row.sha256[:12]}  {row.sensor:<16} {row.created_utc:%Y-%m-%d %H:%M} UTC  {row.model}, {stamp}{told}"
+        judged = f", {', '.join(verdicts)}" if verdicts else ""
+        yield f"{row.sha256[:12]}  {row.sensor:<16} {row.created_utc:%Y-%m-%d %H:%M} UTC  {row.model}, {stamp}{judged}"
 
 
 def adjustment_lines(adjustment: Adjustment | None) -> Iterator[str]:
@@ -85,8 +85,8 @@ def comparison_lines(found: Comparison) -> Iterator[str]:
     """Rotation first, then every axis."""
     yield f"{found.sensor}: {found.old_sha256[:12]} to {found.new_sha256[:12]}, {found.elapsed_days:.1f} days"
     yield from (f"note: {text}" for text in found.notes)
-    told = (f"{axis} {_turn(change)}" for axis, change in found.rotation_deg.items())
-    yield f"common rotation of the package (remount): {', '.join(told)}"
+    turns = (f"{axis} {_turn(change)}" for axis, change in found.rotation_deg.items())
+    yield f"common rotation of the package (remount): {', '.join(turns)}"
     if found.direction_p_value is not None:
         yield (
             f"what it leaves of the directions: χ² {found.direction_chi_square:.1f} with {found.direction_dof} degrees "

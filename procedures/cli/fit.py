@@ -154,8 +154,8 @@ def fit(
         else:
             document = _solved(file, columns, request, wish, reference, description, monte_carlo)
     except DesignError as error:
-        told = str(error)
-        raise DesignError(told if told.startswith(str(file)) else f"{file}: {told}") from None
+        sentence = str(error)
+        raise DesignError(sentence if sentence.startswith(str(file)) else f"{file}: {sentence}") from None
     if json:
         print_json(document)
     else:

@@ -75,10 +75,10 @@ def joint_lines(document: Mapping[str, Any]) -> Iterator[str]:
     yield ""
     yield f"table: {len(document['nuisances']) - len(whole)} teeth and {len(whole)} errors of the whole"
     for name, entry in whole.items():
-        told = "" if entry["is_observed"] else "   (not told by these rows)"
+        remark = "" if entry["is_observed"] else "   (not told by these rows)"
         yield (
             f"  {name:<28} {entry['estimate_arcsec']:+.2f}″   u {entry['standard_deviation_arcsec']:.2g}″"
-            f"   (prior {entry['prior_arcsec']:.3g}″){told}"
+            f"   (prior {entry['prior_arcsec']:.3g}″){remark}"
         )
     yield from (f"  confounded: {sentence}" for sentence in document["confounded"])
 

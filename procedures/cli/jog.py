@@ -173,8 +173,8 @@ def _follow(opened: Rig, samples: int, wait: Wait) -> None:
     """Print one line a round with every channel's mean, until the wait is ended."""
     try:
         while True:
-            told = _readings(opened, samples, wait)
-            say("   ".join(f"{name} {_mean(reading)}" for name, reading in told.items()))
+            readings = _readings(opened, samples, wait)
+            say("   ".join(f"{name} {_mean(reading)}" for name, reading in readings.items()))
             SystemClock().sleep(LIVE_PAUSE_S)
     except WaitEnded:
         return
@@ -185,14 +185,14 @@ def _mean(reading: dict[str, float | int | None]) -> str:
 
 
 def _wanted(to: float | None, by: float | None, rate: float | None, *, home: bool, stop: bool) -> list[str]:
-    asked = {
+    given = {
         "--to": to is not None,
         "--by": by is not None,
         "--rate": rate is not None,
         "--home": home,
         "--stop": stop,
     }
-    return [name for name, is_asked in asked.items() if is_asked]
+    return [name for name, is_asked in given.items() if is_asked]
 
 
 def _refuse_unclear(
@@ -280,5 +280,5 @@ def _tell(document: dict[str, Any], json: bool) -> None:
         say(f"{name:<16} {position_deg:+.4f}°")
     for channel, reading in document.get("readings", {}).items():
         mean_v, sd_v = reading["mean_v"], reading["standard_deviation_v"]
-        told = _mean(reading) if mean_v is None else f"{_mean(reading)}   s {sd_v or 0.0:.2g} V"
-        say(f"{channel:<16} {told}   ({reading['samples']} readings)")
+        value = _mean(reading) if mean_v is None else f"{_mean(reading)}   s {sd_v or 0.0:.2g} V"
+        say(f"{channel:<16} {value}   ({reading['samples']} readings)")

@@ -74,8 +74,8 @@ def run(
     rehearse
         Do all of it on twins of that very rig, in virtual time; no port is opened.
     """
-    described, asked = read_rig(rig), read_procedure(procedure)
-    plan = make_plan(described, asked)
+    described, procedure_description = read_rig(rig), read_procedure(procedure)
+    plan = make_plan(described, procedure_description)
     performed = described.all_on_twins() if rehearse else described
     if not allow_network_folder:
         require_local(out)
@@ -93,7 +93,7 @@ def run(
             left_out_where_empty(folder),
             attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance,
         ):
-            outcome = begin(folder, header, plan, opened, attendance.observer, care=attendance.care)
+            outcome = begin(folder, header, plan, opened, attendance.observer, services=attendance.services)
     exit_status = conclude(folder, outcome, archive, json=json)
     attendance.ring_out(folder)
     return exit_status
@@ -135,7 +135,7 @@ def resume(
             operator or ("" if accept_changes else login_name()),
             reason or "",
             attendance.observer,
-            care=attendance.care,
+            services=attendance.services,
             accepts_changes=accept_changes,
         )
     exit_status = conclude(folder, outcome, archive, json=json)

@@ -41,7 +41,7 @@ def status(
     if found.held_by is not None:
         say(f"held by: {found.held_by}")
     for name, line in found.lines.items():
-        say(f"line of {name}: {line.told()}")
+        say(f"line of {name}: {line.in_words()}")
 
 
 def pause(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:

@@ -127,10 +127,10 @@ def _past(
     if archived is None or archive_url is None:
         return Past(_as_left(run, sets))
     try:
-        told = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
+        histories = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
     except ArchiveError:  # what was published stands; the look at the years before is told where the command looks
-        told = {}
-    return Past(archived.adjustments, {name: one for name, one in told.items() if len(one.history.labels) > 1})
+        histories = {}
+    return Past(archived.adjustments, {name: one for name, one in histories.items() if len(one.history.labels) > 1})
 
 
 def _as_left(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> dict[str, Adjustment]:

@@ -149,8 +149,8 @@ def _axis_changes(
     spread, new_spread = _uncertainties(before), _uncertainties(after)
     for name in dict.fromkeys([*values, *now]):
         yield from _change(sensor, axis, name, values.get(name), now.get(name), scale, spread.get(name))
-        told = f"u({name})"
-        yield from _change(sensor, axis, told, spread.get(name), new_spread.get(name), scale, spread.get(name))
+        label = f"u({name})"
+        yield from _change(sensor, axis, label, spread.get(name), new_spread.get(name), scale, spread.get(name))
 
 
 def _change(

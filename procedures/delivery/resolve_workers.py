@@ -104,8 +104,8 @@ def _require_same_version(client: "Client") -> None:
     theirs: dict[str, Any] = client.run(calrig_version)
     others = {version for version in theirs.values() if version != ours}
     if not theirs or others:
-        told = "no worker is there" if not theirs else f"workers have calrig {', '.join(sorted(map(str, others)))}"
-        raise RequestError(f"--dask: {told}, this is {ours}; nothing was solved; start workers of the same version")
+        found = "no worker is there" if not theirs else f"workers have calrig {', '.join(sorted(map(str, others)))}"
+        raise RequestError(f"--dask: {found}, this is {ours}; nothing was solved; start workers of the same version")
 
 
 def _on_client(client: "Client", parts: Sequence[Sequence[Job]]) -> Iterator[list[Answer]]:

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from ams.units import ARCSEC_PER_DEG
 from procedures.jog_screen.heading import Heading
-from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, ChamberView, ChannelView, Told
+from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, ChamberView, ChannelView, ShownMessage
 
 ACCENT, GOOD, WARM, BAD, QUIET, FAINT = "#5fd7d7", "#87d787", "#ffd75f", "#ff5f5f", "#9aa5b1", "#5b6672"
 TONES = {"done": GOOD, "refused": WARM, "failed": BAD, "stopped": BAD, "note": QUIET}
@@ -125,9 +125,9 @@ def surroundings_panel(view: BenchView) -> Text:
     return Text("\n").join(lines) if lines else Text("no chamber in this rig", FAINT)
 
 
-def told_panel(told: Sequence[Told], lines: int) -> Text:
+def messages_panel(messages: Sequence[ShownMessage], lines: int) -> Text:
     text = Text(overflow="fold")
-    for line in told[-lines:] if lines > 0 else ():
+    for line in messages[-lines:] if lines > 0 else ():
         text.append(f"{line.clock} ", FAINT)
         text.append(f"{line.text}\n", TONES[line.tone])
     text.right_crop(1)

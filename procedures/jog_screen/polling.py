@@ -25,7 +25,7 @@ _RATE_OVER_S = 1.0
 _MOST_SAMPLES = 10
 
 
-class Looks:
+class Polling:
     """Belongs to the thread that owns the devices; ``clock`` is the machine's; ``tell`` hears who falls silent."""
 
     def __init__(

@@ -133,7 +133,7 @@ class AttitudeView:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class ShownMessage:
     """One line of what happened."""
 
     clock: str
@@ -150,4 +150,4 @@ class BenchView:
     doing: str = ""
     """The motion under way; empty when nothing moves by command."""
     is_stopping: bool = False
-    told: tuple[Told, ...] = ()
+    messages: tuple[ShownMessage, ...] = ()

@@ -51,10 +51,10 @@ class TurningWatchdogs:
         if axis.watchdog_s / pace < LEAST_S:
             return f"its watchdog of {axis.watchdog_s:g} s is too short at {pace:g} times real time: not armed"
         try:
-            told = axis.arm_watchdog(wait)
+            outcome = axis.arm_watchdog(wait)
         except WaitEnded:
             raise
         except RigError as error:
             return f"its watchdog is not armed: {error}"
         self._armed.append(name)
-        return told
+        return outcome

@@ -59,16 +59,16 @@ def require_unchanged(
     new = [str(change) for change in changes if str(change) not in set(known)]
     if not new:
         return
-    told = "\n  ".join(new)
+    listed = "\n  ".join(new)
     if not is_accepted:
         raise RequestError(
             f"{run_dir}: not what the run began with; nothing was changed; put it back, begin a new run, or answer for "
-            f"it: --accept-changes --operator NAME --reason TEXT (the run keeps its own plan):\n  {told}"
+            f"it: --accept-changes --operator NAME --reason TEXT (the run keeps its own plan):\n  {listed}"
         )
     if not (operator and reason.strip()):
         raise RequestError(
             f"{run_dir}: --accept-changes needs a name and a reason: operator got {operator!r}, reason got {reason!r}; "
-            f"nothing was changed; give --operator and --reason:\n  {told}"
+            f"nothing was changed; give --operator and --reason:\n  {listed}"
         )
 
 
@@ -91,9 +91,9 @@ def _in_file(name: str, text: str, path: Path) -> Iterator[Change]:
     now = _text_of(path)
     if now is None or now == text:
         return
-    was = dict(_leaves("", tomllib.loads(text)))
+    was = dict(_flattened("", tomllib.loads(text)))
     try:
-        found = dict(_leaves("", tomllib.loads(now)))
+        found = dict(_flattened("", tomllib.loads(now)))
     except tomllib.TOMLDecodeError as error:
         yield Change(f"{name}: {path}", "readable", f"no TOML ({error})")
         return
@@ -102,11 +102,11 @@ def _in_file(name: str, text: str, path: Path) -> Iterator[Change]:
             yield Change(f"{name}: {key}", was.get(key, _ABSENT), found.get(key, _ABSENT))
 
 
-def _leaves(prefix: str, value: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
+def _flattened(prefix: str, value: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
     for key, item in value.items():
         where = f"{prefix}.{key}" if prefix else key
         if isinstance(item, dict) and item:
-            yield from _leaves(where, item)
+            yield from _flattened(where, item)
         else:
             yield where, item
 

@@ -19,7 +19,7 @@ class LineFigures:
     stale_bytes: int
     """That nobody had asked for."""
 
-    def told(self) -> str:
+    def in_words(self) -> str:
         """Describe the figures in one phrase."""
         rate = f" ({self.errors / self.asked:.2%})" if self.errors and self.asked else ""
         stale = f", {self.stale_bytes} bytes nobody asked for" if self.stale_bytes else ""

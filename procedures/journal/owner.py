@@ -22,7 +22,7 @@ def owning(run_dir: Path, clock: Clock | None = None) -> Iterator[None]:
     with open(run_dir / OWNER_FILE, "a+", encoding="utf-8") as file:
         if not file_lock.take(file, clock, _ATTEMPTS):
             raise RequestError(
-                f"{run_dir}: the run belongs to process {_told(run_dir)}; nothing was changed; steer it with "
+                f"{run_dir}: the run belongs to process {_owner_in_words(run_dir)}; nothing was changed; steer it with "
                 "calrig status, pause, continue, stop or abort"
             )
         file_lock.say(file, json.dumps({"pid": os.getpid(), "since_utc": clock.now_utc().isoformat()}))
@@ -46,7 +46,7 @@ def owned_since(run_dir: Path) -> datetime | None:
         return None
 
 
-def _told(run_dir: Path) -> str:
+def _owner_in_words(run_dir: Path) -> str:
     try:
         document = json.loads((run_dir / OWNER_FILE).read_text(encoding="utf-8"))
         return f"{document['pid']} since {document['since_utc']}"

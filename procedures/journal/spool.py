@@ -49,8 +49,8 @@ class Taken:
 
     def detail(self) -> Mapping[str, object]:
         """Return what the journal keeps of it."""
-        told = {} if self.request is None else asdict(self.request)
-        return {"file": self.file, **told, **({"refused": self.complaint} if self.complaint else {})}
+        request_fields = {} if self.request is None else asdict(self.request)
+        return {"file": self.file, **request_fields, **({"refused": self.complaint} if self.complaint else {})}
 
 
 class Spool:
@@ -119,6 +119,6 @@ def ask(run_dir: Path, kind: Kind, by: str, now: datetime, text: str = "") -> No
     with JournalReader.open(run_dir) as reader:
         state = reader.state()
     if state not in ACTIVE or not is_owned(run_dir):
-        told = f"it is {state}" if state not in ACTIVE else "its process is gone; calrig resume continues it"
-        raise RequestError(f"{run_dir}: cannot {kind}: no process runs this run: {told}; nothing was asked")
+        reason = f"it is {state}" if state not in ACTIVE else "its process is gone; calrig resume continues it"
+        raise RequestError(f"{run_dir}: cannot {kind}: no process runs this run: {reason}; nothing was asked")
     Spool(run_dir).submit(Request(kind, by, now.isoformat(), text))

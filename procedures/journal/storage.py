@@ -46,7 +46,7 @@ CREATE TABLE dwells (
 
 def open_for_writing(path: Path) -> apsw.Connection:
     """Open the engine's only connection to an existing journal. Raises: JournalError, StorageFailed."""
-    with told_as(path):
+    with storage_errors_of(path):
         connection = apsw.Connection(str(path), flags=apsw.SQLITE_OPEN_READWRITE)
         connection.set_busy_timeout(BUSY_MS)
         connection.execute("PRAGMA journal_mode = WAL")
@@ -56,14 +56,14 @@ def open_for_writing(path: Path) -> apsw.Connection:
 
 def make_file(path: Path) -> apsw.Connection:
     """Make a new file, to be put in place when it is whole. Raises: StorageFailed."""
-    with told_as(path):
+    with storage_errors_of(path):
         apsw.Connection(str(path), flags=apsw.SQLITE_OPEN_READWRITE | apsw.SQLITE_OPEN_CREATE).close()
     return open_for_writing(path)
 
 
 def fold(path: Path, connection: apsw.Connection) -> None:
     """Bring the write-ahead log into a file that is to be renamed, and close it. Raises: StorageFailed."""
-    with told_as(path):
+    with storage_errors_of(path):
         checkpoint_and_close(connection)
 
 
@@ -87,7 +87,7 @@ def put_in_place(new_file: Path, path: Path) -> None:
 def open_for_reading(path: Path) -> apsw.Connection:
     """Read-only, of a journal that may be written to meanwhile. Raises: JournalError."""
     require_journal_file(path)
-    with told_as(path):
+    with storage_errors_of(path):
         connection = apsw.Connection(_reading_uri(path), flags=apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI)
         connection.set_busy_timeout(BUSY_MS)
         require_our_schema(path, connection)
@@ -128,7 +128,7 @@ def require_our_schema(path: Path, connection: apsw.Connection) -> None:
 
 
 @contextmanager
-def told_as(path: Path) -> Iterator[None]:
+def storage_errors_of(path: Path) -> Iterator[None]:
     """SQLite's errors as ours: a damaged file is the journal's, everything about space and rights the disk's."""
     try:
         yield

@@ -38,9 +38,9 @@ def voided_in(events: Iterable[Event]) -> dict[Key, str]:
     """Return every dwell that was taken back, with the sentence for its reasons; the first word stands."""
     found: dict[Key, str] = {}
     for event in events:
-        told = f"voided{_by(event)}: {event.detail.get('reason', '')}"
+        sentence = f"voided{_by(event)}: {event.detail.get('reason', '')}"
         for key in keys_in(event):
-            found.setdefault(key, told)
+            found.setdefault(key, sentence)
     return found
 
 

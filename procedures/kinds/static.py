@@ -55,11 +55,11 @@ class LongRest:
         assert static is not None
         if static.duration_s >= 4.0 * static.use_s:
             return Forecast()
-        told = (
+        sentence = (
             f"a rest of {static.duration_s:g} s says little about a use of {static.use_s:g} s: the verdict rests on a "
             "handful of neighbouring means; rest for ten times as long"
         )
-        return Forecast(advice=(told,))
+        return Forecast(advice=(sentence,))
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         rows = item.at_declared()

@@ -57,8 +57,10 @@ class TwoLevel:
         forecast = forecast_of_points(rig, plan)
         if plan.levels is None or plan.levels.method != "magnet-difference":
             return forecast
-        told = "the magnet's field is taken from the sensor itself: this tells symmetry and offset, no absolute scale"
-        return replace(forecast, advice=(*forecast.advice, told))
+        sentence = (
+            "the magnet's field is taken from the sensor itself: this tells symmetry and offset, no absolute scale"
+        )
+        return replace(forecast, advice=(*forecast.advice, sentence))
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         return solve_lines(item, observed(item))

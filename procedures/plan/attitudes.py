@@ -14,7 +14,7 @@ from procedures.errors import PlanError
 from procedures.plan.design_kind import DESIGNS, Wanted
 from procedures.plan.designs import Design, DesignPoint
 from procedures.plan.order import DRAWN_ANEW, SHUFFLED, sequence
-from procedures.plan.specific_force import felt_force
+from procedures.plan.specific_force import package_specific_force
 from procedures.plan.steps import Dwell, Purpose, Soak, Step
 from rig.description.rig_file import RigDescription
 
@@ -105,7 +105,7 @@ def check_points(design: Design) -> tuple[DesignPoint, ...]:
     one whose specific force lies farthest from those chosen. On a full circle of roll this is the six-point tumble.
     """
     points = sorted(design.points, key=lambda point: (_turned_deg(point), point.label))
-    force = felt_force(points)
+    force = package_specific_force(points)
     chosen = [0]
     while len(chosen) < CHECK_ATTITUDES:
         apart = np.linalg.norm(force[:, None, :] - force[chosen], axis=2).min(axis=1).round(9)

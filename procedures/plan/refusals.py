@@ -12,7 +12,7 @@ from procedures.description.procedure_file import EnvironmentPlan, ProcedureDesc
 from procedures.errors import PlanError
 from procedures.plan.channels import temperature_source
 from procedures.plan.designs import Design, DesignPoint
-from procedures.plan.specific_force import felt_force
+from procedures.plan.specific_force import package_specific_force
 from rig.description.rig_file import RigDescription, Sensor
 from rig.errors import RequestRefused
 
@@ -148,7 +148,7 @@ def basis(model: str, points: Sequence[DesignPoint], package: str = "model", axi
 
     ``package`` is CR's, ``axis`` the nominal axis of a straight line.
     """
-    columns = felt_force(points, package)[:, _components(model, axis)]
+    columns = package_specific_force(points, package)[:, _components(model, axis)]
     return np.concatenate([np.ones((len(points), 1)), columns], axis=1)
 
 

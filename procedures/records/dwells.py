@@ -140,15 +140,15 @@ class Measurement:
     settle_s: float
     motion: MotionRecord | None = None
     """Of a dwell with motion, a field or a reference."""
-    told_deg: Mapping[str, float] | None = None
+    reference_deg: Mapping[str, float] | None = None
     """The attitude that a reference sensor told, which is better than the axes' own read-back."""
 
     def mean_position_deg(self) -> dict[str, float]:
         """Return the mean position of before and after the readings; a reference's where there is one."""
         after = self.after.axes
-        told = self.told_deg or {}
+        reference = self.reference_deg or {}
         own = {name: 0.5 * (state.position_deg + after[name].position_deg) for name, state in self.before.axes.items()}
-        return {**own, **told}
+        return {**own, **reference}
 
     def mean_temperature_degc(self) -> dict[str, float]:
         """Return the mean temperature of before and after; what is not finite is left out."""

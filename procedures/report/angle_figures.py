@@ -84,5 +84,5 @@ def _visible(limit_deg: float | None, errors: AngleErrors) -> float | None:
 
 
 def _limits_caption(limits_deg: Mapping[str, float]) -> str:
-    told = ", ".join(f"{name} ±{limit:g}°" for name, limit in limits_deg.items())
-    return f" Dashed, where in sight: the limits accepted ({told})." if told else ""
+    limits = ", ".join(f"{name} ±{limit:g}°" for name, limit in limits_deg.items())
+    return f" Dashed, where in sight: the limits accepted ({limits})." if limits else ""

@@ -59,12 +59,12 @@ def _uncertainty(standard: Standard) -> str:
 
 def _flat(table: BaseModel) -> dict[str, str]:
     """Keys that were given, nested ones joined by a dot."""
-    return dict(_leaves("", table.model_dump(mode="json", exclude_defaults=True)))
+    return dict(_flattened("", table.model_dump(mode="json", exclude_defaults=True)))
 
 
-def _leaves(prefix: str, value: object) -> list[tuple[str, str]]:
+def _flattened(prefix: str, value: object) -> list[tuple[str, str]]:
     if isinstance(value, dict):
         return [
-            leaf for key, item in value.items() for leaf in _leaves(f"{prefix}.{key}" if prefix else str(key), item)
+            leaf for key, item in value.items() for leaf in _flattened(f"{prefix}.{key}" if prefix else str(key), item)
         ]
     return [(prefix, ", ".join(map(str, value)) if isinstance(value, list) else str(value))]

@@ -127,5 +127,5 @@ def _label(name: str) -> str:
 
 def _title(found: SensorHistory) -> str:
     history = found.history
-    told = ", ".join(dict.fromkeys(SIGNS[finding.kind] for finding in history.findings)) or "nothing found"
-    return f"{history.sensor}: {len(history.labels)} calibrations on {history.labels[-1].rig}: {told}"
+    signs = ", ".join(dict.fromkeys(SIGNS[finding.kind] for finding in history.findings)) or "nothing found"
+    return f"{history.sensor}: {len(history.labels)} calibrations on {history.labels[-1].rig}: {signs}"

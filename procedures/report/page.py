@@ -11,7 +11,7 @@ from jinja2 import Environment
 
 from ams.whole_file import write_whole
 from procedures.numbers import to_place
-from procedures.pages import own_style, page_environment
+from procedures.pages import page_environment, page_style
 from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS
 from procedures.report.section import sections_in_order
@@ -27,7 +27,7 @@ def render_page(view: RunView, figures: Figures) -> str:
     shown = [section for section in sections_in_order() if section.is_shown(view)]
     return environment.get_template("page.html.j2").render(
         view=view,
-        **own_style(STYLE_SHEET),
+        **page_style(STYLE_SHEET),
         attitudes=f"{view.design.points} × {view.design.replications} replications",
         temperature=_temperature(view),
         contents={anchor: title for section in shown for anchor, title in section.contents(view).items()},

@@ -26,12 +26,12 @@ def print_summary(view: RunView, console: Console) -> None:
         console.print(Text(f"  • {ground}"), highlight=False)
 
 
-def text_table(name: str, told: TextTable) -> Table:
+def text_table(name: str, content: TextTable) -> Table:
     """Return the first table of a section: what was turned, stood in a field or rested."""
     table = Table(box=SIMPLE_HEAD, title=Text(name), title_justify="left", title_style="bold", pad_edge=False)
-    for heading in told.headings:
+    for heading in content.headings:
         table.add_column(heading)
-    for row in told.rows:
+    for row in content.rows:
         table.add_row(*(Text(cell) for cell in row))
     return table
 

@@ -26,7 +26,7 @@ def judge(
     counts: Counts,
     sensors: Sequence[SensorView],
     interruptions: Sequence[Interruption],
-    seam_steps: Sequence[str],
+    restart_steps: Sequence[str],
     table_arcsec: float | None,
 ) -> Verdict:
     """Return the verdict on a run.
@@ -38,7 +38,7 @@ def judge(
     doubts = [
         *_run_doubts(state, counts),
         *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, table_arcsec)),
-        *(f"A restart made a step: {step}." for step in seam_steps),
+        *(f"A restart made a step: {step}." for step in restart_steps),
         *(doubt for sensor in sensors for doubt in _conformity_doubts(sensor)),
     ]
     beyond = [text for sensor in sensors for text in _sentences(sensor, "as left", "fail")]
@@ -48,8 +48,8 @@ def judge(
         *_rejected(counts),
         *(remark for sensor in sensors for remark in _remarks(sensor)),
     ]
-    told = [sensor.section.result for sensor in sensors if sensor.section is not None]
-    result = "; ".join(told) if told else _result([sensor for sensor in sensors if sensor.axes])
+    results = [sensor.section.result for sensor in sensors if sensor.section is not None]
+    result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])
     if failures:
         return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
     if beyond:

@@ -63,14 +63,14 @@ class PlainLines:
     def __init__(self, write: Callable[[str], None], parts: int = 20) -> None:
         self._write = write
         self._parts = parts
-        self._told = -1
+        self._shown_part = -1
 
     def on_event(self, progress: Progress) -> None:
         part = self._parts * progress.dwells_done // max(progress.dwells_planned, 1)
-        if progress.event == "dwell" and part == self._told:
+        if progress.event == "dwell" and part == self._shown_part:
             return
         if progress.event == "dwell":
-            self._told = part
+            self._shown_part = part
         self._write(line_of(progress))
 
 
@@ -92,13 +92,13 @@ def _bar_on(stream: TextIO) -> Iterator[RunObserver]:
 
         class Drawn:
             def on_event(self, progress: Progress) -> None:
-                told = line_of(progress).partition(" · ")[2]
+                figures = line_of(progress).partition(" · ")[2]
                 bar.update(
                     task,
                     description=str(progress.state),
                     total=progress.dwells_planned,
                     completed=progress.dwells_done,
-                    told="" if progress.event in ("rejected", "void") else told,
+                    told="" if progress.event in ("rejected", "void") else figures,
                 )
                 if progress.event in ("rejected", "void"):
                     bar.console.print(progress.message, markup=False, highlight=False)

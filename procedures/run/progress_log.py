@@ -13,7 +13,7 @@ from procedures.run.progress import Pace
 from rig.clock import Clock
 
 
-class Trail:
+class ProgressLog:
     """Writes to the journal first and tells the observer afterwards."""
 
     def __init__(
@@ -43,13 +43,13 @@ class Trail:
 
     def request(self, taken: Taken) -> None:
         """Record a request that was taken; a note and an acknowledgement are events of their own."""
-        asked = taken.request
-        if asked is not None and asked.kind in ("note", "ack"):
-            self.event(asked.kind, {"by": asked.by, "text": asked.text, "at_utc": asked.at_utc})
+        request = taken.request
+        if request is not None and request.kind in ("note", "ack"):
+            self.event(request.kind, {"by": request.by, "text": request.text, "at_utc": request.at_utc})
         else:
             self.event("request", taken.detail())
-        if asked is not None and asked.kind in ("ack", "continue"):
-            self.tell("ack", f"acknowledged by {asked.by}")
+        if request is not None and request.kind in ("ack", "continue"):
+            self.tell("ack", f"acknowledged by {request.by}")
 
     def commit(self, record: DwellRecord) -> DwellRecord:
         """Store a judged dwell and tell of it."""
@@ -69,7 +69,7 @@ class Trail:
         """Of the run."""
         return self._journal.path.parent
 
-    def take_back(self, dwells: Sequence[DwellRecord], detail: Mapping[str, object]) -> None:
+    def void_dwells(self, dwells: Sequence[DwellRecord], detail: Mapping[str, object]) -> None:
         """Void accepted dwells: they count no more."""
         self.event(VOIDED, detail)
         taken_back = sum(dwell.accepted and dwell.purpose == "design" for dwell in dwells)

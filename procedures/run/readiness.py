@@ -25,9 +25,9 @@ class Readiness:
     def require(self, source: str) -> None:
         """Check that nothing contradicts. Raises: RequestError where the rig file contradicts itself or the day."""
         if self.contradictions:
-            told = "; ".join(self.contradictions)
+            reasons = "; ".join(self.contradictions)
             raise RequestError(
-                f"{source}: not ready for a calibration: {told}; nothing moved; renew it, or correct the rig file"
+                f"{source}: not ready for a calibration: {reasons}; nothing moved; renew it, or correct the rig file"
             )
 
 

@@ -85,7 +85,7 @@ def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> 
             advice=advice(cause),
             traces=_traces(dwells),
             dwells=dwells[-_MOST_ROWS:],
-            events=[(event.utc, event.kind, _told(event)) for event in events if event.utc >= since][-_MOST_ROWS:],
+            events=[(event.utc, event.kind, _in_words(event)) for event in events if event.utc >= since][-_MOST_ROWS:],
         )
 
 
@@ -101,7 +101,7 @@ def text_of(why: Why) -> str:
         f"to do    {why.advice}",
         "",
         "last events:",
-        *(f"  {utc:%H:%M:%S}  {kind:<11} {told}" for utc, kind, told in why.events),
+        *(f"  {utc:%H:%M:%S}  {kind:<11} {words}" for utc, kind, words in why.events),
     ]
     return "\n".join(lines) + "\n"
 
@@ -109,8 +109,8 @@ def text_of(why: Why) -> str:
 def _positions(positions_deg: Mapping[str, float]) -> str:
     if not positions_deg:
         return "not known: no axis answered; go and look before anything is moved"
-    told = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in positions_deg.items())
-    return f"at rest, read back: {told}; nothing has been moved since"
+    positions = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in positions_deg.items())
+    return f"at rest, read back: {positions}; nothing has been moved since"
 
 
 def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:
@@ -136,7 +136,7 @@ def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:
     return [sparkline(name, unit, minutes, values) for name, unit, values in rows]
 
 
-def _told(event: Event) -> str:
+def _in_words(event: Event) -> str:
     detail = event.detail
     match event.kind:
         case "state":

@@ -104,8 +104,10 @@ def _attitude_rad(rows: Sequence[DwellRecord], axis: str) -> FloatArray:
 
     Of an axis that turned, its start: where it is enters no equation.
     """
-    told = [row.targets_deg.get(axis, 0.0) if _rate_dps(row, axis) else row.measured_deg.get(axis, 0.0) for row in rows]
-    return np.asarray(np.deg2rad(np.array(told, dtype=float)))
+    angles_deg = [
+        row.targets_deg.get(axis, 0.0) if _rate_dps(row, axis) else row.measured_deg.get(axis, 0.0) for row in rows
+    ]
+    return np.asarray(np.deg2rad(np.array(angles_deg, dtype=float)))
 
 
 def _knows_yaw(row: DwellRecord) -> bool:

@@ -132,9 +132,9 @@ def budgets_of(
 ) -> dict[str, AxisBudget]:
     """Axis to its budget under what was asked for; ``trials`` of a Monte Carlo check, 0: none."""
     gravity = None if rig is None else gravity_of(rig)
-    told = {} if rig is None else {"table": table_in_words(rig)}
+    stated = {} if rig is None else {"table": table_in_words(rig)}
     return {
-        label: axis_budget(axis, request.shared_errors.get(label, ()), gravity, stated=told, trials=trials)
+        label: axis_budget(axis, request.shared_errors.get(label, ()), gravity, stated=stated, trials=trials)
         for label, axis in calibration.axes.items()
     }
 

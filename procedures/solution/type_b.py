@@ -71,18 +71,18 @@ def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:
     readout, _, name = channel.partition(".")
     meter = _standard(rig, rig.readouts[readout].standard) if readout in rig.readouts else None
     if meter is not None and meter[1].uncertainty_v:
-        u_v, told = meter[1].uncertainty_v / divisor(meter[1]), _told(meter, meter[1].uncertainty_v, "V")
-        yield SharedError("multimeter zero", "reading", u_v, meter[1].kind, told)
+        u_v, stated = meter[1].uncertainty_v / divisor(meter[1]), _in_words(meter, meter[1].uncertainty_v, "V")
+        yield SharedError("multimeter zero", "reading", u_v, meter[1].kind, stated)
         range_v = _range_v(rig, readout, name)
         if range_v:
-            yield SharedError("multimeter gain", "gain", u_v / range_v, meter[1].kind, f"{told}, over {range_v:g} V")
+            yield SharedError("multimeter gain", "gain", u_v / range_v, meter[1].kind, f"{stated}, over {range_v:g} V")
     chain = rig.chain.get(channel)
     resistor = None if chain is None else _standard(rig, chain.standard)
     if chain is not None and chain.load_resistor_ohm and resistor is not None and resistor[1].uncertainty_ohm:
         u = resistor[1].uncertainty_ohm / divisor(resistor[1]) / chain.load_resistor_ohm
-        told = _told(resistor, resistor[1].uncertainty_ohm, "Ω")
-        told = f"{told}, of {chain.load_resistor_ohm:g} Ω"
-        yield SharedError("load resistor", "gain", u, resistor[1].kind, told, is_of_one_channel=True)
+        stated = _in_words(resistor, resistor[1].uncertainty_ohm, "Ω")
+        stated = f"{stated}, of {chain.load_resistor_ohm:g} Ω"
+        yield SharedError("load resistor", "gain", u, resistor[1].kind, stated, is_of_one_channel=True)
 
 
 def _level(rig: RigDescription) -> Iterator[SharedError]:
@@ -94,8 +94,8 @@ def _level(rig: RigDescription) -> Iterator[SharedError]:
         largest_arcsec = max((abs(getattr(reading, f"{key}_arcsec")) for reading in read), default=0.0)
         u_rad = radians(hypot(largest_arcsec, own_arcsec) / sqrt(3.0) / ARCSEC_PER_DEG)
         if u_rad > 0.0:
-            told = f"level: read up to {largest_arcsec:g}″, instrument ±{own_arcsec:g}″"
-            yield SharedError(f"level of the base {key.replace('_', ' ')}", effect, u_rad, "limit", told)
+            stated = f"level: read up to {largest_arcsec:g}″, instrument ±{own_arcsec:g}″"
+            yield SharedError(f"level of the base {key.replace('_', ' ')}", effect, u_rad, "limit", stated)
 
 
 def _thermometer(rig: RigDescription, sensor: Sensor, temperature: str | None) -> Iterator[SharedError]:
@@ -106,15 +106,15 @@ def _thermometer(rig: RigDescription, sensor: Sensor, temperature: str | None) -
         probe = None if temperature is None else _standard(rig, rig.environment[temperature].standard)
     if probe is not None and probe[1].uncertainty_degc:
         u_degc = probe[1].uncertainty_degc / divisor(probe[1])
-        told = _told(probe, probe[1].uncertainty_degc, "°C")
-        yield SharedError("thermometer", "temperature", u_degc, probe[1].kind, told)
+        stated = _in_words(probe, probe[1].uncertainty_degc, "°C")
+        yield SharedError("thermometer", "temperature", u_degc, probe[1].kind, stated)
 
 
 def _standard(rig: RigDescription, name: str | None) -> tuple[str, Standard] | None:
     return (name, rig.standards[name]) if name is not None and name in rig.standards else None
 
 
-def _told(standard: tuple[str, Standard], stated: float, unit: str) -> str:
+def _in_words(standard: tuple[str, Standard], stated: float, unit: str) -> str:
     name, declared = standard
     coverage = f", k = {declared.k:g}" if declared.kind == "expanded" else ""
     size = f"{1e6 * stated:g} µV" if unit == "V" else f"{stated:g} {unit}"

@@ -59,7 +59,7 @@ class Announcement:
         return replace(self, read_phase=f"{self.read_phase}-sweep-{number}")
 
 
-def move(rig: OpenRig, dwell: Dwell, wait: Wait, tell: Tell = lambda _told: None) -> dict[str, float]:
+def move(rig: OpenRig, dwell: Dwell, wait: Wait, tell: Tell = lambda _message: None) -> dict[str, float]:
     """Bring every axis of the dwell to its target, in its order; their read-backs, degrees. ``tell`` hears of a move
     that is made again.
 

@@ -27,7 +27,7 @@ class Interlock:
     key: str
     """Where the band is declared, such as ``rig.toml: interlocks.temperature.air``."""
 
-    def told(self, value: float) -> str:
+    def sentence(self, value: float) -> str:
         """Return the sentence of an alarm."""
         return (
             f"{self.name}: got {value:.6g} {self.unit}, allowed {self.low:g} to {self.high:g} {self.unit} ({self.key})"

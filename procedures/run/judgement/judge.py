@@ -153,9 +153,9 @@ def temperature(look: Look, limits: Limits, when: str) -> Iterable[str]:
 
 def _stream(timing: StreamTiming) -> Iterable[str]:
     lost = {"missing": timing.missing, "sent twice": timing.doubled, "in doubt": timing.doubtful}
-    told = ", ".join(f"{count} {what}" for what, count in lost.items() if count)
-    if told:
-        yield f"{timing.stream}: of {timing.samples} samples {told} ({timing.first_gap}), allowed none"
+    losses = ", ".join(f"{count} {what}" for what, count in lost.items() if count)
+    if losses:
+        yield f"{timing.stream}: of {timing.samples} samples {losses} ({timing.first_gap}), allowed none"
 
 
 def _recorded(reading: ChannelReading, noise: NoiseReference) -> Iterable[str]:
@@ -176,8 +176,8 @@ def _position(
     dwell: Dwell, measured: Measurement, limits: Limits, reference: AttitudeReference | None
 ) -> Iterable[str]:
     moved = _moved(dwell)
-    told = measured.told_deg or {}
-    reached = {} if reference is None else told
+    reference_deg = measured.reference_deg or {}
+    reached = {} if reference is None else reference_deg
     expected: Mapping[str, float] = {
         name: target for name, target in limits.targets_deg.items() if name not in moved and name not in reached
     }

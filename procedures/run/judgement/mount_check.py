@@ -48,9 +48,11 @@ def contradictions(name: str, sensor: Sensor, dwells: Sequence[DwellRecord]) -> 
     found = []
     for axis, channel in sensor.channels.items():
         outputs_v = np.array([dwell.readings[channel].mean for dwell in dwells])
-        told = _contradiction(outputs_v, force_g, getattr(sensor.mount, axis), sensor.nominal_sensitivity_v_per_g)
-        if told:
-            found.append(f"{name}.{axis} ({channel}): {told}")
+        contradiction = _contradiction(
+            outputs_v, force_g, getattr(sensor.mount, axis), sensor.nominal_sensitivity_v_per_g
+        )
+        if contradiction:
+            found.append(f"{name}.{axis} ({channel}): {contradiction}")
     return tuple(found)
 
 

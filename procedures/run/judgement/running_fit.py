@@ -143,10 +143,10 @@ class RunningFit:
             if all(
                 _is_near(seen.values_g[name], self._as_read(name, other, expected)) for name, other in places.items()
             ):
-                told = "; ".join(
+                swaps = "; ".join(
                     f"{name}: reads what {other} should" for name, other in places.items() if name != other
                 )
-                reasons = (f"{told}: channels changed places",)
+                reasons = (f"{swaps}: channels changed places",)
                 return Doubt("channels", reasons, self._hidden(partial(self._permuted, places)))
         return None
 
@@ -172,8 +172,8 @@ class RunningFit:
             return None
         for axis, by_deg in _slips(seen.attitude_deg, self._increments_deg):
             if self._fits(axis, by_deg, seen):
-                told = f"{axis}: every sensor reads as if it stood {by_deg:+g} deg from its own read-back"
-                return Doubt("slip", (told,), self._hidden(partial(self._would_fit, axis, by_deg)))
+                sentence = f"{axis}: every sensor reads as if it stood {by_deg:+g} deg from its own read-back"
+                return Doubt("slip", (sentence,), self._hidden(partial(self._would_fit, axis, by_deg)))
         return None
 
     def _would_fit(self, axis: str, by_deg: float, before: DwellRecord) -> bool:
@@ -194,9 +194,11 @@ class RunningFit:
 
     def _unexplained(self, seen: _Seen, doubted: Iterable[str]) -> Doubt:
         expected = self._expected(seen.attitude_deg)
-        return Doubt("unexplained", tuple(self._told(name, seen.values_g[name], expected[name]) for name in doubted))
+        return Doubt(
+            "unexplained", tuple(self._sentence(name, seen.values_g[name], expected[name]) for name in doubted)
+        )
 
-    def _told(self, name: str, value_g: float, expected: tuple[float, float]) -> str:
+    def _sentence(self, name: str, value_g: float, expected: tuple[float, float]) -> str:
         scale_v = abs(self._lines[name].nominal_v_per_g)
         away_v = scale_v * abs(value_g - expected[0])
         return f"{name}: {away_v:.3g} V from what the dwells before predict, allowed {scale_v * expected[1]:.3g} V"

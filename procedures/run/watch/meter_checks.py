@@ -69,13 +69,13 @@ class MeterWatch:
         if not bad:
             self._good_s[name] = self._clock.monotonic_s()
             return None
-        told = ", ".join(_told(name, proof) for proof in bad)
+        sentence = ", ".join(_proof_in_words(name, proof) for proof in bad)
         last_good_s = self._good_s.pop(name, None)
         self._bad.add(name)
         response: Response = "trip" if meter.check_action == "trip" else "ask"
         return Alarm(
             CAUSE,
-            f"{name}: a proof of the meter failed: {told}; what was measured since the last good one is taken back;"
+            f"{name}: a proof of the meter failed: {sentence}; what was measured since the last good one is taken back;"
             " look at meter, scanner and reference",
             response,
             last_good_s,
@@ -101,7 +101,7 @@ def _detail(name: str, occasion: str, look: MeterLook) -> dict[str, object]:
     }
 
 
-def _told(name: str, proof: MeterProof) -> str:
+def _proof_in_words(name: str, proof: MeterProof) -> str:
     got = f"{proof.value_v - proof.expected_v:+.3g} V off" if isfinite(proof.value_v) else "overloaded"
     return (
         f"the {proof.what} reads {proof.value_v:.9g} V, {got}, allowed {proof.limit_v or 0.0:g} V"

@@ -29,11 +29,11 @@ class Watchdogs:
         self.forget()
         for name, axis in self._rig.axes.items():
             if isinstance(axis, Watchdog) and axis.watchdog_s is not None:
-                told = axis.arm_watchdog(wait)
+                outcome = axis.arm_watchdog(wait)
                 self._armed[name] = axis
             else:
-                told = "no watchdog: a move that was started ends at its target, a rate goes on"
-            self._record(KIND, {"axis": name, "is_armed": name in self._armed, "told": told})
+                outcome = "no watchdog: a move that was started ends at its target, a rate goes on"
+            self._record(KIND, {"axis": name, "is_armed": name in self._armed, "told": outcome})
 
     def feed(self) -> float:
         """Speak to those that were not spoken to for a while; rig seconds until it must be done again.
