@@ -7,16 +7,19 @@ stands, and a translation of pydantic's complaints into sentences. All mistakes 
 import difflib
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from rig.errors import DescriptionError
+from rig.plain_text import hidden_in, one_line
 
 KeyPath = tuple[str, ...]
 
+MOST_BYTES = 16_000_000
+"""Of a file that a person writes."""
 _HEADER = re.compile(r"^\s*\[\[?\s*(?P<path>[^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 _ASSIGNMENT = re.compile(
     r"""(?P<key>(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*="""
@@ -46,6 +49,15 @@ class TomlFile:
         self.path = path
         self.values = _parse(path, text)
         self._lines = _lines_of_keys(text)
+
+    def require_seen(self) -> None:
+        """For a file whose texts people read. Raises: DescriptionError where one holds what nobody sees."""
+        found = [
+            self.complaint(key, f"holds {', '.join(letters)}, which acts on a screen instead of being seen there")
+            for key, letters in _hidden(self.values, ())
+        ]
+        if found:
+            raise DescriptionError("\n".join(found))
 
     def where(self, key: Sequence[object]) -> str:
         """Return ``file:line`` of a key, or of the nearest table around it."""
@@ -91,7 +103,13 @@ class TomlFile:
 def read_toml(path: Path) -> TomlFile:
     """Read a TOML file. Raises: DescriptionError when it is missing, unreadable, not UTF-8 or not TOML."""
     try:
-        return TomlFile(path, path.read_text(encoding="utf-8"))
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise DescriptionError(
+                f"{path}: longer than {MOST_BYTES} bytes, which no file of this kind is; check the path"
+            )
+        return TomlFile(path, content.decode("utf-8"))
     except FileNotFoundError:
         raise DescriptionError(f"{path}: no such file; check the path") from None
     except UnicodeDecodeError as error:
@@ -110,6 +128,20 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
         raise DescriptionError(f"{path}: not valid TOML: brackets in brackets without an end") from None
     except ValueError as error:
         raise DescriptionError(f"{path}: not valid TOML: {error}") from None
+
+
+def _hidden(value: object, key: KeyPath) -> Iterator[tuple[KeyPath, tuple[str, ...]]]:
+    """Keys and texts with letters that nobody sees; the key that is told is as it can be shown."""
+    if isinstance(value, dict):
+        for name, item in value.items():
+            if found := hidden_in(name):
+                yield (*key, one_line(name)), found
+            yield from _hidden(item, (*key, name))
+    elif isinstance(value, list):
+        for item in value:
+            yield from _hidden(item, key)
+    elif isinstance(value, str) and (found := hidden_in(value)):
+        yield key, found
 
 
 def _lines_of_keys(text: str) -> dict[KeyPath, int]:

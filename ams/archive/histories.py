@@ -11,7 +11,7 @@ from sqlalchemy import Connection, select
 from ams.archive.connection import reading
 from ams.archive.sets import BUSY_TIMEOUT_S, show
 from ams.archive.tables import POINTS, SETS
-from ams.errors import ArchiveUnknown
+from ams.errors import ArchiveError, ArchiveUnknown
 from ams.sets.canonical import table
 from ams.surveillance.adjustment import acceptance_of
 from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors
@@ -44,6 +44,11 @@ def history(
     Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
     """
     population = population_of(archive_url, sensor, busy_timeout_s, until_utc)
+    if not population.numbers.sensitivity.all():
+        raise ArchiveError(
+            f"archive: sensor {sensor!r}: its sets have an equation of their own, without a direction of sensitivity; "
+            "nothing of them is charted over the years"
+        )
     found = with_rig_causes(population, history_of(population, sensor))
     declared = show(archive_url, found.labels[-1].sha256, busy_timeout_s).provenance["acceptance"]
     limits = acceptance_of(None if declared is None else table(declared)).limits_deg

@@ -98,6 +98,12 @@ def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observati
             f"{applied.sensor}: errors in degrees need sets of pitch and roll: got convention {applied.convention}, "
             f"measured by {measured_by.convention}, needed TP; nothing was computed"
         )
+    own = next((axis for one in (applied, measured_by) for axis in one.axes.values() if axis.own_output), None)
+    if own is not None:
+        raise OutsideValidity(
+            f"{applied.sensor}: errors in degrees are told for sets of the form v = b + k·f, this one has an equation "
+            "of its own; nothing was computed; compare its outputs at the test vectors instead"
+        )
     if lacking:
         raise OutsideValidity(
             f"{applied.sensor}: axis {', '.join(lacking)} of the set was not measured: the run has "

@@ -28,6 +28,7 @@ from rig.wire.table_dialect import dialect_name
 def read_rig(path: Path) -> RigDescription:
     """Read and check a rig file. Raises: DescriptionError naming file, line and key of every mistake."""
     file = read_toml(path)
+    file.require_seen()
     description = file.validate(_file_model(file.values))
     complaints = list(complaints_about_references(file, description))
     if complaints:

@@ -99,8 +99,8 @@ class ModbusTcp:
             if not more:
                 raise DeviceSilent(
                     f"{self.stream.name}: no whole reply to {in_words(request)} within {self._patience.timeout_s:g} s:"
-                    f" got {self._received.hex(' ') or 'nothing'}; nothing was taken from it;"
-                    " check power, address and unit"
+                    f" got {self._received.hex(' ') or 'nothing'}; nothing was taken from it; check power, address"
+                    " and unit"
                 )
             self._received += more
         frame, self._received = self._received[:length], self._received[length:]
