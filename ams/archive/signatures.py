@@ -66,7 +66,7 @@ class SignOff:
         return self.state == "approved"
 
     def by(self, role: Role) -> Signature | None:
-        """The signature in a role, None where nobody signed."""
+        """Return the signature in a role, None where nobody signed."""
         return next((one for one in self.signatures if one.role == role), None)
 
 
@@ -101,7 +101,7 @@ def sign(
 
 
 def sign_off(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> SignOff:
-    """Signatures and certificates of a set. Raises: ArchiveError."""
+    """Return the signatures and certificates of a set. Raises: ArchiveError."""
     with reading(archive_url, busy_timeout_s) as connection:
         return _sign_off(connection, find_set(connection, key))
 
@@ -135,7 +135,7 @@ def issue_certificate(
 
 
 def certificate_of(archive_url: str, number: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Certificate | None:
-    """A certificate by its number; None where there is none. Raises: ArchiveError."""
+    """Return a certificate by its number; None where there is none. Raises: ArchiveError."""
     with reading(archive_url, busy_timeout_s) as connection:
         return _certificate(connection, number)
 
@@ -167,8 +167,8 @@ def _check_turn(signed: SignOff, role: Role, name: str, comment: str) -> None:
         return
     expected = ORDER[len(signed.signatures)] if len(signed.signatures) < len(ORDER) else None
     if role != expected:
-        told = "it is approved already" if expected is None else f"{expected} comes next"
-        raise ArchiveForbids(f"{where}: is not its turn: the set is {signed.state}, {told}; nothing was signed")
+        next_step = "it is approved already" if expected is None else f"{expected} comes next"
+        raise ArchiveForbids(f"{where}: is not its turn: the set is {signed.state}, {next_step}; nothing was signed")
     first = signed.by("prepared")
     if first is not None and _same(first.name, name):
         raise ArchiveForbids(

@@ -65,23 +65,23 @@ class SyntheticArchive:
 
 
 def synthetic_archive(chance: np.random.Generator, story: Story | None = None) -> SyntheticArchive:
-    """Calibrations of every sensor in every campaign."""
-    told = story or Story()
-    names = [f"SN{1001 + place}" for place in range(told.sensors)]
-    picked = [names[place] for place in chance.permutation(told.sensors)[: told.drifting + 3]]
-    drifting, (dropped, *mixed) = tuple(picked[: told.drifting]), picked[told.drifting :]
+    """Make calibrations of every sensor in every campaign."""
+    chosen = story or Story()
+    names = [f"SN{1001 + place}" for place in range(chosen.sensors)]
+    picked = [names[place] for place in chance.permutation(chosen.sensors)[: chosen.drifting + 3]]
+    drifting, (dropped, *mixed) = tuple(picked[: chosen.drifting]), picked[chosen.drifting :]
     levels = {name: _own_numbers(chance) for name in (*names, CHECK_SENSOR)}
-    fall, swap = (int(chance.integers(low, told.campaigns - 2)) for low in (3, 4))
+    fall, swap = (int(chance.integers(low, chosen.campaigns - 2)) for low in (3, 4))
     rows: list[tuple[PointLabel, FloatArray]] = []
-    for campaign in range(told.campaigns):
+    for campaign in range(chosen.campaigns):
         for place, name in enumerate((*names, CHECK_SENSOR)):
             measured = _really_measured(name, mixed, campaign == swap)
-            primary = _as_it_is(levels[measured], measured in drifting, measured == dropped, (campaign, fall), told)
-            calibrated = _calibrated(primary, chance, told, is_remounted=name != CHECK_SENSOR)
-            rows.append((_label(name, campaign, place, told), calibrated))
+            primary = _as_it_is(levels[measured], measured in drifting, measured == dropped, (campaign, fall), chosen)
+            calibrated = _calibrated(primary, chance, chosen, is_remounted=name != CHECK_SENSOR)
+            rows.append((_label(name, campaign, place, chosen), calibrated))
     rows.sort(key=lambda row: (row[0].sensor, row[0].created_utc))
     primary = np.stack([values for _, values in rows])
-    spread = np.broadcast_to(np.eye(4) * (told.noise_arcsec * RAD_PER_ARCSEC * 2.5) ** 2, (*primary.shape, 4)).copy()
+    spread = np.broadcast_to(np.eye(4) * (chosen.noise_arcsec * RAD_PER_ARCSEC * 2.5) ** 2, (*primary.shape, 4)).copy()
     numbers = PackageNumbers(AXES, primary, spread, spread)
     population = Population([label for label, _ in rows], numbers)
     return SyntheticArchive(population, drifting, (dropped,), (mixed[0], mixed[1]))
@@ -94,7 +94,10 @@ def _really_measured(name: str, mixed: list[str], is_swap: bool) -> str:
 
 
 def _own_numbers(chance: np.random.Generator) -> FloatArray:
-    """(3, 4) offset and k: 2.5 V/g within half a percent, offsets of millivolts, misalignments of minutes of arc."""
+    """Draw (3, 4) offset and k.
+
+    2.5 V/g within half a percent, offsets of millivolts, misalignments of minutes of arc.
+    """
     offset = chance.normal(0.0, 0.005, (3, 1))
     gain = 2.5 * (1.0 + chance.normal(0.0, 0.005, (3, 1)))
     return np.concatenate([offset, gain * (np.eye(3) + chance.normal(0.0, 0.003, (3, 3)))], axis=1)
@@ -103,7 +106,7 @@ def _own_numbers(chance: np.random.Generator) -> FloatArray:
 def _as_it_is(
     level: FloatArray, is_drifting: bool, has_dropped: bool, when: tuple[int, int], story: Story
 ) -> FloatArray:
-    """A sensor at a campaign, age and accident in it."""
+    """Return the true parameters of a sensor at a campaign, its drift and accident included."""
     (campaign, fall), primary = when, level.copy()
     if is_drifting:
         primary[0, 1:] *= 1.0 + story.drift_arcsec_per_year * RAD_PER_ARCSEC * campaign / story.per_year
@@ -114,7 +117,7 @@ def _as_it_is(
 
 
 def _calibrated(primary: FloatArray, chance: np.random.Generator, story: Story, *, is_remounted: bool) -> FloatArray:
-    """What a calibration says: turned by the remount, moved by the day, blurred by its noise."""
+    """Return what a calibration says: turned by the remount, moved by the day, blurred by its noise."""
     angle = chance.normal(0.0, story.remount_arcsec * RAD_PER_ARCSEC, 3) if is_remounted else np.zeros(3)
     k = primary[:, 1:] + np.cross(angle, primary[:, 1:])
     day = chance.normal(0.0, story.day_arcsec * RAD_PER_ARCSEC, (3, 2))
@@ -131,6 +134,6 @@ def _label(name: str, campaign: int, place: int, story: Story) -> PointLabel:
 
 
 def campaigns(archive: SyntheticArchive) -> Iterator[tuple[PointLabel, FloatArray]]:
-    """Every calibration with its (3, 4) numbers, oldest first."""
+    """Yield every calibration with its (3, 4) numbers, oldest first."""
     rows = zip(archive.population.labels, archive.population.numbers.primary, strict=True)
     yield from sorted(rows, key=lambda row: (row[0].created_utc, row[0].sensor))

@@ -1,7 +1,7 @@
 """What CR's models have in common in a coefficient set: their printed equation and the direction of k."""
 
-from ams.models.cr import sensitive_axis
 from ams.arrays import FloatArray
+from ams.models.cr import sensitive_axis
 from ams.models.sensor_model import Equation
 
 
@@ -24,5 +24,5 @@ def cr_equation(
 
 
 def along_cr(nominal_axis: str, angles_rad: FloatArray) -> FloatArray:
-    """(3,) unit vector of k from coning and azimuth."""
+    """Return the (3,) unit vector of k from coning and azimuth."""
     return sensitive_axis(nominal_axis, angles_rad[1], angles_rad[0])

@@ -42,7 +42,7 @@ class Scatter:
     """(p,) what it counts for beside a sensor's own."""
 
     def with_own(self, squares: FloatArray, differences: int) -> "Scatter":
-        """Weighed with the sum of d² / 2 of a sensor's own differences, (p,)."""
+        """Return the scatter weighed with the sum of d² / 2 of a sensor's own differences, (p,)."""
         own_dof = DIFFERENCE_EFFICIENCY * differences
         dof = self.prior_dof + own_dof
         own = squares * (own_dof / differences) if differences else np.zeros_like(self.variance)
@@ -51,7 +51,10 @@ class Scatter:
 
 
 def pooled_scatter(population: Population, leave_out: str | None = None) -> Scatter:
-    """The scatter of a kind of package from all its sensors but one, the same for all characteristics of a kind."""
+    """Return the scatter of a kind of package from all its sensors but one.
+
+    It is the same for all characteristics of a kind.
+    """
     same = np.diff(population.sensor_index) == 0
     kept = same & np.array(
         [label.sensor != leave_out and not label.is_check for label in population.labels[1:]], dtype=bool
@@ -76,13 +79,13 @@ def _of_kind(halves: FloatArray) -> tuple[float, float]:
 
 
 def _prior_dof(halves: FloatArray, sensors: IntArray) -> float:
-    """Degrees of freedom of the distribution from which the sensors' own variances seem to be drawn."""
+    """Return the degrees of freedom of the distribution from which the sensors' own variances seem to be drawn."""
     counts = np.bincount(sensors)
-    told = np.flatnonzero(counts >= DIFFERENCES_TO_TELL)
-    if told.size < SENSORS_TO_TELL:
+    sensors_with_enough = np.flatnonzero(counts >= DIFFERENCES_TO_TELL)
+    if sensors_with_enough.size < SENSORS_TO_TELL:
         return UNKNOWN_PRIOR_DOF
-    own = np.bincount(sensors, weights=halves.mean(axis=1))[told] / counts[told]
-    half_dof = 0.5 * DIFFERENCE_EFFICIENCY * counts[told] * halves.shape[1]
+    own = np.bincount(sensors, weights=halves.mean(axis=1))[sensors_with_enough] / counts[sensors_with_enough]
+    half_dof = 0.5 * DIFFERENCE_EFFICIENCY * counts[sensors_with_enough] * halves.shape[1]
     logarithms = np.log(np.maximum(own, np.finfo(float).tiny)) - digamma(half_dof) + np.log(half_dof)
     deviation = NORMAL_PER_MEDIAN_DEVIATION * np.median(np.abs(logarithms - np.median(logarithms)))
     excess = float(deviation**2 - trigamma(half_dof).mean())

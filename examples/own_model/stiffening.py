@@ -43,7 +43,7 @@ class StiffeningClinometer:
         raise NotImplementedError("asked for only where basis_key is set")
 
     def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        """Without misalignment the model is linear: good enough to iterate from."""
+        """Start from the model without misalignment, which is linear: good enough to iterate from."""
         s = np.sin(stimulus.pitch_rad)
         columns = np.stack([np.ones_like(s), s, s**3], axis=1)
         return np.append(np.linalg.lstsq(columns, output_v, rcond=None)[0], 0.0)
@@ -76,14 +76,14 @@ class StiffeningClinometer:
 
 
 def _value_v(primary: Mapping[str, float], f: FloatArray) -> FloatArray:
-    """The same equation as a function of the specific force: s = f_x cos φ + f_z sin φ at no roll."""
+    """Return the same equation as a function of the specific force: s = f_x cos φ + f_z sin φ at no roll."""
     b, S, C, phi = (primary[name] for name in NAMES)
     s = f[..., 0] * np.cos(np.deg2rad(phi)) + f[..., 2] * np.sin(np.deg2rad(phi))
     return np.asarray(b + S * s + C * s**3)
 
 
 def _pitch_rad(primary: Mapping[str, float], output_v: FloatArray) -> FloatArray:
-    """The root of C·s³ + S·s = v − b near (v − b)/S, by Newton's method."""
+    """Return the root of C·s³ + S·s = v − b near (v − b)/S, by Newton's method."""
     b, S, C, phi = (primary[name] for name in NAMES)
     s = (output_v - b) / S
     for _ in range(20):
@@ -118,7 +118,7 @@ MODEL = SensorModel(
 
 
 def measured(truth: FloatArray, noise_v: float, rng: np.random.Generator, replications: int = 4) -> Observations:
-    """±60° by 5° without roll, as a stand-in for ``ams.read_csv``."""
+    """Return a stand-in for ``ams.read_csv``: ±60° by 5° without roll."""
     pitch = np.deg2rad(np.tile(np.arange(-60.0, 61.0, 5.0), replications))
     points = pitch.size // replications
     s = np.sin(pitch - np.deg2rad(truth[3]))

@@ -56,7 +56,7 @@ def list_(
     archive: Archive = None,
     json: Json = False,
 ) -> None:
-    """The sets, by sensor, then oldest first.
+    """List the sets, by sensor, then oldest first.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def list_(
 
 @app.command
 def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
-    """One set: its coefficients with their uncertainties, as found and as left, and who signed it.
+    """Show one set: its coefficients with their uncertainties, as found and as left, and who signed it.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def compare(old: str, new: str, /, *, archive: Archive = None, json: Json = Fals
 
 @app.command
 def history(sensor: str, /, *, archive: Archive = None, plot: Path | None = None, json: Json = False) -> None:
-    """A sensor over the years: control charts, what happened to it, advice on its interval.
+    """Follow a sensor over the years: control charts, what happened to it, advice on its interval.
 
     Parameters
     ----------
@@ -158,6 +158,7 @@ def publish(
     /,
     *,
     override: str | None = None,
+    supersede: str | None = None,
     operator: Operator = None,
     out: RunsFolder = RUNS,
     archive: Archive = None,
@@ -169,12 +170,21 @@ def publish(
     ----------
     override
         Why an expired standard is accepted all the same; needs --operator.
+    supersede
+        Why this journal takes the place of another one of the same run, as of a copy; needs --operator.
     """
-    if (override is None) != (operator is None):
-        raise RequestError("an override needs --override REASON and --operator NAME together; nothing was published")
-    word = Override(operator, override) if override is not None and operator is not None else None
+    if (override is None and supersede is None) != (operator is None):
+        raise RequestError(
+            "an override needs --override REASON and --operator NAME together, a supersession --supersede REASON and "
+            "--operator NAME; nothing was published"
+        )
+    word, succession = (
+        Override(operator, why) if why is not None and operator is not None else None for why in (override, supersede)
+    )
     folder = find_run(run, out)
-    url, published = publish_folder(folder, lambda simulated: archive_of(folder, archive, is_simulated=simulated), word)
+    url, published = publish_folder(
+        folder, lambda simulated: archive_of(folder, archive, is_simulated=simulated), word, succession
+    )
     if json:
         sets = [plain(asdict(one)) for one in published.publications]
         found = {name: plain(asdict(one)) for name, one in published.adjustments.items()}
@@ -231,8 +241,8 @@ def verify(*, archive: Archive = None, json: Json = False) -> int:
         for fault in report.faults:
             say(fault)
         state = "intact" if not report.faults else f"NOT INTACT: {len(report.faults)} faults"
-        told = f"{report.rows} rows, {report.head.sequence} records, head {report.head.sha256}"
-        say(f"{without_password(url)}: {state}; {told}")
+        extent = f"{report.rows} rows, {report.head.sequence} records, head {report.head.sha256}"
+        say(f"{without_password(url)}: {state}; {extent}")
     return ExitStatus.WRONG_REQUEST if report.faults else ExitStatus.DONE
 
 
@@ -270,12 +280,12 @@ def demo(
     made = synthetic_archive(np.random.default_rng(seed), Story(sensors=sensors, years=years))
     note(f"{out}: calibrating {sensors} sensors for {years} years; this takes a while")
     count = publish_synthetic(url, made, np.random.default_rng(seed + 1))
-    told = {"drifting": made.drifting, "dropped": made.dropped, "mixed_up": made.mixed_up}
+    planted = {"drifting": made.drifting, "dropped": made.dropped, "mixed_up": made.mixed_up}
     if json:
-        print_json(plain({"archive": url, "sets": count, **told}))
+        print_json(plain({"archive": url, "sets": count, **planted}))
         return
     say(f"{count} sets in {url}")
-    for what, names in told.items():
+    for what, names in planted.items():
         say(f"{what.replace('_', ' '):<9} {', '.join(names)}")
     say(f"try: calrig archive history {made.drifting[0]} --archive {url} --plot history.svg")
 

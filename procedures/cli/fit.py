@@ -15,7 +15,7 @@ from ams.inference.inference import Package
 from ams.inference.sting_reference import WARNING, read_with_sting
 from ams.inputs.observations_csv import read_csv, unit_warnings
 from ams.inputs.request import CalibrationRequest
-from ams.models.registry import MODELS
+from ams.models.registry import MODELS, names_asked_for
 from ams.models.thermal import TemperatureCoefficients
 from ams.sets.sensed_quantity import FIELDS
 from procedures.cli.attitude import package_of
@@ -36,20 +36,12 @@ from rig.description.rig_file import RigDescription, Sensor
 Named = Annotated[list[str] | None, Parameter(negative=())]
 Value = TypeVar("Value")
 
-FAMILIES = ("pitch-yaw-roll", "linear")
-"""Asked for by a name that stands for several models: CR's two packages, straight lines against known levels."""
-
-
-def model_names() -> list[str]:
-    """Return what ``--model`` allows."""
-    return [*(name for name, model in MODELS.items() if model.is_asked_for), *FAMILIES]
-
 
 def fit(
     file: Path,
     /,
     *,
-    model: Annotated[str, Parameter(help=f"One of {', '.join(model_names())}.")] = "pitch-roll",
+    model: Annotated[str, Parameter(help=f"One of {', '.join(names_asked_for())}.")] = "pitch-roll",
     package: Literal["sting", "model"] | None = None,
     axis: Named = None,
     sting: Path | None = None,
@@ -154,8 +146,8 @@ def fit(
         else:
             document = _solved(file, columns, request, wish, reference, description, monte_carlo)
     except DesignError as error:
-        told = str(error)
-        raise DesignError(told if told.startswith(str(file)) else f"{file}: {told}") from None
+        sentence = str(error)
+        raise DesignError(sentence if sentence.startswith(str(file)) else f"{file}: {sentence}") from None
     if json:
         print_json(document)
     else:
@@ -190,14 +182,17 @@ def _solved(
 
 
 def sensor_of(rig: RigDescription, name: str | None) -> Sensor | None:
-    """The sensor whose channels stand in the rig file: the one named, else its only one; None where that is open."""
+    """Return the sensor whose channels stand in the rig file.
+
+    The one named, else the only one; None where that is open.
+    """
     if name is not None and name in rig.sensors:
         return rig.sensors[name]
     return next(iter(rig.sensors.values())) if len(rig.sensors) == 1 else None
 
 
 def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_joint: bool) -> Package | None:
-    """The sting's set and its columns. Raises: RequestError unless a model package is to be solved."""
+    """Return the sting's set and its columns. Raises: RequestError unless a model package is to be solved."""
     if path is None:
         if pairs:
             raise RequestError("--sting-axis: belongs to --sting, which is missing")
@@ -217,7 +212,7 @@ def _linear(file: Path, columns: Mapping[str, str], request: CalibrationRequest)
 
 
 def _refuse_shared(columns: Mapping[str, str]) -> None:
-    """One column is one sensor."""
+    """Refuse a column that is given for two axes: one column is one sensor."""
     taken: dict[str, str] = {}
     for label, column in columns.items():
         if column in taken:
@@ -229,8 +224,8 @@ def _refuse_shared(columns: Mapping[str, str]) -> None:
 
 def _model_name(model: str, package: str | None) -> str:
     """The name that the mathematics knows: CR's two packages are two models."""
-    if model not in model_names():
-        raise RequestError(f"--model: got {model!r}, allowed are {', '.join(model_names())}; nothing was solved")
+    if model not in names_asked_for():
+        raise RequestError(f"--model: got {model!r}, allowed are {', '.join(names_asked_for())}; nothing was solved")
     if model != "pitch-yaw-roll":
         if package is not None:
             raise RequestError(f"--package {package}: belongs to --model pitch-yaw-roll, not to --model {model}")
@@ -249,7 +244,7 @@ def _coefficients(pairs: list[str] | None, temperature: str) -> Mapping[str, Tem
 
 
 def _two_or_four(text: str) -> TemperatureCoefficients:
-    """Raises: ValueError."""
+    """Read two or four temperature coefficients: two values, then their uncertainties. Raises: ValueError."""
     values = [float(part) for part in text.split(",")]
     if len(values) not in (2, 4) or not all(isfinite(value) for value in values) or any(u < 0.0 for u in values[2:]):
         raise ValueError(text)

@@ -5,26 +5,27 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from procedures.run.steering import job_control_ignored
 from rig.clock import Clock
 from rig.devices.abilities import Wait
 from rig.errors import WaitEnded
 
-ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+ENDS = (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP)
 
 
 @contextmanager
 def stoppable_wait(clock: Clock) -> Iterator[Wait]:
-    """A :class:`Wait` that a signal ends: within a tenth of a second, and before the caller goes on."""
-    asked: list[str] = []
+    """Yield a :class:`Wait` that a signal ends: within a tenth of a second, and before the caller goes on."""
+    signals: list[str] = []
 
     def ask(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the signature of a handler
-        asked.append(signal.Signals(number).name)
+        signals.append(signal.Signals(number).name)
 
     def wait(duration_s: float) -> None:
         left_s = duration_s
         while True:
-            if asked:
-                raise WaitEnded(f"stopped by {asked[0]}; the axis was stopped where it was")
+            if signals:
+                raise WaitEnded(f"stopped by {signals[0]}; the axis was stopped where it was")
             if left_s <= 0.0:
                 return
             clock.sleep(min(left_s, clock.slice_s))
@@ -33,7 +34,8 @@ def stoppable_wait(clock: Clock) -> Iterator[Wait]:
     heeded = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # nohup means it
     before = {number: signal.signal(number, ask) for number in heeded}
     try:
-        yield wait
+        with job_control_ignored():
+            yield wait
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -19,8 +19,11 @@ def publish_solved(
     solved: Mapping[str, SolvedSensor],
     sets: Mapping[str, CoefficientSet],
     override: Override | None = None,
+    supersede: Override | None = None,
 ) -> PublishedRun:
-    """Publishing again changes nothing; of several solutions of one run the one published last counts.
+    """Publish a solved run in the archive.
+
+    Publishing again changes nothing; of several solutions of one run the one published last counts.
 
     Raises: ams.errors.ArchiveError where the archive or an expired standard refuses.
     """
@@ -28,13 +31,16 @@ def publish_solved(
     measured = measured_sensors(record, solved, sets)
     usage = record.plan.usage_pitch_deg
     now = SystemClock().now_utc()
-    return publish_run(archive_url, entry, measured, now, usage_pitch_deg=usage, override=override)
+    return publish_run(
+        archive_url, entry, measured, now, usage_pitch_deg=usage, override=override,
+        lineage=record.lineage, supersede=supersede,
+    )  # fmt: skip
 
 
 def measured_sensors(
     record: RunRecord, solved: Mapping[str, SolvedSensor], sets: Mapping[str, CoefficientSet]
 ) -> list[MeasuredSensor]:
-    """Every sensor that has a set, with its rows."""
+    """Return every sensor that has a set, with its rows."""
     return [
         MeasuredSensor(one, solved[name].observations, record.plan.sensors[name].check_sensor)
         for name, one in sets.items()
@@ -42,7 +48,7 @@ def measured_sensors(
 
 
 def run_entry(folder: Path, record: RunRecord) -> RunEntry:
-    """The run as the archive keeps it."""
+    """Return the run as the archive keeps it."""
     return RunEntry(
         journal_sha256=record.hashes["journal content"],
         run_id=record.run_id,
@@ -58,7 +64,7 @@ def run_entry(folder: Path, record: RunRecord) -> RunEntry:
 
 
 def history_findings(archive_url: str, published: PublishedRun) -> Iterator[str]:
-    """What the history of each sensor finds of the calibration that was published just now, a sentence each."""
+    """Yield what each sensor's history finds of the calibration that was published just now, a sentence each."""
     for publication in published.publications:
         try:
             found = history(archive_url, publication.sensor).history.findings if publication.is_new else ()

@@ -21,6 +21,7 @@ from pydantic import (
 )
 
 from ams.exports.formats import FORMATS
+from ams.models.registry import names_asked_for
 from procedures.description.design_kinds import DESIGNS
 from procedures.errors import PlanError
 from rig.description.device_settings import NotNegative, Positive
@@ -64,7 +65,7 @@ class Range(StrictTable):
         return self
 
     def values(self) -> tuple[float, ...]:
-        """The points in degrees, exact in decimals: −90 to 90 by 0.1 holds 0.3 and not 0.30000000000000004."""
+        """Return the points in degrees, exact in decimals: −90 to 90 by 0.1 holds 0.3 and not 0.30000000000000004."""
         first, span = _decimal(self.start), _decimal(self.stop) - _decimal(self.start)
         if self.step is not None:
             return tuple(
@@ -202,10 +203,16 @@ class KnownTemperature(StrictTable):
     reference_temperature_degc: float
 
 
+def _is_a_model(name: str) -> str:
+    if name not in names_asked_for():
+        raise ValueError(f"allowed are {', '.join(names_asked_for())}")
+    return name
+
+
 class Solve(StrictTable):
     """``[solve]``: which model, and what is done about temperature."""
 
-    model: Literal["pitch-roll", "pitch-only", "pitch-yaw-roll", "linear", "gyro"] = "pitch-roll"
+    model: Annotated[str, AfterValidator(_is_a_model)] = "pitch-roll"
     packages: dict[str, Literal["sting", "model"]] = {}
     """For pitch-yaw-roll: sensor to CR's package; one that is not named is a model package."""
     temperature: Literal["none", "apply", "estimate"] = "none"
@@ -276,7 +283,7 @@ class ProcedureDescription(StrictTable):
         return self._file.path
 
     def error(self, key: Sequence[object], text: str) -> PlanError:
-        """A mistake that only the plan can see, named by file, line and key."""
+        """Return a mistake that only the plan can see, named by file, line and key."""
         return PlanError(self._file.complaint(key, text))
 
 

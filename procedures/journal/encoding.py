@@ -33,7 +33,7 @@ _OWN_UNITS = {ANGLE: "deg", LOOKED: "s", TAKEN: "s"}
 
 
 def compact_json(value: object) -> str:
-    """One line. Raises: ValueError for a number that is not finite."""
+    """Return a value as one line of JSON. Raises: ValueError for a number that is not finite."""
     return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
@@ -99,6 +99,11 @@ def decode_dwell(
         return DwellRecord(**document, readings=readings, sha256=sha256)
     except (ValueError, TypeError, KeyError) as error:
         raise JournalError(f"journal: a dwell cannot be read: {error}; the journal was left as it is") from None
+
+
+def channels_of(text: str) -> list[tuple[str, int]]:
+    """Every channel of a stored dwell with the number of its samples, in the order in which they lie."""
+    return [(channel, count) for channel, count, _, _ in json.loads(text)["readings"]]
 
 
 def _motion(document: dict[str, Any]) -> MotionRecord:

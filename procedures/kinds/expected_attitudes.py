@@ -17,11 +17,12 @@ from ams.models.registry import model_named
 from ams.solve.linear_form import factor
 from ams.units import RAD_PER_ARCSEC
 from procedures.description.procedure_file import ProcedureDescription
+from procedures.kinds.attitudes import OF_ATTITUDES
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import DesignFigures, Forecast
 from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
-from procedures.plan.refusals import basis, model_parameters
+from procedures.plan.refusals import basis, model_parameters, nominal_jacobian
 from procedures.plan.specific_force import attitudes_rad
 from procedures.solution.request import model_name, table_uncertainty
 from rig.description.rig_file import AxisTruth, RigDescription
@@ -53,7 +54,10 @@ def forecast_of_design(
 
 
 def time_correlation(plan: Plan) -> float:
-    """Of time in the first replication with the terms of the model: near 1, a drift passes for a parameter."""
+    """Return the correlation of time with the terms of the model in the first replication.
+
+    Near 1, a drift passes for a parameter.
+    """
     by_label = {point.label: point for point in plan.design.points}
     points = [by_label[dwell.point] for dwell in plan.design_dwells if dwell.replication == 1]
     terms = basis(plan.solve.model, points)[:, 1:]
@@ -66,7 +70,7 @@ def time_correlation(plan: Plan) -> float:
 def expected_uncertainties(
     rig: RigDescription, procedure: ProcedureDescription, plan: Plan
 ) -> tuple[ExpectedAxis, ...]:
-    """One entry for every sensor axis of the plan."""
+    """Return one entry for every sensor axis of the plan."""
     table = table_uncertainty(rig)
     return tuple(
         _expected_axis(rig, procedure, plan, table, serial, axis)
@@ -90,6 +94,11 @@ def _expected_axis(
     pitch_rad, roll_rad = attitudes_rad(plan.design)
     if plan.solve.model == "pitch-only":
         values = expected_without_roll(pitch_rad, plan.replications, noise_v, sensitivity, axis, table=table)
+    elif plan.solve.model not in OF_ATTITUDES:
+        columns = nominal_jacobian(plan.solve.model, axis, plan.design, plan.sensors[serial])
+        covariance = noise_v**2 / plan.replications * np.linalg.inv(columns.T @ columns)
+        names = model_named(plan.solve.model, axis).primary_names
+        values = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     elif plan.solve.model in ("linear", "pitch-yaw-roll"):
         values = _expected_on_gimbal(plan, serial, axis, noise_v, (sensitivity, coning_deg, azimuth_deg), table)
     else:
@@ -108,7 +117,10 @@ def _expected_on_gimbal(
     sensor: tuple[float, float, float],
     table: TableUncertainty | None,
 ) -> Mapping[str, float | None]:
-    """Of models that know yaw. ``sensor``: sensitivity (V/g), coning and azimuth (degrees) in TP's terms."""
+    """Return the expected uncertainties of a model that knows yaw.
+
+    ``sensor``: sensitivity (V/g), coning and azimuth (degrees) in TP's terms.
+    """
     angles = {
         name: np.deg2rad([getattr(point, f"{name}_deg") for point in plan.design.points])
         for name in ("pitch", "yaw", "roll")
@@ -138,7 +150,10 @@ def _truth(rig: RigDescription, serial: str, axis: str) -> AxisTruth | None:
 def _noise(
     procedure: ProcedureDescription, plan: Plan, truth: AxisTruth | None, sensitivity_v_per_g: float
 ) -> tuple[float, str]:
-    """What the procedure states, else the twin's, else half an arc second a dwell (TP's precision)."""
+    """Return the noise of a dwell, V, and its source.
+
+    What the procedure states, else the twin's, else half an arc second a dwell (TP's precision).
+    """
     stated = "expected_noise_arcsec" in procedure.solve.model_fields_set
     if truth is not None and not stated:
         return truth.noise_v / sqrt(plan.dwell.samples), f"the twin's {truth.noise_v:g} V a reading"
@@ -148,7 +163,7 @@ def _noise(
 
 
 def _advice(plan: Plan) -> Iterator[str]:
-    """Where TP's recommendations are not followed."""
+    """Yield where TP's recommendations are not followed."""
     if plan.replications < LEAST_REPLICATIONS:
         yield (
             f"{plan.replications} replication{'s' if plan.replications > 1 else ''}: drift and lack of fit want "

@@ -42,6 +42,13 @@ LABELS = {
 }
 
 
+def sensitivity_of(calibration: AxisCalibration) -> float:
+    """Return what turns volts into angles: |k|, or the largest parameter per g of a model without a k of its own."""
+    along = float(np.linalg.norm(np.nan_to_num(calibration.sensitive_axis_v_per_g)))
+    per_g = (one.value for one in calibration.parameters if one.name.endswith("_v_per_g") and one.value is not None)
+    return along or max(map(abs, per_g), default=along)
+
+
 def axis_view(
     axis: str,
     channel: str,
@@ -51,7 +58,7 @@ def axis_view(
     budget: AxisBudget | None = None,
 ) -> AxisView:
     """Everything that is said about one axis. ``truth``: parameter name to the twin's value; empty at the bench."""
-    sensitivity = float(np.linalg.norm(np.nan_to_num(calibration.sensitive_axis_v_per_g)))
+    sensitivity = sensitivity_of(calibration)
     rows = tuple(parameter_row(estimate, sensitivity, truth.get(estimate.name)) for estimate in calibration.parameters)
     tests = () if calibration.replication is None else _tests(calibration, calibration.replication, observations)
     return AxisView(
@@ -68,7 +75,7 @@ def axis_view(
 
 
 def budget_view(budget: AxisBudget) -> BudgetView:
-    """The budget as it is printed: sources, what they combine to, and the expanded uncertainty."""
+    """Return the budget as it is printed: sources, what they combine to, and the expanded uncertainty."""
     names = list(budget.combined)
     labels = [LABELS.get(name, (name.replace("_", " "), "", "")) for name in names]
     sources = [
@@ -96,14 +103,14 @@ def _unit(name: str) -> str:
 
 
 def _smaller(unit: str) -> tuple[str, float]:
-    """The unit that uncertainties are readable in, and how many of it make one."""
+    """Return the unit that uncertainties are readable in, and how many of it make one."""
     if unit == "°":
         return "″", ARCSEC_PER_DEG
     return (f"µ{unit}", 1e6) if unit.startswith(("V", "g")) else (unit, 1.0)
 
 
 def parameter_row(estimate: ParameterEstimate, sensitivity: float, truth: float | None) -> ParameterRow:
-    """One printed row. ``sensitivity``: magnitude, V/g, that turns an offset into an angle."""
+    """Return one printed row. ``sensitivity``: magnitude, V/g, that turns an offset into an angle."""
     label, symbol, unit = LABELS.get(estimate.name, (estimate.name.replace("_", " "), "", ""))
     factor, expanded = _expanded(estimate)
     return ParameterRow(
@@ -124,7 +131,7 @@ def parameter_row(estimate: ParameterEstimate, sensitivity: float, truth: float 
 
 
 def _expanded(estimate: ParameterEstimate) -> tuple[float | None, float | None]:
-    """k from Student's t and U = k·u."""
+    """Return k from Student's t and U = k·u, or None twice."""
     u, dof = estimate.standard_uncertainty, estimate.effective_degrees_of_freedom
     if u is None or dof is None or not dof > 0.0:
         return None, None
@@ -144,7 +151,7 @@ def _in_other_terms(estimate: ParameterEstimate, expanded: float | None, sensiti
 
 
 def _remarks(calibration: AxisCalibration, sensitivity: float) -> tuple[str, ...]:
-    """What was tried beside the model."""
+    """Return what was tried beside the model."""
     extension = calibration.notes.get("extension")
     if not isinstance(extension, Extension):
         return ()
@@ -182,7 +189,7 @@ def by_replication(replication: Replication, parameter: str) -> dict[int, float]
 
 
 def repeating_v(replication: Replication) -> float:
-    """Standard deviation over the attitudes of what repeats from replication to replication, the table's part included.
+    """Return the standard deviation over the attitudes of what repeats in every replication, the table's part included.
 
     From the test value itself: s² = (MS_lof − MS_prec)/n with MS_lof = T·MS_prec.
     """
@@ -191,7 +198,7 @@ def repeating_v(replication: Replication) -> float:
 
 
 def _tests(calibration: AxisCalibration, replication: Replication, observations: Observations) -> tuple[TestRow, ...]:
-    sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
+    sensitivity = sensitivity_of(calibration)
     size = f"{two_digits(arcsec(repeating_v(replication), sensitivity))}″"
     tp = (replication.tp.t_bias, replication.tp.f_bias_95)
     sentence = _lack_of_fit_sentence(calibration, replication, observations, size)
@@ -211,7 +218,7 @@ def _lack_of_fit_sentence(
         return "No lack of fit found."
     pitch, roll, residual = mean_residuals(calibration, observations)
     worst = int(np.argmax(np.abs(residual)))
-    sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
+    sensitivity = sensitivity_of(calibration)
     return (
         f"The residuals repeat from replication to replication: {size} (standard deviation over the attitudes), most "
         f"at pitch {angle(float(pitch[worst]))}, roll {angle(float(roll[worst]))} with "

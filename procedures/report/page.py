@@ -9,9 +9,8 @@ from pathlib import Path
 
 from jinja2 import Environment
 
-from ams.whole_file import write_whole
 from procedures.numbers import to_place
-from procedures.pages import own_style, page_environment
+from procedures.pages import page_environment, page_style
 from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS
 from procedures.report.section import sections_in_order
@@ -22,27 +21,17 @@ STYLE_SHEET = TEMPLATES / "page.css"
 
 
 def render_page(view: RunView, figures: Figures) -> str:
-    """The page's text: its head, and every registered section in its order."""
+    """Return the page's text: its head, and every registered section in its order."""
     environment = report_environment(TEMPLATES)
     shown = [section for section in sections_in_order() if section.is_shown(view)]
     return environment.get_template("page.html.j2").render(
         view=view,
-        **own_style(STYLE_SHEET),
+        **page_style(STYLE_SHEET),
         attitudes=f"{view.design.points} × {view.design.replications} replications",
         temperature=_temperature(view),
         contents={anchor: title for section in shown for anchor, title in section.contents(view).items()},
         sections=[section.rendered(environment, view, figures) for section in shown],
     )
-
-
-def write_page(view: RunView, figures: Figures, path: Path) -> str:
-    """Render and write whole: a reader sees the old page or the new one, never half of one. Returns the page's text.
-
-    Raises: WriteFailed where the file cannot be written.
-    """
-    page = render_page(view, figures)
-    write_whole(path, page.encode("utf-8"))
-    return page
 
 
 def report_environment(*folders: Path) -> Environment:

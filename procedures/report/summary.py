@@ -1,5 +1,7 @@
 """The run's outcome for the terminal: coefficients with their intervals, beside the twin's truth when simulated."""
 
+from collections.abc import Sequence
+
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
@@ -26,12 +28,32 @@ def print_summary(view: RunView, console: Console) -> None:
         console.print(Text(f"  • {ground}"), highlight=False)
 
 
-def text_table(name: str, told: TextTable) -> Table:
-    """What was turned, stood in a field or rested: the first table of its section."""
+def worst_uncertainty(view: RunView) -> str:
+    """The offset that is known worst, as an angle or in parts; empty where no offset has an interval."""
+    offsets = [
+        (
+            row.expanded_uncertainty / abs(sensitivity),
+            f"{sensor.name} {axis.axis}: offset ± {row.in_other_terms} (95 %)",
+        )
+        for sensor in view.sensors
+        for axis in sensor.axes
+        for sensitivity in (_value(axis.parameters, "sensitivity"),)
+        for row in axis.parameters
+        if row.name == "offset_v" and row.expanded_uncertainty is not None and sensitivity
+    ]
+    return f"worst: {max(offsets)[1]}" if offsets else ""
+
+
+def _value(rows: Sequence[ParameterRow], name: str) -> float | None:
+    return next((row.value for row in rows if row.name.startswith(name)), None)
+
+
+def text_table(name: str, content: TextTable) -> Table:
+    """Return the first table of a section: what was turned, stood in a field or rested."""
     table = Table(box=SIMPLE_HEAD, title=Text(name), title_justify="left", title_style="bold", pad_edge=False)
-    for heading in told.headings:
+    for heading in content.headings:
         table.add_column(heading)
-    for row in told.rows:
+    for row in content.rows:
         table.add_row(*(Text(cell) for cell in row))
     return table
 

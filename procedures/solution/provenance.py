@@ -1,7 +1,6 @@
 """What a coefficient set says about where it comes from, read out of the journal's header, the rig and the dwells."""
 
-from collections.abc import Iterable, Sequence
-from datetime import datetime
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
         yaw_range_deg=_yaw_range(solved),
         rate_range_dps=_rate_range(solved),
-        created_utc=_last_end(record.dwells, record.created_utc),
+        created_utc=record.measured_utc,
         software_version=record.versions["calrig"],
         rig=rig.rig.name,
         procedure=plan.title,
@@ -55,19 +54,22 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
 
 
 def _approved_by(record: RunRecord) -> str | None:
-    """An approval counts only where nothing was missing for a calibration when the run began; twins need nothing."""
+    """Return who approved the set, or None.
+
+    An approval counts only where nothing was missing for a calibration when the run began; twins need nothing.
+    """
     lacks = not record.is_simulated and bool(missing_in(record.events))
     return None if lacks else record.rig.approved_by
 
 
 def _chained(sensor: Sensor, rig: RigDescription) -> list[str]:
-    """The channels of this sensor whose chain is declared."""
+    """Return the channels of this sensor whose chain is declared."""
     thermometer = [] if sensor.temperature is None else [sensor.temperature.channel]
     return [channel for channel in [*sensor.channels.values(), *thermometer] if channel in rig.chain]
 
 
 def _range(values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float]:
-    """Ends rounded to what a file states: degrees went through radians."""
+    """Return the ends rounded to what a file states: degrees went through radians."""
     return round(float(values.min()), 9), round(float(values.max()), 9)
 
 
@@ -80,16 +82,12 @@ def _yaw_range(solved: SolvedSensor) -> tuple[float, float] | None:
 
 
 def _rate_range(solved: SolvedSensor) -> tuple[float, float] | None:
-    """Of the angular velocity along the package's axes; None where the model senses no rate."""
+    """Return the range of angular velocity along the package's axes; None where the model senses no rate."""
     rows, calibration = solved.observations, solved.calibration
     if calibration is None or calibration.model != "gyro" or rows.euler_rate_rad_s is None or rows.yaw_rad is None:
         return None
     euler = np.stack([rows.pitch_rad, rows.yaw_rad, rows.roll_rad], axis=-1)
     return _range(np.rad2deg(body_rates_rad_s(euler, rows.euler_rate_rad_s)))
-
-
-def _last_end(dwells: Sequence[DwellRecord], default: datetime) -> datetime:
-    return max((dwell.ended_utc for dwell in dwells if dwell.accepted), default=default)
 
 
 def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
@@ -105,7 +103,7 @@ def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
 
 
 def _standards(rig: RigDescription) -> Iterable[Standard]:
-    """The standards that a device or a resistor of this rig points to, each once."""
+    """Yield the standards that a device or a resistor of this rig points to, each once."""
     pointed = [
         *(axis.standard for axis in rig.axes.values()),
         *(readout.standard for readout in rig.readouts.values()),

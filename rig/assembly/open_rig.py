@@ -89,8 +89,10 @@ class Rig:
         return self._devices.chance
 
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
-        """What happened on every line since it was opened, by the table that it belongs to (``axes.pitch``), and by
-        device where several share one (``axes.pitch, unit 2``)."""
+        """Return what happened on every line since it was opened, by the table that it belongs to (``axes.pitch``).
+
+        Where several devices share a line it is by device (``axes.pitch, unit 2``).
+        """
         return self._devices.counts()
 
     def reconnect(self) -> None:
@@ -102,13 +104,13 @@ class Rig:
         self._devices = self._connect()
 
     def identities(self) -> dict[str, str]:
-        """Who every device says it is, by table (``axes.pitch``).
+        """Return who every device says it is, by table (``axes.pitch``).
 
         Raises: DeviceSilent, DeviceNonsense, LinkLost, RequestRefused where one is not the one that the file means.
         """
-        told = {key: device.identify() for key, device in self.by_table().items()}
-        require_expected(expected(self.description), told)
-        return told
+        found = {key: device.identify() for key, device in self.by_table().items()}
+        require_expected(expected(self.description), found)
+        return found
 
     def require_identities(self) -> None:
         """Ask those who they are of whom the file states it. Raises as :meth:`identities`."""
@@ -116,7 +118,7 @@ class Rig:
         require_expected(stated, {key: devices[key].identify() for key in stated})
 
     def by_table(self) -> dict[str, Identifiable]:
-        """Every device by its table in the rig file (``axes.pitch``)."""
+        """Return every device by its table in the rig file (``axes.pitch``)."""
         tables: dict[str, Mapping[str, Axis | Readout | Environment | Stream | Field]] = {
             "axes": dict(self.axes),
             "readouts": dict(self.readouts),
@@ -134,7 +136,7 @@ class Rig:
             self._held.close()
 
     def _close_lines(self) -> None:
-        """A port that is gone cannot be closed properly, and need not be."""
+        """Close the lines; a port that is gone cannot be closed properly, and need not be."""
         with suppress(LinkLost):
             self._devices.lines.close()
 
@@ -190,7 +192,7 @@ def _connected(
     line_source: LineSource | None,
     write: WriteFile | None,
 ) -> Connected:
-    """Every device over lines of its own, or none open."""
+    """Open every device over lines of its own, or none."""
     with ExitStack() as opened:
         lines = Lines(clock, twins, line_source, opened)
         found: dict[str, Axis] = {}
@@ -216,7 +218,10 @@ def _connected(
 
 
 def guarded(axis: Axis, description: RigDescription, name: str, write: WriteFile | None) -> Axis:
-    """An axis whose cables wind up remembers how far. Raises: DescriptionError where the memory cannot be read."""
+    """Return an axis that remembers how far its cables are wound, where they wind up.
+
+    Raises: DescriptionError where the memory cannot be read.
+    """
     settings = description.axes[name]
     if settings.wrap_turns is None or settings.turning != "revolves":
         return axis
@@ -225,7 +230,10 @@ def guarded(axis: Axis, description: RigDescription, name: str, write: WriteFile
 
 
 def choose_clock(description: RigDescription) -> Clock:
-    """Virtual, real or scaled, as ``[twin] time`` says. Raises: DescriptionError for virtual time at real ports."""
+    """Return a clock, virtual, real or scaled, as ``[twin] time`` says.
+
+    Raises: DescriptionError for virtual time at real ports.
+    """
     twin = description.twin
     if twin is None or not description.is_simulated:
         return SystemClock()
@@ -242,7 +250,7 @@ def choose_clock(description: RigDescription) -> Clock:
 
 
 def real_ports(description: RigDescription) -> list[str]:
-    """Every port that will really be opened, each once."""
+    """Return every port that will really be opened, each once."""
     ports = [axis.port for axis in description.axes.values()]
     ports += [chamber.port for chamber in description.environment.values()]
     ports += [stream.port for stream in description.streams.values()]
@@ -254,7 +262,7 @@ def real_ports(description: RigDescription) -> list[str]:
 
 
 def lock_rig(description: RigDescription, rig_file: Path | None, purpose: str, held: ExitStack) -> RigLock:
-    """Every real port and the rig file, until ``held`` closes. Raises: RigBusy naming the owner."""
+    """Lock every real port and the rig file, until ``held`` closes. Raises: RigBusy naming the owner."""
     resources = real_ports(description) + ([str(rig_file)] if rig_file is not None else [])
     return held.enter_context(acquire(resources, purpose))
 

@@ -15,7 +15,7 @@ A count has no seconds: ``unit_s`` belongs to ``time``."""
 
 
 def as_stored_now(text: str) -> str:
-    """The same description in the keys of this version; text that is no JSON object is left to its reader."""
+    """Return the same description in the keys of this version; text that is no JSON object is left to its reader."""
     try:
         document = json.loads(text)
     except ValueError:

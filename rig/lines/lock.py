@@ -77,19 +77,19 @@ def acquire(
 
 
 def owner_of(resource: str, *, folder: Path | None = None) -> LockOwner | None:
-    """Who holds a resource now, or None."""
+    """Return who holds a resource now, or None."""
     path = _file_of(canonical(resource), folder or lock_folder())
     return _holder(path) if path.exists() else None
 
 
 def owners(*, folder: Path | None = None) -> list[LockOwner]:
-    """Everybody who holds something now."""
+    """Return everybody who holds something now."""
     found = (_holder(path) for path in sorted((folder or lock_folder()).glob("*.lock")))
     return [owner for owner in found if owner is not None]
 
 
 def lock_folder() -> Path:
-    """The user's runtime folder, or a private one in the temporary folder where the system has none."""
+    """Return the user's runtime folder, or a private one in the temporary folder where the system has none."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # it warns that it falls back: so do we, without alarm
         preferred = Path(platformdirs.user_runtime_dir("calrig"))
@@ -106,7 +106,10 @@ def lock_folder() -> Path:
 
 
 def canonical(resource: str) -> str:
-    """One name for one thing: links to a device followed, host names in lower case, rig files as full paths."""
+    """Return one name for one thing.
+
+    Links to a device are followed, host names in lower case, rig files full paths.
+    """
     scheme, mark, rest = resource.partition("://")
     return f"{scheme.lower()}{mark}{rest.lower()}" if mark else str(Path(resource).resolve())
 
@@ -133,7 +136,7 @@ def _holder(path: Path) -> LockOwner | None:
 
 
 def _owner(file: IO[str]) -> LockOwner | None:
-    """What the file says; None where it says nothing whole (its owner is just writing it)."""
+    """Return what the file says; None where it says nothing whole (its owner is just writing it)."""
     file.seek(0)
     try:
         return LockOwner(**json.loads(file.read()))

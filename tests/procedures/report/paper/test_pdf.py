@@ -3,6 +3,7 @@
 import re
 import subprocess
 from datetime import UTC, datetime
+from html import escape
 from io import BytesIO
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pikepdf
 import pytest
 from programs import require_program
 
-from procedures.report.paper.page_tree import Leaf, leaves_of
+from procedures.report.paper.page_tree import Element, page_tree_of
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 
 PICTURE = "data:image/svg+xml,%3Csvg xmlns=%22http://www.w3.org/2000/svg%22 width=%2240%22 height=%2220%22/%3E"
@@ -87,18 +88,30 @@ def test_a_reprint_is_the_same_file(pdf: bytes) -> None:
 
 def test_an_element_without_a_form_on_paper_is_refused_by_name() -> None:
     with pytest.raises(ValueError, match="no form of <video>"):
-        leaves_of("<body><video></video></body>")
+        page_tree_of("<body><video></video></body>")
 
 
 def test_a_picture_from_elsewhere_is_refused() -> None:
     with pytest.raises(ValueError, match=re.escape("https://elsewhere/x.svg")):
-        leaves_of('<body><img src="https://elsewhere/x.svg" alt=""></body>')
+        page_tree_of('<body><img src="https://elsewhere/x.svg" alt=""></body>')
 
 
 def test_white_space_collapses_as_in_a_browser() -> None:
-    (body,) = (kid for kid in leaves_of("<body><p>  a\n b <b> c</b> <br> d </p></body>").body.kids)
-    assert isinstance(body, Leaf)
-    (paragraph,) = body.kids
-    assert isinstance(paragraph, Leaf)
-    assert paragraph.kids[0] == "a b "
-    assert paragraph.kids[-1] == "d"
+    (body,) = (child for child in page_tree_of("<body><p>  a\n b <b> c</b> <br> d </p></body>").body.children)
+    assert isinstance(body, Element)
+    (paragraph,) = body.children
+    assert isinstance(paragraph, Element)
+    assert paragraph.children[0] == "a b "
+    assert paragraph.children[-1] == "d"
+
+
+def test_fault_78_every_letter_of_every_script_is_printed_or_named(tmp_path: Path) -> None:
+    """Detected: which letters the fonts inside the distribution have.
+    Response: every other one is printed as its code point; the page on the screen shows it as it is.
+    """
+    letters = [chr(code) for code in (*range(0x20, 0x3000, 16), *range(0x3000, 0x110000, 256))]
+    rows = "".join(f"<p>{escape(letter)} {letter.encode('utf-8', 'replace').hex()}</p>" for letter in letters)
+    made = paper_of(f"<html><body><h1>Zoë 🙂 李雷 👍</h1>{rows}</body></html>", IMPRINT)
+    told = _words(made, tmp_path)
+    assert "Zoë <U+1F642> <U+674E><U+96F7> <U+1F44D>" in told
+    assert "<U+2030>" not in told
