@@ -24,7 +24,7 @@ def page_environment(*folders: Path) -> Environment:
 
 
 def _shown(value: object) -> object:
-    """What a name or a note hides is seen on every page, and so on paper."""
+    """Show what a name or a note hides, on every page and so on paper."""
     return shown(value) if type(value) is str else value
 
 

@@ -71,7 +71,7 @@ class AlertDispatcher:
         self._then.on_event(progress)
 
     def tell_end(self, word: str, text: str) -> None:
-        """What a run came to: said once, when everything is delivered or is known not to be."""
+        """Tell what a run came to, once, when everything is delivered or is known not to be."""
         self._post(Message(f"calrig: {self._title}: {word}", text))
 
     def _heard_state(self, progress: Progress) -> None:

@@ -47,7 +47,7 @@ class Attendance:
                 note(f"acknowledged, but not on record: {error}")
 
     def tell_end(self, word: str, text: str) -> None:
-        """What the run came to, to whoever is told of its end."""
+        """Tell what the run came to, to whoever is told of its end."""
         if self.dispatcher is not None:
             self.dispatcher.tell_end(word, text)
 
@@ -91,7 +91,7 @@ def _dispatcher_and_pulse(
 
 
 def _is_known(folder: Path) -> bool:
-    """A journal that cannot be read tells of nobody who knows."""
+    """Return whether somebody knows of the alarm; a journal that cannot be read tells of nobody."""
     try:
         return is_acknowledged(folder)
     except ProcedureError:

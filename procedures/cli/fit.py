@@ -223,7 +223,7 @@ def _refuse_shared(columns: Mapping[str, str]) -> None:
 
 
 def _model_name(model: str, package: str | None) -> str:
-    """The name that the mathematics knows: CR's two packages are two models."""
+    """Return the name of a model in the mathematics, where CR's two packages are two models."""
     if model not in names_asked_for():
         raise RequestError(f"--model: got {model!r}, allowed are {', '.join(names_asked_for())}; nothing was solved")
     if model != "pitch-yaw-roll":

@@ -107,7 +107,7 @@ def run_command(arguments: Sequence[str]) -> int:
 
 
 def _require_seen(arguments: Sequence[str]) -> None:
-    """What is typed hides nothing, whatever option it stands behind; a file that is there may be named anyhow.
+    """Refuse what hides something in what is typed, behind any option; a file that is there may be named anyhow.
 
     Raises: RequestError for a control or a bidirectional character.
     """

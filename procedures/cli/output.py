@@ -16,7 +16,7 @@ def print_json(document: Mapping[str, Any]) -> None:
 
 
 def say(text: str = "") -> None:
-    """A line for a person, on standard output."""
+    """Print a line for a person on standard output."""
     print(shown(text))  # noqa: T201
 
 

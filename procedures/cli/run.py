@@ -195,7 +195,7 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
 
 
 def _last_word(delivery: Delivery) -> tuple[str, str]:
-    """What the run came to, for who is told of its end: usable or not, the worst uncertainty, where it is."""
+    """Say what the run came to, for who is told of its end: usable or not, the worst uncertainty, where it is."""
     missing = [f"{part}: {told}" for part, told in delivery.failures.items()]
     if delivery.view is None:
         return "finished, but without a report", "\n".join(missing)
@@ -212,7 +212,7 @@ def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
 
 
 def tell_failures(delivery: Delivery) -> None:
-    """What of the run's results is missing, a line each, and how it is made."""
+    """Tell what of the run's results is missing, a line each, and how it is made."""
     for part, told in delivery.failures.items():
         note(f"{part}: {told}")
     if delivery.failures.keys() == {"archive"}:
@@ -222,7 +222,7 @@ def tell_failures(delivery: Delivery) -> None:
 
 
 def tell(delivery: Delivery) -> None:
-    """The outcome for a person: coefficients, verdict, and where everything is."""
+    """Tell the outcome to a person: coefficients, verdict, and where everything is."""
     if delivery.view is not None:
         print_summary(delivery.view, Console())
         say()

@@ -145,7 +145,7 @@ class _Parts:
         self._told: dict[str, str] = {}
 
     def made(self, part: str, make: Callable[[], Made]) -> Made | None:
-        """What was made; None where it failed, which is kept as a sentence."""
+        """Make a part and return it; None where it failed, which is kept as a sentence."""
         try:
             made = make()
         except AmsError as error:
@@ -266,7 +266,7 @@ def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
 
 
 def _with_words(calibration: Calibration, record: RunRecord) -> Calibration:
-    """What a user of the set should know of its run."""
+    """Return the calibration with what a user of the set should know of its run."""
     words = tuple(dict.fromkeys(clock_words(record.events)))
     return replace(calibration, warnings=(*calibration.warnings, *words)) if words else calibration
 

@@ -81,7 +81,7 @@ def clock_steps_s(events: Iterable[Event], before: int) -> float:
 
 
 def clock_words(events: Iterable[Event]) -> tuple[str, ...]:
-    """A sentence for every time that the computer's clock was set during the run."""
+    """Return a sentence for every time that the computer's clock was set during the run."""
     return tuple(_word(event) for event in events if event.kind == "clock_step")
 
 

@@ -160,7 +160,7 @@ class JournalReader:
         return self._digest([row[-1] for row in events], [row[-1] for row in self._rows(_DWELLS_WITHOUT_SAMPLES)])
 
     def earlier_contents(self) -> tuple[str, ...]:
-        """The :meth:`sha256_of_content` that the journal had at each end before the present one."""
+        """Return the :meth:`sha256_of_content` that the journal had at each end before the present one."""
         rows, dwells = list(self._rows(_EVENTS)), [row[-1] for row in self._rows(_DWELLS_WITHOUT_SAMPLES)]
         ends = [place for place, row in enumerate(rows) if row[3] == "state" and _is_finish(row)]
         return tuple(

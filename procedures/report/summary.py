@@ -29,7 +29,7 @@ def print_summary(view: RunView, console: Console) -> None:
 
 
 def worst_uncertainty(view: RunView) -> str:
-    """The offset that is known worst, as an angle or in parts; empty where no offset has an interval."""
+    """Name the offset that is known worst, as an angle or in parts; empty where no offset has an interval."""
     offsets = [
         (
             row.expanded_uncertainty / abs(sensitivity),

@@ -308,5 +308,5 @@ class _Engine:
 
 
 def _without_safety(state: State) -> State:
-    """A run whose axes are not known to rest is for a person to look at, then to take up where that is possible."""
+    """Return the state of a run whose axes are not known to rest: a person looks first, then takes it up."""
     return State.FAILED if state is State.FAILED else State.TRIPPED

@@ -159,7 +159,7 @@ def _read(run_dir: Path) -> Interrupted:
 
 
 def _copied(run_dir: Path, reader: JournalReader) -> Iterator[Change]:
-    """A run that goes on in two places is two runs under one name: somebody has to answer for the second."""
+    """Tell that this folder is a copy: a run that goes on in two places is two runs under one name."""
     opened, salvaged = reader.last_event("opened"), reader.last_event(QUARANTINED)
     if opened is None or (salvaged is not None and salvaged.sequence > opened.sequence):
         return  # a salvaged run lies elsewhere by its nature

@@ -79,7 +79,7 @@ def explain(
 
 
 def _unread(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> Why:
-    """What can be said where the journal cannot even be read."""
+    """Return what can be said where the journal cannot even be read."""
     return Why(
         run=str(run_dir),
         title=run_dir.name,

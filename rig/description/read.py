@@ -29,15 +29,18 @@ def read_rig(path: Path) -> RigDescription:
     """Read and check a rig file. Raises: DescriptionError naming file, line and key of every mistake."""
     file = read_toml(path)
     file.require_seen()
-    description = file.validate(_file_model(file.values))
+    description = file.validate(rig_form(file.values))
     complaints = list(complaints_about_references(file, description))
     if complaints:
         raise type(file.error((), ""))("\n".join(complaints))
     return description.model_copy(update={"axes": _dialects_found(description.axes, path.parent)})
 
 
-def _file_model(values: Mapping[str, Any]) -> type[RigDescription]:
-    """Return RigDescription with the tables of the drivers that the values name in place of their bases."""
+def rig_form(values: Mapping[str, Any] | None = None) -> type[RigDescription]:
+    """Return the form of a file: in place of the devices' bases the tables of the drivers that the values name.
+
+    Without values the tables of every driver.
+    """
     fields: dict[str, Any] = {}
     for table, ability in TABLES.items():
         classes = classes_for(ability, None if values is None else values.get(table, {}))
