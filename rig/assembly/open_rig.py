@@ -28,6 +28,7 @@ from rig.lines.open_lines import Lines
 from rig.lines.recording import LineSource
 from rig.link.counts import ExchangeCounts
 from rig.link.gpib import port_of
+from rig.motion.supervisor import Supervisor
 from rig.twins.control import RemoteChance
 from rig.twins.twin import Twin
 from rig.twins.world import World
@@ -193,7 +194,8 @@ def _connected(
         found: dict[str, Axis] = {}
         for names in axis_lines(description.axes):
             found |= open_axes({name: description.axes[name] for name in names}, lines)
-        found = {name: guarded(axis, description, name) for name, axis in found.items()}
+        supervisor = Supervisor(clock)
+        found = {name: guarded(supervisor.supervise(axis), description, name) for name, axis in found.items()}
         return Connected(
             axes={name: found[name] for name in description.axes},
             readouts={
