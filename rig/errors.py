@@ -47,8 +47,12 @@ class DeviceFault(RigError):
 
 
 class MotionBreach(DeviceFault):
-    """An axis did what it was not told: left its way, turned the wrong way or too fast, or moved though it should stand.
+    """An axis did what it was not told: left its way, turned the wrong way or too fast, or moved unasked.
     It was stopped, and no attempt is repeated. A person looks."""
+
+
+class GuardLost(DeviceFault):
+    """The process that would stop the axes if this one died is gone. The axes were stopped; a person looks."""
 
 
 class WaitEnded(RigError):

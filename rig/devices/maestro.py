@@ -24,7 +24,7 @@ from pydantic import Field, field_validator, model_validator
 from rig.clock import Clock
 from rig.description.device_settings import AxisSettings, Positive, WatchdogSeconds
 from rig.devices import rates
-from rig.devices.abilities import AxisState, TurnLook, Wait
+from rig.devices.abilities import AxisState, ServoAim, StopStep, TurnLook, Wait
 from rig.devices.targets import check_target, nearest_step
 from rig.devices.watchdog import prove
 from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
@@ -131,7 +131,7 @@ class MaestroController:
         self.proof = ""
         """What was seen when its serial time-out was tried; empty before."""
         self._exchange = exchange
-        self._codec = codec
+        self.codec = codec
         self._turn = RLock()
 
     def tell(self, *requests: Request) -> None:
@@ -140,7 +140,7 @@ class MaestroController:
             failures = self.failures
             self.poll_errors()
             if self.failures == failures:
-                self._exchange.tell(b"".join(self._codec.encode(request) for request in requests))
+                self._exchange.tell(b"".join(self.codec.encode(request) for request in requests))
                 self.poll_errors()
         if self.failures != failures:
             raise DeviceFault(
@@ -175,7 +175,7 @@ class MaestroController:
     def resynchronise(self) -> None:
         """After a doubt: silence, then an answer of one byte, which no late answer of two can be, then silence."""
         self._exchange.wait_for_quiet()
-        question = self._codec.encode(Request(wire.GET_SCRIPT_STATUS))
+        question = self.codec.encode(Request(wire.GET_SCRIPT_STATUS))
         self._exchange.stream.write(question)
         told = self._exchange.read_bytes(1, self._exchange.patience.timeout_s, question)
         if told[0] > _STOPPED:
@@ -192,7 +192,7 @@ class MaestroController:
                 raise DeviceNonsense(f"{value} is more than {highest}")
             return value
 
-        question = b"".join(self._codec.encode(request) for request in requests)
+        question = b"".join(self.codec.encode(request) for request in requests)
         with self._turn:
             return self._exchange.ask(question, parse, idempotent=True, length=length)
 
@@ -287,6 +287,12 @@ class MaestroAxis:
         if position not in (0, self._target):
             self._target = position
             self._controller.tell(wire.set_target(self._settings.axis, position))
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        """A servo has no stop: what its controller sends now is made its target."""
+        codec, channel = self._controller.codec, self._settings.axis
+        question = codec.encode(wire.get_position(channel))
+        return (StopStep(question, aim=ServoAim(channel, codec.device, codec.has_crc)),)
 
     def home_mark(self) -> Mapping[str, float]:
         return {"pulse": float(self._controller.position(self._settings.axis, self._place))}

@@ -7,11 +7,11 @@ that moves is stopped and :class:`rig.errors.MotionBreach` is raised, which nobo
 A command that the line altered may reach another axis: while one moves, those that should stand are looked at too.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from threading import RLock
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from rig.clock import Clock
 from rig.devices.abilities import Axis, AxisState, TurnLook, Wait
@@ -40,11 +40,25 @@ _WATCHDOG = ("watchdog_s", "feed_watchdog", "disarm_watchdog")
 Answer = TypeVar("Answer")
 
 
-class Supervisor:
-    """Of all axes of one rig."""
+class Warden(Protocol):
+    """Who stops the axes when this process cannot: the stop guard."""
 
-    def __init__(self, clock: Clock) -> None:
+    def expect_motion(self, moving: Sequence[str]) -> None:
+        """Before anything is told to move."""
+
+    def beat(self, moving: Sequence[str]) -> None:
+        """A sign of life, and what is not known to stand."""
+
+    def take_trouble(self) -> RigError | None:
+        """Why nothing may move on, once."""
+
+
+class Supervisor:
+    """Of all axes of one rig. Every look is a sign of life for the ``warden``, where there is one."""
+
+    def __init__(self, clock: Clock, warden: Warden | None = None) -> None:
         self._clock = clock
+        self._warden = warden
         self._axes: dict[str, SupervisedAxis] = {}
 
     def supervise(self, axis: Axis) -> "SupervisedAxis":
@@ -67,6 +81,33 @@ class Supervisor:
                 except RigError:
                     axis.is_silent = True
 
+    def expect_motion(self, starting: "SupervisedAxis") -> None:
+        """Raises: GuardLost, WaitEnded."""
+        if self._warden is not None:
+            self._warden.expect_motion(sorted({*self._not_standing(), starting.name}))
+            self._heed()
+
+    def beat(self, seen: "SupervisedAxis") -> None:
+        """Raises: GuardLost, WaitEnded, at a look at an axis that moves; then it and the others were told to stop."""
+        if self._warden is not None:
+            self._warden.beat(self._not_standing())
+            if seen.is_under_way:
+                self._heed()
+
+    def _heed(self) -> None:
+        if self._warden is not None and (trouble := self._warden.take_trouble()) is not None:
+            self._stop_all_under_way()
+            raise trouble
+
+    def _not_standing(self) -> list[str]:
+        return sorted(name for name, axis in self._axes.items() if axis.may_move)
+
+    def _stop_all_under_way(self) -> None:
+        for axis in self._axes.values():
+            if axis.is_under_way:
+                with suppress(RigError):
+                    axis.stop()
+
     def refuse(self, culprit: "SupervisedAxis", breach: str) -> MotionBreach:
         """Stop the axis and all others that are under way; returns what to raise."""
         told = "it was told to stop"
@@ -74,10 +115,7 @@ class Supervisor:
             culprit.stop()
         except RigError as error:
             told = f"it could not be told to stop: {error}; use the stop button at the machine"
-        for axis in self._axes.values():
-            if axis is not culprit and axis.is_under_way:
-                with suppress(RigError):
-                    axis.stop()
+        self._stop_all_under_way()
         return MotionBreach(
             f"{culprit.name}: {breach} (axes.{culprit.name}: limits_deg, speed_dps, arrival_tolerance_deg); {told};"
             " see who or what moved it, then home it"
@@ -126,6 +164,10 @@ class SupervisedAxis:
     def is_under_way(self) -> bool:
         return isinstance(self._watched.task, _UNDER_WAY)
 
+    @property
+    def may_move(self) -> bool:
+        return isinstance(self._watched.task, (*_UNDER_WAY, Stopping))
+
     def is_to_be_seen(self, *, only_unknown: bool) -> bool:
         """Whether it should stand while another one moves, and answers."""
         wanted = (Unknown,) if only_unknown else (Unknown, Standing)
@@ -148,6 +190,7 @@ class SupervisedAxis:
     def home(self) -> None:
         """As of the axis. Raises also: MotionBreach."""
         self._supervisor.look_at_others(self, only_unknown=True)
+        self._supervisor.expect_motion(self)
         self._expect(replace(self._watched, task=Homing()))
         self._start(self._axis.home)
 
@@ -213,6 +256,7 @@ class SupervisedAxis:
     def _judged(self, ask: Callable[[], tuple[Answer, Seen | None]]) -> Answer:
         """Ask, and where the answer breaks what is expected, once more: a digit that the line turned over is no
         motion."""
+        self._supervisor.beat(self)
         breach = ""
         for _ in range(2):
             orders = self._orders
@@ -240,6 +284,7 @@ class SupervisedAxis:
         if isinstance(self._watched.task, Unknown | Stopping):
             self.look()
         self._supervisor.look_at_others(self, only_unknown=True)
+        self._supervisor.expect_motion(self)
 
     def _expect(self, watched: Watched) -> None:
         with self._turn:
