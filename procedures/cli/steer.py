@@ -40,6 +40,8 @@ def status(
         say(f"should end {found.eta_utc:%Y-%m-%d %H:%M} UTC")
     if found.held_by is not None:
         say(f"held by: {found.held_by}")
+    if found.guard:
+        say(found.guard)
     for name, line in found.lines.items():
         say(f"line of {name}: {line.told()}")
 

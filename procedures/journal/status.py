@@ -6,6 +6,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+from procedures.journal.guard_record import guard_told, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.line_figures import LineFigures, lines_in
 from procedures.journal.owner import is_owned
@@ -31,6 +32,8 @@ class RunStatus:
     """What holds or tripped the run."""
     lines: Mapping[str, LineFigures]
     """What happened on every line, as last recorded; no part of the JSON form."""
+    guard: str = ""
+    """What the stop guard did since the run was last taken up; no part of the JSON form."""
 
     def to_document(self) -> dict[str, Any]:
         """The JSON form of ``calrig status --json``."""
@@ -63,6 +66,7 @@ def status(run_dir: Path) -> RunStatus:
             eta_utc=_eta_utc(reader, left, each_s) if state in _GOING else None,
             held_by=(reason or str(state)) if state in (State.HELD, State.TRIPPED) else None,
             lines=lines_in(reader.events()),
+            guard="" if (guarded := read_guard_record(run_dir)) is None else guard_told(guarded),
         )
 
 

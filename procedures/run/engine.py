@@ -19,6 +19,8 @@ from dataclasses import dataclass, replace
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
 from procedures.journal.emergency import emergency_copy
+from procedures.journal.guard_record import EVENT as GUARDED
+from procedures.journal.guard_record import forget_guard_record, read_guard_record
 from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
@@ -231,6 +233,9 @@ class _Engine:
         opened = {"operator": start.operator, "reason": regained or start.reason, "epoch": self._history.epoch}
         process = {"pid": os.getpid(), "host": platform.node(), "calrig": calrig_version()}
         self._trail.event("opened", opened | process)
+        if (guarded := read_guard_record(self._trail.folder)) is not None:
+            self._trail.event(GUARDED, guarded)
+            forget_guard_record(self._trail.folder)
         if not regained:
             self._wait.discard_pending(owned_since(self._trail.folder))
             if start.state in ACTIVE and self._history.epoch > 1:

@@ -77,6 +77,7 @@ def resume(
     with _taken_over(run_dir, word, idle_clock) as found:
         rig_file = None if found.header.is_rehearsal else Path(found.header.rig_path)
         with open_rig(rig_from_json(found.header.rig_json), rig_file=rig_file, purpose="calrig resume") as rig:
+            rig.belongs_to(run_dir)
             return _go_on(run_dir, found, rig, word, observer, idle_clock, care)
 
 

@@ -20,10 +20,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-sys.path[:0] = [str(Path(__file__).parents[2])]
+if not __package__:  # started as a file, without the folders of this environment
+    sys.path[:0] = [str(Path(__file__).parents[2])]
 
-from rig.clock import SystemClock  # noqa: E402  started as a file
-from rig.wire.maestro import HIGHEST_NUMBER, MaestroCodec, decode_word, set_target  # noqa: E402
+from rig.clock import SystemClock
+from rig.wire.maestro import HIGHEST_NUMBER, MaestroCodec, decode_word, set_target
 
 CLOCK = SystemClock()
 LOOK_S, IDLE_S = 0.05, 0.5
@@ -33,6 +34,7 @@ SUSPENDED_S = 1.0
 TIMES, AGAIN_S = 3, 0.15
 """Stops are told again: the first may run into what the engine was just writing."""
 ANSWER_S, LINE_S = 0.3, 2.0
+GIVEN_BACK = -1
 FORMAT = "calrig stop guard 1"
 
 
@@ -43,7 +45,7 @@ class Line:
         self.name, self.address = document["name"], document["address"]
         self.is_escaped = document["is_escaped"]
         self.axes = document["axes"]
-        self.descriptor: int | None = descriptor
+        self.descriptor = descriptor
         self.settings: list[Any] | None = None
         if "://" not in self.address:
             with suppress(termios.error):
@@ -51,9 +53,9 @@ class Line:
 
     def release(self) -> None:
         """Give the descriptor back: the engine opens the line anew."""
-        if self.descriptor is not None:
+        if self.descriptor != GIVEN_BACK:
             os.close(self.descriptor)
-            self.descriptor = None
+            self.descriptor = GIVEN_BACK
 
     def stop(self, axes: list[str] | None, told: dict[str, str]) -> None:
         """Tell every axis of the line, or those; ``told`` gets what became of it by axis."""
@@ -66,7 +68,7 @@ class Line:
                     told[axis] = f"NOT told to stop: {error}"
 
     def _stop(self, steps: list[dict[str, Any]]) -> None:
-        if self.descriptor is not None:
+        if self.descriptor != GIVEN_BACK:
             with suppress(OSError):
                 self._send_all(steps)
                 return
@@ -154,7 +156,7 @@ class Guard:
             if self.channel in ready and not self.hear():
                 return
             if self.listener in ready:
-                self.serve()
+                self.accept()
             if why := self.why_stop():
                 self.stop_for_good(why)
                 return
@@ -181,8 +183,8 @@ class Guard:
             if "lines" in message:
                 self.take(message["lines"])
             if "released" in message:
-                for line in self.lines:
-                    line.release()
+                for held in self.lines:
+                    held.release()
             self.moving = message.get("moving", self.moving)
         with suppress(OSError):
             self.channel.send(b"{}\n", socket.MSG_DONTWAIT)
@@ -253,19 +255,26 @@ class Guard:
                 os.fsync(file.fileno())
             os.replace(partial, self.record)
 
-    def serve(self) -> None:
-        """One who asks for a stop: all axes or some, at once; the engine hears who."""
+    def accept(self) -> None:
+        """Callers are served in threads of their own: one who says nothing keeps the guard from nothing."""
+        assert self.listener is not None
         caller, _ = self.listener.accept()
-        with caller, suppress(OSError, ValueError, TypeError, AttributeError):
+        threading.Thread(target=self.serve, args=(caller,), daemon=True).start()
+
+    def serve(self, caller: socket.socket) -> None:
+        """One who asks for a stop: all axes or some, at once; the engine hears who. Nonsense is not answered."""
+        with caller, suppress(OSError, ValueError, TypeError, LookupError):
             caller.settimeout(LINE_S)
             request = json.loads(caller.recv(4096))
-            told = self.stop_axes(request["axes"])
+            by = str(request["by"])[:200]
+            axes = None if request["axes"] is None else [str(axis) for axis in request["axes"]]
+            told = self.stop_axes(axes)
             with suppress(OSError):
-                self.channel.send(json.dumps({"stop": request["by"][:200]}).encode() + b"\n", socket.MSG_DONTWAIT)
+                self.channel.send(json.dumps({"stop": by}).encode() + b"\n", socket.MSG_DONTWAIT)
             caller.sendall(json.dumps({"told": told, "pid": self.engine}).encode() + b"\n")
             for _ in range(TIMES - 1):
                 CLOCK.sleep(AGAIN_S)
-                self.stop_axes(request["axes"])
+                self.stop_axes(axes)
 
     def close(self) -> None:
         if self.registered:

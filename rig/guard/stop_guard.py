@@ -138,8 +138,8 @@ class StopGuard:
                 self._process.wait()
 
     def _begin(self) -> None:
-        start = {"record": str(self._record), "rig": self._rig}
-        start |= {"folder": None if self._folder is None else str(self._folder)}
+        folder = None if self._folder is None else str(self._folder)
+        start = {"record": str(self._record), "rig": self._rig, "folder": folder}
         ours, theirs = socket.socketpair()
         with theirs:
             self._process = subprocess.Popen(  # noqa: S603  our own file, by the interpreter that runs this
