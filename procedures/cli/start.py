@@ -4,13 +4,9 @@
 at work, it sends the stops within the time that Python itself takes to start. What it does not know goes the long way.
 """
 
-import getpass
-import json
 import os
 import sys
-from collections.abc import Sequence
 from importlib import import_module
-from pathlib import Path
 
 from rig.guard.ask import of_rig, of_run, stop
 
@@ -24,7 +20,7 @@ def main() -> None:
     sys.exit(status)
 
 
-def stop_at_once(arguments: Sequence[str]) -> int | None:
+def stop_at_once(arguments: list[str]) -> int | None:
     """Have a stop guard stop axes where that is what the command asks for; its exit status, None for the long way."""
     if arguments[:1] == ["abort"]:
         options = _options(arguments[1:], {"--out", "--operator"}, set())
@@ -35,7 +31,7 @@ def stop_at_once(arguments: Sequence[str]) -> int | None:
     return None
 
 
-def _options(arguments: Sequence[str], valued: set[str], flags: set[str]) -> dict[str, str] | None:
+def _options(arguments: list[str], valued: set[str], flags: set[str]) -> dict[str, str] | None:
     """Options by name and what stands alone under an empty one; None for anything else than these."""
     found: dict[str, str] = {}
     left = list(arguments)
@@ -53,7 +49,7 @@ def _options(arguments: Sequence[str], valued: set[str], flags: set[str]) -> dic
 
 
 def _abort(options: dict[str, str]) -> int | None:
-    guards = of_run(options.get(""), Path(options.get("--out", "runs")))
+    guards = of_run(options.get(""), options.get("--out", "runs"))
     if len(guards) != 1:
         return None
     by = options.get("--operator") or _login_name()
@@ -61,15 +57,15 @@ def _abort(options: dict[str, str]) -> int | None:
     if told is None:
         return None
     folder = guards[0]["run"]
-    _request_abort(Path(folder), by)
+    _request_abort(folder, by)
     return _tell(told, [f"{folder}: asked to abort; `calrig status {folder}` shows when it did"])
 
 
-def _request_abort(run: Path, by: str) -> None:
+def _request_abort(run: str, by: str) -> None:
     """The engine, which has heard it from the guard, finds it on record as well."""
     spool = import_module("procedures.journal.spool")
     now = import_module("rig.clock").SystemClock().now_utc()
-    spool.Spool(run).submit(spool.Request("abort", by, now.isoformat()))
+    spool.Spool(import_module("pathlib").Path(run)).submit(spool.Request("abort", by, now.isoformat()))
 
 
 def _stop(options: dict[str, str]) -> int | None:
@@ -84,12 +80,13 @@ def _stop(options: dict[str, str]) -> int | None:
     if not told:
         return None
     if "--json" in options:
+        json = import_module("json")
         print(json.dumps({"stopped": sorted(told), "stopped_by_guard_of": engines, "told": told}))  # noqa: T201
         return _status(told)
     return _tell(told, [f"by the stop guard of process {pid}, which ends what it was doing" for pid in engines])
 
 
-def _tell(told: dict[str, str], lines: Sequence[str]) -> int:
+def _tell(told: dict[str, str], lines: list[str]) -> int:
     for axis, outcome in sorted(told.items()):
         print(f"{axis}: {outcome}")  # noqa: T201
     for line in lines:
@@ -102,10 +99,9 @@ def _status(told: dict[str, str]) -> int:
 
 
 def _login_name() -> str:
-    try:
-        return getpass.getuser()
-    except (OSError, KeyError):
-        return f"uid {os.getuid()}"
+    """As ``getpass`` tells it, which takes long to import."""
+    named = (os.environ.get(name) for name in ("LOGNAME", "USER", "LNAME", "USERNAME"))
+    return next(filter(None, named), None) or f"uid {os.getuid()}"
 
 
 if __name__ == "__main__":

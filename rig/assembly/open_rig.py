@@ -264,7 +264,7 @@ def stop_guard(description: RigDescription, rig_file: Path | None, purpose: str)
     rig = {"purpose": purpose, "rig_file": "" if rig_file is None else os.path.realpath(rig_file)}
     record = user_state_path("calrig") / "stop-guards" / f"{os.getpid()}.json"
     try:
-        folder = machine_folder(GUARDS)
+        folder: Path | None = Path(machine_folder(GUARDS))
     except OSError:
         folder = None  # then nobody finds it; it guards all the same
     return StopGuard(record, rig, folder, SystemClock())

@@ -24,6 +24,7 @@ if not __package__:  # started as a file, without the folders of this environmen
     sys.path[:0] = [str(Path(__file__).parents[2])]
 
 from rig.clock import SystemClock
+from rig.guard.ask import KEYS, SUFFIX
 from rig.wire.maestro import HIGHEST_NUMBER, MaestroCodec, decode_word, set_target
 
 CLOCK = SystemClock()
@@ -140,13 +141,13 @@ class Guard:
         if not sys.platform.startswith("linux") or self.start["folder"] is None:
             return
         name = f"calrig-stop-guard-{self.engine}-{os.getpid()}"
+        rig = {"socket": name, "pid": str(self.engine), **self.start["rig"]}
         self.listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.listener.bind(f"\0{name}")
         self.listener.listen(8)
-        self.registered = os.path.join(self.start["folder"], f"{name}.json")
-        document = {"socket": name, "pid": self.engine, **self.start["rig"]}
+        self.registered = os.path.join(self.start["folder"], f"{name}{SUFFIX}")
         with open(f"{self.registered}.partial", "w", encoding="utf-8") as file:
-            json.dump(document, file)
+            file.writelines(" ".join(rig.get(key, "").splitlines()) + "\n" for key in KEYS)
         os.replace(f"{self.registered}.partial", self.registered)
 
     def run(self) -> None:
@@ -263,15 +264,15 @@ class Guard:
 
     def serve(self, caller: socket.socket) -> None:
         """One who asks for a stop: all axes or some, at once; the engine hears who. Nonsense is not answered."""
-        with caller, suppress(OSError, ValueError, TypeError, LookupError):
+        with caller, suppress(OSError, ValueError):
             caller.settimeout(LINE_S)
-            request = json.loads(caller.recv(4096))
-            by = str(request["by"])[:200]
-            axes = None if request["axes"] is None else [str(axis) for axis in request["axes"]]
+            by, names, _ = caller.recv(4096).decode().split("\n")
+            axes = names.split("\t") if names else None
             told = self.stop_axes(axes)
             with suppress(OSError):
-                self.channel.send(json.dumps({"stop": by}).encode() + b"\n", socket.MSG_DONTWAIT)
-            caller.sendall(json.dumps({"told": told, "pid": self.engine}).encode() + b"\n")
+                self.channel.send(json.dumps({"stop": by[:200]}).encode() + b"\n", socket.MSG_DONTWAIT)
+            caller.sendall("".join(f"{axis}\t{outcome}\n" for axis, outcome in told.items()).encode())
+            caller.shutdown(socket.SHUT_WR)
             for _ in range(TIMES - 1):
                 CLOCK.sleep(AGAIN_S)
                 self.stop_axes(axes)

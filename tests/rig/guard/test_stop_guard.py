@@ -79,9 +79,9 @@ def test_an_engine_whose_guard_is_killed_stops_its_axes_and_says_so(tmp_path: Pa
 def test_whoever_asks_the_guard_has_the_axes_stopped_and_the_engine_ends(tmp_path: Path) -> None:
     with guarded_engine(tmp_path, STAGE_FOR_ROLL) as engine:
         (guard,) = of_rig(str(engine.rig_file))
-        runs = tmp_path / "runs"
-        assert of_run(None, runs) == of_run("night", runs) == of_run(str(engine.run), Path()) == [guard]
-        for nonsense in (b"\xff\xfe", b"{}", b"[]", b'{"axes": 3, "by": "x"}', b""):
+        runs = str(tmp_path / "runs")
+        assert of_run(None, runs) == of_run("night", runs) == of_run(str(engine.run), ".") == [guard]
+        for nonsense in (b"\xff\xfe", b"ann", b"\n\n\n\n", b"x" * 5000, b""):
             with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as line:
                 line.connect("\0" + guard["socket"])
                 line.sendall(nonsense)
