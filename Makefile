@@ -5,14 +5,19 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.set-up
 
 export PYTHONDONTWRITEBYTECODE :=
+# As many workers as processors need no threads of the linear algebra beside them.
+test test-elsewhere soak: export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test lint check bench house soak clean lock setup
+.PHONY: demo test test-elsewhere lint check bench house soak clean lock setup
 
 demo: $(STAMP)          ## the whole job on the twin, into ./demo-out
 	$(BIN)/calrig demo
 
 test: $(STAMP)          ## every test that belongs to a change
-	$(BIN)/python -m pytest -q -n auto --maxprocesses 4
+	$(BIN)/python -m pytest -q -n auto --maxprocesses 4 --dist worksteal
+
+test-elsewhere: $(STAMP) ## the same five times: other folders, users, languages, terminals, a busy machine
+	tests/circumstances.sh
 
 lint: $(STAMP)          ## style, types, import contracts
 	$(BIN)/ruff check .

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ams.arrays import FloatArray, IntArray
+
 Array = NDArray[Any]
 """float64, or complex128 under a complex step."""
 
 AXES = ("x", "y", "z")
-RAD_PER_ARCSEC = float(np.deg2rad(1.0 / 3600.0))
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,11 @@ class Attitude:
     """(N, 3) rates of pitch, yaw and roll, for gyros."""
     reference_level: FloatArray | None = None
     """(N,) known value of the quantity, for straight lines."""
+    level_errors: FloatArray | None = None
+    """(N, q) what one standard uncertainty of each of q errors does to it."""
     time_s: FloatArray | None = None
     """(N,) seconds since the start of the run; None: at the reference time of a model with a time term."""
-    mounting: NDArray[np.int64] | None = None
+    mounting: IntArray | None = None
     """(N,) label of the mounting; None: the last."""
 
 

@@ -1,18 +1,14 @@
 """Observations: what the solvers are given, whoever measured them.
 
 One row a dwell: which replication, which design point, the attitude of the package (radians) and the mean output
-of every sensor axis (volts); for gyros also the rates of the angles. Degrees exist only in files: the readers here
-convert at the edge.
+of every sensor axis in its own unit; for gyros also the rates of the angles. Degrees exist only in files: the readers
+here convert at the edge.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from ams.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -28,8 +24,8 @@ class Observations:
     """(N,) label of the design point: the same label is the same attitude in every replication."""
     pitch_rad: FloatArray
     roll_rad: FloatArray
-    outputs_v: Mapping[str, FloatArray]
-    """(N,) per sensor axis, keyed ``x``, ``y``, ``z`` (or the single axis' name)."""
+    outputs: Mapping[str, FloatArray]
+    """(N,) per sensor axis, keyed ``x``, ``y``, ``z`` (or the single axis' name), in its unit: see ``units``."""
     yaw_rad: FloatArray | None = None
     temperature_degc: FloatArray | None = None
     """(N,) the sensor's own temperature, or None where none was measured."""
@@ -39,10 +35,18 @@ class Observations:
     """(N, 3) rates of pitch, yaw and roll, radians per second; None where nothing turned."""
     reference_level: FloatArray | None = None
     """(N,) known value of the quantity in its own unit, for straight lines; None otherwise."""
+    level_errors: FloatArray | None = None
+    """(N, q) what one standard uncertainty of each of q errors does to ``reference_level``; None: it has none."""
     mounting: IntArray | None = None
     """(N,) label of the mounting, the last the highest; None where the package was never moved."""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """Unit of the outputs of an axis as it is written in a key, such as ``dps`` or ``counts``; volts where absent."""
     source: str = field(default="observations", compare=False)
     """Where they come from, for messages: a file name or a run."""
+
+    def unit_of(self, axis: str) -> str:
+        """Return the unit of an axis' outputs, as it is written in a key."""
+        return self.units.get(axis, "v")
 
     @property
     def rows(self) -> int:

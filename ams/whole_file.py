@@ -1,4 +1,7 @@
-"""Files written whole: the final name holds the complete bytes or what it held before, also after a power cut."""
+"""Files written whole: the final name holds the complete bytes or what it held before, also after a power cut.
+
+The one writer of calrig. The rig, which knows nothing of this package, is handed :func:`replace_file` by who opens it.
+"""
 
 import os
 import secrets
@@ -6,25 +9,43 @@ from pathlib import Path
 
 from ams.errors import SetError, WriteFailed
 
+_HAS_FOLDER_SYNC = hasattr(os, "O_DIRECTORY")
+"""A folder can be opened and synced: everywhere but on Windows."""
+
+
+class FolderNotSynced(OSError):
+    """The file has its new content, and a power cut now may still take it back."""
+
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write beside the target, sync, rename into place, sync the folder.
-
-    Raises: WriteFailed where the file system refuses; the target is then as it was and nothing is left beside it.
-    """
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
+    """Write a file as :func:`replace_file` does, or say in a sentence what is true of it then. Raises: WriteFailed."""
     try:
-        try:
-            _write_synced(partial, content)
-            os.replace(partial, path)
-        finally:
-            partial.unlink(missing_ok=True)
-        _sync_folder(path.parent)
+        replace_file(path, content)
+    except FolderNotSynced as error:
+        raise WriteFailed(
+            f"{path}: was written, but its folder could not be synced: {error.strerror or error}; a power cut may "
+            "bring back what was there before; check the disk and write it again"
+        ) from error
     except OSError as error:
         raise WriteFailed(
             f"{path}: cannot be written: {error.strerror or error}; nothing was changed there; "
             "check the folder, the rights and the free space"
         ) from error
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Write beside the target, sync, rename into place, sync the folder.
+
+    Raises: FolderNotSynced where only the last failed; OSError where the file system refuses the file: the target is
+    then as it was and nothing is left beside it.
+    """
+    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
+    try:
+        _write_synced(partial, content)
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+    sync_folder(path.parent)
 
 
 def _write_synced(path: Path, content: bytes) -> None:
@@ -34,12 +55,18 @@ def _write_synced(path: Path, content: bytes) -> None:
         os.fsync(file.fileno())
 
 
-def _sync_folder(folder: Path) -> None:
-    handle = os.open(folder, os.O_RDONLY)
+def sync_folder(folder: Path) -> None:
+    """Let the names in a folder outlive a power cut, where the system can. Raises: FolderNotSynced."""
+    if not _HAS_FOLDER_SYNC:
+        return
     try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+    except OSError as error:
+        raise FolderNotSynced(error.errno, error.strerror) from error
 
 
 def read_whole(path: Path) -> bytes:

@@ -23,35 +23,35 @@ from ams.exports.json_text import from_json
 from ams.surveillance.characteristics import PackageNumbers
 from ams.surveillance.history_points import pack
 from ams.surveillance.series import PointLabel, Population
-from bench.figure import Figure, best_s
+from bench.figure import Effort, Figure
 
 ONE_SET = Path(__file__).parents[1] / "tests" / "data" / "coefficient_set_v1.json"
 CALRIG = Path(sys.executable).with_name("calrig")
-STORY = Story(sensors=249, years=20)
+STORY, TINY = Story(sensors=249, years=20), Story(sensors=8, years=4)
 
 
-def figures() -> Iterator[Figure]:
+def figures(effort: Effort) -> Iterator[Figure]:
     """Seconds of list and history over 10 000 sets."""
     with TemporaryDirectory() as folder:
         url = f"sqlite:///{folder}/archive.sqlite"
-        population = synthetic_archive(np.random.default_rng(1), STORY).population
+        population = synthetic_archive(np.random.default_rng(1), effort.amount(STORY, TINY)).population
         fill(url, population)
         sensor = population.labels[0].sensor
         count = len(list_sets(url))
         assert count == len(population.labels)
-        yield Figure(f"list of {count} sets", best_s(lambda: list_sets(url)), "s", 0.2, at_most=True)
-        seconds = best_s(lambda: history(url, sensor))
+        yield Figure(f"list of {count} sets", effort.best_s(lambda: list_sets(url)), "s", 0.2, at_most=True)
+        seconds = effort.best_s(lambda: history(url, sensor))
         yield Figure(f"history of one sensor of {count} sets", seconds, "s", 0.2, at_most=True)
         for name, command in {
             "  calrig archive list --sensor": ["list", "--sensor", sensor],
             "  calrig archive history": ["history", sensor],
         }.items():
             whole = [str(CALRIG), "archive", *command, "--archive", url]
-            yield Figure(name, _process_s(whole), "s", 1.5, at_most=True, note="a whole process")
+            yield Figure(name, _process_s(effort, whole), "s", 1.5, at_most=True, note="a whole process")
 
 
-def _process_s(command: list[str]) -> float:
-    return best_s(lambda: subprocess.run(command, check=True, capture_output=True), least_total_s=0.0, repeats=3)
+def _process_s(effort: Effort, command: list[str]) -> float:
+    return effort.best_s(lambda: subprocess.run(command, check=True, capture_output=True), least_total_s=0.0, repeats=3)
 
 
 def fill(url: str, population: Population) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.clock import VirtualClock
-from rig.devices.abilities import Axis, AxisState, Burst, Environment, NoChance, Readout, Wait
+from rig.devices.abilities import Axis, AxisState, Burst, Environment, Field, NoChance, Readout, Stream, Wait
 from rig.link.counts import ExchangeCounts
 
 NOISE_V = 1e-5
@@ -110,6 +110,8 @@ class Desk:
         self.axes: Mapping[str, Axis] = {name: DeskAxis(name) for name in ("pitch", "roll")}
         self.readouts: Mapping[str, Readout] = {"dmm": DeskReadout("dmm", ("x", "y", "z"), self.clock, self.axes)}
         self.environments: Mapping[str, Environment] = {"air": DeskEnvironment("air")}
+        self.streams: Mapping[str, Stream] = {}
+        self.fields: Mapping[str, Field] = {}
         self.chance = NoChance()
 
     def identities(self) -> Mapping[str, str]:

@@ -11,12 +11,12 @@ from tempfile import TemporaryDirectory
 from timeit import Timer
 
 from bench.desk import Desk
-from bench.figure import Figure
-from procedures.description.procedure_file import read_procedure
+from bench.figure import Effort, Figure
 from procedures.journal.header import make_header
 from procedures.journal.journal import Journal
 from procedures.journal.spool import Spool
-from procedures.plan.planner import make_plan
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.records.states import State
 from procedures.run.engine import Start, run
 from rig.description.read import read_rig
@@ -33,24 +33,26 @@ kind = "D1"
 pitch_deg = { from = -90.0, to = 90.0, step = 10.0 }
 roll_deg = { from = -180.0, to = 180.0, step = 30.0 }
 """
+TINY = PROCEDURE.replace("step = 10.0", "step = 60.0").replace("step = 30.0", "step = 90.0")
 
 
-def figures() -> Iterator[Figure]:
+def figures(effort: Effort) -> Iterator[Figure]:
     """Milliseconds a dwell."""
-    SCRATCH.mkdir(exist_ok=True)
-    with TemporaryDirectory(dir=SCRATCH) as folder:
+    if not effort.is_tiny:
+        SCRATCH.mkdir(exist_ok=True)
+    with TemporaryDirectory(dir=effort.amount(SCRATCH, None)) as folder:
         dwells: list[int] = []
-        seconds = Timer(lambda: dwells.append(one_run(Path(folder)))).timeit(1)
+        seconds = Timer(lambda: dwells.append(one_run(Path(folder), effort.amount(PROCEDURE, TINY)))).timeit(1)
     note = f"{dwells[0]} dwells of 3 × 20 samples"
     yield Figure(
         "engine overhead a dwell, fsync included", seconds / dwells[0] * 1e3, "ms", 5.0, at_most=True, note=note
     )
 
 
-def one_run(folder: Path) -> int:
+def one_run(folder: Path, procedure: str) -> int:
     """A whole run on devices that cost nothing; returns how many dwells it took."""
     rig_path, procedure_path = EXAMPLES / "rig.toml", folder / "procedure.toml"
-    procedure_path.write_text(PROCEDURE, encoding="utf-8")
+    procedure_path.write_text(procedure, encoding="utf-8")
     description = read_rig(rig_path)
     plan, desk = make_plan(description, read_procedure(procedure_path)), Desk()
     header = make_header("bench", plan, description, rig_path, procedure_path, "bench", datetime.now(UTC))

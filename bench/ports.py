@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from bench.figure import Figure
+from bench.figure import Effort, Figure
 from rig.assembly.open_rig import Rig, open_rig
 from rig.assembly.simulate import write_rig
 from rig.clock import SystemClock
@@ -23,8 +23,7 @@ from rig.devices.csv_imu import connect as connect_csv
 from rig.link.ports import open_stream
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "rig.toml"
-SECONDS, POLL_S = 4.0, 0.005
-COMMANDS = 100
+POLL_S = 0.005
 COMMON = 'port = "twin"\nlimits_deg = [-180.0, 180.0]\nspeed_dps = 5.0\n'
 AXES = {
     "indexing-table": "increment_deg = 1.0\n",
@@ -36,18 +35,18 @@ AXES = {
 IMU = '[streams.imu]\ndriver = "vn100"\nport = "twin"\nbaud_rate = 460800\nrate_hz = 200\n'
 
 
-def figures() -> Iterator[Figure]:
+def figures(effort: Effort) -> Iterator[Figure]:
     """Per cent of one processor, samples missing, microseconds of the processor a command."""
     with TemporaryDirectory() as folder:
         with _rig(Path(folder), IMU) as rig:
-            yield from _streamed("VN-100, 200 Hz × 12 fields, pty", rig.streams["imu"], 200.0, 5.0)
-        for driver in AXES:
+            yield from _streamed(effort, "VN-100, 200 Hz × 12 fields, pty", rig.streams["imu"], 200.0, 5.0)
+        for driver in list(AXES)[: effort.amount(len(AXES), 1)]:
             with _rig(Path(folder), "", driver) as rig:
-                yield _command(f"{driver}: where is the axis", rig.axes["pitch"].state)
+                yield _command(effort, f"{driver}: where is the axis", rig.axes["pitch"].state)
         with _rig(Path(folder), "") as rig:
-            yield _command("watlow-f4: how warm is it", rig.environments["air"].temperature_degc)
+            yield _command(effort, "watlow-f4: how warm is it", rig.environments["air"].temperature_degc)
     with _child("text", "10000") as path:
-        yield from _streamed("text, 10 kHz × 4 channels, pty", _text_stream(path), 10_000.0, 25.0)
+        yield from _streamed(effort, "text, 10 kHz × 4 channels, pty", _text_stream(path), 10_000.0, 25.0)
 
 
 def _text_stream(path: str) -> Stream:
@@ -69,12 +68,12 @@ def _text_stream(path: str) -> Stream:
     return stream
 
 
-def _streamed(what: str, stream: Stream, rate_hz: float, target: float) -> Iterator[Figure]:
-    clock = SystemClock()
+def _streamed(effort: Effort, what: str, stream: Stream, rate_hz: float, target: float) -> Iterator[Figure]:
+    clock, lasts_s = SystemClock(), effort.amount(4.0, 0.2)
     stream.start()
     stream.poll()
     began_s, spent_s, samples, missing = clock.monotonic_s(), _spent_s(), 0, 0
-    while (now_s := clock.monotonic_s()) < began_s + SECONDS:
+    while (now_s := clock.monotonic_s()) < began_s + lasts_s:
         clock.sleep(POLL_S)
         block = stream.poll()
         samples += block.samples
@@ -86,15 +85,15 @@ def _streamed(what: str, stream: Stream, rate_hz: float, target: float) -> Itera
     yield Figure(f"{what}, lost", missing, "", 0, at_most=True, note=note)
 
 
-def _command(what: str, ask: Callable[[], object]) -> Figure:
-    clock = SystemClock()
+def _command(effort: Effort, what: str, ask: Callable[[], object]) -> Figure:
+    clock, commands = SystemClock(), effort.amount(100, 3)
     ask()
     began_s, spent_s = clock.monotonic_s(), _spent_s()
-    for _ in range(COMMANDS):
+    for _ in range(commands):
         ask()
     spent_s, took_s = _spent_s() - spent_s, clock.monotonic_s() - began_s
-    note = f"{took_s / COMMANDS * 1e3:.2f} ms with line and twin"
-    return Figure(what, spent_s / COMMANDS * 1e6, "us", 2000.0, at_most=True, note=note)
+    note = f"{took_s / commands * 1e3:.2f} ms with line and twin"
+    return Figure(what, spent_s / commands * 1e6, "us", 2000.0, at_most=True, note=note)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from timeit import Timer
 
-from bench.figure import Figure
+from bench.figure import Effort, Figure
 
 RIG = Path(__file__).parents[1] / "examples" / "rig.toml"
 PROCEDURE = """
@@ -26,15 +26,16 @@ kind = "D1"
 pitch_deg = { from = -180.0, to = 180.0, step = 10.0 }
 roll_deg = { from = -180.0, to = 180.0, step = 30.0 }
 """
+TINY = PROCEDURE.replace("step = 10.0", "step = 90.0").replace("step = 30.0", "step = 90.0").replace("= 6\n", "= 2\n")
 DWELLS = 481 * 6
 BYTES_PER_KIB = 1024
 
 
-def figures() -> Iterator[Figure]:
+def figures(effort: Effort) -> Iterator[Figure]:
     """Seconds and megabytes of one rehearsal."""
     with TemporaryDirectory() as folder:
         procedure = Path(folder) / "procedure.toml"
-        procedure.write_text(PROCEDURE, encoding="utf-8")
+        procedure.write_text(effort.amount(PROCEDURE, TINY), encoding="utf-8")
         runs = Path(folder) / "runs"
         rehearse = ["run", str(procedure), "--rig", str(RIG), "--rehearse", "--out", str(runs), "--json"]
         told: list[float] = []

@@ -1,19 +1,25 @@
 """Two thousand journals solved again: in this process, in two, and on a local Dask cluster of two workers.
 
-One rehearsed run stands for all of them: every job opens its journal, verifies it, solves it and compares the set.
+One simulated run stands for all of them: every job opens its journal, verifies it, solves it and compares the set.
 """
 
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from timeit import Timer
 
-from bench.figure import Figure
+from bench.figure import Effort, Figure
+from procedures.delivery.deliver import publish_folder
 from procedures.delivery.resolve import Job, Mapper, chunks, in_this_process, jobs_of
 from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
+from procedures.journal.header import make_header
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
+from procedures.run.begin import begin
+from rig.assembly.open_rig import open_rig
+from rig.description.read import read_rig
 
 RIG = Path(__file__).parents[1] / "examples" / "rig.toml"
 PROCEDURE = """
@@ -26,22 +32,20 @@ kind = "D"
 pitch_deg = { from = -60.0, to = 60.0, step = 30.0 }
 roll_deg = { from = -180.0, to = 120.0, step = 60.0 }
 """
-JOURNALS = 2000
 WORKERS = 2
 LEAST_SCALING = 1.5
 
 
-def figures() -> Iterator[Figure]:
+def figures(effort: Effort) -> Iterator[Figure]:
     """Seconds, and how many times faster two are than one."""
     with TemporaryDirectory() as folder:
-        job = rehearsed(Path(folder))
-        jobs = [job] * JOURNALS
+        jobs = [finished(Path(folder))] * effort.amount(2000, 8)
         alone_s = seconds(in_this_process(), jobs, 1)
-        each = f"{alone_s / JOURNALS * 1e3:.1f} ms each"
-        yield Figure(f"{JOURNALS} journals solved again", alone_s, "s", 120.0, at_most=True, note=each)
-        pool_s = seconds(in_processes(WORKERS), jobs, chunk_size(JOURNALS, WORKERS))
+        each = f"{alone_s / len(jobs) * 1e3:.1f} ms each"
+        yield Figure(f"{len(jobs)} journals solved again", alone_s, "s", 120.0, at_most=True, note=each)
+        pool_s = seconds(in_processes(WORKERS), jobs, chunk_size(len(jobs), WORKERS))
         yield _scaling("two processes", alone_s, pool_s)
-        with local_cluster() as address:
+        with local_cluster(in_processes=not effort.is_tiny) as address:
             dask_s = seconds(on_cluster(address), jobs, LEAST_FITS_OF_A_TASK)
         yield _scaling("Dask, two workers", alone_s, dask_s)
 
@@ -51,13 +55,18 @@ def _scaling(what: str, alone_s: float, together_s: float) -> Figure:
     return Figure(f"  one process / {what}", ratio, "×", LEAST_SCALING, at_most=False, note=f"{together_s:.1f} s")
 
 
-def rehearsed(folder: Path) -> Job:
-    """A finished run, as the archive beside it knows it."""
-    procedure = folder / "procedure.toml"
+def finished(folder: Path) -> Job:
+    """Return a finished run, as the archive beside it knows it."""
+    procedure, run_dir = folder / "procedure.toml", folder / "run"
     procedure.write_text(PROCEDURE, encoding="utf-8")
-    command = [sys.executable, "-m", "procedures.cli.main", "run", str(procedure), "--rig", str(RIG), "--rehearse"]
-    subprocess.run([*command, "--out", str(folder / "runs")], check=True, capture_output=True)
-    (job,) = jobs_of(f"sqlite:///{folder / 'runs' / 'archive.sqlite'}")
+    run_dir.mkdir()
+    description = read_rig(RIG)
+    plan = make_plan(description, read_procedure(procedure))
+    header = make_header(run_dir.name, plan, description, RIG, procedure, "bench", datetime.now(UTC))
+    with open_rig(description) as rig:
+        begin(run_dir, header, plan, rig)
+    url, _ = publish_folder(run_dir, lambda _: f"sqlite:///{folder / 'archive.sqlite'}")
+    (job,) = jobs_of(url)
     return job
 
 
@@ -71,12 +80,14 @@ def seconds(place: AbstractContextManager[Mapper], jobs: list[Job], size: int) -
 
 
 @contextmanager
-def local_cluster() -> Iterator[str]:
+def local_cluster(*, in_processes: bool) -> Iterator[str]:
     """The address of a scheduler with two single-threaded workers, gone with the context."""
     from distributed import LocalCluster
 
-    cluster = LocalCluster(n_workers=WORKERS, threads_per_worker=1, dashboard_address=None)  # type: ignore[no-untyped-call]
+    cluster = LocalCluster(  # type: ignore[no-untyped-call]
+        n_workers=WORKERS, threads_per_worker=1, dashboard_address=":0", processes=in_processes, protocol="tcp://"
+    )
     try:
         yield str(cluster.scheduler_address)
     finally:
-        cluster.close()  # type: ignore[no-untyped-call]
+        cluster.close()

@@ -5,19 +5,19 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from bench.figure import Figure, best_s
+from bench.figure import Effort, Figure
 
 CALRIG = Path(sys.executable).with_name("calrig")
 
 
-def figures() -> Iterator[Figure]:
+def figures(effort: Effort) -> Iterator[Figure]:
     """Seconds of a new process, its interpreter included."""
-    bare_s = process_s([sys.executable, "-c", "pass"])
-    ams_s = process_s([sys.executable, "-c", "import ams"])
+    bare_s = process_s(effort, [sys.executable, "-c", "pass"])
+    ams_s = process_s(effort, [sys.executable, "-c", "import ams"])
     yield Figure("import ams", ams_s, "s", 0.25, at_most=True, note=f"a bare interpreter takes {bare_s:.3f} s")
-    yield Figure("calrig --help", process_s([str(CALRIG), "--help"]), "s", 0.4, at_most=True)
+    yield Figure("calrig --help", process_s(effort, [str(CALRIG), "--help"]), "s", 0.4, at_most=True)
 
 
-def process_s(command: list[str]) -> float:
-    """The best of five runs."""
-    return best_s(lambda: subprocess.run(command, check=True, capture_output=True), least_total_s=0.0)
+def process_s(effort: Effort, command: list[str]) -> float:
+    """Return the best of five runs."""
+    return effort.best_s(lambda: subprocess.run(command, check=True, capture_output=True), least_total_s=0.0)

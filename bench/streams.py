@@ -7,7 +7,7 @@ the port itself is not.
 from collections.abc import Iterator
 from datetime import UTC, datetime
 
-from bench.figure import Figure, best_s
+from bench.figure import Effort, Figure
 from rig.clock import VirtualClock
 from rig.devices.abilities import Stream
 from rig.devices.csv_imu import CsvImuSettings
@@ -37,24 +37,23 @@ class Tape:
         return None
 
 
-def figures() -> Iterator[Figure]:
+def figures(effort: Effort) -> Iterator[Figure]:
     """Per cent of one processor."""
     clock = VirtualClock(datetime(2024, 3, 1, tzinfo=UTC))
     values = (100.949, -7.33, 0.715, -0.0049, -0.2449, 0.5397, -1.258, -0.1, -9.701, -0.000018, 0.001122, -0.000551)
     settings = Vn100Settings(driver="vn100", port="tape", baud_rate=460800, rate_hz=200)
     tape = MemoryStream(Tape(wire.format_row("YMR", values) * 200), clock, "tape")
-    yield _share("VN-100, 200 Hz × 12 fields", connect_vn100("imu", settings, tape, clock), 200, 1.0)
+    yield _share(effort, "VN-100, 200 Hz × 12 fields", connect_vn100("imu", settings, tape, clock), 200, 1.0)
 
     channels = {name: {"preset": "SCA3000"} for name in ("a", "b", "c", "d")}
-    fields = {"driver": "csv-imu", "port": "tape", "rate_hz": 10_000.0, "columns": list(channels), "channels": channels}
+    text = {"driver": "csv-imu", "port": "tape", "rate_hz": 10_000.0, "columns": list(channels), "channels": channels}
     lines = b"".join(format_row([b"%d" % (row % 2000 - 1000)] * 4, RowShape(4)) for row in range(10_000))
     tape = MemoryStream(Tape(lines), clock, "tape")
-    yield _share(
-        "text stream, 10 kHz × 4 channels", connect_csv("imu", CsvImuSettings(**fields), tape, clock), 10_000, 10.0
-    )
+    board = connect_csv("imu", CsvImuSettings.model_validate(text), tape, clock)
+    yield _share(effort, "text stream, 10 kHz × 4 channels", board, 10_000, 10.0)
 
 
-def _share(what: str, stream: Stream, samples: int, target: float) -> Figure:
+def _share(effort: Effort, what: str, stream: Stream, samples: int, target: float) -> Figure:
     stream.start()
     stream.poll()
 
@@ -62,4 +61,4 @@ def _share(what: str, stream: Stream, samples: int, target: float) -> Figure:
         block = stream.poll()
         assert (block.samples, block.refused) == (samples, 0)
 
-    return Figure(f"{what}, of one processor", 100.0 * best_s(poll), "%", target, at_most=True)
+    return Figure(f"{what}, of one processor", 100.0 * effort.best_s(poll), "%", target, at_most=True)

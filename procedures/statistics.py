@@ -4,8 +4,8 @@ from functools import lru_cache
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.statistics.distributions import chi_square_quantile, student_t_quantile
 
 
@@ -27,24 +27,21 @@ def median_variance_ratio(degrees_of_freedom: int) -> float:
     return small_variance_ratio(degrees_of_freedom, 0.5)
 
 
-FloatArray = NDArray[np.float64]
-
-
-def has_slope(times_s: FloatArray, values_v: FloatArray, false_alarm: float) -> bool:
+def has_slope(times_s: FloatArray, values: FloatArray, false_alarm: float) -> bool:
     """True where a straight line over time explains more than scatter would."""
-    degrees = values_v.size - 2
+    degrees = values.size - 2
     if degrees < 1:
         return False
-    centred_s, centred_v = times_s - times_s.mean(), values_v - values_v.mean()
+    centred_s, centred = times_s - times_s.mean(), values - values.mean()
     spread = float(centred_s @ centred_s)
     if spread == 0.0:
         return False
-    slope = float(centred_s @ centred_v) / spread
-    rest_v = centred_v - slope * centred_s
-    error = sqrt(max(float(rest_v @ rest_v), _rounding_v2(values_v)) / degrees / spread)
+    slope = float(centred_s @ centred) / spread
+    rest = centred - slope * centred_s
+    error = sqrt(max(float(rest @ rest), _rounding_v2(values)) / degrees / spread)
     return abs(slope) > t_limit(degrees, false_alarm) * error
 
 
-def _rounding_v2(values_v: FloatArray) -> float:
+def _rounding_v2(values: FloatArray) -> float:
     """Sum of squares that the arithmetic itself may leave in readings that are all the same."""
-    return float(values_v.size * (4.0 * np.finfo(float).eps * np.abs(values_v).max()) ** 2)
+    return float(values.size * (4.0 * np.finfo(float).eps * np.abs(values).max()) ** 2)

@@ -1,7 +1,43 @@
-"""For all tests: how long an example of hypothesis takes is no part of any law. A busy machine fails nothing by it;
-what hangs is ended by pytest's own time-out."""
+"""For all tests: what no law depends on, so that they pass wherever they are run, and what is made once for many.
 
+How long an example of hypothesis takes is no part of any law: a busy machine fails nothing by it; what hangs is ended
+by pytest's own time-out.
+"""
+
+from collections.abc import Iterator
+
+import pytest
+from finished_job import FinishedJob, finish_job
 from hypothesis import settings
+from made_once import made_once
+from memory_folder import keep_temporary_files_in_memory
+from reports_left_out import reports_left_out
+from signals import default_signals
 
 settings.register_profile("calrig", deadline=None)
 settings.load_profile("calrig")
+
+
+def pytest_configure() -> None:
+    """Keep what tests write in memory where that can be: journals sync at every dwell, and a disk takes its time."""
+    keep_temporary_files_in_memory()
+
+
+@pytest.fixture
+def terminal_signals() -> Iterator[None]:
+    """Give the test the signals of a terminal, also where the tests run under ``nohup``."""
+    with default_signals():
+        yield
+
+
+@pytest.fixture
+def no_report() -> Iterator[None]:
+    """Leave page, figures and paper out of every delivery: most of a small job's time, where nobody looks at them."""
+    with reports_left_out():
+        yield
+
+
+@pytest.fixture(scope="session")
+def finished_job(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> FinishedJob:
+    """Return the one finished job of the session, made by the first worker that asks; tests that change it copy it."""
+    return FinishedJob(made_once("finished-job", finish_job, tmp_path_factory, request.config))

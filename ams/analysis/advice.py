@@ -7,26 +7,24 @@ what usually causes them. Drift: which parameter, how much a replication and how
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.fourier_terms import FourierTerm, fourier_basis, largest_terms
 from ams.analysis.predictions import model_of_solution
 from ams.analysis.replication import quantity
 from ams.analysis.residual_causes import MISALIGNED, SHARES, usual_cause
+from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, Replication
 from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.extended import CONFOUNDED
+from ams.models.registry import MODELS
 from ams.observations import Observations
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.intervals import t_quantile
-
-FloatArray = NDArray[np.float64]
+from ams.units import ARCSEC_PER_DEG
 
 MOST_TERMS = 4
 _LARGEST_ANGLE_DEG = 10.0
 """Beyond it amplitude over sensitivity is no angle any more."""
-_STRAIGHT = ("linear-accelerometer",)
-"""Models without a term for a misalignment."""
 _SHARED_WITH_THE_TABLE = ("sin 2α", "cos 2α")
 
 
@@ -110,7 +108,9 @@ def _felt_attitude(model: str, observations: Observations) -> tuple[FloatArray, 
 
 def _in_degrees(term: FourierTerm, sensitivity: float, axis: AxisCalibration) -> ResidualTerm:
     amplitude, low, high = np.rad2deg(np.array([term.amplitude_v, *term.interval_95_v]) / sensitivity).tolist()
-    cause = MISALIGNED if axis.model in _STRAIGHT and term.name in SHARES else usual_cause(term.name, axis.nominal_axis)
+    cause = (
+        MISALIGNED if _is_straight(axis.model) and term.name in SHARES else usual_cause(term.name, axis.nominal_axis)
+    )
     return ResidualTerm(term.name, term.amplitude_v, term.interval_95_v, amplitude, (low, high), cause)
 
 
@@ -170,7 +170,7 @@ def _term_sentence(term: ResidualTerm) -> str:
 
 def _angle(angle_deg: float) -> str:
     """Arc seconds below a tenth of a degree."""
-    return f"{_number(angle_deg)}°" if abs(angle_deg) >= 0.1 else f"{_number(3600.0 * angle_deg)}″"
+    return f"{_number(angle_deg)}°" if abs(angle_deg) >= 0.1 else f"{_number(ARCSEC_PER_DEG * angle_deg)}″"
 
 
 def _number(value: float) -> str:
@@ -181,7 +181,7 @@ def _number(value: float) -> str:
 
 def _rate_sentence(rate: DriftRate) -> str:
     words, unit = quantity(rate.parameter).replace("_", " "), _unit(rate.parameter)
-    factor = 3600.0 if unit == "″" else 1e6 if unit.startswith("µ") else 1.0
+    factor = ARCSEC_PER_DEG if unit == "″" else 1e6 if unit.startswith("µ") else 1.0
     a_replication = f"{_signed(factor * rate.per_replication)} {unit} a replication"
     if rate.interval_95 is not None:
         low, high = rate.interval_95
@@ -199,3 +199,8 @@ def _unit(parameter: str) -> str:
 
 def _signed(value: float) -> str:
     return ("+" if value >= 0.0 else "") + _number(value)
+
+
+def _is_straight(model: str) -> bool:
+    """Whether the model has no term for a misalignment."""
+    return model in MODELS and not MODELS[model].has_misalignment

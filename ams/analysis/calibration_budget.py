@@ -13,18 +13,17 @@ from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.predictions import model_of_solution
+from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, VarianceComponent
 from ams.frames import wrap_deg
 from ams.inputs.shared_errors import SharedError
+from ams.models.model import Model
 from ams.solve.derived import halfwidths_95
 from ams.statistics.budget import Budget, Input
 from ams.statistics.intervals import INFINITE_DOF, combined_dof, t_quantile
 from ams.statistics.monte_carlo import MonteCarlo, summarise
-
-FloatArray = NDArray[np.float64]
 
 SENSITIVITY = "sensitivity_v_per_g"
 PER_SI = "sensitivity_v_per_mps2"
@@ -103,6 +102,7 @@ def axis_budget(
     gravity: Gravity | None = None,
     *,
     stated: Mapping[str, str] = MappingProxyType({}),
+    model: Model | None = None,
     trials: int = 0,
     seed: int = 0,
 ) -> AxisBudget:
@@ -110,13 +110,16 @@ def axis_budget(
 
     ``stated``: part of the covariance to what was declared of it, for parts that ``shared`` does not tell of.
 
-    Raises: DesignError where the solution is of a model of the caller's own.
+    ``model``: of the solution, where it is one of the caller's own, such as a straight line.
+
+    Raises: DesignError where the solution is of a model that has no name and was not given.
     """
+    solved_by = model or model_of_solution(axis)
     errors = {error.name: error for error in shared}
     told = {**stated, **{error.name: error.stated for error in shared}}
     if gravity is not None:
         told[GRAVITY] = f"u {gravity.standard_uncertainty_mps2:g} m/s²"
-    names, values, directions = _results(axis, gravity)
+    names, values, directions = _results(axis, solved_by, gravity)
     budget = _combined(axis.variance_components, names, values, directions, gravity)
     lines = tuple(
         _line(line, names, contributions, told)
@@ -128,13 +131,13 @@ def axis_budget(
         dict(zip(names, budget.degrees_of_freedom.tolist(), strict=True)),
         dict(zip(names, _expanded(names, budget).tolist(), strict=True)),
         float(values[names.index(PER_SI)]) if PER_SI in names else None,
-        _checked(axis, names, budget, errors, gravity, trials, seed) if trials > 0 else None,
+        _checked(axis, solved_by, names, budget, errors, gravity, trials, seed) if trials > 0 else None,
     )
 
 
-def _results(axis: AxisCalibration, gravity: Gravity | None) -> tuple[list[str], FloatArray, FloatArray]:
+def _results(axis: AxisCalibration, model: Model, gravity: Gravity | None) -> tuple[list[str], FloatArray, FloatArray]:
     """Names and values of the results, with their (m, P) derivatives by the primary parameters."""
-    rows = model_of_solution(axis).parameters_jacobian(axis.primary)
+    rows = model.parameters_jacobian(axis.primary)
     kept = [
         (item.name, item.value, row)
         for item, row in zip(axis.parameters, rows, strict=True)
@@ -182,6 +185,7 @@ def _line(part: Input, names: list[str], contributions: FloatArray, told: Mappin
 
 def _checked(
     axis: AxisCalibration,
+    model: Model,
     names: list[str],
     budget: Budget,
     stated: Mapping[str, SharedError],
@@ -192,7 +196,6 @@ def _checked(
     """Parts drawn from their distributions, parameters evaluated anew in every trial. Source: S1 6.4, 7."""
     rng = np.random.default_rng(seed)
     primary = axis.primary + sum(_drawn(part, stated, rng, trials) for part in axis.variance_components)
-    model = model_of_solution(axis)
     trial = dict(zip(model.parameter_names, model.parameters(primary).T, strict=True))
     if gravity is not None and SENSITIVITY in trial:
         g = gravity.value_mps2 + gravity.standard_uncertainty_mps2 * rng.standard_normal(trials)

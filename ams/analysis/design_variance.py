@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError
 from ams.frames import Attitude, specific_force
 from ams.inputs.table_uncertainty import TableUncertainty, index_columns
 from ams.models.accelerometer import PitchRoll, cyclic, vector_from_angles
 from ams.solve.linear_form import RANK_TOLERANCE, factor
-
-FloatArray = NDArray[np.float64]
 
 PITCH_ROLL_TERMS = 4
 _NODES = 48

@@ -7,15 +7,14 @@ Boxes are ranges of pitch alone. Source: TP 4.2, calibration without roll, and 5
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.design_variance import DesignEvaluation
+from ams.arrays import FloatArray
 from ams.frames import Attitude
 from ams.inputs.table_uncertainty import TableUncertainty, index_columns
 from ams.models.accelerometer import PitchOnly
 from ams.solve.linear_form import factor
 
-FloatArray = NDArray[np.float64]
 PitchRange = tuple[float, float]
 
 _TERMS = 3

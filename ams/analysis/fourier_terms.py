@@ -10,11 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.statistics.intervals import f_test, t_quantile
-
-FloatArray = NDArray[np.float64]
 
 _INDEPENDENT = 1e-6
 """Of a term's own length: what must be left of it beside the model for it to be told from the model."""

@@ -4,9 +4,7 @@ The confidence interval holds the calibrated output, the prediction interval one
 standard deviation is that of the place where the sensor is used (the tunnel's), not of the calibration.
 """
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration
 from ams.errors import DesignError
 from ams.frames import Attitude
@@ -15,8 +13,6 @@ from ams.models.model import Model
 from ams.models.registry import MODELS, model_named
 from ams.models.thermal import TEMPERATURE_NAMES, WithTemperature
 from ams.statistics.intervals import confidence_halfwidth, prediction_halfwidth
-
-FloatArray = NDArray[np.float64]
 
 
 def model_of_solution(axis: AxisCalibration) -> Model:

@@ -11,15 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.tp_replication import TpColumns, tp_replication
+from ams.arrays import FloatArray
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums
 from ams.statistics.intervals import FTestColumns, after_holm, f_tests
-
-FloatArray = NDArray[np.float64]
 
 _UNIT = re.compile(r"_(v_per_g[23]?|g_per_v|g|v_per_dps|v_per_degc|v_per_h|per_degc|v|deg|degc)$")
 _ROUNDING = 32.0 * float(np.finfo(float).eps)

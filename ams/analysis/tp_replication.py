@@ -8,16 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.calibration_result import TpReplication
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums
 from ams.statistics.distributions import f_quantile
 from ams.statistics.intervals import FTestColumns, after_holm, f_tests
-
-FloatArray = NDArray[np.float64]
 
 
 def t_bias(sigma_bias: float, sigma_prec: float, points: int, replications: int, parameters: int) -> float:

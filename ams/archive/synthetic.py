@@ -13,19 +13,17 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.surveillance.characteristics import PackageNumbers
 from ams.surveillance.series import PointLabel, Population
-
-FloatArray = NDArray[np.float64]
+from ams.units import RAD_PER_ARCSEC
 
 AXES = ("x", "y", "z")
 CHECK_SENSOR = "CHECK-1"
 RIG = "synthetic laboratory"
 GRAVITY_MPS2 = 9.79826
 START = datetime(2018, 1, 15, 6, 0, tzinfo=UTC)
-ARCSEC = float(np.radians(1.0 / 3600.0))
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ def synthetic_archive(chance: np.random.Generator, story: Story | None = None) -
             rows.append((_label(name, campaign, place, told), calibrated))
     rows.sort(key=lambda row: (row[0].sensor, row[0].created_utc))
     primary = np.stack([values for _, values in rows])
-    spread = np.broadcast_to(np.eye(4) * (told.noise_arcsec * ARCSEC * 2.5) ** 2, (*primary.shape, 4)).copy()
+    spread = np.broadcast_to(np.eye(4) * (told.noise_arcsec * RAD_PER_ARCSEC * 2.5) ** 2, (*primary.shape, 4)).copy()
     numbers = PackageNumbers(AXES, primary, spread, spread)
     population = Population([label for label, _ in rows], numbers)
     return SyntheticArchive(population, drifting, (dropped,), (mixed[0], mixed[1]))
@@ -108,21 +106,21 @@ def _as_it_is(
     """A sensor at a campaign, age and accident in it."""
     (campaign, fall), primary = when, level.copy()
     if is_drifting:
-        primary[0, 1:] *= 1.0 + story.drift_arcsec_per_year * ARCSEC * campaign / story.per_year
+        primary[0, 1:] *= 1.0 + story.drift_arcsec_per_year * RAD_PER_ARCSEC * campaign / story.per_year
     if has_dropped and campaign >= fall:
-        primary[1, 0] += 2.5 * story.drop_arcsec * ARCSEC
-        primary[2, 2] += 2.5 * story.drop_arcsec * ARCSEC
+        primary[1, 0] += 2.5 * story.drop_arcsec * RAD_PER_ARCSEC
+        primary[2, 2] += 2.5 * story.drop_arcsec * RAD_PER_ARCSEC
     return primary
 
 
 def _calibrated(primary: FloatArray, chance: np.random.Generator, story: Story, *, is_remounted: bool) -> FloatArray:
     """What a calibration says: turned by the remount, moved by the day, blurred by its noise."""
-    angle = chance.normal(0.0, story.remount_arcsec * ARCSEC, 3) if is_remounted else np.zeros(3)
+    angle = chance.normal(0.0, story.remount_arcsec * RAD_PER_ARCSEC, 3) if is_remounted else np.zeros(3)
     k = primary[:, 1:] + np.cross(angle, primary[:, 1:])
-    day = chance.normal(0.0, story.day_arcsec * ARCSEC, (3, 2))
+    day = chance.normal(0.0, story.day_arcsec * RAD_PER_ARCSEC, (3, 2))
     offset = primary[:, :1] + 2.5 * day[:, :1]
     whole = np.concatenate([offset, k * (1.0 + day[:, 1:])], axis=1)
-    return np.asarray(whole + 2.5 * story.noise_arcsec * ARCSEC * chance.normal(size=whole.shape))
+    return np.asarray(whole + 2.5 * story.noise_arcsec * RAD_PER_ARCSEC * chance.normal(size=whole.shape))
 
 
 def _label(name: str, campaign: int, place: int, story: Story) -> PointLabel:

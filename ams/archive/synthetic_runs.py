@@ -12,10 +12,10 @@ from datetime import timedelta
 from itertools import groupby
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.archive.runs import MeasuredSensor, RunEntry, publish_run
-from ams.archive.synthetic import ARCSEC, AXES, GRAVITY_MPS2, RIG, SyntheticArchive, campaigns
+from ams.archive.synthetic import AXES, GRAVITY_MPS2, RIG, SyntheticArchive, campaigns
+from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.frames import specific_force
 from ams.inputs.request import CalibrationRequest
@@ -23,8 +23,7 @@ from ams.observations import Observations
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import Provenance
 from ams.surveillance.series import PointLabel
-
-FloatArray = NDArray[np.float64]
+from ams.units import RAD_PER_ARCSEC
 
 PITCH_DEG = (-60.0, -30.0, 0.0, 30.0, 60.0)
 ROLL_DEG = (-180.0, -90.0, 0.0, 90.0)
@@ -83,7 +82,7 @@ def _observed(primary: FloatArray, chance: np.random.Generator) -> Observations:
     pitch, roll = (part.ravel() for part in np.meshgrid(np.radians(PITCH_DEG), np.radians(ROLL_DEG), indexing="ij"))
     points = pitch.size
     clean = np.concatenate([np.ones((points, 1)), specific_force(pitch, roll)], axis=1) @ primary.T
-    noise = 2.5 * READING_ARCSEC * ARCSEC * chance.normal(size=(REPLICATIONS, points, len(AXES)))
+    noise = 2.5 * READING_ARCSEC * RAD_PER_ARCSEC * chance.normal(size=(REPLICATIONS, points, len(AXES)))
     outputs = (clean + noise).reshape(-1, len(AXES))
     return Observations(
         np.repeat(np.arange(1, REPLICATIONS + 1), points),

@@ -2,18 +2,18 @@
 
 A Chebyshev filter of type I: equal ripple in the pass band, then steeper than any other filter of its order without
 zeros. CR filters each vector of samples so (V-B, figure 17), static tunnel use wants 0.3 to 0.6 Hz (TP 1). Forwards and
-backwards it has no delay and twice the attenuation; the mean of a settled signal passes unchanged in both.
+backwards it has no delay and twice the attenuation; the mean of a settled signal passes unchanged in both. Forwards
+only, for a stream, slow changes come late by the group delay, which is known and taken off the time; what the filter
+says before it has forgotten its start is marked.
 """
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.errors import ObservationsError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,132 @@ def low_pass(settings: LowPass, samples: FloatArray) -> FloatArray:
     return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))
 
 
+@dataclass(frozen=True)
+class Filtered:
+    """Filtered samples and which of them to believe."""
+
+    samples: FloatArray
+    """Of the shape of what was filtered, each at the time of its own sample."""
+    is_transient: BoolArray
+    """(N,) within the filter's settling of a start or end, of a bridged sample, or not reached for its delay."""
+    is_bridged: BoolArray
+    """(N,) whether the sample was missing; it was filtered as a straight line between its neighbours."""
+
+
+def low_pass_in_step(settings: LowPass, samples: FloatArray) -> Filtered:
+    """Filter along the first axis with the delay taken off, bridge what is missing, mark what is not settled.
+
+    Forwards only, sample n is taken from the filter's answer ``delay`` samples later; the last ones have none and are
+    NaN. Raises: ObservationsError where there are too few samples for a two-way filter, or none is a number.
+    """
+    values = np.asarray(samples, dtype=float)
+    whole = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
+    if not whole.any():
+        raise ObservationsError("filter: no sample is a number; nothing was filtered")
+    found = low_pass(settings, _bridged(values, whole))
+    later = 0 if settings.is_two_way else round(delay_s(settings) * settings.sample_rate_hz)
+    if later:
+        late = np.full_like(found, np.nan)
+        late[:-later] = found[later:]
+        found = late
+    # The first sample stands for all that was before it: what it has wrong goes on until one sample later.
+    unsettled = _unsettled(~whole, settling_samples(settings) + 1, later, settings.is_two_way)
+    return Filtered(found, unsettled, ~whole)
+
+
+class LowPassStream:
+    """The forward filter over a stream of (n, …) samples: chunks of any length give what the whole would have given.
+
+    Answers come ``delay_s`` late. A sample that is not a number is filtered as the last good one.
+    """
+
+    def __init__(self, settings: LowPass) -> None:
+        self._sections = _sections(settings)
+        self._state: Any = None
+        self._last: FloatArray | None = None
+
+    def feed(self, samples: FloatArray) -> FloatArray:
+        """Return the filtered samples; NaN before the first good one."""
+        from scipy.signal import sosfilt
+
+        values = np.array(samples, dtype=float)
+        if not values.shape[0]:
+            return values
+        whole = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
+        good = np.flatnonzero(whole)
+        before = 0
+        if self._last is None:
+            if not good.size:
+                return np.full_like(values, np.nan)
+            before = int(good[0])
+            self._state = _settled_state(self._sections, values[before])
+            self._last = values[before]
+        last = np.concatenate([self._last[None], values])
+        source = np.maximum.accumulate(np.where(whole, np.arange(1, len(values) + 1), 0))
+        held = last[source]
+        self._last = held[-1]
+        found = np.full_like(values, np.nan)
+        found[before:], self._state = sosfilt(self._sections, held[before:], axis=0, zi=self._state)
+        return found
+
+
+def delay_s(settings: LowPass) -> float:
+    """Return by how much a forward filter is late for slow changes: its group delay at zero frequency."""
+    delay = 0.0
+    for b_0, b_1, b_2, _, a_1, a_2 in _sections(settings).tolist():
+        delay += (b_1 + 2.0 * b_2) / (b_0 + b_1 + b_2) - (a_1 + 2.0 * a_2) / (1.0 + a_1 + a_2)
+    return float(delay / settings.sample_rate_hz)
+
+
+def settling_samples(settings: LowPass, left: float = 1e-3) -> int:
+    """Return after how many samples a step has come within ``left`` of its end for good."""
+    from scipy.signal import sosfilt
+
+    sections = _sections(settings)
+    slowest = max(float(np.max(np.abs(np.roots(section[3:])))) for section in sections)
+    count = int(np.ceil(3.0 * np.log(left / 10.0) / np.log(slowest))) + 2
+    off = np.abs(sosfilt(sections, np.ones(count)) - 1.0) > left
+    return int(np.flatnonzero(off)[-1]) + 1 if off.any() else 0
+
+
+@dataclass(frozen=True)
+class WindowAverages:
+    """Means of M windows."""
+
+    mean: FloatArray
+    """(M, …); NaN where a window has no sample."""
+    sd: FloatArray
+    """(M, …) of one sample about the mean of its window; NaN with fewer than two."""
+    count: IntArray
+    """(M, …) of good samples."""
+    middle_sample: FloatArray
+    """(M,) where the window has its middle, counted in samples from the first."""
+
+
+def window_averages(samples: FloatArray, window: int, step: int | None = None) -> WindowAverages:
+    """Average (N, …) samples over windows that follow one another by ``step`` samples, by their own length if None.
+
+    A sample that is not a number is left out of its window and counted. Raises: ObservationsError for a window that
+    is not 1 to N samples.
+    """
+    values = np.asarray(samples, dtype=float)
+    by = window if step is None else step
+    if not (1 <= window <= values.shape[0] and by >= 1):
+        raise ObservationsError(
+            f"average: got windows of {window} samples every {by}, allowed 1 to {values.shape[0]} samples, every 1 or "
+            "more; nothing was averaged"
+        )
+    windows = np.moveaxis(np.lib.stride_tricks.sliding_window_view(values, window, axis=0)[::by], -1, 1)
+    there = np.isfinite(windows)
+    count = there.sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.where(there, windows, 0.0).sum(axis=1) / count
+        squares = np.where(there, (windows - mean[:, None]) ** 2, 0.0).sum(axis=1)
+        sd = np.sqrt(squares / (count - 1.0))
+    middle = np.arange(mean.shape[0]) * by + (window - 1) / 2.0
+    return WindowAverages(mean, np.where(count > 1, sd, np.nan), count, middle)
+
+
 def gain(settings: LowPass, frequency_hz: FloatArray) -> FloatArray:
     """Amplitude gain at the frequencies, as :func:`low_pass` applies it."""
     from scipy.signal import sosfreqz
@@ -73,6 +199,34 @@ def gain(settings: LowPass, frequency_hz: FloatArray) -> FloatArray:
     _, response = sosfreqz(_sections(settings), worN=np.asarray(frequency_hz, dtype=float), fs=settings.sample_rate_hz)
     once = np.abs(response)
     return np.asarray(once**2 if settings.is_two_way else once)
+
+
+def _bridged(values: FloatArray, whole: BoolArray) -> FloatArray:
+    """Straight lines over what is missing; the nearest good sample at the ends."""
+    if whole.all():
+        return values
+    filled = np.array(values)
+    columns = filled.reshape(values.shape[0], -1)
+    at, good = np.flatnonzero(~whole), np.flatnonzero(whole)
+    for column in columns.T:
+        column[at] = np.interp(at, good, column[good])
+    return filled
+
+
+def _unsettled(is_missing: BoolArray, settling: int, later: int, is_two_way: bool) -> BoolArray:
+    """Where an answer still holds what was not a sample: the start, the end of a two-way filter, missing ones."""
+    count = is_missing.size
+    sources = np.zeros(count + 2, dtype=bool)
+    sources[1:-1], sources[0], sources[-1] = is_missing, True, is_two_way
+    after = np.cumsum(sources)
+    reach = np.minimum(np.arange(count) + 1 + later, count)
+    found = after[reach] > after[np.maximum(reach - settling - 1, 0)] - (reach - settling - 1 < 0)
+    if is_two_way:
+        ahead = np.minimum(np.arange(count) + 1 + settling, count + 1)
+        found |= after[ahead] > after[np.arange(count) + 1]
+    elif later:
+        found[-later:] = True
+    return np.asarray(found)
 
 
 def _sections(settings: LowPass) -> Any:

@@ -1,27 +1,30 @@
-"""Pitch, yaw and roll from gyro outputs: Euler's rates integrated by Butcher's fifth-order method.
+"""Pitch, yaw and roll of CR's frames from gyro outputs.
 
-(IV-D.4) turns outputs into Euler rates that depend on the angles themselves; (IV-D.6) and (IV-D.7) advance them over
-one sample interval with six evaluations at 0, ¼, ¼, ½, ¾ and 1 of it. Between samples the outputs are interpolated:
-holding them constant over the step, as CR's listing does, costs 0.16° on the report's own profile at 100 Hz, linear
-interpolation 0.00024°, cubic less. Source: CR IV-D, appendix E.
+Body rates are multiplied up as quaternions, a million at a time (:mod:`ams.attitude.rate_scan`), and the angles read
+off, continuous from the start. CR's own way stays beside it to be compared with: (IV-D.4) turns outputs into Euler
+rates, (IV-D.6) and (IV-D.7) advance them by Butcher's fifth-order method with six evaluations at 0, ¼, ¼, ½, ¾ and 1
+of an interval. Between samples the outputs are interpolated: holding them constant over the step, as CR's listing does,
+costs 0.16° on the report's own profile at 100 Hz, linear interpolation 0.00024°, cubic less. Source: CR IV-D,
+appendix E.
 """
 
 from collections.abc import Mapping
 from math import cos, sin
-from typing import Final, Literal
+from typing import Final, Literal, Never
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ams.errors import ObservationsError, SolveError
+from ams.arrays import FloatArray
+from ams.attitude.rate_scan import Interpolation, check_length, integrate, refuse_missing
+from ams.errors import SolveError
 from ams.models.cr import CrSensor, sensed_field
 
-FloatArray = NDArray[np.float64]
-
-Interpolation = Literal["cubic", "linear", "hold"]
+Method = Literal["scan", "butcher"]
 _Triple = tuple[float, float, float]
 
 SMALLEST_COS_YAW: Final = 1e-3
+_CROSSED_RAD: Final = 0.75 * float(np.pi)
+"""Pitch and roll both turn by half a turn where yaw passes ±90°."""
 _QUARTERS: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
@@ -31,28 +34,84 @@ def integrate_outputs(
     start_rad: FloatArray,
     interval_s: float,
     interpolation: Interpolation = "cubic",
+    method: Method = "scan",
 ) -> FloatArray:
     """Pitch, yaw, roll at every sample, (N, 3), from gyro outputs (N,) and the angles at the first sample.
 
     Raises: as :func:`integrate_rates`; DesignError where the sensors do not resolve three directions.
     """
-    return integrate_rates(sensed_field(sensors, outputs_v), start_rad, interval_s, interpolation)
+    return integrate_rates(sensed_field(sensors, outputs_v), start_rad, interval_s, interpolation, method)
 
 
 def integrate_rates(
-    body_rate_rad_s: FloatArray, start_rad: FloatArray, interval_s: float, interpolation: Interpolation = "cubic"
+    body_rate_rad_s: FloatArray,
+    start_rad: FloatArray,
+    interval_s: float,
+    interpolation: Interpolation = "cubic",
+    method: Method = "scan",
 ) -> FloatArray:
     """Pitch, yaw, roll at every sample, (N, 3), from angular velocity in model axes, (N, 3), evenly sampled.
 
-    Raises: ObservationsError with fewer than two samples (four for cubic) or an interval that is not positive;
-    SolveError where yaw comes within 0.06° of ±90° or crosses it, where Euler's rates have no value.
+    Raises: ObservationsError with fewer than two samples (four for cubic), an interval that is not positive or a rate
+    that is not a number (:func:`ams.attitude.rate_scan.integrate` bridges and marks it); SolveError where yaw comes
+    within 0.06° of ±90° or crosses it, where Euler's rates have no value.
     """
-    needed = 4 if interpolation == "cubic" else 2
-    if body_rate_rad_s.shape[0] < needed or not interval_s > 0:
-        raise ObservationsError(
-            f"gyro: got {body_rate_rad_s.shape[0]} samples at an interval of {interval_s:g} s: {interpolation} "
-            f"interpolation needs {needed} samples or more and an interval above 0 s"
-        )
+    check_length(body_rate_rad_s.shape[0], interval_s, interpolation)
+    rates = np.ascontiguousarray(body_rate_rad_s.T)
+    refuse_missing(rates)
+    if method == "butcher":
+        return _by_butcher(body_rate_rad_s, start_rad, interval_s, interpolation)
+    path = integrate(rates, quaternion_of_cr(start_rad), interval_s, interpolation)
+    return cr_angles_rad(path.quaternion, start_rad).T
+
+
+def quaternion_of_cr(angles_rad: FloatArray) -> FloatArray:
+    """Return the quaternion, model to tunnel, of (3,) pitch, yaw and roll: turns about y, the new z, the new x."""
+    (s_p, s_y, s_r), (c_p, c_y, c_r) = np.sin(np.asarray(angles_rad) / 2.0), np.cos(np.asarray(angles_rad) / 2.0)
+    return np.array(
+        [
+            c_p * c_y * s_r + s_p * s_y * c_r,
+            s_p * c_y * c_r + c_p * s_y * s_r,
+            c_p * s_y * c_r - s_p * c_y * s_r,
+            c_p * c_y * c_r - s_p * s_y * s_r,
+        ]
+    )
+
+
+def cr_angles_rad(quaternion: FloatArray, start_rad: FloatArray) -> FloatArray:
+    """Return pitch, yaw and roll, (3, n), of (4, n) quaternions, continuous from the angles that the first one has.
+
+    Raises: SolveError where yaw comes within 0.06° of ±90° or crosses it: pitch and roll merge there.
+    """
+    x, y, z, w = quaternion
+    side = 1.0 if cos(float(start_rad[1])) >= 0.0 else -1.0
+    ahead_x, ahead_z = side * (1.0 - 2.0 * (y * y + z * z)), side * 2.0 * (x * z - w * y)
+    sine, level = 2.0 * (x * y + w * z), np.hypot(ahead_x, ahead_z)
+    roll_y, roll_z = side * (1.0 - 2.0 * (x * x + z * z)), side * 2.0 * (y * z - w * x)
+    pitch, roll = np.unwrap(np.arctan2(-ahead_z, ahead_x)), np.unwrap(np.arctan2(-roll_z, roll_y))
+    near = level[:-1] < SMALLEST_COS_YAW
+    near |= (np.abs(np.diff(pitch)) > _CROSSED_RAD) & (np.abs(np.diff(roll)) > _CROSSED_RAD)
+    yaw = np.unwrap(np.arctan2(sine, side * level))
+    if near.any():
+        _refuse_yaw(float(yaw[np.argmax(near)]), int(np.argmax(near)))
+    return np.stack([_from(own, first) for own, first in zip((pitch, yaw, roll), start_rad, strict=True)])
+
+
+def _from(angles: FloatArray, start: float) -> FloatArray:
+    """The same angles, whole turns further on."""
+    return np.asarray(angles + 2.0 * np.pi * np.round((start - angles[0]) / (2.0 * np.pi)))
+
+
+def _refuse_yaw(yaw_rad: float, sample: int) -> Never:
+    raise SolveError(
+        f"gyro: yaw is {np.degrees(yaw_rad):.3f}° at sample {sample}: Euler's rates have no value at ±90° and "
+        "cannot be carried across; integrate the quaternion instead"
+    )
+
+
+def _by_butcher(
+    body_rate_rad_s: FloatArray, start_rad: FloatArray, interval_s: float, interpolation: Interpolation
+) -> FloatArray:
     between = _between(body_rate_rad_s, interpolation)
     angles: _Triple = (float(start_rad[0]), float(start_rad[1]), float(start_rad[2]))
     path = np.empty_like(body_rate_rad_s, dtype=float)
@@ -60,10 +119,7 @@ def integrate_rates(
     side = 1.0 if cos(angles[1]) >= 0.0 else -1.0
     for n, rates in enumerate(between.tolist()):
         if side * cos(angles[1]) < SMALLEST_COS_YAW:
-            raise SolveError(
-                f"gyro: yaw is {np.degrees(angles[1]):.3f}° at sample {n}: Euler's rates have no value at ±90° and "
-                "cannot be carried across; integrate the quaternion instead"
-            )
+            _refuse_yaw(angles[1], n)
         angles = _butcher_step(angles, rates, interval_s)
         path[n + 1] = angles
     return path

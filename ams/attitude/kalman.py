@@ -10,15 +10,17 @@ around itself whatever the estimate is, so without a field the turn about the ve
 counted in body axes the linearisation drifts with the estimate and the filter talks itself into a heading it never saw.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from math import cos, sin, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ams.attitude.quaternion import advance, from_turn, multiply, normalised, rotation_matrix
+from ams.arrays import FloatArray
+from ams.attitude.quaternion import normalised
 from ams.errors import ObservationsError
 
-FloatArray = NDArray[np.float64]
+Triple = tuple[float, float, float]
+Quadruple = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -69,22 +71,9 @@ def start_estimate(
 
 def propagate(estimate: Estimate, gyro_rad_s: FloatArray, interval_s: float, noise: GyroNoise) -> Estimate:
     """The estimate one interval later, the gyro (3,) taken as constant over it."""
-    rate = np.asarray(gyro_rad_s, dtype=float) - estimate.bias_rad_s
-    halfway = rotation_matrix(advance(estimate.quaternion, rate, interval_s / 2.0))
-    F = np.eye(6)
-    F[:3, 3:] = -interval_s * halfway
-    covariance = F @ estimate.covariance @ F.T + _process_noise(noise, interval_s, halfway)
-    return Estimate(advance(estimate.quaternion, rate, interval_s), estimate.bias_rad_s, _symmetric(covariance))
-
-
-def _process_noise(noise: GyroNoise, interval_s: float, body_to_reference: FloatArray) -> FloatArray:
-    walk, drift = noise.angle_random_walk_rad_per_sqrt_s**2, noise.bias_walk_rad_s_per_sqrt_s**2
-    added = np.zeros((6, 6))
-    added[:3, :3] = (walk * interval_s + drift * interval_s**3 / 3.0) * np.eye(3)
-    added[:3, 3:] = -drift * interval_s**2 / 2.0 * body_to_reference
-    added[3:, :3] = added[:3, 3:].T
-    added[3:, 3:] = drift * interval_s * np.eye(3)
-    return added
+    state = state_of(estimate)
+    carry(state, tuple(np.asarray(gyro_rad_s, dtype=float).tolist()), interval_s, noise)
+    return _estimate(state)
 
 
 def correct(
@@ -98,36 +87,159 @@ def correct(
     unchanged together with the innovation that says so.
     Raises: ObservationsError for a reference without direction or a standard deviation that is not positive.
     """
-    reference, measured = np.asarray(reference, dtype=float), np.asarray(measured, dtype=float)
+    state = state_of(estimate)
+    direction = known_direction(np.asarray(reference, dtype=float), sd)
+    innovation = weigh(state, tuple(np.asarray(measured, dtype=float).tolist()), direction, gate)
+    if gate is not None and innovation > gate:
+        return Correction(estimate, innovation)
+    return Correction(_estimate(state), innovation)
+
+
+@dataclass
+class State:
+    """Attitude and bias while a stream runs: plain numbers where a library call would cost more than the sum."""
+
+    quaternion: Quadruple
+    bias_rad_s: Triple
+    covariance: FloatArray
+    """(6, 6) as in :class:`Estimate`; replaced, never written into."""
+
+
+@dataclass(frozen=True)
+class KnownDirection:
+    """A vector whose components in the reference frame are known."""
+
+    reference: Triple
+    sd: float
+    H: FloatArray
+    """(3, 6) derivatives of the innovation by turn and bias."""
+
+
+def known_direction(reference: FloatArray, sd: float) -> KnownDirection:
+    """Return what :func:`weigh` needs. Raises: ObservationsError as :func:`correct`."""
     if not np.linalg.norm(reference) > 0 or not sd > 0:
         raise ObservationsError(
             f"kalman: got a reference of length {np.linalg.norm(reference):g} and a standard deviation of {sd:g}: "
             "both must be above 0; leave the measurement out where there is none"
         )
-    H = np.hstack([_cross_matrix(reference), np.zeros((3, 3))])
-    innovation = rotation_matrix(estimate.quaternion) @ measured - reference
-    spread = H @ estimate.covariance @ H.T + sd**2 * np.eye(3)
-    normalised_innovation = float(innovation @ np.linalg.solve(spread, innovation))
+    x, y, z = reference.tolist()
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return KnownDirection((x, y, z), sd, np.hstack([cross, np.zeros((3, 3))]))
+
+
+def carry(state: State, gyro_rad_s: Triple, interval_s: float, noise: GyroNoise, rate_variance: float = 0.0) -> None:
+    """Move the state one interval on, the gyro taken as constant over it.
+
+    ``rate_variance`` is what a gyro that was not read adds to each turn, in rad².
+    """
+    (g_x, g_y, g_z), (b_x, b_y, b_z) = gyro_rad_s, state.bias_rad_s
+    turn = _half_turn((g_x - b_x) * interval_s, (g_y - b_y) * interval_s, (g_z - b_z) * interval_s)
+    halfway = _times(state.quaternion, turn)
+    walk, drift = noise.angle_random_walk_rad_per_sqrt_s**2, noise.bias_walk_rad_s_per_sqrt_s**2
+    R = _matrix(halfway)
+    F = _blocks(1.0, -interval_s, R, 0.0, 1.0)
+    angle_v = walk * interval_s + drift * interval_s**3 / 3.0 + rate_variance
+    shared = drift * interval_s**2 / -2.0
+    covariance = F.dot(state.covariance).dot(F.T)
+    covariance += _blocks(angle_v, shared, R, shared, drift * interval_s)
+    state.quaternion = _unit(_times(halfway, turn))
+    state.covariance = covariance
+
+
+def weigh(state: State, measured: Triple, direction: KnownDirection, gate: float | None = None) -> float:
+    """Correct the state by a direction measured in body axes; return the normalised innovation.
+
+    Above the gate the state stays as it is.
+    """
+    (x, y, z), variance = measured, direction.sd**2
+    innovation = [
+        row[0] * x + row[1] * y + row[2] * z - known
+        for row, known in zip(_matrix(state.quaternion), direction.reference, strict=True)
+    ]
+    H, P = direction.H, state.covariance
+    PHt = P.dot(H.T)
+    inverse = _inverse(H.dot(PHt).tolist(), variance)
+    weighted = [row[0] * innovation[0] + row[1] * innovation[1] + row[2] * innovation[2] for row in inverse]
+    normalised_innovation = sum(one * other for one, other in zip(innovation, weighted, strict=True))
     if gate is not None and normalised_innovation > gate:
-        return Correction(estimate, normalised_innovation)
-    gain = np.linalg.solve(spread, H @ estimate.covariance).T
-    left = np.eye(6) - gain @ H
-    covariance = left @ estimate.covariance @ left.T + sd**2 * (gain @ gain.T)
-    change = gain @ innovation
-    quaternion = normalised(multiply(from_turn(change[:3]), estimate.quaternion))
-    better = replace(
-        estimate,
-        quaternion=quaternion,
-        bias_rad_s=estimate.bias_rad_s + change[3:],
-        covariance=_symmetric(covariance),
+        return normalised_innovation
+    gain = PHt.dot(np.array(inverse))
+    # Symmetric as it stands. What Joseph's form would save shows where the prior is 10⁷ times wider than the reading.
+    covariance = P - gain.dot(PHt.T)
+    d_x, d_y, d_z, d_bx, d_by, d_bz = PHt.dot(weighted).tolist()
+    b_x, b_y, b_z = state.bias_rad_s
+    half = _half_turn(d_x, d_y, d_z)
+    state.quaternion = _unit(_times(half, _times(half, state.quaternion)))
+    state.bias_rad_s = (b_x + d_bx, b_y + d_by, b_z + d_bz)
+    state.covariance = covariance
+    return normalised_innovation
+
+
+def state_of(estimate: Estimate) -> State:
+    """Return the state that a stream starts from."""
+    return State(tuple(estimate.quaternion.tolist()), tuple(estimate.bias_rad_s.tolist()), estimate.covariance)
+
+
+def _estimate(state: State) -> Estimate:
+    return Estimate(np.array(state.quaternion), np.array(state.bias_rad_s), state.covariance)
+
+
+def _half_turn(x: float, y: float, z: float) -> Quadruple:
+    """Quaternion of half the turn, so that its square is the whole."""
+    quarter = sqrt(x * x + y * y + z * z) / 4.0
+    share = sin(quarter) / quarter / 4.0 if quarter > 1e-9 else 0.25
+    return x * share, y * share, z * share, cos(quarter)
+
+
+def _times(p: Quadruple, q: Quadruple) -> Quadruple:
+    """:func:`ams.attitude.quaternion.multiply` on plain numbers: thirty times faster for one."""
+    a, b, c, d = p
+    x, y, z, w = q
+    return (
+        d * x + a * w + b * z - c * y,
+        d * y - a * z + b * w + c * x,
+        d * z + a * y - b * x + c * w,
+        d * w - a * x - b * y - c * z,
     )
-    return Correction(better, normalised_innovation)
 
 
-def _cross_matrix(v: FloatArray) -> FloatArray:
-    x, y, z = v
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+def _unit(q: Quadruple) -> Quadruple:
+    x, y, z, w = q
+    length = sqrt(x * x + y * y + z * z + w * w)
+    return x / length, y / length, z / length, w / length
 
 
-def _symmetric(matrix: FloatArray) -> FloatArray:
-    return np.asarray((matrix + matrix.T) / 2.0)
+def _matrix(q: Quadruple) -> tuple[Triple, Triple, Triple]:
+    """Body to reference."""
+    x, y, z, s = q
+    return (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - s * z), 2.0 * (x * z + s * y)),
+        (2.0 * (x * y + s * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - s * x)),
+        (2.0 * (x * z - s * y), 2.0 * (y * z + s * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
+def _blocks(first: float, upper: float, R: tuple[Triple, Triple, Triple], lower: float, last: float) -> FloatArray:
+    """(6, 6) of first·1, upper·R, lower·Rᵀ and last·1; one array of plain numbers costs less than four blocks."""
+    (a, b, c), (d, e, f), (g, h, i) = R
+    return np.array(
+        (
+            (first, 0.0, 0.0, upper * a, upper * b, upper * c),
+            (0.0, first, 0.0, upper * d, upper * e, upper * f),
+            (0.0, 0.0, first, upper * g, upper * h, upper * i),
+            (lower * a, lower * d, lower * g, last, 0.0, 0.0),
+            (lower * b, lower * e, lower * h, 0.0, last, 0.0),
+            (lower * c, lower * f, lower * i, 0.0, 0.0, last),
+        )
+    )
+
+
+def _inverse(matrix: list[list[float]], added: float) -> tuple[Triple, Triple, Triple]:
+    """Inverse of a symmetric (3, 3) matrix with ``added`` on its diagonal."""
+    (a, b, c), (_, d, e), (_, _, f) = matrix
+    a, d, f = a + added, d + added, f + added
+    first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
+    determinant = a * first + b * second + c * third
+    xx, xy, xz = first / determinant, second / determinant, third / determinant
+    yy, yz, zz = (a * f - c * c) / determinant, (b * c - a * e) / determinant, (a * d - b * b) / determinant
+    return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)

@@ -9,9 +9,9 @@ SR (2a) to (2c). SR's equation (1) lacks the ½ and has two signs wrong (see the
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ams.arrays import FloatArray
+from ams.attitude import rate_scan
 
 IDENTITY: Final = (0.0, 0.0, 0.0, 1.0)
 """SR's initial attitude."""
@@ -49,18 +49,14 @@ def advance(q: FloatArray, rate_rad_s: FloatArray, interval_s: float) -> FloatAr
 def integrate(body_rate_rad_s: FloatArray, interval_s: float, start: FloatArray | None = None) -> FloatArray:
     """Quaternions at every sample, (N, 4), from body rates (N, 3), evenly sampled, starting at ``start``.
 
-    Over each interval the rate runs straight from one sample to the next; its mean and the commutator of its ends are
-    taken (Magnus expansion), which is of fourth order in the interval.
+    The rate runs as a cubic through four samples, straight where there are fewer: fourth order in the interval.
+    Raises: ObservationsError with fewer than two samples or a rate that is not a number
+    (:func:`ams.attitude.rate_scan.integrate` bridges and marks it).
     """
-    rates = np.asarray(body_rate_rad_s, dtype=float)
-    first, last = rates[:-1], rates[1:]
-    turns = (first + last) * (interval_s / 2.0) + np.cross(first, last) * (interval_s**2 / 12.0)
-    steps = from_turn(turns)
-    path = np.empty((rates.shape[0], 4))
-    path[0] = np.array(IDENTITY) if start is None else normalised(np.asarray(start, dtype=float))
-    for n in range(steps.shape[0]):
-        path[n + 1] = normalised(multiply(path[n], steps[n]))
-    return path
+    rates = np.ascontiguousarray(np.asarray(body_rate_rad_s, dtype=float).T)
+    rate_scan.refuse_missing(rates)
+    first = np.array(IDENTITY) if start is None else np.asarray(start, dtype=float)
+    return rate_scan.integrate(rates, first, interval_s, "cubic" if rates.shape[1] >= 4 else "linear").quaternion.T
 
 
 def rotation_matrix(q: FloatArray) -> FloatArray:

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.statistics.intervals import reading_halfwidth
 
-FloatArray = NDArray[np.float64]
 Part = tuple[FloatArray, float | FloatArray]
 """A variance or covariance, and the degrees of freedom that it was estimated with."""
 

@@ -5,7 +5,9 @@ and the standard deviation of a reading where the set is used. Sought: the attit
 closed form TP (76), (79); two sensors leave a line of possible f that pierces the unit sphere twice (closed form, TP
 (83) to (98) solved exactly); three are a weighted least-squares problem, TP (99) to (108).
 
-Every angle comes with its standard deviation and a flag. Where the geometry is singular the angle is NaN and the flag
+The solutions are those of :mod:`ams.attitude.three_axes` and :mod:`ams.attitude.few_axes`; here sensors of every kind
+are asked at every attitude for what is not known of them, and intervals stand beside the standard deviations. Every
+angle comes with its standard deviation and a flag. Where the geometry is singular the angle is NaN and the flag
 says why: there is no silent number. Pitch is given in ±90°; (180° − α, R + 180°) is the same attitude of gravity.
 """
 
@@ -16,21 +18,51 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.attitude.spread import PackageErrors, Spread, UncertainSensor, output_errors, weighing_variances
+from ams.arrays import BoolArray, FloatArray
+from ams.attitude import flag_codes
+from ams.attitude.few_axes import one_axis_codes, pierce, pitch_roots, two_axis_codes, two_axis_gains
+from ams.attitude.force_covariance import PACKED, PackedWeighing
+from ams.attitude.spread import (
+    OutputErrors,
+    PackageErrors,
+    Spread,
+    UncertainSensor,
+    output_errors,
+    weighing_variances,
+)
+from ams.attitude.three_axes import (
+    CLEARANCE_SD,
+    LARGEST_SD_RAD,
+    SMALLEST_SLOPE,
+    AttitudeColumns,
+    check_three_directions,
+    fitted,
+    gains,
+    judged_into,
+    turns,
+)
 from ams.errors import DesignError
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.frames import specific_force, specific_force_by_roll
 from ams.statistics.intervals import reading_halfwidth, t_quantile
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+__all__ = [
+    "CLEARANCE_SD",
+    "LARGEST_SD_RAD",
+    "SMALLEST_SLOPE",
+    "Angles",
+    "Sensor",
+    "onto_unit_sphere",
+    "pitch_roll_from_three",
+    "pitch_roll_from_two",
+    "pitch_with_known_roll",
+    "redundancy_limit",
+    "tangents",
+]
 
-LARGEST_SD_RAD: Final = float(np.deg2rad(5.0))
-"""Above this standard deviation the linear propagation means nothing and the angle is called singular."""
-SMALLEST_SLOPE: Final = 1e-6
-"""Relative slope of outputs against angle below which an angle is singular whatever the noise."""
-CLEARANCE_SD: Final = 3.0
-"""An angle closer to the singular attitude than this many of its standard deviations is called singular."""
+
 _ITERATIONS: Final = 20
+_LEVEL: Final = 0.999
+_STRICTNESS: Final = 0.6
 
 
 class Sensor(UncertainSensor, Protocol):
@@ -50,14 +82,15 @@ class Sensor(UncertainSensor, Protocol):
 
 @dataclass(frozen=True)
 class Angles:
-    """Inferred angles, all arrays (N,), NaN where the flag is not empty."""
+    """Inferred angles, all arrays (N,), NaN where they are lost; the flag then says why."""
 
     pitch_rad: FloatArray
     pitch_sd_rad: FloatArray
     roll_rad: FloatArray
     roll_sd_rad: FloatArray
     flags: tuple[str, ...]
-    """Empty where all is well, else the reason in words; roll alone may be missing."""
+    """Empty where all is well, else the reason in words; roll alone may be missing. Where outputs disagree, or a second
+    attitude answers them as well, the angles stand with the flag beside them."""
     pitch_half_95_rad: FloatArray
     """Half-width of the 95 % interval, with Student's factor for what the calibration rests on."""
     roll_half_95_rad: FloatArray
@@ -68,30 +101,31 @@ def pitch_with_known_roll(
 ) -> Angles:
     """Pitch from one sensor near x, roll known (zero for a package without roll). Source: TP (76) to (82).
 
-    The branch is the one on which the sensor's own axis stays within 90° of the horizontal.
+    The branch is the one on which the sensor's own axis stays within 90° of the horizontal; a row in which the other
+    one lies within ±90° of pitch as well, or neither does, is flagged.
     """
     output, roll = np.broadcast_arrays(np.asarray(output_v, dtype=float), np.asarray(roll_rad, dtype=float))
-    k_x, k_y, k_z = np.moveaxis(sensor.k_v_per_g, -1, 0)
-    sign = np.where(k_x < 0, -1.0, 1.0)
-    along, across = sign * k_x, sign * (k_y * np.sin(roll) + k_z * np.cos(roll))
-    amplitude = np.hypot(along, across)
-    sine = sign * (output - sensor.offset_v) / amplitude
-    beyond = np.abs(sine) > 1.0
-    pitch = np.arcsin(np.where(beyond, np.nan, sine)) + np.arctan2(across, along)
-    force = specific_force(pitch, roll)
-    slope = np.sum(specific_force_by_pitch(pitch, roll) * sensor.k_v_per_g, axis=-1)
-    by_roll = np.sum(specific_force_by_roll(pitch, roll) * sensor.k_v_per_g, axis=-1)
+    k = np.moveaxis(sensor.k_v_per_g, -1, 0)
+    roots = pitch_roots(k, sensor.offset_v, output, roll)
+    force = specific_force(roots.pitch_rad, roll)
+    by_roll = np.sum(specific_force_by_roll(roots.pitch_rad, roll) * sensor.k_v_per_g, axis=-1)
     by_roll_v2 = (by_roll * roll_sd_rad) ** 2
+    slope = np.abs(roots.slope_v_per_rad)
     with np.errstate(divide="ignore", invalid="ignore"):
-        sd = np.sqrt(sensor.output_variance_v2(force) + by_roll_v2) / np.abs(slope)
-        half_95 = _known_roll_halfwidth(sensor, force, by_roll_v2) / np.abs(slope)
-    from_vertical = np.abs(slope) / amplitude
-    flat = (from_vertical < np.maximum(SMALLEST_SLOPE, CLEARANCE_SD * sd)) | (sd > LARGEST_SD_RAD)
-    flags = _flags((beyond, "output beyond one g"), (flat, "pitch singular: sensor axis vertical"))
-    lost = beyond | flat
+        sd = np.sqrt(sensor.output_variance_v2(force) + by_roll_v2) / slope
+        half_95 = _known_roll_halfwidth(sensor, force, by_roll_v2) / slope
+    codes = one_axis_codes(roots, sd, np.isfinite(output) & np.isfinite(roll))
+    lost = (codes & (flag_codes.LOST | flag_codes.PITCH_SINGULAR)) != 0
     roll_sd = np.full(roll.shape, float(roll_sd_rad))
-    halves = (_blank(half_95, lost), t_quantile(0.95, np.inf) * roll_sd)
-    return Angles(_blank(pitch, lost), _blank(sd, lost), np.array(roll), roll_sd, flags, *halves)
+    return Angles(
+        _blank(roots.pitch_rad, lost),
+        _blank(sd, lost),
+        np.array(roll),
+        roll_sd,
+        flag_codes.words(codes, flag_codes.ONE_AXIS_WORDS),
+        _blank(half_95, lost),
+        t_quantile(0.95, np.inf) * roll_sd,
+    )
 
 
 def _known_roll_halfwidth(sensor: Sensor, force: FloatArray, by_roll_v2: FloatArray) -> FloatArray:
@@ -112,39 +146,101 @@ def pitch_roll_from_two(
     """Pitch and roll from two sensors, ``outputs_v`` (N, 2). Source: TP (83) to (98), solved in closed form.
 
     Two outputs fit two attitudes. Of these the one with f_z < 0 (roll within ±90°) is taken for ``upright``; where the
-    two differ in f_y rather than in f_z (an x-z package), the one with f_y < 0 for ``right_wing_down``.
+    two differ in f_y rather than in f_z (an x-z package), the one with f_y < 0 for ``right_wing_down``. A row in which
+    both, or neither, answer that is flagged.
     """
     K, offsets = _stack(sensors, 2)
-    normal = np.cross(K[..., 0, :], K[..., 1, :])
-    area = np.linalg.norm(normal, axis=-1, keepdims=True)
-    if np.any(area[..., 0] < SMALLEST_SLOPE * np.prod(np.linalg.norm(K, axis=-1), axis=-1)):
-        raise DesignError("two-axis package: the two sensitive axes are parallel: they resolve one direction only")
-    normal = normal / area
-    nearest = _times(np.asarray(np.linalg.pinv(K), dtype=np.float64), np.atleast_2d(outputs_v) - offsets)
-    rest = 1.0 - np.sum(nearest**2, axis=1)
-    beyond = rest < 0.0
-    length = np.sqrt(np.where(beyond, np.nan, rest))
-    by_z = np.abs(normal[..., 2]) >= np.abs(normal[..., 1])
-    leading = np.where(by_z, normal[..., 2], normal[..., 1])
-    side = np.sign(leading) * np.where(np.where(by_z, upright, right_wing_down), -1.0, 1.0)
-    force = nearest + (side * length)[:, None] * normal
-    return _judged(sensors, package, force, beyond, clearance_rad=length)
+    pierced = pierce(K, (np.atleast_2d(outputs_v) - offsets).T, upright, right_wing_down)
+    force = np.where(np.isnan(pierced.force), np.array([[0.0], [0.0], [-1.0]]), pierced.force)
+    pitch_gain, roll_gain, rank_lost = two_axis_gains(K, force)
+    across = turns(force)[2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gain = np.where(rank_lost, np.nan, np.stack([pitch_gain, roll_gain]))
+        spread = output_errors(sensors, force.T, package).of_angles(np.moveaxis(gain, -1, 0))
+    codes = two_axis_codes(pierced, spread.sd[:, 0], spread.sd[:, 1], across, rank_lost)
+    return _angles(pierced.force, spread, across, codes)
 
 
 def pitch_roll_from_three(
-    sensors: Sequence[Sensor], outputs_v: FloatArray, package: PackageErrors | None = None
+    sensors: Sequence[Sensor],
+    outputs_v: FloatArray,
+    package: PackageErrors | None = None,
+    *,
+    gravity_relative_u: float = 0.0,
 ) -> Angles:
-    """Pitch and roll from three sensors, ``outputs_v`` (N, 3), by weighted least squares. Source: TP (99) to (108)."""
+    """Pitch and roll from three sensors, ``outputs_v`` (N, 3), by weighted least squares. Source: TP (99) to (108).
+
+    Rows whose outputs disagree are flagged, by Student's t at 99.9 %; ``gravity_relative_u`` is the uncertainty of
+    gravity where the sensors are used, over gravity.
+    """
     K, offsets = _stack(sensors, 3)
+    check_three_directions(K)
     volts = np.atleast_2d(outputs_v) - offsets
-    if np.any(np.abs(np.linalg.det(K)) < SMALLEST_SLOPE * np.prod(np.linalg.norm(K, axis=-1), axis=-1)):
-        raise DesignError("three-axis package: the three sensitive axes lie in one plane: use two of them")
-    force = np.linalg.solve(K, volts[..., None])[..., 0]
-    length = np.linalg.norm(force, axis=1, keepdims=True)
-    weights = 1.0 / np.maximum(weighing_variances(sensors, K, force / length), np.finfo(float).tiny)
-    unit, settled = onto_unit_sphere(K, volts, weights, force / length)
-    everywhere = np.full(unit.shape[0], np.pi)
-    return _judged(sensors, package, unit, np.zeros_like(settled), clearance_rad=everywhere, unsettled=~settled)
+    errors = _SampledErrors(sensors, package, K, np.asarray(np.linalg.inv(K), dtype=np.float64), len(volts))
+    sensed = np.ascontiguousarray(_times(errors.inverse, volts).T)
+    found = AttitudeColumns.empty(sensed.shape[1])
+    force, weighing, codes = fitted(sensed, errors)
+    judged_into(found, slice(None), (sensed, force, weighing, codes), errors, redundancy_limit, gravity_relative_u)
+    safe = np.where(np.isfinite(force), force, np.array([[0.0], [0.0], [-1.0]]))
+    meridian, parallel, across = turns(safe)
+    gain = np.stack(gains(safe, meridian, parallel, weighing.times(safe)))
+    spread = output_errors(sensors, safe.T, package).of_angles(np.moveaxis(gain, -1, 0) @ errors.inverse)
+    return _angles(force, spread, across, found.codes)
+
+
+def redundancy_limit(variances: FloatArray, dof: FloatArray) -> FloatArray:
+    """Return what Student's t stays within in 99.9 %, for (C, m) parts of a variance with their degrees of freedom.
+
+    So far out Welch and Satterthwaite's degrees of freedom are too generous (0.7 % of alarms instead of 0.1 % where a
+    part with three is nearly all), Cochran and Cox's mean of Student's factors too strict (0.02 %). Between the two,
+    four or more degrees of freedom raise 0.04 to 0.2 %, three 0.03 to 0.3 % (simulated at all shares of the parts).
+    """
+    total = variances.sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        generous = t_quantile(_LEVEL, total**2 / np.sum(variances**2 / dof, axis=0))
+        strict = np.sum(variances * t_quantile(_LEVEL, dof), axis=0) / total
+    return np.asarray(generous ** (1.0 - _STRICTNESS) * strict**_STRICTNESS)
+
+
+@dataclass(frozen=True)
+class _SampledErrors:
+    """The errors of sensors of any kind, asked at every attitude."""
+
+    sensors: Sequence[Sensor]
+    package: PackageErrors | None
+    k_v_per_g: FloatArray
+    inverse: FloatArray
+    """(3, 3) or (N, 3, 3)."""
+    rows: int
+
+    def total(self, force: FloatArray) -> FloatArray:
+        return np.asarray(np.sum(self._parts(force), axis=0))
+
+    def parts(self, force: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
+        return np.stack([part[:, rows] for part in self._parts(force)])
+
+    def dof(self, rows: NDArray[np.intp]) -> FloatArray:
+        level = np.tile([0.0, 0.0, -1.0], (self.rows, 1))
+        stated = [np.asarray(dof) for _, dof in self._of_outputs(level).calibration]
+        return np.stack([*(dof[rows] if dof.ndim else np.full(rows.size, dof) for dof in stated),
+                         np.full(rows.size, np.inf)])  # fmt: skip
+
+    def weighing(self, sensed: FloatArray, square: FloatArray) -> PackedWeighing:
+        variances = weighing_variances(self.sensors, self.k_v_per_g, (sensed / np.sqrt(square)).T)
+        variances = np.where(variances.any(axis=1, keepdims=True), variances, 1.0)
+        return PackedWeighing(self._packed(variances[..., None] * np.eye(3)))
+
+    def _parts(self, force: FloatArray) -> list[FloatArray]:
+        errors = self._of_outputs(force.T)
+        covariances = [covariance for covariance, _ in errors.calibration]
+        return [self._packed(part) for part in (*covariances, errors.reading[..., None] * np.eye(3))]
+
+    def _of_outputs(self, force: FloatArray) -> OutputErrors:
+        return output_errors(self.sensors, force, self.package)
+
+    def _packed(self, of_outputs: FloatArray) -> FloatArray:
+        in_force = self.inverse @ of_outputs @ np.swapaxes(self.inverse, -1, -2)
+        return np.stack([in_force[..., a, b] for a, b in PACKED])
 
 
 def onto_unit_sphere(
@@ -185,73 +281,24 @@ def tangents(force: FloatArray) -> FloatArray:
     return np.stack([first, np.cross(force, first)], axis=-1)
 
 
-def _judged(
-    sensors: Sequence[Sensor],
-    package: PackageErrors | None,
-    force: FloatArray,
-    beyond: BoolArray,
-    *,
-    clearance_rad: FloatArray,
-    unsettled: BoolArray | None = None,
-) -> Angles:
-    """Angles of the unit force with their standard deviations, by TP (89), (90), (103), (104)."""
-    pitch = np.arctan2(force[:, 0], np.hypot(force[:, 1], force[:, 2]))
-    roll = np.arctan2(-force[:, 1], -force[:, 2])
-    spread, pitch_lost, roll_lost = _spread(sensors, package, pitch, roll, beyond)
-    pitch_sd, roll_sd = spread.sd.T
-    pitch_lost = pitch_lost | ~(CLEARANCE_SD * pitch_sd <= clearance_rad)
-    roll_lost = roll_lost | ~(CLEARANCE_SD * roll_sd * np.cos(pitch) <= clearance_rad)
-    unsettled = np.zeros_like(beyond) if unsettled is None else unsettled
-    fine = ~beyond & ~unsettled
-    flags = _flags(
-        (beyond, "outputs beyond one g"),
-        (unsettled, "no solution: iteration did not settle"),
-        (fine & pitch_lost & roll_lost, "pitch and roll singular"),
-        (fine & pitch_lost & ~roll_lost, "pitch singular"),
-        (fine & roll_lost & ~pitch_lost, "roll singular"),
+def _angles(force: FloatArray, spread: Spread, across: FloatArray, codes: flag_codes.Codes) -> Angles:
+    """The angles of (3, N) unit forces; the spread of roll is that along the parallel, cos α·roll."""
+    pitch, roll = np.arctan2(force[0], np.hypot(force[1], force[2])), np.arctan2(-force[1], -force[2])
+    pitch_lost, roll_lost = (
+        (codes & (flag_codes.LOST | code)) != 0 for code in (flag_codes.PITCH_SINGULAR, flag_codes.ROLL_SINGULAR)
     )
-    lost_pitch, lost_roll = pitch_lost | ~fine, roll_lost | ~fine
-    return Angles(
-        _blank(pitch, lost_pitch),
-        _blank(pitch_sd, lost_pitch),
-        _blank(roll, lost_roll),
-        _blank(roll_sd, lost_roll),
-        flags,
-        _blank(spread.half_95[:, 0], lost_pitch),
-        _blank(spread.half_95[:, 1], lost_roll),
-    )
-
-
-def _spread(
-    sensors: Sequence[Sensor], package: PackageErrors | None, pitch: FloatArray, roll: FloatArray, beyond: BoolArray
-) -> tuple[Spread, BoolArray, BoolArray]:
-    """Standard deviations and intervals, and where pitch or roll is singular.
-
-    The angles are taken as turns of f: pitch along the meridian, cos α·roll along the parallel. These stay regular at
-    α = ±90° when the sensors resolve both, and roll alone is lost there.
-    """
-    K, _ = _stack(sensors, len(sensors))
-    safe_pitch, safe_roll = np.where(beyond, 0.0, pitch), np.where(beyond, 0.0, roll)
-    force = specific_force(safe_pitch, safe_roll)
-    along_roll = np.stack([np.zeros_like(roll), -np.cos(safe_roll), np.sin(safe_roll)], axis=-1)
-    J = np.stack([_times(K, specific_force_by_pitch(safe_pitch, safe_roll)), _times(K, along_roll)], axis=-1)
-    floor = np.max(K**2) * np.finfo(float).tiny / np.finfo(float).eps
-    weights = 1.0 / np.maximum(weighing_variances(sensors, K, force), floor)
-    singular_values = np.linalg.svd(J / np.linalg.norm(K, axis=-1)[..., None], compute_uv=False)
-    rank_lost = singular_values[:, 1] < SMALLEST_SLOPE * singular_values[:, 0]
-    weighted = np.swapaxes(J, -1, -2) * weights[:, None, :]
-    normal = weighted @ J
-    normal[rank_lost] = np.eye(2)
-    turns = output_errors(sensors, force, package).of_angles(
-        np.asarray(np.linalg.solve(normal, weighted), dtype=np.float64)
-    )
-    cos_pitch = np.cos(safe_pitch)
     with np.errstate(divide="ignore", invalid="ignore"):
-        in_angles = np.stack([np.ones_like(cos_pitch), 1.0 / cos_pitch], axis=-1)
-        spread = Spread(turns.sd * in_angles, turns.half_95 * in_angles)
-    pitch_lost = rank_lost | (spread.sd[:, 0] > LARGEST_SD_RAD)
-    roll_lost = rank_lost | ~(spread.sd[:, 1] <= LARGEST_SD_RAD) | (cos_pitch < SMALLEST_SLOPE)
-    return spread, pitch_lost, roll_lost
+        in_angles = np.stack([np.ones_like(across), 1.0 / across], axis=-1)
+        sd, half_95 = spread.sd * in_angles, spread.half_95 * in_angles
+    return Angles(
+        _blank(pitch, pitch_lost),
+        _blank(sd[:, 0], pitch_lost),
+        _blank(roll, roll_lost),
+        _blank(sd[:, 1], roll_lost),
+        flag_codes.words(codes),
+        _blank(half_95[:, 0], pitch_lost),
+        _blank(half_95[:, 1], roll_lost),
+    )
 
 
 def _stack(sensors: Sequence[Sensor], count: int) -> tuple[FloatArray, FloatArray]:
@@ -263,10 +310,3 @@ def _stack(sensors: Sequence[Sensor], count: int) -> tuple[FloatArray, FloatArra
 
 def _blank(values: FloatArray, lost: BoolArray) -> FloatArray:
     return np.where(lost, np.nan, values)
-
-
-def _flags(*reasons: tuple[BoolArray, str]) -> tuple[str, ...]:
-    chosen = np.full(np.shape(reasons[0][0]), "", dtype=object)
-    for where, words in reversed(reasons):
-        chosen[where] = words
-    return tuple(str(flag) for flag in np.atleast_1d(chosen))

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import SolveError
 from ams.frames import AXES
 from ams.models.cr import CrPair, CrSensor, model_gravity_g, sensed_field, sting_gravity_g
-
-FloatArray = NDArray[np.float64]
 
 SMALLEST_SINE: Final = 1e-6
 """Below this sine of the angle to a singular attitude, the angle concerned is not stated."""

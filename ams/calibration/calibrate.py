@@ -14,11 +14,12 @@ Axes that share a basis are solved together (:mod:`ams.calibration.columns`); th
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
 from ams.calibration_result import AxisCalibration, Calibration, Replication
+from ams.errors import ObservationsError
 from ams.frames import AXES
 from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.inputs.shared_errors import SharedError
@@ -33,8 +34,6 @@ from ams.solve.residual_curvature import residual_curvature
 from ams.solve.usable_replications import standing_rows
 from ams.solve.whole_plots import visit_warnings, visits_of
 
-FloatArray = NDArray[np.float64]
-
 _LARGE_CONDITION = 1e4
 _LONGEST_LIST = 8
 
@@ -43,7 +42,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     """Solve every sensor axis that the request names.
 
     Raises:
-        ObservationsError: rows are missing, repeated or not finite, or a column that the request needs is not there.
+        ObservationsError: rows are missing, repeated or not finite, a column that the request needs is not there, or
+            outputs are not in the unit that the model states.
         DesignError: the points or temperatures cannot determine the model.
         SolveError: the iteration of a nonlinear model did not converge.
     """
@@ -51,6 +51,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     layout = layout_of(observations)
     labels = tuple(request.axes_of(observations))
     base = base_model(labels[0], observations, request)
+    _refuse_foreign_units(labels, observations, request)
     kept, left_out = standing_rows(observations, layout, base)
     rows = observations
     if left_out:
@@ -63,8 +64,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     shared = {label: request.shared_errors.get(label, ()) for label in labels}
     for group in _alike(choices, shared):
         models = [choices[label].model for label in group]
-        outputs_v = np.stack([rows.outputs_v[label] for label in group], axis=1)
-        problem = linearise(models, rows, layout, outputs_v, weights)
+        outputs = np.stack([rows.outputs[label] for label in group], axis=1)
+        problem = linearise(models, rows, layout, outputs, weights)
         plots = plots_of(models[0], rows, layout)
         solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]])
         for row, label in enumerate(group):
@@ -74,6 +75,21 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     warnings = (*left_out, *_layout_warnings(layout, rows))
     package = package_covariance([parts[label] for label in labels])
     return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings, package=package)
+
+
+def _refuse_foreign_units(labels: Sequence[str], observations: Observations, request: CalibrationRequest) -> None:
+    for label in labels:
+        model, unit = base_model(label, observations, request), observations.unit_of(label)
+        if unit != model.measured_unit:
+            raise ObservationsError(
+                f"{observations.source}: axis {label}: got readings in {unit}, the model {model.name!r} states "
+                f"{_in_words(model.measured_unit)}; nothing was solved; declare the channel in that unit (for a "
+                'stream: counts_per_unit and unit = "v"), or ask for straight lines, solve.model = "linear"'
+            )
+
+
+def _in_words(unit: str) -> str:
+    return "volts" if unit == "v" else unit
 
 
 def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[SharedError]]) -> Iterator[Sequence[str]]:
@@ -93,7 +109,7 @@ def _axis(
 ) -> AxisCalibration:
     """``asked``: for H_E."""
     model, primary = choice.model, solved.primary[row]
-    output_v = observations.outputs_v[label]
+    output_v = observations.outputs[label]
     is_exact = solved.problem.convergence is None and not model.fixed and observations.rows == solved.layout.rows
     fitted_v = solved.problem.form.basis @ primary if is_exact else model.predict(primary, observations)
     return AxisCalibration(

@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.replication import ReplicationColumns, analyse, quantity
+from ams.arrays import FloatArray
 from ams.inputs.shared_errors import SharedError, shared_columns
 from ams.inputs.table_uncertainty import TableUncertainty, columns_of_members, index_members
 from ams.models.drifting import REFERENCE_NAME
@@ -24,8 +24,6 @@ from ams.solve.linearised import Linearised, is_shared, linearise, shared_regres
 from ams.solve.mixed_model import CommonErrors, MixedEstimates, estimate
 from ams.solve.whole_plots import WholePlots, visits_of, whole_plots
 from ams.statistics.intervals import combined_dof
-
-FloatArray = NDArray[np.float64]
 
 NOT_PER_REPLICATION = frozenset({"reference_temperature_degc", REFERENCE_NAME})
 """Beside what is only seen across replications."""
@@ -72,14 +70,14 @@ class SolvedColumns:
 
 def solve_columns(
     points: Observations,
-    outputs_v: FloatArray,
+    outputs: FloatArray,
     models: Sequence[Model],
     weights: FloatArray | None = None,
     table: TableUncertainty | None = None,
 ) -> SolvedColumns:
     """Solve (N, m) outputs, volts, of m sensor axes that were all measured at the rows of ``points``.
 
-    ``models`` names one model for every column; they may differ in the nominal axis only. ``points.outputs_v`` is not
+    ``models`` names one model for every column; they may differ in the nominal axis only. ``points.outputs`` is not
     looked at.
 
     Raises:
@@ -87,7 +85,7 @@ def solve_columns(
         DesignError: the points cannot determine the model.
     """
     layout = layout_of(points)
-    problem = linearise(models, points, layout, outputs_v, weights)
+    problem = linearise(models, points, layout, outputs, weights)
     return solve_linearised(problem, layout, plots_of(problem.model, points, layout), table)
 
 
@@ -105,7 +103,11 @@ def solve_linearised(
 ) -> SolvedColumns:
     """Estimate, covariance, derived parameters and tests; ``shared`` are errors that all rows of every axis share."""
     common = _common_errors(problem, table, shared)
-    mixed = estimate(problem.form, problem.alone, layout, problem.outputs_v, common, plots)
+    # A straight line is drawn as it is, and what its levels are wrong by is added: weights by them would move it.
+    is_line = problem.block.reference_level is not None
+    mixed = estimate(problem.form, problem.alone, layout, problem.outputs, [] if is_line else common, plots)
+    if is_line:
+        mixed = mixed.with_errors(problem.form, common)
     primary = problem.complete(mixed.estimate)
     components = _all_primary(problem, mixed, common)
     dof = layout.rows - problem.free.size
@@ -136,7 +138,7 @@ def _common_errors(
     uncertain = _uncertain(problem.model)
     if table is None and not uncertain and not shared:
         return []
-    ordinary = problem.complete(problem.form.solve(problem.outputs_v).T)
+    ordinary = problem.complete(problem.form.solve(problem.outputs).T)
     rows = problem.block
     members = {} if table is None else index_members(table, _angles_rad(rows))
     common: list[CommonErrors] = []
@@ -214,7 +216,7 @@ def _replication(
     tested = [i for i, name in enumerate(parameters.names) if _is_per_replication(name)]
     names = [quantity(parameters.names[i]) for i in tested]
     directions = parameters.directions[:, tested][..., problem.free][..., :own]
-    largest_v = np.abs(problem.outputs_v).max(axis=0)
+    largest_v = np.abs(problem.outputs).max(axis=0)
     return analyse(problem.alone, layout, largest_v, mixed.sums, names, directions)
 
 

@@ -9,19 +9,17 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.calibration.document import Document
 from ams.errors import DesignError
-from ams.frames import AXES, RAD_PER_ARCSEC
+from ams.frames import AXES
 from ams.inputs.csv_table import parse_csv, refuse_cell, refuse_missing_columns
 from ams.inputs.observations_csv import read_csv
 from ams.inputs.request import select_rows
 from ams.models.accelerometer import PitchRoll
 from ams.solve.joint import JointFit, Nuisance
 from ams.solve.table_errors import REVERSED, UPRIGHT, Mounting
-
-FloatArray = NDArray[np.float64]
+from ams.units import RAD_PER_ARCSEC
 
 MOUNTS: Final = {"upright": UPRIGHT, "reversed": REVERSED}
 

@@ -67,7 +67,8 @@ def _levels(table: CsvTable, axis: str, column: str) -> Levels:
         point=labels(part, "point"),
         pitch_rad=nothing,
         roll_rad=nothing,
-        outputs_v={axis: numbers(part, column)},
+        outputs={axis: numbers(part, column)},
+        units={axis: model.measured_unit},
         temperature_degc=temperature,
         time_s=numbers(part, "time_s") if "time_s" in part.columns else None,
         reference_level=numbers(part, reference),
@@ -155,7 +156,7 @@ def _two_levels(levels: Levels) -> Document:
     """SR's two equations: exact, and nothing left over to judge the error by."""
     rows, model = levels.observations, levels.model
     assert rows.reference_level is not None
-    line = fit_line(rows.outputs_v[model.nominal_axis], rows.reference_level).line
+    line = fit_line(rows.outputs[model.nominal_axis], rows.reference_level).line
     unknown = {"standard_uncertainty": None, "tp_standard_uncertainty": None, "interval_95": None}
     names = model.parameter_names
     return {

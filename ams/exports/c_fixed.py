@@ -26,12 +26,14 @@ from ams.exports.c_text import (
     prefix_of,
 )
 from ams.exports.embedded import document_from
+from ams.exports.format import Format
 from ams.exports.plain_values import check_same
 from ams.frames import specific_force
 from ams.sets.canonical import listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import AxisNumbers
 from ams.sets.instructions import polarity
+from ams.units import ARCSEC_PER_DEG
 
 HEAD = "calrig coefficient set as C header, fixed point, version 1"
 SEAL = c_seal("C header in fixed point", HEAD)
@@ -153,7 +155,7 @@ def _fixed(sensor: str, numbers: AxisNumbers) -> FixedAxis:
     units = 0.5 + math.sqrt(3.0) / 2.0 + 0.5 + (abs(x) + abs(y) + abs(z)) / 2.0 ** (FORCE_BITS + 1)
     error_v = units / 2.0**VOLT_BITS
     slope_v_per_rad = float(np.linalg.norm(numbers.direction_v_per_g))
-    return FixedAxis(numbers.axis, offset, (x, y, z), error_v, math.degrees(error_v / slope_v_per_rad) * 3600.0)
+    return FixedAxis(numbers.axis, offset, (x, y, z), error_v, math.degrees(error_v / slope_v_per_rad) * ARCSEC_PER_DEG)
 
 
 def _word(value: float, bits: int = VOLT_BITS) -> int:
@@ -208,3 +210,6 @@ def _functions(axes: list[FixedAxis], prefix: str) -> list[str]:
         for line in filled(CHECK, {**names, "a": axis.axis, "column": column})
     ]
     return [*outputs, "", *filled(SELF_TEST, {"checks": "\n".join(checks), **names}), ""]
+
+
+FORMAT = Format("c-fixed", ".fixed.h", to_c_fixed, from_c_fixed, LOSES)

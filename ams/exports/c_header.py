@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ams.errors import SetError
-from ams.exports.c_fields import BODIES, field_function
+from ams.exports.c_fields import field_function, models_in_c
 from ams.exports.c_text import (
     array,
     c_seal,
@@ -23,6 +23,7 @@ from ams.exports.c_text import (
     primary_lines,
 )
 from ams.exports.embedded import document_from
+from ams.exports.format import Format
 from ams.exports.plain_values import check_same
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
@@ -56,6 +57,13 @@ static inline double @p@_@a@_v(const double f[3], double temperature_degc)
 {
     const double sensed_v = @P@_@A@_@KX@ * f[0] + @P@_@A@_@KY@ * f[1] + @P@_@A@_@KZ@ * f[2]@q@;
     return @p@_@a@_offset_v(temperature_degc) + @p@_@a@_gain(temperature_degc) * sensed_v;
+}
+"""
+OWN_OUTPUT = """
+static inline double @p@_@a@_v(const double f[3], double temperature_degc)
+{
+    (void)temperature_degc;
+    return @c@;
 }
 """
 ABOVE = "(temperature_degc - @P@_@A@_REFERENCE_TEMPERATURE_DEGC)"
@@ -153,10 +161,10 @@ def _model(coefficients: CoefficientSet) -> str:
     """The one model of all axes. Raises: SetError where they have several, or one that C has no form of here."""
     models = sorted({numbers.model for numbers in coefficients.axes.values()})
     check_names(coefficients)
-    if len(models) != 1 or models[0] not in BODIES:
+    if len(models) != 1 or models[0] not in models_in_c():
         raise SetError(
             f"{coefficients.sensor}: C header: has no form of this set: got the models {', '.join(models)}, allowed is "
-            f"one of {', '.join(BODIES)} for all axes; nothing was written; export another format"
+            f"one of {', '.join(models_in_c())} for all axes; nothing was written; export another format"
         )
     return models[0]
 
@@ -223,7 +231,7 @@ def _functions(coefficients: CoefficientSet, prefix: str, model: str) -> list[st
     lines = field_function(prefix, model)
     for numbers in coefficients.axes.values():
         here = {**names, "a": numbers.axis, "A": numbers.axis.upper()}
-        lines += ["", *filled("\n".join(filled(OUTPUT, _terms(numbers))), here)]
+        lines += ["", *filled(_output(numbers), here)]
     if is_package(coefficients.axes):
         lines += ["", *filled("\n".join(filled(ANGLES, _package(coefficients))), names)]
     count = len(FIELDS[model].inputs)
@@ -234,6 +242,14 @@ def _functions(coefficients: CoefficientSet, prefix: str, model: str) -> list[st
     ]
     inputs = ", ".join(f"vector[{place}]" for place in range(count))
     return [*lines, "", *filled(SELF_TEST, {"checks": "\n".join(checks), "inputs": inputs, **names}), ""]
+
+
+def _output(numbers: AxisNumbers) -> str:
+    own = numbers.own_output
+    if own is None:
+        return "\n".join(filled(OUTPUT, _terms(numbers)))
+    assert own.c is not None, "models without C were refused"
+    return OWN_OUTPUT.replace("@c@", own.c.format(**{name: f"@P@_@A@_{name.upper()}" for name in own.primary_names}))
 
 
 def _terms(numbers: AxisNumbers) -> dict[str, str]:
@@ -263,3 +279,6 @@ def _package(coefficients: CoefficientSet) -> dict[str, str]:
         "sensed": ",\n        ".join(sensed),
         "sign": "1.0" if determinant > 0.0 else "-1.0",
     }
+
+
+FORMAT = Format("c", ".h", to_c_header, from_c_header)

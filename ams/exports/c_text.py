@@ -42,7 +42,7 @@ def check_names(coefficients: CoefficientSet) -> None:
 
 def check_accelerometers(coefficients: CoefficientSet, what: str) -> None:
     """Raises: SetError where the equation is not the accelerometer's of pitch and roll."""
-    if coefficients.convention != "TP":
+    if coefficients.convention != "TP" or any(numbers.own_output for numbers in coefficients.axes.values()):
         raise SetError(
             f"{coefficients.sensor}: {what}: has no form of this set's equations: got convention "
             f"{coefficients.convention}, model {coefficients.model}, needed are accelerometers of pitch and roll (TP); "
@@ -101,6 +101,8 @@ def primary_lines(prefix: str, numbers: AxisNumbers) -> list[str]:
 
 
 def _names(numbers: AxisNumbers) -> Iterable[str]:
+    if numbers.own_output is not None:
+        return numbers.own_output.primary_names
     extended = () if numbers.is_linear else EXTENDED_NAMES
     temperature = (*TEMPERATURE_NAMES, "reference_temperature_degc") if numbers.needs_temperature else ()
     return ("offset_v", *FIELDS[numbers.model].directions, *extended, *temperature)

@@ -15,9 +15,10 @@ from itertools import groupby
 
 from ams.errors import SetError
 from ams.exports.checksum_line import INTACT, Seal
+from ams.exports.format import Format
 from ams.sets.canonical import Json
 from ams.sets.coefficients import CoefficientSet, from_document
-from ams.sets.units import unit_of
+from ams.units import unit_of
 
 HEADER = ("path", "kind", "value", "unit")
 LINE_END = "\r\n"
@@ -134,3 +135,6 @@ def _tree(leaves: list[Leaf], where: str) -> Json:
     if names == list(range(len(names))):
         return [_tree(inside, where) for _, inside in branches]
     raise SetError(f"{where}: rows contradict each other: one path stands twice or ends inside another; {INTACT}")
+
+
+FORMAT = Format("csv", ".csv", to_csv, from_csv)

@@ -15,6 +15,7 @@ from ams.exports.checksum_line import INTACT, Seal
 from ams.exports.dcc_administration import administrative_data
 from ams.exports.dcc_elements import NAMESPACES, Element, content, plain, tree
 from ams.exports.dcc_results import measurement_result
+from ams.exports.format import Format
 from ams.exports.json_text import from_json, to_json
 from ams.exports.optional_libraries import library
 from ams.exports.plain_values import check_same
@@ -89,3 +90,6 @@ def _quantities(root: Any) -> dict[str, list[str]]:
         found.get("id"): [str(part.text) for part in found.xpath(inside, namespaces=NAMESPACES)]
         for found in root.iterfind(".//dcc:quantity[@id]", NAMESPACES)
     }
+
+
+FORMAT = Format("dcc", ".xml", to_dcc, from_dcc)

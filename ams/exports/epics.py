@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from ams.exports.checksum_line import Seal
 from ams.exports.csv_text import unit_below
 from ams.exports.embedded import comment_lines, document_from, document_lines, harmless
+from ams.exports.format import Format
 from ams.exports.plain_values import check_same
 from ams.exports.statement import statement
 from ams.sets.canonical import Document, Json, listed, number, table
@@ -158,3 +159,6 @@ def _pv(name: str) -> str:
 
 def _quoted(text: str) -> str:
     return harmless(text).replace("\\", "\\\\").replace('"', '\\"')
+
+
+FORMAT = Format("epics", ".db", to_epics, from_epics, LOSES)

@@ -16,6 +16,7 @@ from ams.errors import SetError
 from ams.exports.checksum_inside import UNSEALED, check_inside, check_layout, sealed_inside
 from ams.exports.checksum_line import INTACT
 from ams.exports.csv_text import unit_below
+from ams.exports.format import Format
 from ams.exports.json_text import from_json, to_json
 from ams.exports.optional_libraries import library
 from ams.exports.plain_values import axes_used, check_same, columns, numeric
@@ -147,3 +148,6 @@ def _name(key: str) -> str:
     if not escaped:
         return "~3"
     return "~2" * len(escaped) if not escaped.strip(".") else escaped
+
+
+FORMAT = Format("hdf5", ".h5", to_hdf5, from_hdf5)

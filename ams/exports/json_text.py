@@ -8,6 +8,7 @@ import json
 import math
 
 from ams.errors import SetError
+from ams.exports.format import Format
 from ams.sets.canonical import Json, canonical_bytes, render
 from ams.sets.coefficients import CoefficientSet, from_document
 
@@ -73,3 +74,6 @@ def _finite(text: str) -> float:
 
 def _refuse_constant(name: str) -> Json:
     raise ValueError(f"the constant {name} is not allowed")
+
+
+FORMAT = Format("json", ".json", to_json, from_json)

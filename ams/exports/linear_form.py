@@ -13,16 +13,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ams.arrays import FloatArray
 from ams.errors import SetError
 from ams.exports.c_text import check_accelerometers
 from ams.exports.checksum_line import INTACT, Seal
 from ams.exports.embedded import comment_lines
+from ams.exports.format import Format
 from ams.exports.json_text import parsed
 from ams.exports.plain_values import check_same
 from ams.exports.statement import statement
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet, from_document
-from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers, FloatArray
+from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers
 from ams.sets.instructions import polarity
 
 HEAD = "# calrig coefficient set in linear form, version 1"
@@ -172,3 +174,6 @@ def _comparable(read: Document) -> Document:
     """Lists of tables as tables, so that they are compared number for number; without the document."""
     vectors = {str(place): vector for place, vector in enumerate(listed(read.get("test_vectors")))}
     return {**{key: value for key, value in read.items() if key != "document_json"}, "test_vectors": vectors}
+
+
+FORMAT = Format("linear", ".linear.toml", to_linear_form, from_linear_form, LOSES)

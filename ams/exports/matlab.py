@@ -15,6 +15,7 @@ import numpy as np
 
 from ams.errors import SetError
 from ams.exports.checksum_line import INTACT
+from ams.exports.format import Format
 from ams.exports.json_text import from_json, to_json
 from ams.exports.plain_values import axes_used, check_same, columns, numeric
 from ams.sets.canonical import Document, Json
@@ -146,3 +147,6 @@ def _check_numbers(struct: Mapping[str, Any], coefficients: CoefficientSet, wher
     """What a reader of the struct uses is what the document says. Raises: VectorsDisagree."""
     check_same(struct["axes"], _matlab(axes_used(coefficients)), "axes", where)
     check_same(struct["test_vectors"], _vectors_struct(coefficients.test_vectors), "test_vectors", where)
+
+
+FORMAT = Format("mat", ".mat", to_matlab, from_matlab)

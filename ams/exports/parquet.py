@@ -12,6 +12,7 @@ from ams.errors import SetError
 from ams.exports.checksum_inside import UNSEALED, check_inside, check_layout, sealed_inside
 from ams.exports.checksum_line import INTACT
 from ams.exports.csv_text import HEADER, rows_of
+from ams.exports.format import Format
 from ams.exports.json_text import from_json, to_json
 from ams.exports.optional_libraries import library
 from ams.exports.plain_values import check_same
@@ -71,3 +72,6 @@ def _columns(coefficients: CoefficientSet) -> dict[str, list[Any]]:
 
 def _comparable(columns: dict[str, list[Any]]) -> dict[str, list[str]]:
     return {name: [repr(value) for value in column] for name, column in columns.items()}
+
+
+FORMAT = Format("parquet", ".parquet", to_parquet, from_parquet)

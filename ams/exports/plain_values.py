@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ams.arrays import FloatArray
 from ams.errors import VectorsDisagree
 from ams.sets.canonical import Document, Json, listed, table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.equations import FloatArray
 
 
 def numeric(values: list[Json]) -> FloatArray | None:

@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.spread import Part
 from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
@@ -20,8 +20,6 @@ from ams.sets.canonical import Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.package_section import package_of
 from ams.sets.sensed_quantity import PER_G
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

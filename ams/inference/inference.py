@@ -10,16 +10,17 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
+from ams.inference.by_inverse import pitch_by_inverse
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
 from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
+from ams.models.registry import MODELS
 from ams.sets.coefficients import CoefficientSet
-
-FloatArray = NDArray[np.float64]
+from ams.sets.sensed_quantity import FIELDS
 
 STING: Final = "pitch-yaw-roll-sting"
 MODEL: Final = "pitch-yaw-roll-model"
@@ -75,7 +76,7 @@ class Inference:
         columns = [column for package in packages for column in package.columns.values()]
         if any(package.coefficients.needs_temperature for package in packages):
             columns.append("temperature_degc")
-        if self.package.model != "pitch-only" and len(self.package.columns) == 1:
+        if "roll" in MODELS[self.package.model].columns and len(self.package.columns) == 1:
             columns.append("roll_deg")
         return tuple(dict.fromkeys(columns))
 
@@ -107,6 +108,10 @@ class Inference:
             return angles_from_packages(
                 sensors, second, outputs, self.model_package.outputs_v(second, readings), together
             )
+        own = FIELDS[self.package.model].output
+        if own is not None:
+            nominal_axis = self.package.coefficients.axes[next(iter(self.package.columns))].nominal_axis
+            return pitch_by_inverse(self.package.model, nominal_axis, own, sensors[0], outputs[:, 0])
         if self.package.model == STING:
             alone = angles_from_sting(sensors, outputs, self.package.together(sensors))
             return replace(alone, flags=tuple("; ".join(filter(None, (flag, NO_ROLL))) for flag in alone.flags))
@@ -158,7 +163,10 @@ def inference(
         raise OutsideValidity(
             f"{name}: gyros sense rates, not attitude: nothing was computed; integrate them with ams.attitude.gyro"
         )
-    needed = {STING: 3, "pitch-only": 1}.get(model, axes)
+    own = FIELDS[model].output
+    if own is not None and own.pitch_rad is None:
+        raise OutsideValidity(f"{name}: model {model}: brings no inverse: angles cannot be told; nothing was computed")
+    needed = 1 if own is not None else {STING: 3, "pitch-only": 1}.get(model, axes)
     if axes != needed:
         raise OutsideValidity(
             f"{name}: model {model}: got {axes} axes, needed {needed}; nothing was computed; name the axes to use"

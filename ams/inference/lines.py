@@ -5,13 +5,12 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.spread import Part
 from ams.calibration_result import AxisCalibration, Calibration, VarianceComponent
 from ams.errors import DesignError
-
-FloatArray = NDArray[np.float64]
+from ams.sets.sensed_quantity import FIELDS
 
 _WITH_ROLL: Final = ["offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g"]
 _WITHOUT_ROLL: Final = ["offset_v", "k_x_v_per_g", "k_z_v_per_g"]
@@ -106,6 +105,6 @@ def _onto_line(solved: AxisCalibration) -> FloatArray:
     """(4, P) from primary parameters to (b, k), specific force."""
     turn = np.zeros((4, len(solved.primary_names)))
     for column, name in enumerate(solved.primary_names):
-        is_gravity = name != "offset_v" and solved.model.startswith("pitch-yaw-roll")
+        is_gravity = name != "offset_v" and solved.model in FIELDS and FIELDS[solved.model].is_gravity
         turn[_WITH_ROLL.index(name), column] = -1.0 if is_gravity else 1.0
     return turn

@@ -11,16 +11,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.attitude.spread import OutputErrors, PackageErrors, Spread, output_errors, side_by_side, weighing_variances
 from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Sensor, onto_unit_sphere, tangents
 from ams.attitude.two_package import angles_from_gravity
 from ams.errors import DesignError
 from ams.models.cr import model_gravity_g
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _ITERATIONS: Final = 20
 SIDEWAYS: Final = "sign of pitch and yaw undetermined: yaw near ±90°"

@@ -37,7 +37,7 @@ def read_with_sting(path: str | Path, axes: Mapping[str, str], sting: Package) -
         )
     named = {f"sting {axis}": column for axis, column in sting.columns.items()}
     rows = read_csv(path, {**axes, **named}, ("roll",))
-    readings = {column: rows.outputs_v[f"sting {axis}"] for axis, column in sting.columns.items()}
+    readings = {column: rows.outputs[f"sting {axis}"] for axis, column in sting.columns.items()}
     if rows.temperature_degc is not None:
         readings["temperature_degc"] = rows.temperature_degc
     sensors = sting.sensors(readings, None)
@@ -45,7 +45,7 @@ def read_with_sting(path: str | Path, axes: Mapping[str, str], sting: Package) -
     volts = sting.outputs_v(sensors, readings) - np.array([sensor.offset_v for sensor in sensors])
     gravity = -np.linalg.solve(k, volts.T).T
     angles = angles_from_gravity(gravity, gravity)
-    outputs = {axis: rows.outputs_v[axis] for axis in axes}
+    outputs = {axis: rows.outputs[axis] for axis in axes}
     yaw = np.where(np.isnan(angles.yaw_rad), 0.0, angles.yaw_rad)
     size = np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), gravity[:, 2])
     sideways = np.isnan(angles.pitch_rad)
@@ -53,5 +53,5 @@ def read_with_sting(path: str | Path, axes: Mapping[str, str], sting: Package) -
         rows,
         pitch_rad=np.where(sideways, size, angles.pitch_rad),
         yaw_rad=np.where(sideways, np.sign(gravity[:, 1]) * 0.5 * np.pi, yaw),
-        outputs_v=outputs,
+        outputs=outputs,
     )

@@ -12,11 +12,9 @@ from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
-
-FloatArray = NDArray[np.float64]
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _WHOLE = re.compile(r"\d{1,15}(\.0*)?", re.ASCII)
@@ -144,7 +142,7 @@ def numbers(table: CsvTable, name: str) -> FloatArray:
     return np.array([float(cell) for cell in cells])
 
 
-def labels(table: CsvTable, name: str) -> NDArray[np.int64]:
+def labels(table: CsvTable, name: str) -> IntArray:
     """(N,) the column as whole numbers from 0. Raises: ObservationsError."""
     cells = table.column(name)
     for line, cell in zip(table.lines, cells, strict=True):

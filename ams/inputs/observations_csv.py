@@ -10,14 +10,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
 from ams.frames import body_rates_rad_s
 from ams.inputs.csv_table import CsvTable, labels, numbers, parse_csv, refuse_cell, refuse_missing_columns
 from ams.observations import Observations
-
-FloatArray = NDArray[np.float64]
 
 RATES = ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")
 _OPTIONAL = ("yaw_deg", "temperature_degc", "time_s")
@@ -62,7 +60,7 @@ def read_csv(
         point=label["point"],
         pitch_rad=radians["pitch_deg"],
         roll_rad=radians["roll_deg"],
-        outputs_v={name: found[column] for name, column in axes.items()},
+        outputs={name: found[column] for name, column in axes.items()},
         yaw_rad=radians["yaw_deg"] if "yaw_deg" in found else None,
         temperature_degc=found.get("temperature_degc"),
         time_s=found.get("time_s"),
@@ -97,7 +95,7 @@ def unit_warnings(observations: Observations, columns: Mapping[str, str] | None 
             f"{observations.source}: columns {', '.join(RATES)}: whole degrees come out when the rates are taken as "
             "radians per second: radians? nothing was converted"
         )
-    for label, output in observations.outputs_v.items():
+    for label, output in observations.outputs.items():
         largest = float(np.abs(output).max())
         if largest > _LARGEST_OUTPUT_V:
             column = label if columns is None else columns[label]
@@ -124,7 +122,7 @@ def _present(table: CsvTable, stimulus: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in wanted if name in table.columns)
 
 
-def _refuse_repeated(table: CsvTable, labels: Mapping[str, NDArray[np.int64]]) -> None:
+def _refuse_repeated(table: CsvTable, labels: Mapping[str, IntArray]) -> None:
     seen: dict[tuple[int, int], int] = {}
     for line, replication, point in zip(table.lines, labels["replication"], labels["point"], strict=True):
         pair = (int(replication), int(point))
@@ -150,7 +148,7 @@ def _refuse_impossible(table: CsvTable, numbers: Mapping[str, FloatArray]) -> No
             refuse_cell(table, name, table.lines[row], f"{values[row]:g}", allowed)
 
 
-def _refuse_wandering_points(table: CsvTable, point: NDArray[np.int64], numbers: Mapping[str, FloatArray]) -> None:
+def _refuse_wandering_points(table: CsvTable, point: IntArray, numbers: Mapping[str, FloatArray]) -> None:
     _, first, index = np.unique(point, return_index=True, return_inverse=True)
     for name in (column for column in ("pitch_deg", "roll_deg", "yaw_deg") if column in numbers):
         off = np.mod(numbers[name] - numbers[name][first][index] + 180.0, 360.0) - 180.0

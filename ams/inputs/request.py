@@ -5,16 +5,14 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray
 from ams.errors import DesignError, ObservationsError
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
-
-FloatArray = NDArray[np.float64]
 
 _NO_YAW_RAD = 1e-9
 
@@ -52,7 +50,7 @@ class CalibrationRequest:
 
     def axes_of(self, observations: Observations) -> Mapping[str, str]:
         """Sensor axis label to nominal axis, for the axes to solve."""
-        return self.nominal_axes or {label: label for label in observations.outputs_v}
+        return self.nominal_axes or {label: label for label in observations.outputs}
 
 
 def refuse_unusable(observations: Observations, request: CalibrationRequest) -> None:
@@ -69,10 +67,10 @@ def refuse_unusable(observations: Observations, request: CalibrationRequest) -> 
     if request.extended not in ("no", "test", "yes"):
         raise DesignError(f"extended: got {request.extended!r}, allowed no, test, yes; nothing was solved")
     for label in request.axes_of(observations):
-        if label not in observations.outputs_v:
+        if label not in observations.outputs:
             raise ObservationsError(
                 f"{observations.source}: axis {label}: no outputs; there are "
-                f"{', '.join(observations.outputs_v) or 'none'}; "
+                f"{', '.join(observations.outputs) or 'none'}; "
                 "nothing was solved; name an axis that was measured"
             )
     for name, values in _columns(observations, request).items():
@@ -104,7 +102,7 @@ def _columns(observations: Observations, request: CalibrationRequest) -> Mapping
         **_rates(observations),
         "weights": request.weights,
     }
-    outputs = {f"output {label}": observations.outputs_v[label] for label in request.axes_of(observations)}
+    outputs = {f"output {label}": observations.outputs[label] for label in request.axes_of(observations)}
     return {name: values for name, values in columns.items() if values is not None} | outputs
 
 
@@ -130,7 +128,7 @@ def _refuse_column(observations: Observations, name: str, values: FloatArray) ->
         )
 
 
-def select_rows(observations: Observations, kept: NDArray[np.bool_]) -> Observations:
+def select_rows(observations: Observations, kept: BoolArray) -> Observations:
     """The rows where ``kept`` is true."""
     return replace(
         observations,
@@ -138,11 +136,12 @@ def select_rows(observations: Observations, kept: NDArray[np.bool_]) -> Observat
         point=observations.point[kept],
         pitch_rad=observations.pitch_rad[kept],
         roll_rad=observations.roll_rad[kept],
-        outputs_v={label: values[kept] for label, values in observations.outputs_v.items()},
+        outputs={label: values[kept] for label, values in observations.outputs.items()},
         yaw_rad=None if observations.yaw_rad is None else observations.yaw_rad[kept],
         temperature_degc=None if observations.temperature_degc is None else observations.temperature_degc[kept],
         time_s=None if observations.time_s is None else observations.time_s[kept],
         euler_rate_rad_s=None if observations.euler_rate_rad_s is None else observations.euler_rate_rad_s[kept],
         reference_level=None if observations.reference_level is None else observations.reference_level[kept],
+        level_errors=None if observations.level_errors is None else observations.level_errors[kept],
         mounting=None if observations.mounting is None else observations.mounting[kept],
     )

@@ -10,17 +10,17 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import ObservationsError
 from ams.models.model import Model, Stimulus
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.statistics.budget import Kind
 
-FloatArray = NDArray[np.float64]
-Effect = Literal["reading", "gain", "pitch", "base-tilt", "temperature"]
+Effect = Literal["reading", "gain", "pitch", "base-tilt", "temperature", "level"]
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``pitch``: radians, the zero of pitch with
-the tilt of the base about that axis; ``base-tilt``: radians, of the base across it; ``temperature``: °C."""
+the tilt of the base about that axis; ``base-tilt``: radians, of the base across it; ``temperature``: °C;
+``level``: of the known levels of a straight line, in the columns that the observations state."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +36,8 @@ class SharedError:
     """Distribution, for the Monte Carlo check."""
     stated: str = ""
     """Where it comes from and as what, such as ``standards.meter: limit 20 µV``."""
+    columns: tuple[int, ...] = ()
+    """Of the observations' ``level_errors``, for the effect ``level``."""
     is_of_one_channel: bool = False
     """A load resistor: other sensor axes have one of their own, as good and as wrong."""
 
@@ -50,10 +52,10 @@ class SharedError:
 def shared_columns(
     errors: Sequence[SharedError], model: Model, primary: FloatArray, rows: Stimulus
 ) -> Mapping[str, FloatArray]:
-    """Name to an (N, 1) column, volts; an error that does not reach the model (a level for a gyro) has none."""
-    effects = {error.name: _effect(error.effect, model, primary, rows) for error in errors}
+    """Name to (N, q) columns, volts; an error that does not reach the model (a level for a gyro) has none."""
+    effects = {error.name: _columns(error, model, primary, rows) for error in errors}
     return {
-        error.name: (error.standard_uncertainty * effect)[:, None]
+        error.name: error.standard_uncertainty * effect
         for error in errors
         if (effect := effects[error.name]) is not None and effect.any() and error.standard_uncertainty > 0.0
     }
@@ -61,9 +63,21 @@ def shared_columns(
 
 def reaches(error: SharedError, model: Model) -> bool:
     """Whether the model has anything for the error to act on."""
+    if error.effect == "level":
+        return any(name.startswith("slope_") for name in model.primary_names)
     if error.effect == "temperature":
         return TEMPERATURE_NAMES[0] in model.primary_names
     return error.effect in ("reading", "gain") or any(name.endswith("_v_per_g") for name in model.primary_names)
+
+
+def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
+    if error.effect == "level":
+        slopes = [value for name, value in zip(model.primary_names, primary, strict=True) if name.startswith("slope_")]
+        return (
+            None if rows.level_errors is None or not slopes else slopes[0] * rows.level_errors[:, list(error.columns)]
+        )
+    effect = _effect(error.effect, model, primary, rows)
+    return None if effect is None else effect[:, None]
 
 
 def _effect(effect: Effect, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:

@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import ObservationsError
-
-FloatArray = NDArray[np.float64]
 
 UncertaintyKind = Literal["limit", "standard", "expanded"]
 _INDEX_GRID_RAD = float(np.deg2rad(1e-5))

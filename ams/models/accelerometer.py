@@ -6,18 +6,17 @@ nominal axis i has u = cos Ω e(i) + sin Ω (cos A e(i+1) + sin A e(i+2)), indic
 """
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2, degrees, hypot, nan, sqrt
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError
-from ams.frames import AXES, specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.frames import AXES, Attitude, specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.models.model import Stimulus
-
-FloatArray = NDArray[np.float64]
+from ams.models.sensor_model import ACCELEROMETER_TEXT, SYMBOLS_TEXT, Equation, SensorModel, SetForm
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _OBSERVABLE_CONING_U = 4.0
@@ -82,6 +81,7 @@ class PitchRoll:
     nominal_axis: str
     name: ClassVar[str] = "pitch-roll"
     convention: ClassVar[str] = "TP"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
@@ -161,6 +161,7 @@ class PitchOnly:
     nominal_axis: str
     name: ClassVar[str] = "pitch-only"
     convention: ClassVar[str] = "TP"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_z_v_per_g")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "pitch_misalignment_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
@@ -226,3 +227,67 @@ class PitchOnly:
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
         unmoved = _not_following(primary[1:], covariance[1:, 1:], float(primary[0]))
         return {"pitch_misalignment_deg": unmoved} if unmoved else {}
+
+
+PITCH_ROLL_TEXT = {
+    "x": "v = b + S*(cos W sin alpha - sin W cos alpha sin(R + A))",
+    "y": "v = b + S*(-cos W cos alpha sin R + sin W (sin A sin alpha - cos A cos alpha cos R))",
+    "z": "v = b + S*(-cos W cos alpha cos R + sin W (cos A sin alpha - sin A cos alpha sin R))",
+}
+PITCH_ROLL_SOURCE = {"x": "TP (2)", "y": "TP (4)", "z": "TP (5)"}
+_PITCH_ONLY_TEXT = {"x": "v = b + S*sin(alpha - p)", "z": "v = b - S*cos(alpha - p)"}
+_C_FORCE = """
+    f[0] = sin(pitch);
+    f[1] = -cos(pitch) * sin(roll);
+    f[2] = -cos(pitch) * cos(roll);
+"""
+
+
+def _pitch_roll_equation(nominal_axis: str) -> Equation | None:
+    if nominal_axis not in PITCH_ROLL_TEXT:
+        return None
+    derived = PITCH_ROLL_TEXT[nominal_axis] + SYMBOLS_TEXT + "W = coning_deg, A = azimuth_deg"
+    return Equation(PITCH_ROLL_SOURCE[nominal_axis], ACCELEROMETER_TEXT, derived)
+
+
+def _pitch_only_equation(nominal_axis: str) -> Equation | None:
+    if nominal_axis not in _PITCH_ONLY_TEXT:
+        return None
+    derived = _PITCH_ONLY_TEXT[nominal_axis] + SYMBOLS_TEXT + "p = pitch_misalignment_deg"
+    return Equation("TP (1)", ACCELEROMETER_TEXT + " at R = 0; k_y_v_per_g is 0", derived)
+
+
+def _along_cone(nominal_axis: str, angles_rad: FloatArray) -> FloatArray:
+    coning, azimuth = angles_rad
+    first = "xyz".index(nominal_axis)
+    unit = np.zeros(3)
+    unit[first] = np.cos(coning)
+    unit[(first + 1) % 3] = np.sin(coning) * np.cos(azimuth)
+    unit[(first + 2) % 3] = np.sin(coning) * np.sin(azimuth)
+    return unit
+
+
+def _along_misalignment(nominal_axis: str, angles_rad: FloatArray) -> FloatArray:
+    cosine, sine = np.cos(angles_rad[0]), np.sin(angles_rad[0])
+    return np.array([cosine, 0.0, sine]) if nominal_axis == "x" else np.array([-sine, 0.0, cosine])
+
+
+def force_at(attitude: Attitude) -> FloatArray:
+    """(…, 3) specific force, local g. Source: TP (2), (4), (5)."""
+    return specific_force(attitude.pitch_rad, attitude.roll_rad)
+
+
+PITCH_ROLL_FORM = SetForm(
+    convention="TP",
+    symbol="f",
+    inputs=("pitch_deg", "roll_deg"),
+    field=force_at,
+    equation=_pitch_roll_equation,
+    along=_along_cone,
+    c_field=_C_FORCE,
+)
+_PITCH_ONLY_FORM = replace(
+    PITCH_ROLL_FORM, equation=_pitch_only_equation, angles=("pitch_misalignment_deg",), along=_along_misalignment
+)
+PITCH_ROLL = SensorModel(name="pitch-roll", make=PitchRoll, set_form=PITCH_ROLL_FORM)
+PITCH_ONLY = SensorModel(name="pitch-only", make=PitchOnly, columns=("pitch",), set_form=_PITCH_ONLY_FORM)

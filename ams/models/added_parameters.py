@@ -9,11 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.models.model import Model
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -35,6 +33,10 @@ class Widened(ABC):
     @property
     def name(self) -> str:
         return self.base.name
+
+    @property
+    def measured_unit(self) -> str:
+        return self.base.measured_unit
 
     @property
     def convention(self) -> str:

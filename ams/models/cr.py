@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError
 from ams.frames import AXES
 
-FloatArray = NDArray[np.float64]
 Array = NDArray[Any]
 """float64, or complex128 under a complex step."""
 

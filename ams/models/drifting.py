@@ -11,15 +11,13 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration
 from ams.errors import ObservationsError
 from ams.models.added_parameters import Widened
 from ams.models.model import Model, Stimulus
 from ams.observations import Observations
-
-FloatArray = NDArray[np.float64]
 
 DRIFT_NAME: Final = "offset_drift_v_per_h"
 REFERENCE_NAME: Final = "reference_time_s"

@@ -10,17 +10,16 @@ them apart, and it is said wherever the model is reported.
 """
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
-from ams.models.accelerometer import PitchRoll
+from ams.models.accelerometer import PITCH_ROLL_FORM, PITCH_ROLL_SOURCE, PITCH_ROLL_TEXT, PitchRoll
 from ams.models.model import Stimulus
-
-FloatArray = NDArray[np.float64]
+from ams.models.sensor_model import ACCELEROMETER_TEXT, SYMBOLS_TEXT, Equation, SensorModel
 
 Q_NAMES: Final = ("q_xx_v_per_g2", "q_xy_v_per_g2", "q_xz_v_per_g2", "q_yy_v_per_g2", "q_yz_v_per_g2")
 """Elements of the symmetric Q; q_zz = −q_xx − q_yy."""
@@ -51,6 +50,7 @@ class ExtendedPitchRoll:
     nominal_axis: str
     name: ClassVar[str] = "pitch-roll-extended"
     convention: ClassVar[str] = "TP"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = (*PitchRoll.primary_names, *Q_NAMES)
     parameter_names: ClassVar[tuple[str, ...]] = (*PitchRoll.parameter_names, *Q_NAMES)
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
@@ -88,3 +88,24 @@ class ExtendedPitchRoll:
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
         return PitchRoll(self.nominal_axis).undetermined(primary[:4], covariance[:4, :4])
+
+
+_QUADRATIC_TEXT = (
+    " + q_xx_v_per_g2*(f_x^2 - f_z^2) + 2*q_xy_v_per_g2*f_x*f_y + 2*q_xz_v_per_g2*f_x*f_z "
+    "+ q_yy_v_per_g2*(f_y^2 - f_z^2) + 2*q_yz_v_per_g2*f_y*f_z"
+)
+
+
+def _equation(nominal_axis: str) -> Equation | None:
+    if nominal_axis not in PITCH_ROLL_TEXT:
+        return None
+    derived = PITCH_ROLL_TEXT[nominal_axis] + _QUADRATIC_TEXT + SYMBOLS_TEXT + "W = coning_deg, A = azimuth_deg"
+    return Equation(PITCH_ROLL_SOURCE[nominal_axis], ACCELEROMETER_TEXT + _QUADRATIC_TEXT, derived)
+
+
+EXTENDED = SensorModel(
+    name="pitch-roll-extended",
+    make=ExtendedPitchRoll,
+    set_form=replace(PITCH_ROLL_FORM, equation=_equation, quadratic=Q_NAMES),
+    is_asked_for=False,
+)

@@ -11,15 +11,15 @@ from math import degrees
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import ObservationsError
-from ams.frames import body_rates_rad_s, wrap_deg
+from ams.frames import Attitude, body_rates_rad_s, wrap_deg
 from ams.models.accelerometer import PitchRoll
 from ams.models.cr import SensorFit, fit_package
+from ams.models.cr_sets import along_cr, cr_equation
 from ams.models.model import Stimulus
-
-FloatArray = NDArray[np.float64]
+from ams.models.sensor_model import SensorModel, SetForm
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _DEG_PER_RAD = degrees(1.0)
@@ -43,6 +43,7 @@ class Gyro:
     nominal_axis: str
     name: ClassVar[str] = "gyro"
     convention: ClassVar[str] = "CR"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_dps", "k_y_v_per_dps", "k_z_v_per_dps")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_dps", "coning_deg", "azimuth_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
@@ -94,3 +95,41 @@ def _motion(stimulus: Stimulus) -> tuple[FloatArray, FloatArray]:
         )
     yaw = np.zeros_like(stimulus.roll_rad) if stimulus.yaw_rad is None else stimulus.yaw_rad
     return np.stack(np.broadcast_arrays(stimulus.pitch_rad, yaw, stimulus.roll_rad), axis=-1), stimulus.euler_rate_rad_s
+
+
+PER_DPS = ("k_x_v_per_dps", "k_y_v_per_dps", "k_z_v_per_dps")
+RATE_INPUTS = ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")
+_SOURCES = ("CR (III-C.16)", "CR (III-C.17)", "CR (III-C.18)")
+_C_RATES = """
+    (void)pitch;
+    f[0] = sin(yaw) * pitch_rate_dps + roll_rate_dps;
+    f[1] = cos(yaw) * cos(roll) * pitch_rate_dps + sin(roll) * yaw_rate_dps;
+    f[2] = -cos(yaw) * sin(roll) * pitch_rate_dps + cos(roll) * yaw_rate_dps;
+"""
+
+
+def _velocity_dps(attitude: Attitude) -> FloatArray:
+    """(…, 3) angular velocity in package axes."""
+    assert attitude.yaw_rad is not None, "the inputs of the model say so"
+    assert attitude.euler_rate_rad_s is not None, "the inputs of the model say so"
+    euler = np.stack(np.broadcast_arrays(attitude.pitch_rad, attitude.yaw_rad, attitude.roll_rad), axis=-1)
+    return np.asarray(np.rad2deg(body_rates_rad_s(euler, attitude.euler_rate_rad_s)))
+
+
+GYRO = SensorModel(
+    name="gyro",
+    make=Gyro,
+    columns=("yaw", "roll"),
+    needs_rates=True,
+    set_form=SetForm(
+        convention="CR",
+        symbol="w",
+        inputs=("pitch_deg", "roll_deg", "yaw_deg", *RATE_INPUTS),
+        field=_velocity_dps,
+        equation=lambda axis: cr_equation(axis, "w", PER_DPS, "sensitivity_v_per_dps", _SOURCES),
+        directions=PER_DPS,
+        along=along_cr,
+        c_field=_C_RATES,
+        senses_rates=True,
+    ),
+)

@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.frames import AXES, Attitude
 from ams.models.model import Stimulus
 from ams.models.pitch_yaw_roll import PitchYawRoll
+from ams.models.sensor_model import SensorModel
 from ams.models.straight_line import StraightLine
-
-FloatArray = NDArray[np.float64]
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 
@@ -30,6 +29,7 @@ class LevelLine:
     nominal_axis: str
     name: ClassVar[str] = "linear-accelerometer"
     convention: ClassVar[str] = "SR"
+    measured_unit: ClassVar[str] = "v"
     parameter_names: ClassVar[tuple[str, ...]] = ("gain_g_per_v", "offset_g")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
 
@@ -81,3 +81,8 @@ class LevelLine:
 def _with_yaw(stimulus: Stimulus) -> Attitude:
     yaw = np.zeros_like(stimulus.pitch_rad) if stimulus.yaw_rad is None else stimulus.yaw_rad
     return Attitude(stimulus.pitch_rad, stimulus.roll_rad, yaw)
+
+
+LINEAR_ACCELEROMETER = SensorModel(
+    name="linear-accelerometer", make=LevelLine, has_misalignment=False, is_asked_for=False
+)

@@ -11,12 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError, ObservationsError
 from ams.statistics.distributions import student_t_quantile
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,7 @@ To add a model, write a class with these members anywhere and pass an instance p
 from collections.abc import Hashable, Mapping
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
+from ams.arrays import FloatArray, IntArray
 
 
 class Stimulus(Protocol):
@@ -35,12 +32,16 @@ class Stimulus(Protocol):
         """(N, 3) rates of pitch, yaw and roll; None at rest."""
 
     @property
-    def mounting(self) -> NDArray[np.int64] | None:
+    def mounting(self) -> IntArray | None:
         """(N,) label of the mounting; None where there is one only."""
 
     @property
     def reference_level(self) -> FloatArray | None:
         """(N,) known value of the quantity in its own unit; None where attitude or motion is known instead."""
+
+    @property
+    def level_errors(self) -> FloatArray | None:
+        """(N, q) what one standard uncertainty of each of q errors does to ``reference_level``."""
 
 
 class Model(Protocol):
@@ -53,6 +54,10 @@ class Model(Protocol):
     @property
     def convention(self) -> str:
         """``TP``, ``CR`` or ``SR``."""
+
+    @property
+    def measured_unit(self) -> str:
+        """Unit of the outputs it states, as it is written in a key: ``v``, ``counts``."""
 
     @property
     def nominal_axis(self) -> str:
@@ -81,7 +86,7 @@ class Model(Protocol):
         """(P,) primary parameters good enough to iterate from; asked for only where there is no basis."""
 
     def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        """(N,) outputs, volts."""
+        """(N,) outputs, in ``measured_unit``."""
 
     def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
         """(N, P) derivatives of :meth:`predict` by every primary parameter, fixed ones included."""

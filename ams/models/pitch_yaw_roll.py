@@ -7,18 +7,19 @@ and their derivatives are those of :class:`ams.models.accelerometer.PitchRoll`. 
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError, ObservationsError
-from ams.frames import wrap_deg
+from ams.frames import Attitude, wrap_deg
 from ams.models.accelerometer import PitchRoll
 from ams.models.cr import model_gravity_g, sting_gravity_g
+from ams.models.cr_sets import along_cr, cr_equation
 from ams.models.model import Stimulus
-
-FloatArray = NDArray[np.float64]
+from ams.models.sensor_model import PER_G, SensorModel, SetForm
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 
@@ -31,6 +32,7 @@ class PitchYawRoll:
     package: str = "model"
     """``sting`` (roll does not reach it) or ``model``."""
     convention: ClassVar[str] = "CR"
+    measured_unit: ClassVar[str] = "v"
     primary_names: ClassVar[tuple[str, ...]] = ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
     parameter_names: ClassVar[tuple[str, ...]] = ("offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg")
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
@@ -97,3 +99,59 @@ class PitchYawRoll:
     def _gravity_g(self, stimulus: Stimulus) -> FloatArray:
         pitch, yaw, roll = self._angles(stimulus)
         return np.asarray(model_gravity_g(sting_gravity_g(pitch, yaw), roll))
+
+
+_C_STING = """
+    (void)roll;
+    f[0] = -sin(pitch) * cos(yaw);
+    f[1] = sin(pitch) * sin(yaw);
+    f[2] = cos(pitch);
+"""
+_C_MODEL = """
+    f[0] = -sin(pitch) * cos(yaw);
+    f[1] = cos(roll) * sin(pitch) * sin(yaw) + sin(roll) * cos(pitch);
+    f[2] = -sin(roll) * sin(pitch) * sin(yaw) + cos(roll) * cos(pitch);
+"""
+
+
+def _yaw(attitude: Attitude) -> FloatArray:
+    assert attitude.yaw_rad is not None, "the inputs of the model say so"
+    return attitude.yaw_rad
+
+
+def _gravity_of_model(attitude: Attitude) -> FloatArray:
+    return np.asarray(model_gravity_g(sting_gravity_g(attitude.pitch_rad, _yaw(attitude)), attitude.roll_rad))
+
+
+def _gravity_of_sting(attitude: Attitude) -> FloatArray:
+    """Roll does not reach it."""
+    level = np.zeros_like(attitude.roll_rad)
+    return np.asarray(model_gravity_g(sting_gravity_g(attitude.pitch_rad, _yaw(attitude)), level))
+
+
+def _of_package(package: str) -> SensorModel:
+    is_sting = package == "sting"
+    first = 27 if is_sting else 30
+    sources = (f"CR (III-B.{first})", f"CR (III-B.{first + 1})", f"CR (III-B.{first + 2})")
+    form = SetForm(
+        convention="CR",
+        symbol="G",
+        inputs=("pitch_deg", "roll_deg", "yaw_deg"),
+        field=_gravity_of_sting if is_sting else _gravity_of_model,
+        equation=lambda axis: cr_equation(axis, "G", PER_G, "sensitivity_v_per_g", sources),
+        along=along_cr,
+        c_field=_C_STING if is_sting else _C_MODEL,
+        is_gravity=True,
+        senses_roll=not is_sting,
+    )
+    return SensorModel(
+        name=f"pitch-yaw-roll-{package}",
+        make=partial(PitchYawRoll, package=package),
+        columns=("pitch", "yaw") if is_sting else ("pitch", "yaw", "roll"),
+        set_form=form,
+        is_asked_for=False,
+    )
+
+
+STING = _of_package("sting")
+MODEL = _of_package("model")

@@ -1,29 +1,11 @@
 """Which model a name in a file stands for."""
 
-from collections.abc import Callable, Mapping
-from functools import partial
-from types import MappingProxyType
-
 from ams.errors import DesignError
-from ams.models.accelerometer import PitchOnly, PitchRoll
-from ams.models.extended import ExtendedPitchRoll
-from ams.models.gyro import Gyro
-from ams.models.level_line import LevelLine
 from ams.models.model import Model
-from ams.models.pitch_yaw_roll import PitchYawRoll
+from ams.models.sensor_model import SensorModel
+from ams.registry import Registry
 
-MODELS: Mapping[str, Callable[[str], Model]] = MappingProxyType(
-    {
-        "pitch-roll": PitchRoll,
-        "pitch-only": PitchOnly,
-        "pitch-roll-extended": ExtendedPitchRoll,
-        "pitch-yaw-roll-sting": partial(PitchYawRoll, package="sting"),
-        "pitch-yaw-roll-model": partial(PitchYawRoll, package="model"),
-        "gyro": Gyro,
-        "linear-accelerometer": LevelLine,
-    }
-)
-"""Name to the constructor from a nominal axis: every model names itself as it stands here."""
+MODELS: Registry[SensorModel] = Registry("calrig.models", SensorModel, DesignError)
 
 
 def model_named(name: str, nominal_axis: str) -> Model:
@@ -36,4 +18,4 @@ def model_named(name: str, nominal_axis: str) -> Model:
         raise DesignError(f"model {name}: nominal axis: got {nominal_axis!r}, allowed x, y or z; nothing was solved")
     if name not in MODELS:
         raise DesignError(f"model: got {name!r}, allowed {', '.join(MODELS)}; nothing was solved; name one of these")
-    return MODELS[name](nominal_axis)
+    return MODELS[name].make(nominal_axis)

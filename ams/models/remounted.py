@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.models.accelerometer import PitchRoll, cyclic
 from ams.models.model import Stimulus
-
-FloatArray = NDArray[np.float64]
 
 PREFIX = "mounting_"
 """Of every parameter that an earlier mounting has of its own."""
@@ -41,6 +39,7 @@ class Remounted:
     """Labels of the mountings before the last."""
     name: ClassVar[str] = "pitch-roll over several mountings"
     convention: ClassVar[str] = "TP"
+    measured_unit: ClassVar[str] = "v"
     fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
     basis_key: ClassVar[Hashable | None] = None
 
@@ -115,7 +114,7 @@ class Remounted:
     def _single(self) -> PitchRoll:
         return PitchRoll(self.nominal_axis)
 
-    def _of(self, stimulus: Stimulus, label: int | None) -> NDArray[np.bool_]:
+    def _of(self, stimulus: Stimulus, label: int | None) -> BoolArray:
         """(N,) rows of a mounting; None: of the last, as are rows that name none."""
         mounting = stimulus.mounting
         if mounting is None:

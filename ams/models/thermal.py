@@ -9,14 +9,12 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError, ObservationsError
 from ams.models.added_parameters import Widened
 from ams.models.model import Stimulus
 from ams.observations import Observations
-
-FloatArray = NDArray[np.float64]
 
 TEMPERATURE_NAMES = ("offset_tc_v_per_degc", "sensitivity_tc_per_degc")
 SMALLEST_SPAN_DEGC = 5.0

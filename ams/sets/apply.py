@@ -9,12 +9,13 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
 from ams.frames import Attitude
 from ams.sets.applicability import Serials, check_belonging
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.equations import FloatArray, predicted_v
-from ams.sets.sensed_quantity import field_at
+from ams.sets.equations import predicted_v
+from ams.sets.sensed_quantity import FIELDS, field_at
 from ams.sets.vectors import inferred_force, is_package
 
 ROUNDING_DEG = 1e-9
@@ -127,14 +128,16 @@ def _check_attitude(coefficients: CoefficientSet, attitude: Attitude, fields: Ma
     if attitude.yaw_rad is not None and validity.yaw_deg is not None:
         angles["yaw"] = np.degrees(attitude.yaw_rad)
     ranges = {"pitch": validity.pitch_deg, "yaw": validity.yaw_deg}
-    if "gyro" in fields:
-        _check_rates(coefficients, fields["gyro"])
+    forms = {model: FIELDS[model] for model in fields}
+    turning = [fields[model] for model, form in forms.items() if form.senses_rates]
+    if turning:
+        _check_rates(coefficients, turning[0])
         return
     for name, angle_deg in angles.items():
         limits = ranges[name]
         assert limits is not None
         _check_range(coefficients, name, "deg", angle_deg, limits, (angle_deg - limits[0], limits[1] - angle_deg))
-    if "pitch-yaw-roll-sting" in fields:
+    if not all(form.senses_roll for form in forms.values()):
         return
     low, high = validity.roll_deg
     roll_deg = np.degrees(attitude.roll_rad)

@@ -4,12 +4,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ams.calibration_result import AxisCalibration, FloatArray, FTest, ParameterEstimate, Replication, TpReplication
+from ams.arrays import FloatArray
+from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication, TpReplication
 from ams.errors import SetError
 from ams.models.drifting import at_reference_time
 from ams.sets.canonical import Document, Json, number, plain, table
 from ams.sets.equations import AxisNumbers, equation_of
-from ams.sets.units import UNITS, unit_of
+from ams.units import UNITS, unit_of
 
 
 def axis_section(axis: AxisCalibration, sensor: str) -> Document:
@@ -69,7 +70,7 @@ def _unit(name: str) -> str:
     if unit is None:
         raise SetError(
             f"parameter {name}: its name ends in no unit that sets know: allowed are "
-            f"{', '.join(ending for ending, _ in UNITS)}; nothing was built"
+            f"{', '.join(f'_{ending}' for ending in UNITS)}; nothing was built"
         )
     return unit
 

@@ -1,8 +1,8 @@
 """The equations a set names, each as text for people and as code for us, from the set's own numbers alone.
 
-Every equation here is linear in the primary parameters b and k: v = b + k·f, with f the field that the model senses in
-package axes (x forward, y right, z down; ``ams.sets.sensed_quantity``); the extended model adds fᵀQf. The usual
-parameters
+Almost every equation is linear in the primary parameters b and k: v = b + k·f, with f the field that the model senses
+in package axes (x forward, y right, z down; ``ams.sets.sensed_quantity``); the extended model adds fᵀQf, and a model
+may bring an equation of its own. The usual parameters
 (sensitivity, coning angle, azimuth) are derived from k; both forms are printed and both must give the same outputs.
 Source: TP (1), (2), (4), (5); CR (III-B.27) to (III-B.32), (III-C.16) to (III-C.18).
 """
@@ -11,13 +11,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import SetError
-from ams.models.cr import sensitive_axis
-from ams.sets.sensed_quantity import FIELDS
-
-FloatArray = NDArray[np.float64]
+from ams.models.extended import Q_NAMES
+from ams.models.sensor_model import OwnOutput
+from ams.sets.sensed_quantity import FIELDS, PER_G
 
 CONVENTIONS = {
     "TP": (
@@ -32,36 +31,17 @@ CONVENTIONS = {
         "rates of T, P, F. Source: NASA/CR-2003-212401."
     ),
 }
-CR_SOURCES = {
-    "pitch-yaw-roll-sting": ("CR (III-B.27)", "CR (III-B.28)", "CR (III-B.29)"),
-    "pitch-yaw-roll-model": ("CR (III-B.30)", "CR (III-B.31)", "CR (III-B.32)"),
-    "gyro": ("CR (III-C.16)", "CR (III-C.17)", "CR (III-C.18)"),
-}
-PRIMARY_TEXT = "output = offset_v + k_x_v_per_g*f_x + k_y_v_per_g*f_y + k_z_v_per_g*f_z"
 TEMPERATURE_TEXT = (
     "; with temperature T and dT = T - reference_temperature_degc: offset_v becomes offset_v + offset_tc_v_per_degc*dT "
     "and every k, q and S is multiplied by 1 + sensitivity_tc_per_degc*dT; a coefficient that is not given is 0"
 )
-EXTENDED_TEXT = (
-    " + q_xx_v_per_g2*(f_x^2 - f_z^2) + 2*q_xy_v_per_g2*f_x*f_y + 2*q_xz_v_per_g2*f_x*f_z "
-    "+ q_yy_v_per_g2*(f_y^2 - f_z^2) + 2*q_yz_v_per_g2*f_y*f_z"
-)
-SYMBOLS = "; alpha = pitch_deg, R = roll_deg, b = offset_v, S = sensitivity_v_per_g, "
-PITCH_ROLL_TEXT = {
-    "x": "v = b + S*(cos W sin alpha - sin W cos alpha sin(R + A))",
-    "y": "v = b + S*(-cos W cos alpha sin R + sin W (sin A sin alpha - cos A cos alpha cos R))",
-    "z": "v = b + S*(-cos W cos alpha cos R + sin W (cos A sin alpha - sin A cos alpha sin R))",
-}
-PITCH_ONLY_TEXT = {"x": "v = b + S*sin(alpha - p)", "z": "v = b - S*cos(alpha - p)"}
-PITCH_ROLL_SOURCE = {"x": "TP (2)", "y": "TP (4)", "z": "TP (5)"}
-DIRECTION_NAMES = ("k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
-PRIMARY_NAMES = ("offset_v", *DIRECTION_NAMES)
-EXTENDED_NAMES = ("q_xx_v_per_g2", "q_xy_v_per_g2", "q_xz_v_per_g2", "q_yy_v_per_g2", "q_yz_v_per_g2")
+DIRECTION_NAMES = PER_G
+EXTENDED_NAMES = Q_NAMES
 TEMPERATURE_NAMES = ("offset_tc_v_per_degc", "sensitivity_tc_per_degc")
 
 
 @dataclass(frozen=True)
-class Equation:
+class PrintedEquation:
     """What a set prints about the equation of one axis."""
 
     name: str
@@ -100,11 +80,18 @@ class AxisNumbers:
     @property
     def is_linear(self) -> bool:
         """Whether the output is linear in the specific force."""
-        return not self.quadratic_v_per_g2.any()
+        return self.own_output is None and not self.quadratic_v_per_g2.any()
+
+    @property
+    def own_output(self) -> OwnOutput | None:
+        """The model's own equation, where it is another than that of all others."""
+        return FIELDS[self.model].output if self.model in FIELDS else None
 
     @property
     def scale_v(self) -> float:
         """|offset| + |k_x| + |k_y| + |k_z|, volts: what a relative tolerance is relative to."""
+        if self.own_output is not None:
+            return sum(abs(value) for name, value in self.primary.items() if name.endswith(("_v", "_v_per_g")))
         return abs(self.primary["offset_v"]) + float(np.abs(self.direction).sum())
 
     @property
@@ -139,6 +126,9 @@ class AxisNumbers:
 
 def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArray | None) -> FloatArray:
     """The output of the axis at the field (…, 3) that its model senses, from the primary parameters."""
+    own = numbers.own_output
+    if own is not None:
+        return np.asarray(own.value_v(numbers.primary, f))
     sensed_v = f @ numbers.direction
     if not numbers.is_linear:
         sensed_v = sensed_v + np.sum(f @ numbers.quadratic_v_per_g2 * f, axis=-1)
@@ -146,79 +136,42 @@ def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArra
 
 
 def derived_direction(numbers: AxisNumbers) -> FloatArray | None:
-    """(3,) k from sensitivity, coning and azimuth (or the pitch misalignment); None where one of them is null."""
-    sensitivity = numbers.parameters.get(FIELDS[numbers.model].sensitivity)
-    angles_deg = [numbers.parameters.get(name) for name in _angles(numbers.model)]
-    if sensitivity is None or any(angle is None for angle in angles_deg):
+    """(3,) k from sensitivity and angles; None where one of them is null, or the model has no such angles."""
+    form = FIELDS[numbers.model]
+    sensitivity = numbers.parameters.get(form.sensitivity)
+    angles_deg = [numbers.parameters.get(name) for name in form.angles]
+    if form.along is None or sensitivity is None or any(angle is None for angle in angles_deg):
         return None
-    angles_rad = np.radians(np.array(angles_deg, dtype=float))
-    if FIELDS[numbers.model].convention == "CR":
-        return np.asarray(sensitivity * sensitive_axis(numbers.nominal_axis, angles_rad[1], angles_rad[0]))
-    along = _along_misalignment if numbers.model == "pitch-only" else _along_cone
-    return sensitivity * along(numbers.nominal_axis, angles_rad)
+    return np.asarray(sensitivity * form.along(numbers.nominal_axis, np.radians(np.array(angles_deg, dtype=float))))
 
 
-def _angles(model: str) -> tuple[str, ...]:
-    return ("pitch_misalignment_deg",) if model == "pitch-only" else ("coning_deg", "azimuth_deg")
-
-
-def _along_cone(nominal_axis: str, angles_rad: FloatArray) -> FloatArray:
-    coning, azimuth = angles_rad
-    first = "xyz".index(nominal_axis)
-    unit = np.zeros(3)
-    unit[first] = np.cos(coning)
-    unit[(first + 1) % 3] = np.sin(coning) * np.cos(azimuth)
-    unit[(first + 2) % 3] = np.sin(coning) * np.sin(azimuth)
-    return unit
-
-
-def _along_misalignment(nominal_axis: str, angles_rad: FloatArray) -> FloatArray:
-    cosine, sine = np.cos(angles_rad[0]), np.sin(angles_rad[0])
-    return np.array([cosine, 0.0, sine]) if nominal_axis == "x" else np.array([-sine, 0.0, cosine])
-
-
-def equation_of(model: str, nominal_axis: str, with_temperature: bool) -> Equation:
+def equation_of(model: str, nominal_axis: str, with_temperature: bool) -> PrintedEquation:
     """The printed equation. Raises: SetError for a model or an axis that no set has an equation for."""
+    found = FIELDS[model].equation(nominal_axis) if model in FIELDS else None
+    if found is None:
+        raise SetError(
+            f"model {model!r}, nominal axis {nominal_axis!r}: no set of this version has its equation: known are "
+            f"{', '.join(sorted(FIELDS))}; nothing was evaluated; use the version of calrig that wrote it, or install "
+            "the distribution that brings the model"
+        )
     suffix = TEMPERATURE_TEXT if with_temperature else ""
-    if model in ("pitch-roll", "pitch-roll-extended") and nominal_axis in PITCH_ROLL_TEXT:
-        extension = EXTENDED_TEXT if model == "pitch-roll-extended" else ""
-        derived = PITCH_ROLL_TEXT[nominal_axis] + extension + SYMBOLS + "W = coning_deg, A = azimuth_deg"
-        return Equation(model, PITCH_ROLL_SOURCE[nominal_axis], PRIMARY_TEXT + extension + suffix, derived)
-    if model == "pitch-only" and nominal_axis in PITCH_ONLY_TEXT:
-        derived = PITCH_ONLY_TEXT[nominal_axis] + SYMBOLS + "p = pitch_misalignment_deg"
-        return Equation(model, "TP (1)", PRIMARY_TEXT + " at R = 0; k_y_v_per_g is 0" + suffix, derived)
-    if model in CR_SOURCES and nominal_axis in "xyz":
-        return _cr_equation(model, nominal_axis, suffix)
-    raise SetError(
-        f"model {model!r}, nominal axis {nominal_axis!r}: no set of this version has its equation: known are "
-        f"{', '.join(sorted(FIELDS))}; nothing was evaluated; use the version of calrig that wrote it"
-    )
-
-
-def _cr_equation(model: str, nominal_axis: str, suffix: str) -> Equation:
-    field = FIELDS[model]
-    symbol, i = field.symbol, "xyz".index(nominal_axis)
-    own, first, second = (f"{symbol}_{'xyz'[(i + place) % 3]}" for place in range(3))
-    primary = "output = offset_v + " + " + ".join(
-        f"{name}*{symbol}_{axis}" for name, axis in zip(field.directions, "xyz", strict=True)
-    )
-    derived = (
-        f"v = b + S*(cos C {own} + sin C (sin A {first} - cos A {second})); b = offset_v, S = {field.sensitivity}, "
-        "C = coning_deg, A = azimuth_deg, T = pitch_deg, P = yaw_deg, F = roll_deg"
-    )
-    return Equation(model, CR_SOURCES[model][i], primary + suffix, derived)
+    return PrintedEquation(model, found.source, found.primary + suffix, found.derived)
 
 
 def check_numbers(numbers: AxisNumbers, where: str) -> None:
     """Raises: SetError where the equation does not take these numbers."""
     equation_of(numbers.model, numbers.nominal_axis, numbers.needs_temperature)
-    extension = EXTENDED_NAMES if numbers.model == "pitch-roll-extended" else ()
-    directions = FIELDS[numbers.model].directions
-    allowed = {"offset_v", *directions, *extension, *TEMPERATURE_NAMES, "reference_temperature_degc"}
-    unknown = sorted(set(numbers.primary) - allowed)
-    if unknown or "offset_v" not in numbers.primary or not set(directions) & set(numbers.primary):
+    form = FIELDS[numbers.model]
+    if form.output is not None:
+        allowed, complete = set(form.output.primary_names), set(form.output.primary_names) <= set(numbers.primary)
+    else:
+        own = {"offset_v", *form.directions, *form.quadratic}
+        allowed = own | {*TEMPERATURE_NAMES, "reference_temperature_degc"}
+        complete = "offset_v" in numbers.primary and bool(set(form.directions) & set(numbers.primary))
+    if set(numbers.primary) - allowed or not complete:
+        needed = "all of them" if form.output is not None else "offset_v and at least one k"
         raise SetError(
             f"{where}: axis {numbers.axis}: the equation {numbers.model!r} does not take these primary parameters: got "
-            f"{', '.join(numbers.primary)}, allowed are {', '.join(sorted(allowed))} with offset_v and at least one "
-            "k; nothing was evaluated; use the version of calrig that wrote it"
+            f"{', '.join(numbers.primary)}, allowed are {', '.join(sorted(allowed))} with {needed}; "
+            "nothing was evaluated; use the version of calrig that wrote it"
         )

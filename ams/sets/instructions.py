@@ -69,7 +69,7 @@ def polarity(numbers: AxisNumbers) -> int:
     """
     sensitivity = numbers.parameters.get(FIELDS[numbers.model].sensitivity)
     along = float(numbers.direction["xyz".index(numbers.nominal_axis)])
-    sense = -1 if numbers.model.startswith("pitch-yaw-roll") else 1
+    sense = -1 if FIELDS[numbers.model].is_gravity else 1
     return -sense if (along if sensitivity is None else sensitivity) < 0.0 else sense
 
 

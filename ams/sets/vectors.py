@@ -9,10 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ams.arrays import FloatArray
 from ams.errors import VectorsDisagree
 from ams.frames import Attitude
 from ams.sets.canonical import Document, Json, listed, number, table
-from ams.sets.equations import AxisNumbers, FloatArray, derived_direction, predicted_v
+from ams.sets.equations import AxisNumbers, derived_direction, predicted_v
 from ams.sets.sensed_quantity import FIELDS, RATE_INPUTS, field_at
 
 TOLERANCE_RELATIVE = 1e-12

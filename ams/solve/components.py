@@ -4,11 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.calibration_result import VarianceComponent
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

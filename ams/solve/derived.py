@@ -4,14 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.calibration_result import ParameterEstimate
 from ams.models.model import Model
 from ams.solve.components import ComponentColumns
 from ams.statistics.intervals import combined_dof, t_quantile
-
-FloatArray = NDArray[np.float64]
 
 _AZIMUTH = "azimuth_"
 _HALF_TURN_DEG = 180.0

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.calibration_result import FTest
 from ams.errors import DesignError
 from ams.frames import Attitude, specific_force
@@ -22,8 +22,6 @@ from ams.models.extended import CONFOUNDED, quadratic_basis
 from ams.observations import Observations
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.intervals import f_test
-
-FloatArray = NDArray[np.float64]
 
 _TERMS: Final = 9
 _BISECTIONS: Final = 40
@@ -91,7 +89,7 @@ def judge_extension(
 def _point_means(observations: Observations, label: str, table: TableUncertainty | None) -> _PointMeans:
     layout = layout_of(observations)
     basis = PitchRoll("x").basis(observations)
-    output = np.asarray(observations.outputs_v[label], dtype=float)
+    output = np.asarray(observations.outputs[label], dtype=float)
     readings = layout.sum_by_point(np.ones(layout.rows))
     level_output, precision = without_drift(basis, output, layout, readings)
 
@@ -193,7 +191,7 @@ def _scatter_variance(generalised: _Generalised, precision_v2: float, dof: int) 
 def _all_rows(observations: Observations, label: str) -> tuple[FloatArray, FloatArray]:
     force = specific_force(observations.pitch_rad, observations.roll_rad)
     joined = np.concatenate([np.ones((force.shape[0], 1)), force, quadratic_basis(force)], axis=1)
-    return joined, np.asarray(observations.outputs_v[label], dtype=float)
+    return joined, np.asarray(observations.outputs[label], dtype=float)
 
 
 def _standard_error(rows: tuple[FloatArray, FloatArray], size: int) -> float:

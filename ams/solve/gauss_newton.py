@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError, SolveError
-
-FloatArray = NDArray[np.float64]
 
 CONVERGED = 1e-6
 """Standard uncertainties that a last step may have."""

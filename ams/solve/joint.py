@@ -17,14 +17,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.errors import DesignError, SolveError
 from ams.frames import specific_force
 from ams.solve.extension import angles_of_points, without_drift
 from ams.solve.layout import layout_of
 from ams.solve.table_errors import Mounting, TablePriors, nuisances_of, seat_effects, table_effects
 from ams.statistics.distributions import chi_square_upper_quantile
-
-FloatArray = NDArray[np.float64]
 
 OBSERVED_RATIO: Final = 0.5
 """A nuisance whose standard deviation fell below this part of its prior counts as observed."""
@@ -74,7 +73,7 @@ class JointFit:
 class _Rows:
     """Point means of all mountings, one below the other."""
 
-    mount: NDArray[np.int64]
+    mount: IntArray
     excited: NDArray[np.intp]
     """Places of the components of the specific force that any row excites, of 0 to 2."""
     force: FloatArray
@@ -153,10 +152,10 @@ def _part(number: int, mounting: Mounting, axes: tuple[str, ...], names: list[st
     basis = np.column_stack([np.ones(layout.rows), rows_force[:, excited]])
     means, precision, drift = [], [], []
     for axis in axes:
-        steady, variance = without_drift(basis, observations.outputs_v[axis], layout, readings)
+        steady, variance = without_drift(basis, observations.outputs[axis], layout, readings)
         means.append(layout.sum_by_point(steady) / readings)
         precision.append(variance / readings)
-        drift.append(_drift(basis, observations.outputs_v[axis], layout.replication, variance))
+        drift.append(_drift(basis, observations.outputs[axis], layout.replication, variance))
     force = specific_force(pitch, roll) @ M.T
     effects = np.einsum("ij,njq->niq", M, table_effects(pitch, roll, names))
     effects = effects + seat_effects(force, names, number)
@@ -171,7 +170,7 @@ def _part(number: int, mounting: Mounting, axes: tuple[str, ...], names: list[st
     )
 
 
-def _drift(basis: FloatArray, output: FloatArray, replication: NDArray[np.int64], variance: float) -> FloatArray:
+def _drift(basis: FloatArray, output: FloatArray, replication: IntArray, variance: float) -> FloatArray:
     """(P, P) what the spread of the replications' own parameters adds to the mean, beyond their precision.
 
     Nothing where that spread is no larger than the precision explains at 95 %: a few replications scatter, and adding

@@ -8,12 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError
 from ams.models.model import Stimulus
-
-FloatArray = NDArray[np.float64]
 
 RANK_TOLERANCE = 1e-9
 _PART_OF_A_DIRECTION = 0.05

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import DesignError, SolveError
 from ams.frames import Attitude
 from ams.models.drifting import DRIFT_NAME
@@ -19,8 +20,6 @@ from ams.observations import Observations
 from ams.solve.gauss_newton import Convergence, gauss_newton
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm, factor, repeated
-
-FloatArray = NDArray[np.float64]
 
 SHARED = MappingProxyType({**dict.fromkeys(TEMPERATURE_NAMES, "temperature_degc"), DRIFT_NAME: "time_s"})
 """Parameters that are seen across replications, not in each of them, with the column of the rows they go with."""
@@ -40,7 +39,7 @@ class Linearised:
     form: LinearForm
     alone: LinearForm
     """The part that a replication determines by itself; the same object as ``form`` where that is all."""
-    outputs_v: FloatArray
+    outputs: FloatArray
     """(N, m) less what the fixed parameters do."""
     convergence: Convergence | None
     block: Attitude
@@ -73,7 +72,7 @@ def linearise(
     models: Sequence[Model],
     rows: Observations,
     layout: Layout,
-    outputs_v: FloatArray,
+    outputs: FloatArray,
     weights: FloatArray | None,
 ) -> Linearised:
     """Models alike but for the nominal axis and their (N, m) outputs; one axis at a time where there is no basis.
@@ -92,17 +91,17 @@ def linearise(
     convergence, stimulus, times = None, _stimulus(rows), 1
     if model.basis_key is None:
         assert len(models) == 1
-        basis, outputs_v, convergence = _at_solution(model, free, names, rows, outputs_v[:, 0], weights)
+        basis, outputs, convergence = _at_solution(model, free, names, rows, outputs[:, 0], weights)
     else:
         if weights is None and _repeats(stimulus, layout):
             stimulus, times = _first(stimulus, layout.points), layout.replications
         basis = model.basis(stimulus)
         if model.fixed:
-            outputs_v = outputs_v - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
+            outputs = outputs - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
     form = repeated(factor(basis, names, stimulus, weights), times)
     own = free.size - sum(is_shared(name) for name in names)
     alone = form if own == free.size else repeated(factor(basis[:, :own], names[:own], stimulus, weights), times)
-    return Linearised(tuple(models), form, alone, outputs_v, convergence, stimulus)
+    return Linearised(tuple(models), form, alone, outputs, convergence, stimulus)
 
 
 def _stimulus(rows: Observations) -> Attitude:

@@ -14,11 +14,11 @@ idea, TP (50) for one replication.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.solve.components import Causes, ComponentColumns
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
@@ -26,7 +26,6 @@ from ams.solve.replicated import ReplicatedSums, replicated_sums
 from ams.solve.scatter import FEW_POINTS, own_scatter
 from ams.solve.whole_plots import WholePlots
 
-FloatArray = NDArray[np.float64]
 CommonErrors = Mapping[str, FloatArray]
 """Name to columns of one standard uncertainty each, volts: (N, q), or (N / repeats, q) where the basis repeats."""
 
@@ -55,6 +54,11 @@ class MixedEstimates:
     sums: ReplicatedSums | None
     """Of the outputs less what ``alone`` does not hold; None where nothing is replicated."""
 
+    def with_errors(self, form: LinearForm, common: Sequence[CommonErrors]) -> "MixedEstimates":
+        """Return the same estimates with common errors added to their covariances, one entry an output or none."""
+        estimator = np.broadcast_to(self.estimator, (self.estimate.shape[0], *self.estimator.shape[-2:]))
+        return replace(self, components=(*self.components, *_from_common(form, estimator, common)))
+
     @property
     def covariance(self) -> FloatArray:
         """(m, P, P)"""
@@ -65,7 +69,7 @@ def estimate(
     form: LinearForm,
     alone: LinearForm,
     layout: Layout,
-    outputs_v: FloatArray,
+    outputs: FloatArray,
     common: Sequence[CommonErrors],
     plots: WholePlots,
 ) -> MixedEstimates:
@@ -78,18 +82,18 @@ def estimate(
     block_rows = layout.rows // form.repeats
     joined = [np.hstack(list(blocks.values())) if blocks else np.zeros((block_rows, 0)) for blocks in common]
     if plots.dof < 1:
-        return _unreplicated(form, layout, outputs_v, common, joined)
-    ordinary, own_v = _split(form, alone, outputs_v)
+        return _unreplicated(form, layout, outputs, common, joined)
+    ordinary, own_v = _split(form, alone, outputs)
     sums = replicated_sums(alone, layout, own_v)
     ss_ordinary = sums.ss_pooled_bias + sums.ss_pooled_precision
     if ordinary is None:
         ordinary = sums.pooled
     else:
-        ss_ordinary = _square(form, outputs_v - form.basis @ ordinary)
+        ss_ordinary = _square(form, outputs - form.basis @ ordinary)
     precision, beyond, beyond_dof = _variances(alone, layout, sums, joined)
     typical = np.where(np.isnan(precision), ss_ordinary / max(layout.rows - form.basis.shape[1], 1), precision)
     own = [_own_variance(form, layout, *pair) for pair in zip(typical, beyond, strict=True)] if joined else []
-    estimator, found = _weighted(form, outputs_v, ordinary, own, joined)
+    estimator, found = _weighted(form, outputs, ordinary, own, joined)
     components = [_spread(estimator, form, alone, layout, own_v, sums, plots)]
     if beyond.any():
         components.append(_lack_of_fit(estimator, layout, beyond, beyond_dof, sums.point_effects))
@@ -100,36 +104,36 @@ def estimate(
 def _unreplicated(
     form: LinearForm,
     layout: Layout,
-    outputs_v: FloatArray,
+    outputs: FloatArray,
     common: Sequence[CommonErrors],
     joined: Sequence[FloatArray],
 ) -> MixedEstimates:
     """One replication (or none to spare): precision and lack of fit cannot be told apart; the residuals hold both."""
     weights = np.ones(layout.rows) if form.weights is None else form.weights
-    ordinary = form.solve(outputs_v)
-    ss_ordinary = _square(form, outputs_v - form.basis @ ordinary)
+    ordinary = form.solve(outputs)
+    ss_ordinary = _square(form, outputs - form.basis @ ordinary)
     free = layout.rows - form.basis.shape[1]
     variance = ss_ordinary / free if free > 0 else np.full(ss_ordinary.size, np.nan)
     dof = np.full(variance.size, free if free > 0 else np.nan)
     if joined:
-        scatter = own_scatter(form.basis, outputs_v, np.tile(np.stack(joined), (1, form.repeats, 1)), weights)
+        scatter = own_scatter(form.basis, outputs, np.tile(np.stack(joined), (1, form.repeats, 1)), weights)
         variance, dof = scatter.variance, scatter.dof
-    estimator, found = _weighted(form, outputs_v, ordinary, [v / weights for v in variance], joined)
+    estimator, found = _weighted(form, outputs, ordinary, [v / weights for v in variance], joined)
     spread = variance[:, None, None] * ((estimator / weights) @ np.swapaxes(estimator, -1, -2))
-    residuals = np.sqrt(weights)[:, None] * (outputs_v - form.basis @ ordinary)
+    residuals = np.sqrt(weights)[:, None] * (outputs - form.basis @ ordinary)
     causes = Causes(estimator / np.sqrt(weights), np.sqrt(variance), residuals)
     components = (ComponentColumns("residuals", spread, dof, causes), *_from_common(form, estimator, common))
     unknown = np.full(variance.size, np.nan)
     return MixedEstimates(found.T, components, estimator, unknown, unknown, ordinary, ss_ordinary, None)
 
 
-def _split(form: LinearForm, alone: LinearForm, outputs_v: FloatArray) -> tuple[FloatArray | None, FloatArray]:
+def _split(form: LinearForm, alone: LinearForm, outputs: FloatArray) -> tuple[FloatArray | None, FloatArray]:
     """The ordinary fit, and the outputs less what only several replications together determine; None: nothing is."""
     own = alone.basis.shape[1]
     if own == form.basis.shape[1]:
-        return None, outputs_v
-    ordinary = form.solve(outputs_v)
-    return ordinary, outputs_v - form.basis[:, own:] @ ordinary[own:]
+        return None, outputs
+    ordinary = form.solve(outputs)
+    return ordinary, outputs - form.basis[:, own:] @ ordinary[own:]
 
 
 def _square(form: LinearForm, residuals: FloatArray) -> FloatArray:
@@ -169,7 +173,7 @@ def _own_variance(form: LinearForm, layout: Layout, precision: float, beyond: fl
 
 def _weighted(
     form: LinearForm,
-    outputs_v: FloatArray,
+    outputs: FloatArray,
     ordinary: FloatArray,
     own: Sequence[FloatArray],
     joined: Sequence[FloatArray],
@@ -180,7 +184,7 @@ def _weighted(
     basis = form.basis[: joined[0].shape[0]]
     of_block = _generalised(basis, np.stack(own)[:, : basis.shape[0]], np.stack(joined))
     estimator = np.tile(of_block / form.repeats, form.repeats)
-    residuals = outputs_v - form.basis @ ordinary
+    residuals = outputs - form.basis @ ordinary
     return estimator, ordinary + (estimator @ residuals.T[:, :, None])[..., 0].T
 
 

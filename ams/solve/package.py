@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.calibration_result import PackageCovariance, VarianceComponent
 from ams.inputs.shared_errors import SharedError
 from ams.solve.components import ComponentColumns
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,11 @@ The linear form gives the same answer without a start; this one is for a given U
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.models.accelerometer import PitchRoll, primary_from_parameters, primary_from_parameters_jacobian
 from ams.models.model import Stimulus
 from ams.solve.gauss_newton import GaussNewtonResult, gauss_newton
-
-FloatArray = NDArray[np.float64]
 
 NAMES = ("offset_v", "sensitivity_v_per_g", "coning_rad", "azimuth_rad")
 

@@ -10,12 +10,10 @@ else they are solved by projection, which gives exact F tests for unbalanced dat
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
-
-FloatArray = NDArray[np.float64]
 
 _SAME_BASIS = 1e-13
 _EIGENVALUE_TOLERANCE = 1e-9
@@ -82,13 +80,13 @@ def _same_everywhere(form: LinearForm, layout: Layout) -> bool:
     return bool(np.all(np.abs(stacked - stacked[0]) <= _SAME_BASIS * np.abs(stacked[0]).max()))
 
 
-def _by_replication(values: FloatArray, layout: Layout, order: NDArray[np.int64] | None) -> FloatArray:
+def _by_replication(values: FloatArray, layout: Layout, order: IntArray | None) -> FloatArray:
     """(n, K, …) rows sorted by replication and point."""
     ordered = values if order is None else values[order]
     return ordered.reshape(layout.replications, layout.points, -1)
 
 
-def _balanced(form: LinearForm, layout: Layout, outputs: FloatArray, order: NDArray[np.int64] | None) -> ReplicatedSums:
+def _balanced(form: LinearForm, layout: Layout, outputs: FloatArray, order: IntArray | None) -> ReplicatedSums:
     n, points, size = layout.replications, layout.points, form.basis.shape[1]
     first = slice(0, points) if order is None else order[:points]
     basis, estimator = form.basis[first], n * form.estimator[:, first]

@@ -9,11 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.models.model import Model, Stimulus
-
-FloatArray = NDArray[np.float64]
 
 DIFFERENCE_STEP = 1e-5
 """Of a parameter, for the derivatives of the Jacobian by central differences."""

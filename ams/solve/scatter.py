@@ -12,9 +12,8 @@ whole scatter counts as the points' own: wider than need be, by as much as G is 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ams.arrays import FloatArray, IntArray
 
 _BISECTIONS = 60
 _NEGLIGIBLE = 1e-12
@@ -80,9 +79,7 @@ def _principal(common: FloatArray, residuals: FloatArray) -> tuple[FloatArray, F
     return variances, projected[..., 0] ** 2 / variances
 
 
-def _balance(
-    spread: FloatArray, along: FloatArray, rest: FloatArray, square: FloatArray, free: NDArray[np.int64]
-) -> FloatArray:
+def _balance(spread: FloatArray, along: FloatArray, rest: FloatArray, square: FloatArray, free: IntArray) -> FloatArray:
     """(m,) the t at which the restricted likelihood has no slope; 0 where it falls from there on."""
     low = _NEGLIGIBLE * square
     falls = _slope(low, spread, along, rest, free) <= 0.0
@@ -94,9 +91,7 @@ def _balance(
     return np.where(falls, 0.0, np.sqrt(low * high))
 
 
-def _slope(
-    variance: FloatArray, spread: FloatArray, along: FloatArray, rest: FloatArray, free: NDArray[np.int64]
-) -> FloatArray:
+def _slope(variance: FloatArray, spread: FloatArray, along: FloatArray, rest: FloatArray, free: IntArray) -> FloatArray:
     """(m,) twice the slope of the restricted log-likelihood by the variance."""
     whole = variance[:, None] + spread
     return np.asarray(np.sum(along / whole**2 - 1.0 / whole, axis=1) + (rest / variance - free) / variance)

@@ -9,12 +9,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.frames import specific_force_by_pitch, specific_force_by_roll
 from ams.observations import Observations
-
-FloatArray = NDArray[np.float64]
 
 UPRIGHT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 REVERSED: Final = ((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0))
@@ -69,7 +67,7 @@ def nuisances_of(mountings: Sequence[Mounting], priors: TablePriors) -> tuple[li
     return [name for name, _ in kept], np.array([prior for _, prior in kept])
 
 
-def _indices(observations: Observations, axis: str) -> NDArray[np.int64]:
+def _indices(observations: Observations, axis: str) -> IntArray:
     angle = observations.pitch_rad if axis == "pitch" else observations.roll_rad
     return np.round(angle / _INDEX_GRID_RAD).astype(np.int64) % round(2.0 * np.pi / _INDEX_GRID_RAD)
 

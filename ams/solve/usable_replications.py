@@ -1,14 +1,12 @@
 """Which replications can stand alone, and which are stubs of a run that was cut short."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray
 from ams.inputs.request import select_rows
 from ams.models.model import Model, Stimulus
 from ams.observations import Observations
 from ams.solve.layout import Layout
-
-BoolArray = NDArray[np.bool_]
 
 
 def standing_rows(observations: Observations, layout: Layout, model: Model) -> tuple[BoolArray, tuple[str, ...]]:

@@ -13,13 +13,10 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.observations import Observations
 from ams.solve.layout import Layout
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SMALLEST_GAP_DEGC = 2.0
 """Between two plateaus; also the largest spread inside one is held against it."""

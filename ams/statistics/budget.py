@@ -13,10 +13,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import SolveError
 from ams.statistics.distributions import normal_quantile, student_t_quantile
 
-FloatArray = NDArray[np.float64]
 Function = Callable[[NDArray[np.generic]], NDArray[np.generic]]
 """(n,) inputs, or (n, M) for M trials, to (m,) results, or (m, M)."""
 Kind = Literal["standard", "expanded", "limit", "triangular", "arcsine"]

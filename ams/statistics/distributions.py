@@ -8,12 +8,12 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from ams.arrays import FloatArray
 
 if TYPE_CHECKING:
     from types import ModuleType
-
-FloatArray = NDArray[np.float64]
 
 
 @cache

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray
 from ams.calibration_result import FTest
 from ams.statistics.distributions import (
     f_quantile,
@@ -18,8 +18,6 @@ from ams.statistics.distributions import (
     student_t_degrees_of_freedom,
     student_t_quantile,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 class Component(Protocol):
@@ -61,7 +59,7 @@ class FTestColumns:
     """(m,)"""
     numerator_dof: float
     denominator_dof: float
-    is_significant: NDArray[np.bool_]
+    is_significant: BoolArray
     """(m,)"""
 
     def of(self, column: int) -> FTest:
@@ -99,7 +97,7 @@ def f_test(variance_ratio: float, numerator_dof: float, denominator_dof: float, 
     return f_tests({"": np.array([variance_ratio])}, numerator_dof, denominator_dof, level)[""].of(0)
 
 
-def holm(p_values: FloatArray, level: float = 0.05) -> NDArray[np.bool_]:
+def holm(p_values: FloatArray, level: float = 0.05) -> BoolArray:
     """(m, q) which of q tests are significant when the chance of any false alarm among them is to stay at ``level``.
     NaN never is."""
     ascending = np.sort(p_values, axis=-1)

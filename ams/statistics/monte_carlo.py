@@ -8,12 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import SolveError
 from ams.statistics.budget import Budget, Function, Input, correlation_matrix
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
 from ams.inference.calibrated import sensor_of_set
@@ -23,8 +23,6 @@ from ams.sets.apply import apply
 from ams.sets.canonical import number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.statistics.intervals import t_quantile
-
-FloatArray = NDArray[np.float64]
 
 COVERAGE = 0.95
 LARGEST_AMPLIFICATION = 10.0
@@ -81,7 +79,7 @@ def errors_of(
     temperature = None if observations.temperature_degc is None else observations.temperature_degc[kept]
     axes = tuple(applied.axes)
     gain = _gain(applied, axes, pitch, roll, temperature)
-    outputs_v = np.stack([observations.outputs_v[axis][kept] for axis in axes], axis=-1)
+    outputs_v = np.stack([observations.outputs[axis][kept] for axis in axes], axis=-1)
     errors_rad = np.einsum("nsa,na->ns", gain, outputs_v - _predicted_v(applied, axes, pitch, roll, temperature))
     variance = np.einsum("nsa,na->ns", gain**2, _variance_v2(measured_by, axes, pitch, roll, temperature, observations))
     factor = _coverage_factor(measured_by)
@@ -94,7 +92,7 @@ def errors_of(
 
 
 def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observations: Observations) -> None:
-    lacking = [axis for axis in applied.axes if axis not in observations.outputs_v or axis not in measured_by.axes]
+    lacking = [axis for axis in applied.axes if axis not in observations.outputs or axis not in measured_by.axes]
     if applied.convention != "TP" or measured_by.convention != "TP":
         raise OutsideValidity(
             f"{applied.sensor}: errors in degrees need sets of pitch and roll: got convention {applied.convention}, "
@@ -103,11 +101,11 @@ def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observati
     if lacking:
         raise OutsideValidity(
             f"{applied.sensor}: axis {', '.join(lacking)} of the set was not measured: the run has "
-            f"{', '.join(observations.outputs_v)}; nothing was computed; it is another package, or another set"
+            f"{', '.join(observations.outputs)}; nothing was computed; it is another package, or another set"
         )
 
 
-def _within(pitch_deg: FloatArray, usage_pitch_deg: tuple[float, float] | None) -> NDArray[np.bool_]:
+def _within(pitch_deg: FloatArray, usage_pitch_deg: tuple[float, float] | None) -> BoolArray:
     if usage_pitch_deg is None:
         return np.ones(pitch_deg.size, dtype=bool)
     low, high = usage_pitch_deg
@@ -142,7 +140,7 @@ def _gain(
     return np.asarray(np.where(lost[..., None], np.nan, inverse) / scale)
 
 
-def _resolved(relative: FloatArray, amplification: FloatArray) -> NDArray[np.bool_]:
+def _resolved(relative: FloatArray, amplification: FloatArray) -> BoolArray:
     """(N, s) whether each angle is told: some slope is there, no other angle hides it, noise is not blown up."""
     columns = np.linalg.norm(relative, axis=1)
     cosine = np.zeros(columns.shape[0])
@@ -184,7 +182,7 @@ def _coverage_factor(measured_by: CoefficientSet) -> float:
 
 def _at_points(
     angle: str,
-    points: NDArray[np.int64],
+    points: IntArray,
     rows: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     coverage_factor: float,
 ) -> AngleErrors:

@@ -11,13 +11,10 @@ logarithms, here by their median and median deviation.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.statistics.distributions import digamma, trigamma
 from ams.surveillance.series import Population
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 MEDIAN_OF_CHI_SQUARE_1 = 0.4549364
 ROBUST_FROM = 6

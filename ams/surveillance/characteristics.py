@@ -14,13 +14,11 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.sensed_quantity import FIELDS
-
-FloatArray = NDArray[np.float64]
 
 REPEATED = ("table", "lack-of-fit", "temperature")
 """Parts of the covariance that the next run on the same table repeats: they do not scatter between runs."""

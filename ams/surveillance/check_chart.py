@@ -17,13 +17,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray
 from ams.errors import ArchiveUnknown
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.between_runs import DIFFERENCE_EFFICIENCY
 from ams.surveillance.series import PointLabel, Population
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Cause = Literal["sensor", "table", "meter", "open"]
 
 LEVEL = 0.002

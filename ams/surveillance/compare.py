@@ -13,17 +13,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.errors import SetError
 from ams.sets.canonical import number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.statistics.distributions import chi_square_tail
 from ams.surveillance.characteristics import PackageNumbers, cross_matrices, numbers_of, rotations_rad
+from ams.units import ARCSEC_PER_RAD
 
-FloatArray = NDArray[np.float64]
-
-ARCSEC_PER_RAD = float(np.degrees(3600.0))
 SECONDS_PER_DAY = 86400.0
 _SMALLEST_VARIANCE = 1e-30
 _TELLING = 1e-9

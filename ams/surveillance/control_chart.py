@@ -16,16 +16,13 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import BoolArray, FloatArray
 from ams.errors import ArchiveUnknown
 from ams.statistics.distributions import chi_square_tail
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.between_runs import Scatter, pooled_scatter
 from ams.surveillance.series import SECONDS_PER_YEAR, PointLabel, Population
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 STEP_LEVEL = 0.002
 DRIFT_LEVEL = 0.001

@@ -13,12 +13,9 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.surveillance.characteristics import Characteristics, PackageNumbers, characteristics_of, rotations_rad
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SECONDS_PER_YEAR = 365.25 * 86400.0
 

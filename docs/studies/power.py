@@ -57,7 +57,7 @@ def design() -> Observations:
         point=np.tile(np.arange(pitch.size), REPLICATIONS),
         pitch_rad=np.tile(pitch, REPLICATIONS),
         roll_rad=np.tile(roll, REPLICATIONS),
-        outputs_v={},
+        outputs={},
     )
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from ams.sets.canonical import Document, listed, number, table
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.certificate.results import angle_rows, coefficients_of, undetermined
+from procedures.numbers import angle, to_place
 from procedures.pages import own_style
-from procedures.report.numbers import angle, to_place
 from procedures.report.page import STYLE_SHEET, report_environment
 from procedures.report.page import TEMPLATES as SHARED_TEMPLATES
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of

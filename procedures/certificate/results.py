@@ -14,8 +14,8 @@ from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.attitude_errors import AngleErrors
+from procedures.numbers import angle, last_place, to_place, with_uncertainty
 from procedures.report.conclusions import LABELS
-from procedures.report.numbers import angle, last_place, to_place, with_uncertainty
 
 COVERAGE = 0.95
 

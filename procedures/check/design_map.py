@@ -8,9 +8,11 @@ import numpy as np
 
 from ams.analysis.design_variance import variance_function
 from ams.analysis.design_without_roll import variance_without_roll
+from ams.arrays import FloatArray
 from ams.whole_file import write_whole
-from procedures.check.evaluation import FloatArray, JudgedDesign, attitudes_rad
 from procedures.errors import RequestError
+from procedures.plan.judged_design import JudgedDesign
+from procedures.plan.specific_force import attitudes_rad
 from procedures.report import canvas
 
 if TYPE_CHECKING:

@@ -7,31 +7,12 @@ runs over the full circle in both boxes. A design without roll is judged for the
 
 import csv
 import io
-from dataclasses import dataclass
-from math import radians
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ams.analysis.design_variance import AngleBox, DesignEvaluation, evaluate_design
-from ams.analysis.design_without_roll import evaluate_without_roll
 from ams.whole_file import write_whole
 from procedures.check.request import DesignRequest, requested_design, requested_usage_deg
-from procedures.plan.designs import Design
-from procedures.plan.specific_force import equivalent_rad
-
-FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class JudgedDesign:
-    """A design and its figures."""
-
-    design: Design
-    usage_pitch_deg: tuple[float, float] | None
-    figures: DesignEvaluation
+from procedures.plan.judged_design import JudgedDesign, judge_design
 
 
 def judge(request: DesignRequest) -> JudgedDesign:
@@ -41,18 +22,6 @@ def judge(request: DesignRequest) -> JudgedDesign:
     determine its model.
     """
     return judge_design(requested_design(request), requested_usage_deg(request))
-
-
-def judge_design(design: Design, usage_pitch_deg: tuple[float, float] | None) -> JudgedDesign:
-    """Evaluate a design. Raises: ams.errors.DesignError."""
-    pitch_rad, roll_rad = attitudes_rad(design)
-    box = (float(pitch_rad.min()), float(pitch_rad.max()))
-    usage = None if usage_pitch_deg is None else (radians(usage_pitch_deg[0]), radians(usage_pitch_deg[1]))
-    if design.has_roll:
-        figures = evaluate_design(pitch_rad, roll_rad, AngleBox(box), None if usage is None else AngleBox(usage))
-    else:
-        figures = evaluate_without_roll(pitch_rad, box, usage)
-    return JudgedDesign(design, usage_pitch_deg, figures)
 
 
 def design_document(judged: JudgedDesign) -> dict[str, Any]:
@@ -89,11 +58,3 @@ def write_design(judged: JudgedDesign, path: Path) -> None:
     writer.writerow(["pitch_deg", "roll_deg"])
     writer.writerows([point.pitch_deg, point.roll_deg] for point in judged.design.points)
     write_whole(path, text.getvalue().encode("utf-8"))
-
-
-def attitudes_rad(design: Design) -> tuple[FloatArray, FloatArray]:
-    """(K,) pitch and roll of the points; on a gimbal those without yaw at which a model package feels the same."""
-    if len(design.yaw_values_deg) > 1:
-        return equivalent_rad(design.points)
-    pitch, roll = ([getattr(point, key) for point in design.points] for key in ("pitch_deg", "roll_deg"))
-    return np.deg2rad(np.array(pitch)), np.deg2rad(np.array(roll))

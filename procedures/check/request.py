@@ -3,16 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from pydantic import ValidationError
 
+from procedures.description import procedure_file
 from procedures.description.procedure_file import Range
 from procedures.errors import PlanError, RequestError
 from procedures.plan import designs
+from procedures.plan.design_kind import DESIGNS, DesignKind, Wanted
 from procedures.plan.designs import Design
 
 LEVEL_DEG = (0.0,)
-KINDS = ("D", "D0", "D1", "T", "fractional", "file")
+Given = TypeVar("Given")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,23 +43,18 @@ class DesignRequest:
 def requested_design(request: DesignRequest) -> Design:
     """The design of a request. Raises: RequestError naming the option, PlanError for sets that the kind forbids."""
     kind = _kind(request)
-    if kind == "T":
-        _refuse_beside(request, "--kind T", "pitch", "pitch_list", "fractional", "file")
-        return designs.tumble(with_roll=request.roll is None or len(_roll(request)) > 1)
-    if kind == "file":
-        _refuse_beside(request, "--file", "pitch", "pitch_list", "fractional", "roll")
-        return designs.read_points(_needed(request.file, "--file", "the path of a CSV file"))
-    pitch, roll = _pitch(request), _roll(request)
-    if request.fractional is not None:
-        return designs.fractional(pitch, roll, _pair_of_counts(request.fractional))
-    match kind:
-        case "D":
-            return designs.full_grid(pitch, roll)
-        case "D0":
-            return designs.uniform_roll(pitch, roll)
-        case "D1":
-            return designs.uniform_symmetric(pitch, roll)
-    raise RequestError("design: --fractional: is missing, --kind fractional needs it, such as --fractional 3,4")
+    if "pitch_deg" not in kind.takes:
+        owner = "--file" if "file" in kind.takes else f"--kind {kind.name}"
+        others = ("pitch", "pitch_list", "fractional", *(("roll",) if "file" in kind.takes else ("file",)))
+        _refuse_beside(request, owner, *others)
+        path = _needed(request.file, "--file", "the path of a CSV file") if "file" in kind.takes else None
+        table: dict[str, object] = {} if path is None else {"file": str(path)}
+    else:
+        table = {"pitch_deg": _pitch(request), "roll_deg": _roll(request)}
+        if "fractional" in kind.takes:
+            table["fractional"] = _pair_of_counts(_needed(request.fractional, "--fractional", "Ka,KR such as 3,4"))
+    with_roll = request.roll is None or len(_roll(request)) > 1
+    return kind.made(Wanted(_table(kind, table), with_roll, Path()))
 
 
 def requested_usage_deg(request: DesignRequest) -> tuple[float, float] | None:
@@ -69,16 +67,30 @@ def requested_usage_deg(request: DesignRequest) -> tuple[float, float] | None:
     return low, high
 
 
-def _kind(request: DesignRequest) -> str:
-    if request.kind is not None and request.kind not in KINDS:
-        raise _wrong("--kind", request.kind, ", ".join(KINDS))
+def kinds() -> list[str]:
+    """Return what ``--kind`` allows."""
+    return [name for name, kind in DESIGNS.items() if kind.is_on_command_line]
+
+
+def _kind(request: DesignRequest) -> DesignKind:
+    if request.kind is not None and request.kind not in kinds():
+        raise _wrong("--kind", request.kind, ", ".join(kinds()))
+    if request.fractional is not None and request.kind in (None, "D", "D0", "D1"):
+        return DESIGNS["fractional"]
     if request.kind is not None:
-        return request.kind
-    if request.fractional is not None:
-        return "fractional"
+        return DESIGNS[request.kind]
     if request.file is not None:
-        return "file"
-    return "D1" if request.pitch_list is None else "D0"
+        return DESIGNS["file"]
+    return DESIGNS["D1" if request.pitch_list is None else "D0"]
+
+
+def _table(kind: DesignKind, values: dict[str, object]) -> procedure_file.Design:
+    try:
+        return procedure_file.Design.model_validate({"kind": kind.name, **values})
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise RequestError(f"design: {where}: {first['msg'].removeprefix('Value error, ')}") from None
 
 
 def _pitch(request: DesignRequest) -> tuple[float, ...]:
@@ -138,10 +150,10 @@ def _numbers(text: str, separator: str, option: str, allowed: str, count: int | 
     return numbers
 
 
-def _needed(path: Path | None, option: str, what: str) -> Path:
-    if path is None:
+def _needed(given: Given | None, option: str, what: str) -> Given:
+    if given is None:
         raise RequestError(f"design: {option}: is missing; give {what}")
-    return path
+    return given
 
 
 def _refuse_beside(request: DesignRequest, owner: str, *others: str) -> None:

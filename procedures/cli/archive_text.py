@@ -12,7 +12,7 @@ from ams.surveillance.adjustment import Adjustment, Condition
 from ams.surveillance.check_chart import CheckHistory
 from ams.surveillance.compare import AxisChange, Change, Comparison
 from ams.surveillance.control_chart import Chart
-from procedures.cli.units_text import label_and_unit
+from ams.units import ARCSEC_PER_DEG, label_and_unit
 
 
 def plain(value: Any) -> Any:
@@ -142,7 +142,7 @@ def _chart_line(chart: Chart) -> str:
     rate, spread = chart.rate_per_year, chart.rate_standard_uncertainty
     drift = "" if rate is None or spread is None else f"{rate:+.1e} (u {spread:.0e})"
     scatter = f"{chart.scatter:.1e}" if math.isfinite(chart.scatter) else ""
-    angle = f"{chart.scatter * chart.deg_per_unit * 3600.0:.2f}″" if scatter else ""
+    angle = f"{chart.scatter * chart.deg_per_unit * ARCSEC_PER_DEG:.2f}″" if scatter else ""
     return f"{f'{label} {axis}, {unit}':<28}{chart.value[-1]:>16.8g} {scatter:>10} {drift:>22}   {angle}"
 
 

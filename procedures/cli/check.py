@@ -4,18 +4,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console, Group
+from rich.console import Console
 
-from procedures.check import motion_check
+from procedures.check.check_report import check as check_plan
+from procedures.check.check_report import to_document
 from procedures.check.check_text import render
-from procedures.check.grid_check import check as check_plan
-from procedures.check.grid_check import to_document
 from procedures.cli.options import RUNS, Json, Rig, RunsFolder
 from procedures.cli.output import print_json, say
-from procedures.description.procedure_file import ProcedureDescription, read_procedure
 from procedures.errors import ExitStatus
+from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
-from procedures.plan.planner import make_plan
 from procedures.run.preflight import Beforehand, beforehand
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
@@ -38,27 +36,14 @@ def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS,
         return _tell(before, json)
 
     asked = read_procedure(procedure)
-    document, page = (
-        _motion_told(described, asked) if asked.moves or asked.design.kind == "up-down" else _told(described, asked)
-    )
-
-    before = _beforehand(rig, described, make_plan(described, asked), out)
+    report = check_plan(described, asked)
+    before = _beforehand(rig, described, report.plan, out)
     if json:
-        print_json(document | _document_of(before))
+        print_json(to_document(report) | _document_of(before))
         return _tell(before, json)
 
-    Console().print(page)
+    Console().print(render(report))
     return _tell(before, json)
-
-
-def _told(described: RigDescription, asked: ProcedureDescription) -> tuple[dict[str, Any], Group]:
-    report = check_plan(described, asked)
-    return to_document(report), render(report)
-
-
-def _motion_told(described: RigDescription, asked: ProcedureDescription) -> tuple[dict[str, Any], Group]:
-    report = motion_check.check_motion(described, asked)
-    return motion_check.to_document(report), motion_check.render(report)
 
 
 def _tell_rig(path: Path, described: RigDescription, before: Beforehand, json: bool) -> None:

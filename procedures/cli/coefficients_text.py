@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ams.units import label_and_unit, printed
 from procedures.cli.findings_text import findings_lines
-from procedures.cli.units_text import UNITS, label_and_unit
 
 
 def set_text(document: Mapping[str, Any]) -> str:
@@ -41,7 +41,7 @@ def _standard_error(axis: Mapping[str, Any]) -> str:
     """In volts, or in the unit of the readings of a linear calibration."""
     key = next(key for key in axis if key.startswith("standard_error_"))
     unit = key.removeprefix("standard_error_")
-    return f"standard error {axis[key]:.3g} {UNITS.get(unit, unit)}" if axis[key] is not None else "no error"
+    return f"standard error {axis[key]:.3g} {printed(unit)}" if axis[key] is not None else "no error"
 
 
 def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:

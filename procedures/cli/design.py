@@ -7,14 +7,14 @@ from cyclopts import Parameter
 
 from procedures.check.design_map import plot_design
 from procedures.check.evaluation import design_document, design_text, judge, write_design
-from procedures.check.request import DesignRequest
+from procedures.check.request import DesignRequest, kinds
 from procedures.cli.options import Flag, Json, require_folder_of
 from procedures.cli.output import print_json, say
 
 
 def design(
     *,
-    kind: str | None = None,
+    kind: Annotated[str | None, Parameter(help=f"One of {', '.join(kinds())}.")] = None,
     pitch: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     pitch_list: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     roll: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -30,8 +30,6 @@ def design(
 
     Parameters
     ----------
-    kind
-        D, D0, D1, T, fractional or file.
     pitch
         from:to:count or from/to/step in degrees, such as --pitch=-45:45:33.
     pitch_list

@@ -3,9 +3,12 @@
 import os
 from dataclasses import asdict
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from ams.exports.dcc_schema import SCHEMA, check_against_schemas
-from ams.exports.formats import export_set, format_named, format_of, load_set
+from ams.exports.formats import FORMATS, export_set, format_named, format_of, load_set
 from ams.exports.verify import verify as verify_file
 from procedures.cli.options import Json, require_folder_of
 from procedures.cli.output import print_json, say
@@ -18,7 +21,7 @@ def export(
     coefficient_set: Path,
     /,
     *,
-    to: str,
+    to: Annotated[str, Parameter(help=f"One of {', '.join(FORMATS)}.")],
     out: Path | None = None,
     json: Json = False,
 ) -> None:
@@ -28,8 +31,6 @@ def export(
     ----------
     coefficient_set
         A set: `coefficients/<sensor>.json` of a run, or an export of any format.
-    to
-        json, csv, mat, hdf5, parquet, c, c-fixed, epics, dcc or linear.
     out
         The file to write; by default beside the set, with the format's ending.
     """

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from procedures.cli.units_text import label_and_unit
+from ams.units import label_and_unit
 from procedures.errors import RequestError
 
 MOST_TRIALS = 10_000_000

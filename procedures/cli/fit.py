@@ -15,7 +15,9 @@ from ams.inference.inference import Package
 from ams.inference.sting_reference import WARNING, read_with_sting
 from ams.inputs.observations_csv import read_csv, unit_warnings
 from ams.inputs.request import CalibrationRequest
+from ams.models.registry import MODELS
 from ams.models.thermal import TemperatureCoefficients
+from ams.sets.sensed_quantity import FIELDS
 from procedures.cli.attitude import package_of
 from procedures.cli.coefficients_text import axes_lines
 from procedures.cli.findings_text import check_trials
@@ -25,7 +27,7 @@ from procedures.cli.fit_set import WishedSet, wished_set, write_set
 from procedures.cli.options import Flag, Json, require_folder_of
 from procedures.cli.output import note, print_json, say
 from procedures.errors import RequestError
-from procedures.solution.at_rest import solve_observations
+from procedures.solution.by_model import solve_observations
 from procedures.solution.request import budgets_of, table_uncertainty
 from procedures.solution.type_b import shared_errors
 from rig.description.read import read_rig
@@ -34,23 +36,20 @@ from rig.description.rig_file import RigDescription, Sensor
 Named = Annotated[list[str] | None, Parameter(negative=())]
 Value = TypeVar("Value")
 
-ANGLES: Mapping[str, tuple[str, ...]] = {
-    "pitch-only": ("pitch",),
-    "pitch-roll": ("pitch", "roll"),
-    "pitch-yaw-roll-sting": ("pitch", "yaw"),
-    "pitch-yaw-roll-model": ("pitch", "yaw", "roll"),
-    "gyro": ("yaw", "roll"),
-}
-"""What a file must state for each model."""
-TP_MODELS = ("pitch-roll", "pitch-only")
-"""Without yaw."""
+FAMILIES = ("pitch-yaw-roll", "linear")
+"""Asked for by a name that stands for several models: CR's two packages, straight lines against known levels."""
+
+
+def model_names() -> list[str]:
+    """Return what ``--model`` allows."""
+    return [*(name for name, model in MODELS.items() if model.is_asked_for), *FAMILIES]
 
 
 def fit(
     file: Path,
     /,
     *,
-    model: Literal["pitch-roll", "pitch-only", "pitch-yaw-roll", "gyro", "linear"] = "pitch-roll",
+    model: Annotated[str, Parameter(help=f"One of {', '.join(model_names())}.")] = "pitch-roll",
     package: Literal["sting", "model"] | None = None,
     axis: Named = None,
     sting: Path | None = None,
@@ -81,8 +80,6 @@ def fit(
     ----------
     file
         The observations.
-    model
-        pitch-roll; pitch-only where roll stays zero; pitch-yaw-roll; gyro; or linear.
     package
         For pitch-yaw-roll: sting (roll does not reach it) or model.
     axis
@@ -164,7 +161,7 @@ def fit(
     else:
         for line in (*axes_lines(document["axes"]), *(joint_lines(document) if joint else ())):
             say(line)
-    if description is None and name in TP_MODELS:
+    if description is None and name in FIELDS and FIELDS[name].convention == "TP":
         note("the table's own index errors are not in these uncertainties; --rig RIG brings them in")
     if wish is not None:
         note(f"coefficient set: {wish.path}")
@@ -180,7 +177,8 @@ def _solved(
     trials: int,
 ) -> dict[str, Any]:
     if sting is None:
-        observations = read_csv(file, columns, ANGLES[request.model], rates=request.model == "gyro")
+        wanted = MODELS[request.model]
+        observations = read_csv(file, columns, wanted.columns, rates=wanted.needs_rates)
     else:
         observations = read_with_sting(file, columns, sting)
     solved = solve_observations(observations, request)
@@ -231,6 +229,8 @@ def _refuse_shared(columns: Mapping[str, str]) -> None:
 
 def _model_name(model: str, package: str | None) -> str:
     """The name that the mathematics knows: CR's two packages are two models."""
+    if model not in model_names():
+        raise RequestError(f"--model: got {model!r}, allowed are {', '.join(model_names())}; nothing was solved")
     if model != "pitch-yaw-roll":
         if package is not None:
             raise RequestError(f"--package {package}: belongs to --model pitch-yaw-roll, not to --model {model}")

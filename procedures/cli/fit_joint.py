@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from ams.calibration.joint_document import joint_document, read_mountings
-from ams.frames import RAD_PER_ARCSEC
 from ams.inputs.request import CalibrationRequest
 from ams.solve.joint import joint_fit
 from ams.solve.table_errors import TablePriors
+from ams.units import RAD_PER_ARCSEC
 from procedures.errors import RequestError
 from procedures.solution.type_b import standard_uncertainty_arcsec
 from rig.description.rig_file import RigDescription

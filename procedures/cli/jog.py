@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from ams.whole_file import replace_file
 from procedures.cli.options import Flag, Json
 from procedures.cli.options import Rig as RigFile
 from procedures.cli.output import finite, note, print_json, say
@@ -90,7 +91,7 @@ def jog(
             "jog: --set, --snapshot and --log belong to the screen, which needs a terminal; nothing moved"
         )
     with (
-        open_rig(description, rig_file=rig, purpose="jog") as opened,
+        open_rig(description, rig_file=rig, purpose="jog", write=replace_file) as opened,
         stoppable_wait(opened.clock) as wait,
         _homes_kept(opened),
     ):
@@ -128,7 +129,9 @@ def _screen(
     actions = log or rig.with_name(f"{rig.stem}.jog.jsonl")
     snapshots = snapshot or rig.with_name(f"{rig.stem}.snapshots.csv")
     with (
-        open_rig(description, clock=_bench_clock(description), rig_file=rig, purpose="jog") as opened,
+        open_rig(
+            description, clock=_bench_clock(description), rig_file=rig, purpose="jog", write=replace_file
+        ) as opened,
         _homes_kept(opened),
     ):
         from procedures.jog_screen.session import jog_on_screen  # textual: not for a single motion
@@ -141,7 +144,7 @@ def _screen(
 @contextmanager
 def _homes_kept(opened: Rig) -> Iterator[None]:
     """Homes that the machines prove to have kept since the last jog, and those of this one for the next."""
-    memory = HomeMemory(opened.description, opened.clock)
+    memory = HomeMemory(opened.description, opened.clock, replace_file)
     for why in memory.take_over(opened.axes).values():
         note(why)
     yield

@@ -5,6 +5,7 @@ from pathlib import Path
 from rich.console import Console
 
 from ams.archive.refusals import without_password
+from ams.whole_file import replace_file
 from procedures.alerts.settings import read_alerts
 from procedures.cli.archive_url import require_archive_url
 from procedures.cli.attend import attended
@@ -31,13 +32,13 @@ from procedures.cli.places import (
 )
 from procedures.delivery.deliver import Delivery, deliver, run_document, solve_run
 from procedures.delivery.publish import history_findings
-from procedures.description.procedure_file import read_procedure
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.header import make_header
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.location import require_local
 from procedures.journal.status import status
-from procedures.plan.planner import make_plan
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.records.states import RESUMABLE, State
 from procedures.report.summary import print_summary
 from procedures.run.begin import begin
@@ -80,7 +81,7 @@ def run(
         require_local(out)
     asked_archive = archive if archive is not None or performed.is_simulated else default_archive_url()
     _require_what_the_end_needs(asked_archive, alerts)
-    with open_rig(performed, rig_file=None if rehearse else rig, purpose="run") as opened:
+    with open_rig(performed, rig_file=None if rehearse else rig, purpose="run", write=replace_file) as opened:
         opened.identities()  # a device that is silent is told before anything is written
         now = SystemClock().now_utc()
         folder = new_run_folder(out, plan.title, now)

@@ -5,6 +5,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from ams.whole_file import write_whole
 from procedures.cli.options import Flag, require_folder_of
 from procedures.cli.output import note
 from procedures.cli.stopping import stoppable_wait
@@ -58,7 +59,7 @@ def simulate(
         links = Path(kept.enter_context(TemporaryDirectory(prefix="calrig-ports-"))) if plan and pty else None
         served = kept.enter_context(serve_rig(description, clock, pty=pty, links=links, faults=plan, tell=note))
         if write is not None:
-            write_rig(rig, served.addresses, "real" if time_factor is None else float(time_factor), write)
+            write_rig(rig, served.addresses, "real" if time_factor is None else float(time_factor), write, write_whole)
         print(json.dumps(served.addresses), flush=True)  # noqa: T201
         try:
             with stoppable_wait(SystemClock()) as wait:

@@ -10,7 +10,7 @@ from procedures.cli.output import note, print_json, say
 from procedures.cli.run import archive_of, require_archived, tell
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
 from procedures.errors import ExitStatus
-from procedures.solution.at_rest import checked_by_monte_carlo
+from procedures.solution.by_model import checked_by_monte_carlo
 
 
 def solve(

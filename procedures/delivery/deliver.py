@@ -14,7 +14,8 @@ from ams.archive.histories import history
 from ams.archive.runs import Override, PublishedRun
 from ams.calibration.findings_document import full_document
 from ams.errors import AmsError, ArchiveError, OutsideValidity
-from ams.exports.formats import FORMATS, export_set
+from ams.exports import dcc, json_text
+from ams.exports.formats import export_set, format_named
 from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.sensed_quantity import FIELDS
@@ -22,11 +23,12 @@ from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust
 from procedures.delivery.publish import publish_solved
 from procedures.errors import RequestError
 from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.solve import solve_record
 from procedures.records.states import State
 from procedures.report.paper.pdf import Attachment
 from procedures.report.view import Past, RunView
-from procedures.report.write import solve_record, view_of, write_report
-from procedures.solution.in_motion import lines_document
+from procedures.report.write import view_of, write_report
+from procedures.solution.lines import lines_document
 from procedures.solution.provenance import provenance_of
 from procedures.solution.record import RunRecord, read_record
 from procedures.solution.request import SolvedSensor
@@ -153,7 +155,7 @@ def _sensor_document(solved: SolvedSensor) -> dict[str, Any]:
     if solved.calibration is None:
         return {"axes": {}, "error": solved.failure}
     if solved.calibration.model == "linear":
-        return lines_document(solved.calibration)
+        return lines_document(solved.calibration, solved.budgets)
     return full_document(solved.calibration, solved.observations, solved.budgets)
 
 
@@ -182,7 +184,7 @@ def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
 
 def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
     folder.mkdir(exist_ok=True)
-    path = folder / FORMATS[kind].file_name(coefficients.sensor)
+    path = folder / format_named(kind, coefficients.sensor).file_name(coefficients.sensor)
     export_set(coefficients, kind, path)
     return path
 
@@ -190,16 +192,18 @@ def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
 def attachments(coefficients: CoefficientSet) -> list[Attachment]:
     """A set as the files inside the PDF: for machines as the laboratory's own set and as a DCC."""
     wanted = (
-        ("json", "application/json", "coefficient set"),
-        ("dcc", "application/xml", "digital calibration certificate"),
+        (json_text.FORMAT, "application/json", "coefficient set"),
+        (dcc.FORMAT, "application/xml", "digital calibration certificate"),
     )
     return [
         Attachment(
-            FORMATS[kind].file_name(coefficients.sensor), media_type, f"{coefficients.sensor}: {what}",
-            FORMATS[kind].to_bytes(coefficients),
+            form.file_name(coefficients.sensor),
+            media_type,
+            f"{coefficients.sensor}: {what}",
+            form.to_bytes(coefficients),
         )
-        for kind, media_type, what in wanted
-    ]  # fmt: skip
+        for form, media_type, what in wanted
+    ]
 
 
 def publish_folder(

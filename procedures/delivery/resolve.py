@@ -22,7 +22,7 @@ from procedures.delivery.deliver import SolvedRun, sets_of, solve_run
 from procedures.delivery.publish import measured_sensors, run_entry
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
-from procedures.report.write import solve_record
+from procedures.kinds.solve import solve_record
 from procedures.solution.record import read_record
 from rig.errors import DescriptionError
 

@@ -3,29 +3,41 @@
 Checked here, table by table, before the rig is looked at; what only both files together can tell is the planner's.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from decimal import Decimal
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import BeforeValidator, Discriminator, Field, PrivateAttr, Tag, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    Tag,
+    field_validator,
+    model_validator,
+)
 
-from procedures.description.motion import Levels, Profile, Rates, Static
+from ams.exports.formats import FORMATS
+from procedures.description.design_kinds import DESIGNS
 from procedures.errors import PlanError
 from rig.description.device_settings import NotNegative, Positive
-from rig.errors import DescriptionError
-from rig.toml_file import StrictTable, TomlFile, as_tuple, read_toml
+from rig.toml_file import StrictTable, TomlFile, as_tuple
 
 Order = Literal["there-and-back", "forward-reverse", "serpentine", "raster", "blocks", "random", "seeded"]
 Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
 MAX_POINTS_PER_AXIS = 3601
+OwnTable = TypeVar("OwnTable", bound=StrictTable)
 
 
 class Procedure(StrictTable):
     """``[procedure]``: the title and what kind of work it is."""
 
     title: Annotated[str, Field(min_length=1, max_length=200)]
-    kind: Literal["grid", "tumble", "rates", "profile", "two-level", "static"]
+    kind: str
+    """A name of the registry of kinds, which gives the form of the file its allowed values."""
     replications: Annotated[int, Field(ge=1, le=1000)] = 1
 
 
@@ -72,10 +84,16 @@ AngleSet = Annotated[
 ]
 
 
-class Design(StrictTable):
-    """``[design]``: which attitudes, in which order."""
+def _registered_design(name: str) -> str:
+    if name not in DESIGNS:
+        raise ValueError(f"allowed are {', '.join(DESIGNS)}")
+    return name
 
-    kind: Literal["D", "D0", "D1", "T", "up-down", "fractional", "optimal", "file"]
+
+class Design(StrictTable):
+    """``[design]``: which attitudes, in which order. A kind that adds keys of its own has a subclass as its table."""
+
+    kind: Annotated[str, AfterValidator(_registered_design)]
     pitch_deg: AngleSet | None = None
     roll_deg: AngleSet | None = None
     yaw_deg: AngleSet | None = None
@@ -97,16 +115,25 @@ class Design(StrictTable):
 
     @model_validator(mode="after")
     def _what_the_kind_needs(self) -> Self:
-        if self.kind == "file" and self.file is None:
-            raise ValueError('kind = "file" needs file = "points.csv"')
-        if self.kind == "fractional" and self.fractional is None:
-            raise ValueError('kind = "fractional" needs fractional = [K_pitch, K_roll]')
-        for key, owner in (("file", "file"), ("fractional", "fractional")):
-            if self.kind != owner and getattr(self, key) is not None:
-                raise ValueError(f'{key} belongs to kind = "{owner}", not to kind = "{self.kind}"')
-        if self.kind not in ("file", "T", "up-down") and self.pitch_deg is None:
-            raise ValueError(f'kind = "{self.kind}" needs pitch_deg')
+        kind = DESIGNS[self.kind]
+        for key, example in kind.needs.items():
+            if getattr(self, key) is None:
+                raise ValueError(f'kind = "{self.kind}" needs {key}{example and f" = {example}"}')
+        for key in ("file", "fractional"):
+            if key not in kind.takes and getattr(self, key) is not None:
+                owners = " or ".join(f'"{owner.name}"' for owner in DESIGNS.values() if key in owner.takes)
+                raise ValueError(f'{key} belongs to kind = {owners}, not to kind = "{self.kind}"')
         return self
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _in_the_table_of_its_kind(cls, value: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
+        """Read a kind with keys of its own by the table that has them."""
+        name = value.get("kind") if isinstance(value, dict) else None
+        table = DESIGNS[name].table if isinstance(name, str) and name in DESIGNS else None
+        if table is None or not issubclass(table, cls) or table is cls:
+            return validate(value)
+        return table.model_validate(value)
 
 
 class Settle(StrictTable):
@@ -203,7 +230,14 @@ class Solve(StrictTable):
         return self
 
 
-ExportFormat = Literal["json", "csv", "mat", "hdf5", "parquet", "c", "c-fixed", "epics", "dcc", "linear"]
+def _registered_format(name: str) -> str:
+    if name not in FORMATS:
+        raise ValueError(f"allowed are {', '.join(FORMATS)}")
+    return name
+
+
+ExportFormat = Annotated[str, AfterValidator(_registered_format)]
+"""The name of a format that is registered (:mod:`ams.exports.formats`)."""
 
 
 class Export(StrictTable):
@@ -218,15 +252,11 @@ class Export(StrictTable):
 
 
 class ProcedureDescription(StrictTable):
-    """The whole file."""
+    """The whole file, but for the tables that the kinds add (:mod:`procedures.kinds.read`)."""
 
     procedure: Procedure
     design: Design = Design(kind="up-down")
-    """Of attitudes; only grids and tumbles have one of their own."""
-    rates: Rates | None = None
-    profile: Profile | None = None
-    levels: Levels | None = None
-    static: Static | None = None
+    """Of attitudes; kinds with a table of their own have none."""
     dwell: DwellSettings = DwellSettings()
     environment: EnvironmentPlan | None = None
     check: CheckPlan | None = None
@@ -235,10 +265,10 @@ class ProcedureDescription(StrictTable):
     export: Export = Export()
     _file: TomlFile = PrivateAttr()
 
-    @property
-    def moves(self) -> bool:
-        """Whether it is of a kind with motion, applied fields or long rests."""
-        return self.procedure.kind not in ("grid", "tumble")
+    def own(self, table: type[OwnTable]) -> OwnTable | None:
+        """Return the kind's own table of that form; None where this procedure has none."""
+        tables = (getattr(self, name) for name in type(self).model_fields)
+        return next((found for found in tables if isinstance(found, table)), None)
 
     @property
     def path(self) -> Path:
@@ -248,42 +278,6 @@ class ProcedureDescription(StrictTable):
     def error(self, key: Sequence[object], text: str) -> PlanError:
         """A mistake that only the plan can see, named by file, line and key."""
         return PlanError(self._file.complaint(key, text))
-
-
-def read_procedure(path: Path) -> ProcedureDescription:
-    """Read and check a procedure file. Raises: rig.errors.DescriptionError naming every mistake."""
-    file = read_toml(path)
-    description = file.validate(ProcedureDescription)
-    complaints = [file.complaint(key, text) for key, text in disagreements(description)]
-    if complaints:
-        raise DescriptionError("\n".join(complaints))
-    description._file = file
-    return description
-
-
-def disagreements(description: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Tables that do not go together: key and what is wrong."""
-    kind = description.procedure.kind
-    is_tumble = description.design.kind in ("T", "up-down")
-    if kind == "tumble" and not is_tumble:
-        yield ("design", "kind"), 'kind = "tumble" goes with a design of kind "T", and only with it (or "up-down")'
-    if kind == "grid" and is_tumble:
-        yield ("design", "kind"), 'kind = "tumble" goes with a design of kind "T", and only with it (or "up-down")'
-    own = {"rates": "rates", "profile": "profile", "two-level": "levels", "static": "static"}
-    for owner, table in own.items():
-        if (getattr(description, table) is not None) != (kind == owner):
-            told = "is missing" if kind == owner else f"belongs to procedure.kind = {owner!r}"
-            yield (table,), f"{told}; this is a procedure of kind {kind!r}"
-    if kind in own and "design" in description.model_fields_set:
-        yield ("design",), f"has no meaning for a procedure of kind {kind!r}, which has its own attitudes; remove it"
-    models = {"rates": ("gyro", "linear"), "two-level": ("linear",), "static": ("linear",)}
-    if kind == "profile" and description.solve.model not in ("gyro", "pitch-yaw-roll", "pitch-roll"):
-        yield ("solve", "model"), 'a profile is solved with "gyro", "pitch-yaw-roll" or "pitch-roll"'
-    if kind in models and description.solve.model not in models[kind]:
-        allowed = " or ".join(f'"{model}"' for model in models[kind])
-        yield ("solve", "model"), f"got {description.solve.model!r}, allowed for kind {kind!r}: {allowed}"
-    if kind in ("grid", "tumble") and description.solve.model == "gyro":
-        yield ("solve", "model"), 'the model "gyro" needs rates: procedure.kind = "rates" or "profile"'
 
 
 def _decimal(value: float) -> Decimal:

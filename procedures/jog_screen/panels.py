@@ -7,6 +7,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from ams.units import ARCSEC_PER_DEG
 from procedures.jog_screen.heading import Heading
 from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, ChamberView, ChannelView, Told
 
@@ -14,7 +15,6 @@ ACCENT, GOOD, WARM, BAD, QUIET, FAINT = "#5fd7d7", "#87d787", "#ffd75f", "#ff5f5
 TONES = {"done": GOOD, "refused": WARM, "failed": BAD, "stopped": BAD, "note": QUIET}
 _BLOCKS = "▁▂▃▄▅▆▇█"
 _GAUGE, _SMALL_GAUGE, _WIDE = 25, 11, 100
-_ARCSEC = 3600.0
 
 
 def head(heading: Heading, view: BenchView) -> Group:
@@ -229,8 +229,8 @@ def _attitude(attitude: AttitudeView, axes: Sequence[AxisView]) -> Text:
             text.append("—", FAINT)
             continue
         text.append(f"{degrees:+.4f}°", "bold white")
-        text.append(f" ± {sd_deg * _ARCSEC:.2g}″", QUIET)
+        text.append(f" ± {sd_deg * ARCSEC_PER_DEG:.2g}″", QUIET)
         if name in table_deg:
-            away_arcsec = round((degrees - table_deg[name]) * _ARCSEC, 1) + 0.0
+            away_arcsec = round((degrees - table_deg[name]) * ARCSEC_PER_DEG, 1) + 0.0
             text.append(f" ({away_arcsec:+.1f}″ to the table)" if away_arcsec else " (as the table)", FAINT)
     return text.append(f"  {attitude.flag}" if attitude.flag else "", WARM)

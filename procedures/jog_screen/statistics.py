@@ -28,7 +28,7 @@ class Running:
     def add(self, burst: Burst) -> None:
         self.silence = ""
         self._overloads += int(np.count_nonzero(burst.overload))
-        for value_v in burst.values_v[~burst.overload]:
+        for value_v in burst.samples[~burst.overload]:
             self._count += 1
             away_v = float(value_v) - self._mean_v
             self._mean_v += away_v / self._count

@@ -1,7 +1,9 @@
 """When the disk of a run fails: everything provable is copied to a second place, with the dwell that found no room."""
 
+from contextlib import suppress
 from pathlib import Path
 
+from ams.whole_file import FolderNotSynced, replace_file
 from procedures.errors import ProcedureError
 from procedures.journal.encoding import compact_json, encode_dwell
 from procedures.journal.salvage import salvage
@@ -19,7 +21,8 @@ def emergency_copy(run_dir: Path, place: Path, unsaved: DwellRecord | None) -> s
             target, number = place / f"{run_dir.name}-{number}", number + 1
         found = salvage(run_dir, target)
         if unsaved is not None:
-            (target / UNSAVED_FILE).write_text(_as_text(unsaved), encoding="utf-8")
+            with suppress(FolderNotSynced):  # it is there
+                replace_file(target / UNSAVED_FILE, _as_text(unsaved).encode("utf-8"))
     except (ProcedureError, OSError) as error:
         return f"; no copy could be made in {place}: {error}"
     return f"; copied to {target} ({found.dwells} dwells, {found.events} events)"
@@ -28,5 +31,5 @@ def emergency_copy(run_dir: Path, place: Path, unsaved: DwellRecord | None) -> s
 def _as_text(record: DwellRecord) -> str:
     """The dwell that was measured and not committed: for a person, it is not part of the run."""
     text, _ = encode_dwell(record)
-    samples = {name: [repr(float(value)) for value in reading.samples_v] for name, reading in record.readings.items()}
+    samples = {name: [repr(float(value)) for value in reading.samples] for name, reading in record.readings.items()}
     return compact_json({"record": text, "samples_v": samples})

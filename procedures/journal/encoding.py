@@ -7,7 +7,7 @@ event before it, the first one the header's.
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from datetime import datetime
 from typing import Any
@@ -15,9 +15,21 @@ from typing import Any
 import numpy as np
 
 from procedures.errors import JournalError
-from procedures.records.dwells import ChannelReading, DwellRecord, Event, MotionRecord, StreamTiming
+from procedures.records.dwells import (
+    ANGLE,
+    LOOKED,
+    TAKEN,
+    ChannelReading,
+    DwellRecord,
+    Event,
+    MotionRecord,
+    StreamTiming,
+)
 
 FLOAT = np.dtype("<f8")
+VOLTS = "v"
+_OWN_UNITS = {ANGLE: "deg", LOOKED: "s", TAKEN: "s"}
+"""Of what a run records beside the channels of the rig."""
 
 
 def compact_json(value: object) -> str:
@@ -40,7 +52,7 @@ def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:
         "measured_deg": dict(record.measured_deg),
         "temperature_degc": dict(record.temperature_degc),
         "readings": [
-            [channel, int(reading.samples_v.size), reading.started_s, reading.interval_s]
+            [channel, int(reading.samples.size), reading.started_s, reading.interval_s]
             for channel, reading in record.readings.items()
         ],
         "started_utc": record.started_utc.isoformat(),
@@ -50,9 +62,11 @@ def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:
         "settle_s": record.settle_s,
         "mounting": record.mounting,
     }
+    if units := {name: reading.unit for name, reading in record.readings.items() if reading.unit != VOLTS}:
+        document["units"] = units
     if record.motion is not None:
         document["motion"] = asdict(record.motion)
-    samples = b"".join(reading.samples_v.astype(FLOAT).tobytes() for reading in record.readings.values())
+    samples = b"".join(reading.samples.astype(FLOAT).tobytes() for reading in record.readings.values())
     return compact_json(document), samples
 
 
@@ -64,11 +78,19 @@ def hash_dwell(text: str, samples: bytes) -> str:
     return digest.hexdigest()
 
 
-def decode_dwell(text: str, samples: bytes | None, sha256: str) -> DwellRecord:
-    """A stored dwell as a record; without ``samples`` its readings are empty. Raises: JournalError."""
+def decode_dwell(
+    text: str, samples: bytes | None, sha256: str, units: Callable[[], Mapping[str, str]] = dict
+) -> DwellRecord:
+    """Return a stored dwell as a record; without ``samples`` its readings are empty.
+
+    ``units``: of the channels of the rig, asked for where the dwell states none itself, as in journals of version 0.1.
+
+    Raises: JournalError.
+    """
     try:
         document: dict[str, Any] = json.loads(text)
-        readings = _readings(document.pop("readings"), samples)
+        stated = document.pop("units", None)
+        readings = _readings(document.pop("readings"), samples, units() if stated is None else stated)
         for key in ("started_utc", "ended_utc"):
             document[key] = datetime.fromisoformat(document[key])
         document["reasons"] = tuple(document["reasons"])
@@ -83,16 +105,17 @@ def _motion(document: dict[str, Any]) -> MotionRecord:
     return MotionRecord(**{**document, "streams": tuple(StreamTiming(**stream) for stream in document["streams"])})
 
 
-def _readings(layout: list[list[Any]], samples: bytes | None) -> dict[str, ChannelReading]:
+def _readings(layout: list[list[Any]], samples: bytes | None, units: Mapping[str, str]) -> dict[str, ChannelReading]:
     if samples is None:
         return {}
-    values_v = np.frombuffer(samples, dtype=FLOAT)
+    values = np.frombuffer(samples, dtype=FLOAT)
     announced = sum(count for _, count, _, _ in layout)
-    if announced != values_v.size:
-        raise ValueError(f"{values_v.size} samples, but {announced} are announced")
+    if announced != values.size:
+        raise ValueError(f"{values.size} samples, but {announced} are announced")
     found, first = {}, 0
     for channel, count, started_s, interval_s in layout:
-        found[channel] = ChannelReading(channel, values_v[first : first + count], started_s, interval_s)
+        unit = units.get(channel) or _OWN_UNITS.get(channel.rpartition(".")[2], VOLTS)
+        found[channel] = ChannelReading(channel, values[first : first + count], started_s, interval_s, unit)
         first += count
     return found
 

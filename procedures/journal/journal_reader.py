@@ -1,8 +1,9 @@
 """The journal as everybody but the engine sees it: read-only, in short transactions, verified on demand."""
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,8 @@ from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import QUARANTINED, Key, keys_in, voided_in
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
+from rig.description.read import rig_from_json
+from rig.errors import DescriptionError
 
 if TYPE_CHECKING:
     import apsw
@@ -79,6 +82,17 @@ class JournalReader:
         row = self._one(_LAST_EVENT, (kind, kind))
         return None if row is None else decode_event(*row)
 
+    @cached_property
+    def _channel_units(self) -> Mapping[str, str]:
+        """Of the channels of the rig that was stored; of streams only, since a meter's are volts."""
+        try:
+            return rig_from_json(self.header.rig_json).channel_units()
+        except DescriptionError:
+            return {}
+
+    def _units(self) -> Mapping[str, str]:
+        return self._channel_units
+
     def dwells(self, accepted_only: bool = False, with_samples: bool = True) -> Iterator[DwellRecord]:
         """Dwells in the order of commitment, rejected ones too unless ``accepted_only``.
 
@@ -87,7 +101,7 @@ class JournalReader:
         """
         voided = voided_in(self.events(VOIDED))
         for row in self._rows(_DWELLS if with_samples else _DWELLS_WITHOUT_SAMPLES):
-            dwell = _as_it_stands(row, voided, with_samples)
+            dwell = _as_it_stands(row, voided, self._units, with_samples)
             if dwell is not None and (dwell.accepted or not accepted_only):
                 yield dwell
 
@@ -181,7 +195,7 @@ class JournalReader:
             name = f"{self.path}: the dwell of step {step}, attempt {attempt}, epoch {epoch}"
             if hash_dwell(text, samples) != digest or told.get((step, attempt, epoch)) != digest:
                 raise JournalError(f"{name} is not as it was written (SHA-256 differs); {_LEFT}; {_SALVAGE}")
-            record = decode_dwell(text, samples, digest)
+            record = decode_dwell(text, samples, digest, self._units)
             if (record.step, record.attempt, record.epoch, record.accepted) != (step, attempt, epoch, bool(accepted)):
                 raise JournalError(f"{name} is filed under another key than its own; {_LEFT}; {_SALVAGE}")
             found += 1
@@ -219,16 +233,18 @@ def _is_whole(row: tuple[Any, ...]) -> bool:
     return bool(hash_dwell(text, samples) == digest)
 
 
-def _as_it_stands(row: tuple[Any, ...], voided: Mapping[Key, str], with_samples: bool) -> DwellRecord | None:
+def _as_it_stands(
+    row: tuple[Any, ...], voided: Mapping[Key, str], units: Callable[[], Mapping[str, str]], with_samples: bool
+) -> DwellRecord | None:
     """The dwell of a row; None where it is too damaged to be shown."""
     *_, text, samples, digest = row
     taken_back = voided.get(_key(*row[1:4]))
     if with_samples and not _is_whole(row):
         taken_back = "quarantined: it is not as it was written (SHA-256 differs)"
         try:
-            dwell = decode_dwell(text, samples, digest)
+            dwell = decode_dwell(text, samples, digest, units)
         except JournalError:
             return None
     else:
-        dwell = decode_dwell(text, samples, digest)
+        dwell = decode_dwell(text, samples, digest, units)
     return dwell if taken_back is None else replace(dwell, accepted=False, reasons=(*dwell.reasons, taken_back))

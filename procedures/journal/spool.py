@@ -14,6 +14,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Literal, get_args
 
+from ams.whole_file import FolderNotSynced, replace_file
 from procedures.errors import RequestError, StorageFailed
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
@@ -64,11 +65,11 @@ class Spool:
         """Put a request where the engine will find it, whole. Raises: StorageFailed."""
         stamp = re.sub(r"[^0-9]", "", request.at_utc)[:20]
         target = self.folder / f"{stamp}-{secrets.token_hex(4)}-{request.kind}{_SUFFIX}"
-        partial = target.with_suffix(".partial")
         try:
             self.folder.mkdir(exist_ok=True)
-            partial.write_text(json.dumps(asdict(request), ensure_ascii=False), encoding="utf-8")
-            os.replace(partial, target)
+            replace_file(target, json.dumps(asdict(request), ensure_ascii=False).encode("utf-8"))
+        except FolderNotSynced:
+            pass  # the engine finds it there: only a power cut could take it back, and that ends the run as well
         except OSError as error:
             raise StorageFailed(
                 f"{target}: cannot be written: {error.strerror}; the run was not told; check the folder and its rights"

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import apsw
 
+from ams.whole_file import sync_folder
 from procedures.errors import JournalError, StorageFailed
 
 if TYPE_CHECKING:
@@ -78,11 +79,7 @@ def put_in_place(new_file: Path, path: Path) -> None:
     """Rename and sync the folder: the name appears with the whole content. Raises: StorageFailed."""
     try:
         os.rename(new_file, path)
-        handle = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+        sync_folder(path.parent)
     except OSError as error:
         raise StorageFailed(f"{path}: cannot be made: {error.strerror}; nothing moved; check the folder") from error
 

@@ -10,11 +10,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Literal
 
 from procedures.errors import PlanError
-
-Kind = Literal["D", "D0", "D1", "T", "up-down", "fractional", "file", "schedule"]
 
 TUMBLE_WITH_ROLL_DEG = ((-90.0, 0.0), (0.0, 0.0), (90.0, 0.0), (180.0, 0.0), (0.0, -90.0), (0.0, 90.0))
 """(pitch, roll) of TP (56)."""
@@ -40,7 +37,8 @@ class DesignPoint:
 class Design:
     """A set of attitudes. The order in which they are visited is no part of it."""
 
-    kind: Kind
+    kind: str
+    """One of ``calrig.designs``, or ``schedule``: what the kinds with motion, fields and rests plan by themselves."""
     points: tuple[DesignPoint, ...]
     """In the order of their labels, 1 to K."""
     pitch_values_deg: tuple[float, ...]
@@ -107,7 +105,7 @@ def with_yaw(design: Design, yaw_deg: Sequence[float]) -> Design:
     return replace(design, points=points, yaw_values_deg=yaws)
 
 
-def scattered(kind: Kind, attitudes_deg: Sequence[tuple[float, ...]]) -> Design:
+def scattered(kind: str, attitudes_deg: Sequence[tuple[float, ...]]) -> Design:
     """Any list of (pitch, roll) or (pitch, roll, yaw), labelled in the order given."""
     points = tuple(DesignPoint(place, *attitude) for place, attitude in enumerate(attitudes_deg, start=1))
     pitch, roll = ({point.pitch_deg for point in points}, {point.roll_deg for point in points})
@@ -169,7 +167,7 @@ def require_uniform_symmetric(pitch_deg: Sequence[float]) -> None:
 
 
 def _thinned(
-    kind: Kind, pitch_deg: Sequence[float], roll_deg: Sequence[float], keeps: Callable[[int, int], bool]
+    kind: str, pitch_deg: Sequence[float], roll_deg: Sequence[float], keeps: Callable[[int, int], bool]
 ) -> Design:
     pitch, roll = tuple(sorted(pitch_deg)), tuple(sorted(roll_deg))
     kept = [(a, r) for row, a in enumerate(pitch) for column, r in enumerate(roll) if keeps(row, column)]

@@ -6,12 +6,13 @@ are made.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil
 
 from procedures.description.procedure_file import DwellSettings
 from procedures.plan.plan import Expectation
-from procedures.plan.steps import Dwell, Soak, Step
+from procedures.plan.steps import Dwell, Follow, Rest, Soak, Step, Turn
 from procedures.plan.windows import FEWEST_READINGS
 from rig.description.device_settings import AxisSettings
 from rig.description.rig_file import RigDescription
@@ -20,21 +21,62 @@ REPEATED_P90 = 0.05
 """Share of dwells that are measured again on a bad night."""
 COUPLING_S = 1.3
 """Lifting, seating and locking a curvic coupling, as the twin does it; added to every move of an indexing axis."""
+RAMP_S = 4.0
+"""To come to speed and to rest again, and to be seen there."""
+HANDLING_S = 30.0
+"""An operator at a coil."""
 
 
 def expected_duration(
     rig: RigDescription, steps: Sequence[Step], dwell: DwellSettings, channels: Sequence[str]
 ) -> Expectation:
-    """Duration of ``steps`` in the order given."""
+    """Return the duration of ``steps`` in the order given: ways, soaks, settling, what is read, ramps, an operator."""
     dwells = [step for step in steps if isinstance(step, Dwell)]
     moving_s = sum(move_s(rig.axes, one.targets_deg, other.targets_deg) for one, other in pairwise(dwells))
-    reading_s = dwell.samples * sum(channel_reading_s(rig, channel) for channel in channels)
     soaking_s = sum(step.soak_s for step in steps if isinstance(step, Soak))
+    handling_s = HANDLING_S * sum(one.applied != other.applied for one, other in pairwise(dwells))
     one_window_s = window_s(rig, dwell, channels[0])
     settling_s = earliest_settling_s(dwell, one_window_s)
-    p50_s = moving_s + soaking_s + len(dwells) * (settling_s + reading_s)
-    again_s = REPEATED_P90 * (settling_s + one_window_s + reading_s)
-    return Expectation(p50_s=p50_s, p90_s=p50_s + len(dwells) * (one_window_s + again_s))
+    reading = _Reading.of(rig, dwell, channels)
+    taken_s = sum(_dwell_s(rig, one, settling_s, reading) for one in dwells)
+    again_s = REPEATED_P90 * (taken_s + len(dwells) * one_window_s)
+    p50_s = moving_s + soaking_s + handling_s + taken_s
+    return Expectation(p50_s=p50_s, p90_s=p50_s + len(dwells) * one_window_s + again_s)
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """How long the samples of ``[dwell]`` take: of readouts one channel after the other, of streams all at once."""
+
+    in_turn_s: float
+    at_once_s: float
+
+    @classmethod
+    def of(cls, rig: RigDescription, dwell: DwellSettings, channels: Sequence[str]) -> "_Reading":
+        seconds = {channel: dwell.samples * channel_reading_s(rig, channel) for channel in channels}
+        voltages = [channel for channel in channels if channel.partition(".")[0] in rig.readouts]
+        return cls(
+            sum(seconds[channel] for channel in voltages),
+            max((seconds[channel] for channel in channels if channel not in voltages), default=0.0),
+        )
+
+
+def _dwell_s(rig: RigDescription, dwell: Dwell, settling_s: float, reading: _Reading) -> float:
+    match dwell.motion:
+        case Turn():
+            turn, axis = dwell.motion, rig.axes[dwell.motion.turned_axis]
+            back_deg = (
+                turn.sweeps * abs(turn.sweep_deg[1] - turn.sweep_deg[0])
+                if turn.sweep_deg
+                else 360.0 * (turn.revolutions + 0.5)
+            )
+            sweeping_s = back_deg / abs(turn.rate_dps) if turn.sweep_deg else max(turn.seconds, reading.in_turn_s)
+            return sweeping_s + back_deg / axis.speed_dps + RAMP_S * max(turn.sweeps, 1)
+        case Follow():
+            return dwell.motion.seconds + RAMP_S
+        case Rest():
+            return settling_s + max(dwell.motion.rest_seconds, reading.in_turn_s)
+    return settling_s + max(reading.in_turn_s, reading.at_once_s)
 
 
 def window_s(rig: RigDescription, dwell: DwellSettings, channel: str) -> float:

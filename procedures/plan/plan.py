@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from procedures.description.motion import Levels, Static
+from procedures.description.kind_tables import Levels, Static
 from procedures.description.procedure_file import CheckPlan, DwellSettings, EnvironmentPlan, Solve
 from procedures.errors import PlanError
 from procedures.plan.designs import Design
@@ -33,12 +33,12 @@ class Expectation:
 
 @dataclass(frozen=True)
 class Plan:
-    """What :func:`procedures.plan.planner.make_plan` makes of a rig and a procedure."""
+    """What :func:`procedures.kinds.planner.make_plan` makes of a rig and a procedure."""
 
     version: int
     title: str
     kind: str
-    """``grid``, ``tumble``, ``rates``, ``profile``, ``two-level`` or ``static``."""
+    """A name of :data:`procedures.kinds.registry.KINDS`."""
     axes: tuple[str, ...]
     """In the order in which they move."""
     sensors: dict[str, Sensor]
@@ -76,7 +76,7 @@ class Plan:
     @property
     def is_at_rest(self) -> bool:
         """Accelerometers at attitudes: what a package reads follows from where the axes stand."""
-        return self.kind in ("grid", "tumble")
+        return all(dwell.motion is None for dwell in self.dwells)
 
     @property
     def dwells(self) -> tuple[Dwell, ...]:

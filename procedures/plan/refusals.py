@@ -3,22 +3,19 @@
 Everything is told at once, before any port is opened.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from decimal import Decimal
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from procedures.description.procedure_file import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
 from procedures.plan.channels import temperature_source
 from procedures.plan.designs import Design, DesignPoint
 from procedures.plan.specific_force import felt_force
-from rig.description.device_settings import AxisSettings
-from rig.description.rig_file import RigDescription
+from rig.description.rig_file import RigDescription, Sensor
 from rig.errors import RequestRefused
 
-FloatArray = NDArray[np.float64]
 PARAMETERS = {
     "pitch-roll": ("offset", "sensitivity", "coning", "azimuth"),
     "pitch-only": ("offset", "sensitivity", "pitch misalignment"),
@@ -42,22 +39,26 @@ MOST_TIME_CORRELATION = 0.8
 """Above it temperature would be time in disguise."""
 
 
-def refuse_impossible(
-    rig: RigDescription, procedure: ProcedureDescription, design: Design, environment: EnvironmentPlan | None
-) -> None:
-    """Raises: PlanError with one line for every reason why this plan cannot be."""
-    reasons = [
-        *_missing_axes(rig, procedure, design),
-        *_unreachable(rig, procedure, design),
-        *_undetermined(rig, procedure, design),
-        *_yaw_without_a_model(procedure, design),
-        *_unknown_packages(rig, procedure),
-        *_senseless_channels(rig, procedure),
-        *_temperature_terms(rig, procedure, environment),
-        *_plateaus_beyond_limits(rig, procedure, environment),
-    ]
-    if reasons:
-        raise PlanError("\n".join(str(reason) for reason in reasons))
+def shared_refusals(
+    rig: RigDescription,
+    procedure: ProcedureDescription,
+    sensors: Mapping[str, Sensor],
+    environment: EnvironmentPlan | None,
+) -> Iterator[PlanError]:
+    """Tell what a plan of no kind may have: unknown packages, unmeasured temperatures, plateaus out of reach."""
+    yield from _unknown_packages(rig, procedure)
+    yield from _temperature_terms(rig, procedure, sensors, environment)
+    yield from _plateaus_beyond_limits(rig, procedure, environment)
+
+
+def design_refusals(
+    rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor], design: Design
+) -> Iterator[PlanError]:
+    """Tell why a design of attitudes cannot be gone to or cannot determine its model."""
+    yield from _missing_axes(rig, procedure, design)
+    yield from _undetermined(sensors, procedure, design)
+    yield from _yaw_without_a_model(procedure, design)
+    yield from _senseless_channels(sensors, procedure)
 
 
 def _plateaus_beyond_limits(
@@ -113,104 +114,9 @@ def _unknown_packages(rig: RigDescription, procedure: ProcedureDescription) -> I
             )
 
 
-def _unreachable(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
-    """One complaint an axis and reason, naming the worst point."""
-    keyed = [(axis, ("design", f"{axis}_deg"), _targets(design, axis)) for axis in ("pitch", "yaw", "roll")]
-    if procedure.check is not None:
-        check = procedure.check
-        keyed.append(("pitch", ("check", "pitch_deg"), {"the reference attitude": check.pitch_deg}))
-        keyed.append(("roll", ("check", "roll_deg"), {"the reference attitude": check.roll_deg}))
-    for axis, key, targets in keyed:
-        if axis in rig.axes:
-            yield from _approach_off_increment(procedure, key, axis, rig.axes[axis])
-            yield from _beyond_limits(procedure, key, axis, rig.axes[axis], targets)
-            yield from _off_increment(procedure, key, axis, rig.axes[axis], targets)
-
-
-def _targets(design: Design, axis: str) -> dict[str, float]:
-    return {f"point {point.label}": _angle(point, axis) for point in design.points}
-
-
-def _angle(point: DesignPoint, axis: str) -> float:
-    return float(getattr(point, f"{axis}_deg"))
-
-
-def _beyond_limits(
-    procedure: ProcedureDescription, key: Sequence[str], axis: str, settings: AxisSettings, targets: dict[str, float]
+def _undetermined(
+    sensors: Mapping[str, Sensor], procedure: ProcedureDescription, design: Design
 ) -> Iterator[PlanError]:
-    low, high = settings.limits_deg
-    beyond = {name: max(low - angle, angle - high) for name, angle in _reach(settings, targets).items()}
-    name = max(beyond, key=lambda each: beyond[each])
-    if beyond[name] > 0.0:
-        yield procedure.error(
-            key,
-            f"{name} asks for {axis} {targets[name]:g}°, allowed {low:g} to {high:g}° (axes.{axis}.limits_deg), "
-            f"{beyond[name]:g}° too far{_with_approach(settings)}; nothing moved; narrow the design",
-        )
-
-
-def _reach(settings: AxisSettings, targets: dict[str, float]) -> dict[str, float]:
-    """The farthest angle on the way to each target, a one-sided approach included."""
-    low, high = settings.limits_deg
-    middle = (low + high) / 2.0
-    return {
-        name: max((angle, angle + settings.approach_deg), key=lambda each: abs(each - middle))
-        for name, angle in targets.items()
-    }
-
-
-def _with_approach(settings: AxisSettings) -> str:
-    return f" with its approach of {settings.approach_deg:g}°" if settings.approach_deg else ""
-
-
-def _off_increment(
-    procedure: ProcedureDescription, key: Sequence[str], axis: str, settings: AxisSettings, targets: dict[str, float]
-) -> Iterator[PlanError]:
-    if settings.increment_deg == 0.0:
-        return
-    off = {name: angle for name, angle in targets.items() if _remainder(settings, angle)}
-    if off:
-        name, angle = next(iter(off.items()))
-        below, above = _neighbours(settings, angle)
-        yield procedure.error(
-            key,
-            f"{name} asks for {axis} {angle:g}°, the table stops only at multiples of {settings.increment_deg:g}° "
-            f"(axes.{axis}.increment_deg), nearest {below:g}° and {above:g}° ({len(off)} of {len(targets)} points "
-            "are off); nothing moved; choose other steps",
-        )
-
-
-def _approach_off_increment(
-    procedure: ProcedureDescription, key: Sequence[str], axis: str, settings: AxisSettings
-) -> Iterator[PlanError]:
-    increment = Decimal(repr(settings.increment_deg))
-    if increment and key[0] == "design" and Decimal(repr(settings.approach_deg)) % increment:
-        yield procedure.error(
-            key,
-            f"the one-sided approach of {settings.approach_deg:g}° (axes.{axis}.approach_deg) is no multiple of the "
-            f"table's {settings.increment_deg:g}°; nothing moved; correct the rig file",
-        )
-
-
-def _remainder(settings: AxisSettings, attitude_deg: float) -> Decimal:
-    """How far the table angle stands above a multiple of the increment, exact in decimals."""
-    return _table_deg(settings, attitude_deg) % Decimal(repr(settings.increment_deg))
-
-
-def _table_deg(settings: AxisSettings, attitude_deg: float) -> Decimal:
-    return settings.sign * Decimal(repr(attitude_deg)) + Decimal(repr(settings.zero_deg))
-
-
-def _neighbours(settings: AxisSettings, attitude_deg: float) -> tuple[float, float]:
-    increment = Decimal(repr(settings.increment_deg))
-    table = _table_deg(settings, attitude_deg)
-    below = table // increment * increment
-    around = {below, below + increment} if table > 0 else {below, below - increment}
-    low, high = sorted(settings.sign * (each - Decimal(repr(settings.zero_deg))) for each in around)
-    return float(low), float(high)
-
-
-def _undetermined(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
     names = model_parameters(procedure)
     attitudes = {(point.pitch_deg, point.yaw_deg, point.roll_deg) for point in design.points}
     linear = PARAMETERS[procedure.solve.model]
@@ -227,7 +133,7 @@ def _undetermined(rig: RigDescription, procedure: ProcedureDescription, design: 
             "degree of freedom, so no uncertainty; give more replications or points",
         )
     else:
-        yield from _rank_deficient(rig, procedure, design)
+        yield from _rank_deficient(sensors, procedure, design)
 
 
 def model_parameters(procedure: ProcedureDescription) -> tuple[str, ...]:
@@ -253,8 +159,8 @@ def _components(model: str, axis: str) -> list[int]:
     return [0, 2] if model == "pitch-only" else [0, 1, 2]
 
 
-def _level_lines(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
-    for axis in sorted({axis for sensor in rig.sensors.values() for axis in sensor.channels}):
+def _level_lines(sensors: Mapping[str, Sensor], procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
+    for axis in sorted({axis for sensor in sensors.values() for axis in sensor.channels}):
         if _lost(basis("linear", design.points, axis=axis), LINEAR_PARAMETERS["linear"]):
             yield procedure.error(
                 ("design",),
@@ -263,7 +169,9 @@ def _level_lines(rig: RigDescription, procedure: ProcedureDescription, design: D
             )
 
 
-def _rank_deficient(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
+def _rank_deficient(
+    sensors: Mapping[str, Sensor], procedure: ProcedureDescription, design: Design
+) -> Iterator[PlanError]:
     model = procedure.solve.model
     if model == "pitch-only" and _rolls(design):
         yield procedure.error(
@@ -271,7 +179,7 @@ def _rank_deficient(rig: RigDescription, procedure: ProcedureDescription, design
         )
         return
     if model == "linear":
-        yield from _level_lines(rig, procedure, design)
+        yield from _level_lines(sensors, procedure, design)
         return
     package = "sting" if "sting" in procedure.solve.packages.values() else "model"
     lost = _lost(basis(model, design.points, package), LINEAR_PARAMETERS[model])
@@ -306,9 +214,9 @@ def _or_without_roll(axis: str) -> str:
     return ', or use solve.model = "pitch-only"' if axis == "roll" else ""
 
 
-def _senseless_channels(rig: RigDescription, procedure: ProcedureDescription) -> Iterator[PlanError]:
+def _senseless_channels(sensors: Mapping[str, Sensor], procedure: ProcedureDescription) -> Iterator[PlanError]:
     if procedure.solve.model == "pitch-only":
-        for serial, sensor in rig.sensors.items():
+        for serial, sensor in sensors.items():
             if "y" in sensor.channels:
                 yield procedure.error(
                     ("solve", "model"),
@@ -318,12 +226,15 @@ def _senseless_channels(rig: RigDescription, procedure: ProcedureDescription) ->
 
 
 def _temperature_terms(
-    rig: RigDescription, procedure: ProcedureDescription, environment: EnvironmentPlan | None
+    rig: RigDescription,
+    procedure: ProcedureDescription,
+    sensors: Mapping[str, Sensor],
+    environment: EnvironmentPlan | None,
 ) -> Iterator[PlanError]:
     wanted = procedure.solve.temperature
     if wanted == "none":
         return
-    for serial, sensor in rig.sensors.items():
+    for serial, sensor in sensors.items():
         if temperature_source(rig, sensor) is None:
             yield procedure.error(
                 ("solve", "temperature"),
@@ -332,13 +243,13 @@ def _temperature_terms(
                 'the rig file or use temperature = "none"',
             )
     if wanted == "apply":
-        yield from _unknown_coefficients(rig, procedure)
+        yield from _unknown_coefficients(sensors, procedure)
     elif environment is not None:
         yield from _plateaus_too_poor(procedure, environment)
 
 
-def _unknown_coefficients(rig: RigDescription, procedure: ProcedureDescription) -> Iterator[PlanError]:
-    needed = {f"{serial}.{axis}" for serial, sensor in rig.sensors.items() for axis in sensor.channels}
+def _unknown_coefficients(sensors: Mapping[str, Sensor], procedure: ProcedureDescription) -> Iterator[PlanError]:
+    needed = {f"{serial}.{axis}" for serial, sensor in sensors.items() for axis in sensor.channels}
     given = set(procedure.solve.known_temperature)
     for name in sorted(needed - given):
         yield procedure.error(("solve", "known_temperature"), f"coefficients of {name} are missing; nothing is guessed")

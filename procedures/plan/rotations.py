@@ -5,11 +5,10 @@ from outside in. Source: CR III-B, elementary matrices TP (110) to (112).
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from rig.description.rig_file import Sensor
 
-FloatArray = NDArray[np.float64]
 UP = np.array([0.0, 0.0, -1.0])
 """Specific force of a body at rest in level axes, local g."""
 

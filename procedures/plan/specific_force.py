@@ -7,12 +7,10 @@ Source: TP (2), (4), (5); CR (III-B.5), (III-B.6).
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.models.cr import model_gravity_g, sting_gravity_g
-from procedures.plan.designs import DesignPoint
-
-FloatArray = NDArray[np.float64]
+from procedures.plan.designs import Design, DesignPoint
 
 
 def felt_force(points: Sequence[DesignPoint], package: str = "model") -> FloatArray:
@@ -28,3 +26,11 @@ def equivalent_rad(points: Sequence[DesignPoint], package: str = "model") -> tup
     force = felt_force(points, package)
     pitch = np.arctan2(force[:, 0], np.hypot(force[:, 1], force[:, 2]))
     return pitch, np.arctan2(-force[:, 1], -force[:, 2])
+
+
+def attitudes_rad(design: Design) -> tuple[FloatArray, FloatArray]:
+    """(K,) pitch and roll of the points; on a gimbal those without yaw at which a model package feels the same."""
+    if len(design.yaw_values_deg) > 1:
+        return equivalent_rad(design.points)
+    pitch, roll = ([getattr(point, key) for point in design.points] for key in ("pitch_deg", "roll_deg"))
+    return np.deg2rad(np.array(pitch)), np.deg2rad(np.array(roll))

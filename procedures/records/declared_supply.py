@@ -37,7 +37,7 @@ def _at_declared(reading: ChannelReading, record: DwellRecord, chain: Chain | No
     if chain is None:
         return reading
     supply = record.readings.get(chain.supply_channel or "")
-    supply_v = None if supply is None or not isfinite(supply.mean_v) else supply.mean_v
+    supply_v = None if supply is None or not isfinite(supply.mean) else supply.mean
     resistor_degc = None if chain.load_resistor_at is None else record.temperature_degc.get(chain.load_resistor_at)
     factor = chain.factor(supply_v, resistor_degc)
-    return replace(reading, samples_v=reading.samples_v / factor) if factor else reading
+    return replace(reading, samples=reading.samples / factor) if factor else reading

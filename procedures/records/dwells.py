@@ -6,9 +6,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from math import isfinite, sqrt
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ams.arrays import FloatArray
 from procedures.statistics import median_variance_ratio
 from rig.devices.abilities import AxisState
 
@@ -19,18 +17,20 @@ class ChannelReading:
 
     channel: str
     """Full name, ``readout.channel``."""
-    samples_v: NDArray[np.float64]
-    """(n,) as read, in order, NaN where overloaded."""
+    samples: FloatArray
+    """(n,) as read, in order, in ``unit``, NaN where overloaded."""
     started_s: float
     interval_s: float
+    unit: str = "v"
+    """As it is written in a key: ``v`` behind a meter, ``g``, ``dps``, ``ut`` or ``counts`` on a stream."""
 
     @property
-    def mean_v(self) -> float:
-        return float(self.samples_v.mean())
+    def mean(self) -> float:
+        return float(self.samples.mean())
 
     @property
-    def standard_deviation_v(self) -> float:
-        return float(self.samples_v.std(ddof=1)) if self.samples_v.size > 1 else float("nan")
+    def standard_deviation(self) -> float:
+        return float(self.samples.std(ddof=1)) if self.samples.size > 1 else float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,12 +166,12 @@ class NoiseReference:
     def learn(self, readings: Mapping[str, ChannelReading]) -> None:
         """Take an accepted dwell in."""
         for channel, reading in readings.items():
-            degrees = reading.samples_v.size - 1
+            degrees = reading.samples.size - 1
             if degrees >= 1:
-                variance_v2 = reading.standard_deviation_v**2 / median_variance_ratio(degrees)
+                variance_v2 = reading.standard_deviation**2 / median_variance_ratio(degrees)
                 insort(self._variances_v2.setdefault(channel, []), variance_v2)
 
-    def standard_deviation_v(self, channel: str) -> float | None:
+    def standard_deviation(self, channel: str) -> float | None:
         """None until enough dwells were accepted."""
         known = self._variances_v2.get(channel, [])
         if len(known) < FEWEST_DWELLS:

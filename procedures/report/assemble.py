@@ -10,16 +10,15 @@ from datetime import datetime
 import numpy as np
 
 from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in, seam_steps_in
+from procedures.kinds.registry import KINDS
 from procedures.records.dwells import DwellRecord
 from procedures.report.conclusions import axis_view
 from procedures.report.conditions import condition_sections
 from procedures.report.declared import declared_sections, device_rows, standard_rows
-from procedures.report.motion_section import MotionSection, motion_section
 from procedures.report.stability import check_comparisons, reference_traces, temperature_traces
 from procedures.report.truth import truth_of
 from procedures.report.verdict import judge
 from procedures.report.view import Counts, DesignView, Past, RejectedDwell, RunView, SensorView
-from procedures.solution.in_motion import is_solved_here
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from rig.description.rig_file import Sensor
@@ -89,8 +88,8 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSen
     calibration = None if solved is None else solved.calibration
     failure = "it was not solved" if solved is None else solved.failure
     budgets = {} if solved is None else solved.budgets
-    motion = _motion(record, name, sensor, solved)
-    axes = () if calibration is None or observations is None or motion is not None else tuple(
+    section = None if solved is None else KINDS[record.plan.kind].section(record, solved)
+    axes = () if calibration is None or observations is None or section is not None else tuple(
         axis_view(
             axis, sensor.channels[axis], result, observations,  # type: ignore[index]
             truth_of(record.rig, name, axis, observations, result), budgets.get(axis),
@@ -109,14 +108,8 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSen
         remarks=() if calibration is None else calibration.remarks,
         failure=failure,
         place=place,
-        motion=motion,
+        section=section,
     )
-
-
-def _motion(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSensor | None) -> MotionSection | None:
-    if solved is None or not is_solved_here(record.plan):
-        return None
-    return motion_section(sensor, name, record.dwells, record.plan, record.rig, solved.calibration, solved.static)
 
 
 def _labels(record: RunRecord, sensors: Sequence[SensorView]) -> dict[str, tuple[str, float]]:

@@ -8,15 +8,14 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.predictions import model_of_solution
+from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import AxisCalibration, VarianceComponent
 from ams.frames import Attitude
 from ams.observations import Observations
 from ams.statistics.intervals import confidence_halfwidth, prediction_halfwidth
 
-FloatArray = NDArray[np.float64]
 Along = Literal["pitch", "roll"]
 LEVEL = 0.95
 STATIONS = 91
@@ -91,7 +90,7 @@ def _stationed(stations_rad: FloatArray, visited: Attitude, along: Along) -> Att
     return replace(grid, pitch_rad=angle_rad) if along == "pitch" else replace(grid, roll_rad=angle_rad)
 
 
-def _taken(attitude: Attitude, places: NDArray[np.int64]) -> Attitude:
+def _taken(attitude: Attitude, places: IntArray) -> Attitude:
     """The rows at the places, which may repeat."""
     return Attitude(
         attitude.pitch_rad[places],
@@ -102,7 +101,7 @@ def _taken(attitude: Attitude, places: NDArray[np.int64]) -> Attitude:
     )
 
 
-def _thinned(values: NDArray[np.int64]) -> NDArray[np.int64]:
+def _thinned(values: IntArray) -> IntArray:
     """Both ends and an even choice between, so that a design of any size draws in the same time."""
     if values.size <= MOST_OTHER_ANGLES:
         return values

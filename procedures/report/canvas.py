@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
+from ams.arrays import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -99,21 +98,21 @@ def plain_axes(axes: "Axes", *, zero_line: bool = False) -> None:
         axes.axhline(0.0, color=FAINT, linewidth=0.6)
 
 
-def pitch_ticks(axes: "Axes", angles_deg: NDArray[np.float64], most: float = 8.0) -> None:
+def pitch_ticks(axes: "Axes", angles_deg: FloatArray, most: float = 8.0) -> None:
     """Angles up the ordinate."""
     ticks, limits = _angle_scale(angles_deg, most)
     axes.set_yticks(ticks)
     axes.set_ylim(*limits)
 
 
-def angle_ticks(axes: "Axes", angles_deg: NDArray[np.float64], most: float = 12.5) -> None:
+def angle_ticks(axes: "Axes", angles_deg: FloatArray, most: float = 12.5) -> None:
     """Angles along the abscissa, at most so many steps."""
     ticks, limits = _angle_scale(angles_deg, most)
     axes.set_xticks(ticks)
     axes.set_xlim(*limits)
 
 
-def _angle_scale(angles_deg: NDArray[np.float64], most: float) -> tuple[list[float], tuple[float, float]]:
+def _angle_scale(angles_deg: FloatArray, most: float) -> tuple[list[float], tuple[float, float]]:
     """Ticks at whole steps that a reader of attitudes expects, and limits with a margin."""
     lowest, highest = float(angles_deg.min()), float(angles_deg.max())
     span = highest - lowest

@@ -7,19 +7,18 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.analysis.advice import advise
 from ams.analysis.calibration_budget import AxisBudget
+from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
 from ams.models.extended import Q_NAMES
 from ams.observations import Observations
 from ams.solve.extension import Extension
 from ams.statistics.intervals import t_quantile
-from procedures.report.numbers import angle, arcsec, three_digits, two_digits
+from ams.units import ARCSEC_PER_DEG
+from procedures.numbers import angle, arcsec, three_digits, two_digits
 from procedures.report.view import AxisView, BudgetRow, BudgetView, ParameterRow, TestRow
-
-FloatArray = NDArray[np.float64]
 
 NEGLIGIBLE = 1e-3
 """Of the combined uncertainty: what a budget prints as a dot."""
@@ -99,7 +98,7 @@ def _unit(name: str) -> str:
 def _smaller(unit: str) -> tuple[str, float]:
     """The unit that uncertainties are readable in, and how many of it make one."""
     if unit == "°":
-        return "″", 3600.0
+        return "″", ARCSEC_PER_DEG
     return (f"µ{unit}", 1e6) if unit.startswith(("V", "g")) else (unit, 1.0)
 
 
@@ -141,7 +140,7 @@ def _in_other_terms(estimate: ParameterEstimate, expanded: float | None, sensiti
         return f"{two_digits(arcsec(expanded, sensitivity))}″"
     if estimate.name.startswith("sensitivity_v") and estimate.value != 0.0:
         return f"{two_digits(1e6 * expanded / abs(estimate.value))} ppm"
-    return f"{two_digits(3600.0 * expanded)}″" if estimate.name.endswith("_deg") else ""
+    return f"{two_digits(ARCSEC_PER_DEG * expanded)}″" if estimate.name.endswith("_deg") else ""
 
 
 def _remarks(calibration: AxisCalibration, sensitivity: float) -> tuple[str, ...]:
@@ -240,4 +239,4 @@ def _size(parameter: str, span: float, sensitivity: float) -> str:
         return f"{two_digits(span * 1e6)} µV or {two_digits(arcsec(span, sensitivity))}″"
     if parameter.startswith("sensitivity_v"):
         return f"{two_digits(1e6 * span / sensitivity)} ppm"
-    return f"{two_digits(3600.0 * span)}″" if parameter.endswith("_deg") else three_digits(span)
+    return f"{two_digits(ARCSEC_PER_DEG * span)}″" if parameter.endswith("_deg") else three_digits(span)

@@ -11,9 +11,9 @@ from ams.whole_file import write_whole
 from procedures.report.angle_figures import angle_error_figure
 from procedures.report.canvas import Figure, style
 from procedures.report.history_figure import history_figure
-from procedures.report.motion_figures import motion_figures
 from procedures.report.residual_figures import residual_figures
 from procedures.report.run_figures import drift_figure, run_figures
+from procedures.report.section_figures import section_figures
 from procedures.report.view import RunView, SensorView
 
 
@@ -44,8 +44,8 @@ def write_figures(figures: Figures, folder: Path) -> tuple[Path, ...]:
 
 
 def _of_sensor(view: RunView, sensor: SensorView) -> tuple[Figure, ...]:
-    if sensor.motion is not None:
-        return tuple(motion_figures(sensor.motion, sensor.slug))
+    if sensor.section is not None:
+        return tuple(section_figures(sensor.section, sensor.slug))
     ends = (angle_error_figure(sensor), drift_figure(sensor), _history(sensor)) if sensor.axes else ()
     return (*residual_figures(view, sensor), *(figure for figure in ends if figure is not None))
 

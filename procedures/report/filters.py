@@ -10,10 +10,10 @@ from markupsafe import Markup, escape
 
 from ams.surveillance.attitude_errors import AngleErrors
 from procedures.journal.audit_trail import Interruption
-from procedures.report.canvas import Figure
-from procedures.report.numbers import (
+from procedures.numbers import (
     angle,
     arcsec,
+    as_drawn,
     attitude,
     duration,
     last_place,
@@ -23,7 +23,8 @@ from procedures.report.numbers import (
     two_digits,
     with_uncertainty,
 )
-from procedures.report.view import AxisView, ParameterRow, RunView
+from procedures.report.canvas import Figure
+from procedures.report.view import AxisView, CheckComparison, ParameterRow, RunView
 
 PRIMARY_LABELS = {"offset_v": "b", "k_x_v_per_g": "k forward", "k_y_v_per_g": "k right", "k_z_v_per_g": "k down"}
 
@@ -84,6 +85,11 @@ def factor_text(factor: float | None) -> str:
 
 def as_arcsec(voltage_v: float, owner: _HasSensitivity) -> str:
     return f"{_minus(two_digits(arcsec(voltage_v, owner.sensitivity_v_per_g)))}″"
+
+
+def as_change(value: float, owner: CheckComparison) -> str:
+    factor, unit = as_drawn(owner.sensitivity_v_per_g, owner.unit)
+    return f"{_minus(two_digits(value * factor))}{unit if unit == '″' else f' {unit}'}"
 
 
 def microvolt(voltage_v: float) -> str:
@@ -156,6 +162,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "dof": dof_text,
     "factor": factor_text,
     "as_arcsec": as_arcsec,
+    "as_change": as_change,
     "microvolt": microvolt,
     "primary_label": primary_label,
     "primary_texts": primary_texts,

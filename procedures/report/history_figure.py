@@ -7,18 +7,18 @@ expanded uncertainties (k = 2), a finding is a ring and a dashed line. Told apar
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.archive.histories import SensorHistory
+from ams.arrays import FloatArray
 from ams.surveillance.check_chart import ComponentChart
 from ams.surveillance.control_chart import Chart
+from ams.units import ARCSEC_PER_DEG
 from procedures.report import canvas
 from procedures.report.canvas import Figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ARCSEC_PER_DEG = 3600.0
 ROW_IN = 1.75
 HEAD_IN = 0.65
 NAMES = {"offset_v": "offset", "angle_deg": "angle between axes"}
@@ -99,11 +99,11 @@ def _mark(axes: "Axes", when: Any, found: SensorHistory, chart: Chart) -> None:
         )  # fmt: skip
 
 
-def _ring(axes: "Axes", when: Any, value: NDArray[np.float64]) -> None:
+def _ring(axes: "Axes", when: Any, value: FloatArray) -> None:
     axes.plot(when, value, linestyle="none", marker="o", markersize=7.5, markerfacecolor="none", color=canvas.RED)
 
 
-def _as_arcsec(chart: Chart, values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _as_arcsec(chart: Chart, values: FloatArray) -> FloatArray:
     return np.asarray((values - chart.value[0]) * chart.deg_per_unit * ARCSEC_PER_DEG)
 
 

@@ -10,10 +10,11 @@ from pathlib import Path
 from jinja2 import Environment
 
 from ams.whole_file import write_whole
+from procedures.numbers import to_place
 from procedures.pages import own_style, page_environment
 from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS
-from procedures.report.numbers import to_place
+from procedures.report.section import sections_in_order
 from procedures.report.view import RunView
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -21,17 +22,16 @@ STYLE_SHEET = TEMPLATES / "page.css"
 
 
 def render_page(view: RunView, figures: Figures) -> str:
-    """The page's text."""
-    return (
-        report_environment(TEMPLATES)
-        .get_template("page.html.j2")
-        .render(
-            view=view,
-            figures=figures,
-            **own_style(STYLE_SHEET),
-            attitudes=f"{view.design.points} × {view.design.replications} replications",
-            temperature=_temperature(view),
-        )
+    """The page's text: its head, and every registered section in its order."""
+    environment = report_environment(TEMPLATES)
+    shown = [section for section in sections_in_order() if section.is_shown(view)]
+    return environment.get_template("page.html.j2").render(
+        view=view,
+        **own_style(STYLE_SHEET),
+        attitudes=f"{view.design.points} × {view.design.replications} replications",
+        temperature=_temperature(view),
+        contents={anchor: title for section in shown for anchor, title in section.contents(view).items()},
+        sections=[section.rendered(environment, view, figures) for section in shown],
     )
 
 

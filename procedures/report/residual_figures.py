@@ -8,10 +8,11 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.observations import Observations
 from ams.statistics.distributions import normal_quantile
+from ams.units import ARCSEC_PER_RAD
 from procedures.report.bands import Along, band_along
 from procedures.report.canvas import (
     BLUE,
@@ -30,7 +31,6 @@ from procedures.report.canvas import (
 )
 from procedures.report.conclusions import mean_residuals
 from procedures.report.interruption_marks import interruption_caption, mark_interruptions
-from procedures.report.numbers import ARCSEC_PER_RAD
 from procedures.report.view import AxisView, RunView, SensorView
 
 if TYPE_CHECKING:
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
     from matplotlib.lines import Line2D
 
-FloatArray = NDArray[np.float64]
 MICROVOLT = 1e6
 DODGE = 0.6
 """Replications stand side by side over this share of the smallest step of the angle."""
@@ -151,7 +150,7 @@ def _points(axes: "Axes", abscissa: FloatArray, view: AxisView, observations: Ob
         )
 
 
-def _dodged(angle_deg: FloatArray, replication: NDArray[np.int64]) -> FloatArray:
+def _dodged(angle_deg: FloatArray, replication: IntArray) -> FloatArray:
     """Abscissas with the replications side by side instead of on top of each other."""
     labels, place = np.unique(replication, return_inverse=True)
     steps = np.diff(np.unique(np.round(angle_deg, 3)))
@@ -174,7 +173,7 @@ def _legend(figure: "Canvas", observations: Observations, *, with_bands: bool) -
     )  # fmt: skip
 
 
-def _entry(place: int, labels: NDArray[np.int64]) -> "Line2D":
+def _entry(place: int, labels: IntArray) -> "Line2D":
     colour, symbol = series_style(place, labels.size)
     return legend_entry(linestyle="", marker=symbol, color=colour, markersize=4, label=f"repl. {labels[place]}")
 

@@ -1,11 +1,13 @@
 """Figures of the run itself: the design and its order, temperature, reference attitude, parameters by replication."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ams.calibration_result import Replication
+from ams.units import ARCSEC_PER_DEG
+from procedures.numbers import as_drawn
 from procedures.report.canvas import (
     FAINT,
     INK,
@@ -22,13 +24,12 @@ from procedures.report.canvas import (
 from procedures.report.conclusions import by_replication
 from procedures.report.design_figures import variance_map
 from procedures.report.interruption_marks import interruption_caption, mark_interruptions
-from procedures.report.numbers import ARCSEC_PER_RAD
-from procedures.report.view import AxisView, DesignView, ParameterRow, RunView, SensorView
+from procedures.report.view import AxisView, DesignView, ParameterRow, ReferenceTrace, RunView, SensorView
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DRAWN_SCALE = {"V": (1e6, "µV"), "V/g": (1e6, "µV/g"), "°": (3600.0, "″"), "V/°C": (1e6, "µV/°C")}
+DRAWN_SCALE = {"V": (1e6, "µV"), "V/g": (1e6, "µV/g"), "°": (ARCSEC_PER_DEG, "″"), "V/°C": (1e6, "µV/°C")}
 """A parameter's unit to the factor and the unit in which its small changes are drawn."""
 
 
@@ -42,7 +43,7 @@ def run_figures(view: RunView) -> Iterator[Figure]:
     if view.temperature:
         yield _temperature(view)
     if view.reference:
-        yield _reference(view)
+        yield from _references(view)
 
 
 def drift_figure(sensor: SensorView) -> Figure | None:
@@ -161,22 +162,40 @@ def _temperature(view: RunView) -> Figure:
     )
 
 
-def _reference(view: RunView) -> Figure:
+def _references(view: RunView) -> Iterator[Figure]:
+    """Yield one figure a unit: angles where there are any, and what is no voltage of gravity as it was read."""
+    by_unit: dict[str, list[tuple[ReferenceTrace, float]]] = {}
+    for trace in view.reference:
+        factor, unit = as_drawn(trace.sensitivity_v_per_g, trace.unit)
+        by_unit.setdefault(unit, []).append((trace, factor))
+    for place, (unit, traces) in enumerate(by_unit.items()):
+        yield _reference(view, traces, unit, "reference" if place == 0 else f"reference-{place + 1}")
+
+
+def _reference(view: RunView, traces: Sequence[tuple[ReferenceTrace, float]], unit: str, name: str) -> Figure:
+    is_angle = unit == "″"
     figure = canvas(2.5)
     axes = figure.subplots()
     figure.subplots_adjust(left=0.085, right=0.985, top=0.88, bottom=0.18)
     plain_axes(axes, zero_line=True)
-    for place, trace in enumerate(view.reference):
-        colour, symbol = series_style(place, len(view.reference))
-        arcsec = trace.change_v / trace.sensitivity_v_per_g * ARCSEC_PER_RAD
-        axes.plot(trace.hours, arcsec, marker=symbol, color=colour, markersize=3, linewidth=0.7, label=trace.label)
+    for place, (trace, factor) in enumerate(traces):
+        colour, symbol = series_style(place, len(traces))
+        axes.plot(
+            trace.hours,
+            trace.change * factor,
+            marker=symbol,
+            color=colour,
+            markersize=3,
+            linewidth=0.7,
+            label=trace.label,
+        )
     mark_interruptions(axes, view)
-    axes.set(xlabel="time since the first dwell (h)", ylabel="change (arc seconds)")
+    axes.set(xlabel="time since the first dwell (h)", ylabel=f"change ({'arc seconds' if is_angle else unit})")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=6, borderaxespad=0.0)
     return Figure(
-        "reference",
+        name,
         "Reference attitude over the run",
-        "Output at the reference attitude less that of its first visit, as an angle (change / |S|)."
+        f"Output at the reference attitude less that of its first visit{', as an angle (change / |S|)' * is_angle}."
         + interruption_caption(view),
         to_svg(figure),
     )

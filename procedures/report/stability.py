@@ -4,16 +4,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
+from procedures.numbers import attitude
 from procedures.records.dwells import ChannelReading, DwellRecord
-from procedures.report.numbers import attitude
 from procedures.report.view import CheckComparison, ReferenceTrace, TemperatureTrace
 from procedures.solution.observations import run_times_s
 
-FloatArray = NDArray[np.float64]
 Labels = Mapping[str, tuple[str, float]]
-"""Channel to its name on the page and its sensitivity, V/g."""
+"""Channel to its name on the page and its sensitivity, V/g; 0 where its readings are no volts of gravity."""
 
 
 def temperature_traces(dwells: Sequence[DwellRecord]) -> tuple[TemperatureTrace, ...]:
@@ -37,7 +36,7 @@ def reference_traces(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[Ref
         return ()
     visits = [dwells[place] for place in places]
     return tuple(
-        ReferenceTrace(label, hours[places], _change_v(visits, channel), sensitivity)
+        ReferenceTrace(label, hours[places], _change(visits, channel), sensitivity, visits[0].readings[channel].unit)
         for channel, (label, sensitivity) in labels.items()
         if all(channel in visit.readings for visit in visits)
     )
@@ -58,9 +57,9 @@ def check_comparisons(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[Ch
     return tuple(comparison for comparison in compared if comparison is not None)
 
 
-def _change_v(visits: Sequence[DwellRecord], channel: str) -> FloatArray:
-    means_v = np.array([visit.readings[channel].mean_v for visit in visits])
-    return np.asarray(means_v - means_v[0])
+def _change(visits: Sequence[DwellRecord], channel: str) -> FloatArray:
+    means = np.array([visit.readings[channel].mean for visit in visits])
+    return np.asarray(means - means[0])
 
 
 def _by_attitude(dwells: Iterable[DwellRecord]) -> dict[str, DwellRecord]:
@@ -81,22 +80,23 @@ def _compare(
     }
     if not pairs:
         return None
-    changes_v = {where: after.mean_v - before.mean_v for where, (before, after) in pairs.items()}
-    worst = max(changes_v, key=lambda where: abs(changes_v[where]))
-    variance_v2 = np.mean([_variance_v2(before) + _variance_v2(after) for before, after in pairs.values()])
+    changes = {where: after.mean - before.mean for where, (before, after) in pairs.items()}
+    worst = max(changes, key=lambda where: abs(changes[where]))
+    variance = np.mean([_variance(before) + _variance(after) for before, after in pairs.values()])
     return CheckComparison(
         epoch=epoch,
         label=label[0],
         attitudes=len(pairs),
-        mean_change_v=float(np.mean(list(changes_v.values()))),
-        largest_change_v=changes_v[worst],
+        mean_change=float(np.mean(list(changes.values()))),
+        largest_change=changes[worst],
         largest_at=worst,
-        scatter_v=float(np.sqrt(variance_v2)),
+        scatter=float(np.sqrt(variance)),
         sensitivity_v_per_g=label[1],
+        unit=first[worst].readings[channel].unit,
     )
 
 
-def _variance_v2(reading: ChannelReading) -> float:
+def _variance(reading: ChannelReading) -> float:
     """Of the mean, from the scatter of the samples; 0 where one sample tells nothing."""
-    size = reading.samples_v.size
-    return reading.standard_deviation_v**2 / size if size > 1 else 0.0
+    size = reading.samples.size
+    return reading.standard_deviation**2 / size if size > 1 else 0.0

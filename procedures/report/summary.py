@@ -5,8 +5,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from procedures.report.motion_section import TextTable
-from procedures.report.numbers import with_uncertainty
+from procedures.kinds.section import TextTable
+from procedures.numbers import with_uncertainty
 from procedures.report.view import ParameterRow, RunView, SensorView
 
 VERDICT_COLOURS = {"sound": "green", "reserved": "yellow", "unusable": "red"}
@@ -19,7 +19,7 @@ def print_summary(view: RunView, console: Console) -> None:
     for sensor in view.sensors:
         if sensor.axes:
             console.print(sensor_table(view, sensor))
-        for table in sensor.motion.tables[:1] if sensor.motion is not None else ():
+        for table in sensor.section.tables[:1] if sensor.section is not None else ():
             console.print(text_table(sensor.name, table))
     console.print(Text(view.verdict.sentence, style=VERDICT_COLOURS[view.verdict.trust]))
     for ground in view.verdict.grounds:

@@ -8,13 +8,13 @@ there is no solution for at least one sensor, or with its new coefficients it do
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.observations import Observations
 from procedures.journal.audit_trail import Interruption
+from procedures.numbers import angle, arcsec, two_digits
 from procedures.report.bands import band_along
 from procedures.report.conclusions import repeating_v
-from procedures.report.numbers import angle, arcsec, two_digits
 from procedures.report.view import AxisView, Counts, SensorView, Verdict
 
 TABLE_MARGIN = 1.25
@@ -48,7 +48,7 @@ def judge(
         *_rejected(counts),
         *(remark for sensor in sensors for remark in _remarks(sensor)),
     ]
-    told = [sensor.motion.result for sensor in sensors if sensor.motion is not None]
+    told = [sensor.section.result for sensor in sensors if sensor.section is not None]
     result = "; ".join(told) if told else _result([sensor for sensor in sensors if sensor.axes])
     if failures:
         return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
@@ -89,7 +89,7 @@ def _as_angle(axis: AxisView, voltage_v: float) -> float:
     return arcsec(voltage_v, axis.sensitivity_v_per_g)
 
 
-def _span(name: str, angle_rad: NDArray[np.float64]) -> str:
+def _span(name: str, angle_rad: FloatArray) -> str:
     low, high = float(np.rad2deg(angle_rad.min())), float(np.rad2deg(angle_rad.max()))
     return f"{name} {angle(low)}" if high - low < 1e-6 else f"{name} {angle(low)} to {angle(high)}"
 
@@ -103,8 +103,8 @@ def _run_doubts(state: str, counts: Counts) -> Iterable[str]:
 
 
 def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[str]:
-    if sensor.motion is not None:
-        yield from sensor.motion.doubts
+    if sensor.section is not None:
+        yield from sensor.section.doubts
         return
     if any(not axis.tests for axis in sensor.axes):
         yield f"{sensor.name}: one replication only, so lack of fit and drift could not be tested."

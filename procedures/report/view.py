@@ -8,17 +8,14 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ams.archive.histories import SensorHistory
+from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import AxisCalibration
 from ams.observations import Observations
 from ams.surveillance.adjustment import Adjustment
 from procedures.journal.audit_trail import Interruption, Note
-from procedures.report.motion_section import MotionSection
+from procedures.kinds.section import Section
 
-FloatArray = NDArray[np.float64]
 Trust = Literal["sound", "reserved", "unusable"]
 
 
@@ -143,8 +140,8 @@ class SensorView:
     """As found and as left; None where there is no solution or its model tells no angles."""
     history: SensorHistory | None = None
     """Its calibrations up to this one; None where this is the first that the archive knows."""
-    motion: MotionSection | None = None
-    """Of a sensor that was turned, stood in a field or rested for long; it has no ``axes`` then."""
+    section: Section | None = None
+    """Of a sensor that is told by its readings, not by angles; it has no ``axes`` then."""
 
     @property
     def slug(self) -> str:
@@ -203,7 +200,7 @@ class DesignView:
     kind: str
     order: str
     replications: int
-    point: NDArray[np.int64]
+    point: IntArray
     pitch_deg: FloatArray
     roll_deg: FloatArray
 
@@ -238,9 +235,11 @@ class ReferenceTrace:
 
     label: str
     hours: FloatArray
-    change_v: FloatArray
-    """Against the first visit."""
+    change: FloatArray
+    """Against the first visit, in ``unit``."""
     sensitivity_v_per_g: float
+    """0 where nothing turns the reading into an angle."""
+    unit: str = "v"
 
 
 @dataclass(frozen=True)
@@ -250,12 +249,15 @@ class CheckComparison:
     epoch: int
     label: str
     attitudes: int
-    mean_change_v: float
-    largest_change_v: float
+    mean_change: float
+    """In ``unit``, as the two that follow."""
+    largest_change: float
     largest_at: str
-    scatter_v: float
+    scatter: float
     """Standard uncertainty of one change, from the samples of both dwells (root mean square over the attitudes)."""
     sensitivity_v_per_g: float
+    """0 where nothing turns the reading into an angle."""
+    unit: str = "v"
 
 
 @dataclass(frozen=True)

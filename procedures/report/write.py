@@ -10,8 +10,6 @@ from procedures.report.figures import draw_figures, write_figures
 from procedures.report.page import write_page
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 from procedures.report.view import Past, RunView
-from procedures.solution.at_rest import solve_sensors
-from procedures.solution.in_motion import is_solved_here, solve_motion
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from procedures.solution.type_b import standard_uncertainty_arcsec
@@ -20,13 +18,6 @@ from rig.description.rig_file import RigDescription
 REPORT_FILE = "report.html"
 PAPER_FILE = "report.pdf"
 FIGURES_FOLDER = "figures"
-
-
-def solve_record(record: RunRecord) -> dict[str, SolvedSensor]:
-    """Every sensor of the run, solved from its accepted dwells as the procedure asks."""
-    if is_solved_here(record.plan):
-        return solve_motion(record.dwells, record.rig, record.plan, f"run {record.run_id}")
-    return solve_sensors(record.dwells, record.rig, record.plan.sensors, record.plan.solve, f"run {record.run_id}")
 
 
 def view_of(record: RunRecord, solved: Mapping[str, SolvedSensor], past: Past | None = None) -> RunView:

@@ -26,8 +26,7 @@ from procedures.run.dwell.warm_up import warm_up
 from procedures.run.ending import Ending, RunEnds
 from procedures.run.judgement.alarm import Alarm, TrustLost
 from procedures.run.judgement.history import History, agenda, plateaus_of, replications_before
-from procedures.run.judgement.judge import Band, Limits
-from procedures.run.judgement.judge_motion import judge_dwell
+from procedures.run.judgement.judge import Band, Limits, judge_dwell
 from procedures.run.judgement.running_fit import Doubt
 from procedures.run.judgement.suspect_dwells import Suspects
 from procedures.run.start_checks import require_declared_mounts, require_no_step

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ams.whole_file import replace_file
 from procedures.errors import RequestError
 from procedures.journal.changes import KIND as OVERRIDE
 from procedures.journal.changes import Change, changes_since, require_unchanged, with_what_may_change
@@ -76,7 +77,9 @@ def resume(
     word = Word(operator, reason, accepts_changes)
     with _taken_over(run_dir, word, idle_clock) as found:
         rig_file = None if found.header.is_rehearsal else Path(found.header.rig_path)
-        with open_rig(rig_from_json(found.header.rig_json), rig_file=rig_file, purpose="calrig resume") as rig:
+        with open_rig(
+            rig_from_json(found.header.rig_json), rig_file=rig_file, purpose="calrig resume", write=replace_file
+        ) as rig:
             rig.belongs_to(run_dir)
             return _go_on(run_dir, found, rig, word, observer, idle_clock, care)
 

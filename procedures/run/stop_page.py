@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ams.errors import WriteFailed
+from ams.units import ARCSEC_PER_DEG
 from ams.whole_file import write_whole
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
@@ -118,7 +119,7 @@ def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:
     minutes = [(dwell.ended_utc - dwells[-1].ended_utc).total_seconds() / 60.0 for dwell in dwells]
     channels = list(dwells[-1].readings)
     rows: list[tuple[str, str, list[float]]] = [
-        (f"{name}: scatter", "µV", [1e6 * dwell.readings[name].standard_deviation_v for dwell in dwells])
+        (f"{name}: scatter", "µV", [1e6 * dwell.readings[name].standard_deviation for dwell in dwells])
         for name in channels
     ]
     rows += [
@@ -127,7 +128,7 @@ def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:
     ]
     rows += [
         (f"{name}: read-back less target", "″",
-         [3600.0 * (dwell.measured_deg.get(name, float("nan")) - target) for dwell in dwells
+         [ARCSEC_PER_DEG * (dwell.measured_deg.get(name, float("nan")) - target) for dwell in dwells
           for target in (dwell.targets_deg.get(name, float("nan")),)])
         for name in dwells[-1].targets_deg
     ]  # fmt: skip

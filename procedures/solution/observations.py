@@ -1,21 +1,20 @@
-"""From judged dwells to observations: the one way in which a run's numbers reach a solver.
+"""From judged dwells to observations: the one way in which a run's numbers reach a solver, a row a dwell.
 
-Only accepted dwells of the design enter, at the attitude that was read back, in the order of the plan, so that an
+Only accepted dwells of the design enter, at the attitude that was read back and at the rates that were measured, in the
+order of the plan, so that an
 interrupted run and its uninterrupted brother give the same rows.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from ams.observations import Observations
 from procedures.errors import JournalError
-from procedures.plan.channels import TemperatureChannel
+from procedures.plan.channels import AXES, TemperatureChannel
 from procedures.records.dwells import DwellRecord
 from rig.description.signal_chain import Chain
-
-FloatArray = NDArray[np.float64]
 
 
 def observations_of(
@@ -34,23 +33,38 @@ def observations_of(
 
     Raises: JournalError where a (replication, point) pair stands twice, or an accepted dwell lacks a finite reading.
     """
-    rows = sorted((dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"), key=lambda row: row.step)
+    rows = design_dwells(dwells)
     _refuse_repeats(rows, source)
     return Observations(
         replication=np.array([row.replication for row in rows], dtype=np.int64),
         point=np.array([row.point for row in rows], dtype=np.int64),
         pitch_rad=_attitude_rad(rows, "pitch"),
         roll_rad=_attitude_rad(rows, "roll"),
-        outputs_v={axis: _means_v(rows, channel, source, chains) for axis, channel in channels.items()},
-        yaw_rad=_attitude_rad(rows, "yaw") if rows and "yaw" in rows[0].measured_deg else None,
+        outputs={axis: _means(rows, channel, source, chains) for axis, channel in channels.items()},
+        yaw_rad=_attitude_rad(rows, "yaw") if rows and _knows_yaw(rows[0]) else None,
         temperature_degc=_temperature_degc(rows, temperature, source, chains),
         time_s=run_times_s(rows),
+        euler_rate_rad_s=_euler_rate_rad_s(rows),
         mounting=_mounting(rows),
+        units=units_of(rows, channels),
         source=source,
     )
 
 
-def _mounting(rows: Sequence[DwellRecord]) -> NDArray[np.int64] | None:
+def design_dwells(dwells: Iterable[DwellRecord]) -> list[DwellRecord]:
+    """Return the accepted dwells of the design, in the order of the plan."""
+    return sorted((dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"), key=lambda row: row.step)
+
+
+def units_of(rows: Sequence[DwellRecord], channels: Mapping[str, str]) -> dict[str, str]:
+    """Return the unit of every axis' readings; none where nothing was read."""
+    if not rows:
+        return {}
+    readings = rows[0].readings
+    return {axis: readings[channel].unit for axis, channel in channels.items() if channel in readings}
+
+
+def _mounting(rows: Sequence[DwellRecord]) -> IntArray | None:
     """(N,) where the package was moved in between; None where it never was."""
     labels = np.array([row.mounting for row in rows], dtype=np.int64)
     return labels if np.unique(labels).size > 1 else None
@@ -86,17 +100,34 @@ def _refuse_repeats(rows: Sequence[DwellRecord], source: str) -> None:
 
 
 def _attitude_rad(rows: Sequence[DwellRecord], axis: str) -> FloatArray:
-    return np.asarray(np.deg2rad([row.measured_deg.get(axis, 0.0) for row in rows], dtype=float))
+    """As read back or told by a reference; of an axis that turned its start: where it is enters no equation."""
+    told = [row.targets_deg.get(axis, 0.0) if _rate_dps(row, axis) else row.measured_deg.get(axis, 0.0) for row in rows]
+    return np.asarray(np.deg2rad(np.array(told, dtype=float)))
 
 
-def _means_v(
+def _knows_yaw(row: DwellRecord) -> bool:
+    return "yaw" in row.measured_deg or "yaw" in row.targets_deg
+
+
+def _rate_dps(row: DwellRecord, axis: str) -> float:
+    return 0.0 if row.motion is None else row.motion.rates_dps.get(axis, 0.0)
+
+
+def _euler_rate_rad_s(rows: Sequence[DwellRecord]) -> FloatArray | None:
+    """(N, 3) rates of pitch, yaw and roll as measured; None where no dwell turned an axis."""
+    if not any(row.motion is not None and row.motion.rates_dps for row in rows):
+        return None
+    return np.asarray(np.deg2rad([[_rate_dps(row, axis) for axis in AXES] for row in rows]))
+
+
+def _means(
     rows: Sequence[DwellRecord], channel: str, source: str, chains: Mapping[str, Chain] | None = None
 ) -> FloatArray:
-    means_v = _read_v(rows, channel, source)
+    means = _read(rows, channel, source)
     chain = (chains or {}).get(channel)
     if chain is None:
-        return means_v
-    supplies_v = _read_v(rows, chain.supply_channel, source) if chain.ratiometric and chain.supply_channel else None
+        return means
+    supplies_v = _read(rows, chain.supply_channel, source) if chain.ratiometric and chain.supply_channel else None
     factors = [
         chain.factor(
             None if supplies_v is None else float(supplies_v[place]),
@@ -104,18 +135,18 @@ def _means_v(
         )
         for place, row in enumerate(rows)
     ]
-    return np.asarray(means_v / np.array(factors, dtype=float))
+    return np.asarray(means / np.array(factors, dtype=float))
 
 
-def _read_v(rows: Sequence[DwellRecord], channel: str, source: str) -> FloatArray:
-    means_v = np.array([row.readings[channel].mean_v if channel in row.readings else np.nan for row in rows])
-    bad = np.flatnonzero(~np.isfinite(means_v))
+def _read(rows: Sequence[DwellRecord], channel: str, source: str) -> FloatArray:
+    means = np.array([row.readings[channel].mean if channel in row.readings else np.nan for row in rows])
+    bad = np.flatnonzero(~np.isfinite(means))
     if bad.size:
         raise JournalError(
             f"{source}: {channel}: the accepted dwell of step {rows[int(bad[0])].step} has no finite mean; needed is a "
-            "finite voltage in every accepted dwell; nothing was solved; verify the journal"
+            "finite one in every accepted dwell; nothing was solved; verify the journal"
         )
-    return means_v
+    return means
 
 
 def _temperature_degc(
@@ -127,7 +158,7 @@ def _temperature_degc(
     if temperature is None:
         return None
     if isinstance(temperature, TemperatureChannel):
-        return temperature.offset_degc + temperature.slope_degc_per_v * _means_v(
+        return temperature.offset_degc + temperature.slope_degc_per_v * _means(
             rows, temperature.channel, source, chains
         )
     read = np.array([row.temperature_degc.get(temperature, np.nan) for row in rows], dtype=float)

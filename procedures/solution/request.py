@@ -12,10 +12,13 @@ from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
+from ams.units import ARCSEC_PER_DEG
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
+from procedures.plan.plan import Plan
+from procedures.records.declared_supply import at_declared, correcting
+from procedures.records.dwells import DwellRecord
 from procedures.solution.type_b import (
-    ARCSEC_PER_DEG,
     gravity_of,
     shared_errors,
     standard_uncertainty_arcsec,
@@ -36,6 +39,28 @@ class SolvedSensor:
     """Axis to its uncertainty budget."""
     static: "Mapping[str, StaticAxis]" = field(default_factory=dict)
     """Axis to what a long rest showed; there is no calibration then."""
+
+
+@dataclass(frozen=True)
+class SensorRows:
+    """One sensor of a run and its accepted dwells of the design, in the order of the plan."""
+
+    name: str
+    sensor: Sensor
+    dwells: tuple[DwellRecord, ...]
+    rig: RigDescription
+    plan: Plan
+    source: str
+    """Where the dwells come from, for messages."""
+
+    @property
+    def channels(self) -> dict[str, str]:
+        """Axis of the sensor to its channel."""
+        return {str(axis): channel for axis, channel in self.sensor.channels.items()}
+
+    def at_declared(self) -> list[DwellRecord]:
+        """Return the dwells with samples at the declared supply and load resistor."""
+        return [at_declared(row, correcting(self.rig.chain)) for row in self.dwells]
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from typing import Literal
 
 from ams.analysis.calibration_budget import Gravity
 from ams.inputs.shared_errors import Effect, SharedError
+from ams.units import ARCSEC_PER_DEG
 from rig.description.rig_file import RigDescription, Sensor, Standard
 
-ARCSEC_PER_DEG = 3600.0
 Kind = Literal["limit", "standard", "expanded"]
 
 

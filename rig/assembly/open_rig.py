@@ -20,7 +20,17 @@ from rig.crash_points import refuse_crash_points
 from rig.description.device_settings import TWIN_PORT
 from rig.description.fault_plan import FaultPlan
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Axis, Environment, Field, NoChance, Readout, Stoppable, Stream, TwinChance
+from rig.devices.abilities import (
+    Axis,
+    Environment,
+    Field,
+    NoChance,
+    Readout,
+    Stoppable,
+    Stream,
+    TwinChance,
+    WriteFile,
+)
 from rig.devices.cable import CableGuard, TurningAxis
 from rig.devices.cable_memory import memory_of
 from rig.drivers.open import open_axes, open_environment, open_field, open_readout, open_sample_stream
@@ -182,11 +192,13 @@ def open_rig(
     line_source: LineSource | None = None,
     faults: FaultPlan | None = None,
     tell_fault: Callable[[str], None] = lambda _sentence: None,
+    write: WriteFile | None = None,
 ) -> Rig:
     """Lock and open everything that the description names; nothing moves.
 
     ``line_source`` (:mod:`rig.lines.recording`) records or replays the lines.
     ``faults`` go wrong on the twins' lines, and ``tell_fault`` hears of each.
+    ``write`` keeps how far cables are wound; without it, real axes whose cables wind up refuse to turn.
     ``rig_file`` is locked as well where given, so that two commands do not drive twins of one file. Raises: RigBusy,
     LinkLost, DescriptionError, and what a device says at its first question.
     """
@@ -203,7 +215,7 @@ def open_rig(
         guard = stop_guard(description, rig_file, purpose)
 
         def connect() -> Connected:
-            return _connected(description, clock, world, twins, line_source, guard)
+            return _connected(description, clock, world, twins, line_source, guard, write)
 
         return Rig(description, clock, connect, connect(), held.pop_all(), guard)
 
@@ -215,6 +227,7 @@ def _connected(
     twins: Mapping[str, Twin],
     line_source: LineSource | None,
     guard: StopGuard | None,
+    write: WriteFile | None,
 ) -> Connected:
     """Every device over lines of its own, or none open."""
     with ExitStack() as opened:
@@ -224,7 +237,7 @@ def _connected(
             found |= open_axes({name: description.axes[name] for name in names}, lines)
         guarded_lines = _guarded_lines(description, found, lines)
         supervisor = Supervisor(clock, guard if guarded_lines else None)
-        found = {name: guarded(supervisor.supervise(axis), description, name) for name, axis in found.items()}
+        found = {name: guarded(supervisor.supervise(axis), description, name, write) for name, axis in found.items()}
         return Connected(
             axes={name: found[name] for name in description.axes},
             readouts={
@@ -270,12 +283,12 @@ def stop_guard(description: RigDescription, rig_file: Path | None, purpose: str)
     return StopGuard(record, rig, folder, SystemClock())
 
 
-def guarded(axis: Axis, description: RigDescription, name: str) -> Axis:
+def guarded(axis: Axis, description: RigDescription, name: str, write: WriteFile | None) -> Axis:
     """An axis whose cables wind up remembers how far. Raises: DescriptionError where the memory cannot be read."""
     settings = description.axes[name]
     if settings.wrap_turns is None or settings.turning != "revolves":
         return axis
-    memory = memory_of(description.rig.name, name, settings)
+    memory = memory_of(description.rig.name, name, settings, write)
     return CableGuard(cast("TurningAxis", axis), settings.wrap_turns, memory)
 
 

@@ -10,6 +10,7 @@ from rig.clock import WAIT_SLICE_S, Clock
 from rig.description.fault_plan import FaultPlan
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
+from rig.devices.abilities import WriteFile
 from rig.drivers.twin_lines import twin_lines
 from rig.errors import DescriptionError
 from rig.twins.control import ControlTwin
@@ -76,7 +77,13 @@ def serve_rig(
     return SimulatedRig(addresses, world, TwinServer(ports, clock))
 
 
-def write_rig(original: Path, addresses: Mapping[str, str], time: float | str, target: Path) -> RigDescription:
+def write_rig(
+    original: Path,
+    addresses: Mapping[str, str],
+    time: float | str,
+    target: Path,
+    write: WriteFile = Path.write_bytes,
+) -> RigDescription:
     """Write the rig file with ``addresses`` in place of its ports and ``time`` (``real`` or a factor) in ``[twin]``.
 
     Everything else stays as its author wrote it. Returns the written file, read again.
@@ -90,7 +97,7 @@ def write_rig(original: Path, addresses: Mapping[str, str], time: float | str, t
     if any("scanner_resource" in getattr(readout, "model_fields_set", ()) for readout in description.readouts.values()):
         text = re.sub(r"(?m)^\s*scanner_resource\s*=.*\n", "", text)
     text = _with_twin(text, addresses[CONTROL], time)
-    target.write_text(text, encoding="utf-8")
+    write(target, text.encode("utf-8"))
     return read_rig(target)
 
 

@@ -1,5 +1,7 @@
 """Read a rig file into frozen values."""
 
+import json
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from operator import or_
 from pathlib import Path
@@ -9,7 +11,7 @@ from pydantic import Field, ValidationError, create_model
 
 from rig.description.cross_checks import complaints_about_references
 from rig.description.device_settings import AxisSettings
-from rig.description.driver_names import Ability, settings_classes
+from rig.description.drivers import TABLES, classes_for
 from rig.description.earlier_versions import as_stored_now
 from rig.description.rig_file import Name, RigDescription
 from rig.description.twin_truth import AxisTruth as AxisTruth
@@ -26,27 +28,25 @@ from rig.wire.table_dialect import dialect_name
 def read_rig(path: Path) -> RigDescription:
     """Read and check a rig file. Raises: DescriptionError naming file, line and key of every mistake."""
     file = read_toml(path)
-    description = file.validate(_file_model())
+    description = file.validate(_file_model(file.values))
     complaints = list(complaints_about_references(file, description))
     if complaints:
         raise type(file.error((), ""))("\n".join(complaints))
     return description.model_copy(update={"axes": _dialects_found(description.axes, path.parent)})
 
 
-def _file_model() -> type[RigDescription]:
-    """RigDescription with the tables of the installed drivers in place of their bases."""
-    fields: dict[str, Any] = {
-        "axes": (dict[Name, _driver_table("axes")], Field(min_length=1)),  # type: ignore[misc]
-        "readouts": (dict[Name, _driver_table("readouts")], {}),  # type: ignore[misc]
-        "environment": (dict[Name, _driver_table("environments")], {}),  # type: ignore[misc]
-        "streams": (dict[Name, _driver_table("streams")], {}),  # type: ignore[misc]
-        "field": (dict[Name, _driver_table("fields")], {}),  # type: ignore[misc]
-    }
+def _file_model(values: Mapping[str, Any]) -> type[RigDescription]:
+    """RigDescription with the tables of the drivers that the values name in place of their bases."""
+    fields: dict[str, Any] = {}
+    for table, ability in TABLES.items():
+        classes = classes_for(ability, values.get(table, {}))
+        if classes:
+            default = Field(min_length=1) if table == "axes" else {}
+            fields[table] = (dict[Name, _one_of(classes)], default)  # type: ignore[misc]
     return create_model("RigFile", __base__=RigDescription, **fields)
 
 
-def _driver_table(ability: Ability) -> Any:
-    classes = tuple(settings_classes(ability).values())
+def _one_of(classes: Sequence[type]) -> Any:
     return Annotated[reduce(or_, classes), Field(discriminator="driver")] if len(classes) > 1 else classes[0]
 
 
@@ -63,10 +63,20 @@ def _dialects_found(axes: dict[str, AxisSettings], folder: Path) -> dict[str, Ax
 def rig_from_json(text: str) -> RigDescription:
     """A description that ``model_dump_json`` wrote, as a journal keeps it. Raises: DescriptionError."""
     try:
-        return _file_model().model_validate_json(as_stored_now(text))
+        stored = as_stored_now(text)
+        return _file_model(_values_in(stored)).model_validate_json(stored)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"])
         raise DescriptionError(
             f"stored rig description: {where}: {first['msg']}; use the calrig that wrote it"
         ) from None
+
+
+def _values_in(text: str) -> dict[str, Any]:
+    """The tables of a stored description; none where it is no JSON object, which its validation tells."""
+    try:
+        document = json.loads(text)
+    except ValueError:
+        return {}
+    return document if isinstance(document, dict) else {}

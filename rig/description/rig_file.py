@@ -214,6 +214,14 @@ class RigDescription(StrictTable):
         """True where what is measured is a twin, in this process or behind ports."""
         return self.uses_twins or (self.twin is not None and self.twin.control is not None)
 
+    def channel_units(self) -> dict[str, str]:
+        """Return the unit of every channel of a stream, by full name; those behind a readout are in volts."""
+        return {
+            f"{name}.{channel}": unit
+            for name, stream in self.streams.items()
+            for channel, unit in stream.channel_units().items()
+        }
+
     def all_on_twins(self) -> "RigDescription":
         """The same rig with every device replaced by its twin, in virtual time: what ``--rehearse`` runs on."""
         twin = (self.twin or TwinSection()).model_copy(update={"time": "virtual", "control": None})

@@ -4,14 +4,18 @@ The engine, the jog and the checks know these and no driver. A driver holds a li
 only through the :class:`Wait` that it is given: that is how a stop reaches it within a tenth of a second.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.clock import Clock
+
+WriteFile = Callable[[Path, bytes], object]
+"""Give a file this content, whole and synced, or leave it as it was; handed in by its opener. Raises: OSError."""
 
 
 class Wait(Protocol):
@@ -190,14 +194,16 @@ class Burst:
     """Readings of one channel in the order taken."""
 
     channel: str
-    values_v: NDArray[np.float64]
-    """Shape (n,), volts. An overloaded reading is NaN here and true in ``overload``."""
+    samples: NDArray[np.float64]
+    """Shape (n,), in ``unit``. An overloaded reading is NaN here and true in ``overload``."""
     overload: NDArray[np.bool_]
     """Shape (n,)."""
     started_s: float
     """Rig seconds (monotonic) when the first reading was triggered."""
     interval_s: float
     """Rig seconds between readings."""
+    unit: str = "v"
+    """As it is written in a key; volts of every meter, a stream names its own."""
 
 
 class Readout(Protocol):

@@ -6,8 +6,6 @@ keep; they begin unwound with the process.
 """
 
 import json
-import os
-import secrets
 from dataclasses import asdict, dataclass
 from hashlib import blake2b
 from pathlib import Path
@@ -16,6 +14,7 @@ from typing import Protocol
 from platformdirs import user_state_path
 
 from rig.description.device_settings import TWIN_PORT, AxisSettings
+from rig.devices.abilities import WriteFile
 from rig.errors import DescriptionError
 
 FORMAT = "calrig cable 1"
@@ -66,9 +65,10 @@ class Unkept:
 class KeptInFile:
     """A :class:`CableMemory` in one file."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, write: WriteFile | None) -> None:
         self.place = str(path)
         self._path = path
+        self._write = write
 
     def read(self) -> Winding | None:
         try:
@@ -85,37 +85,31 @@ class KeptInFile:
             ) from None
 
     def write(self, winding: Winding) -> None:
-        text = json.dumps({"format": FORMAT, **asdict(winding)})
-        partial = self._path.with_name(f".{self._path.name}.{secrets.token_hex(4)}")
+        if self._write is None:
+            raise DescriptionError(
+                f"{self._path}: cannot be written: the rig was opened without a writer of files; nothing was turned;"
+                " hand one to open_rig"
+            )
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            with open(partial, "x", encoding="utf-8") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(partial, self._path)
-            _sync(self._path.parent)
+            self._write(self._path, json.dumps({"format": FORMAT, **asdict(winding)}).encode("utf-8"))
         except OSError as error:
-            partial.unlink(missing_ok=True)
             raise DescriptionError(
                 f"{self._path}: cannot be written: {error.strerror}; how far the cables are wound must be kept before"
                 " the axis turns; nothing was turned; free space or repair the folder"
             ) from error
 
 
-def memory_of(rig: str, name: str, axis: AxisSettings, folder: Path | None = None) -> CableMemory:
-    """Where the winding of an axis is kept; ``folder``: by default in the user's state folder."""
+def memory_of(
+    rig: str, name: str, axis: AxisSettings, write: WriteFile | None, folder: Path | None = None
+) -> CableMemory:
+    """Return where the winding of an axis is kept; ``folder``: by default in the user's state folder.
+
+    Without ``write`` it can only be looked at: the axis refuses to turn.
+    """
     if axis.port == TWIN_PORT:
         return Unkept()
     if folder is None:
         folder = user_state_path("calrig") / "cables"
     identity = blake2b(f"{rig}|{name}|{axis.driver}|{axis.port}|{axis.axis}".encode(), digest_size=8).hexdigest()
-    return KeptInFile(folder / f"{name}-{identity}.json")
-
-
-def _sync(folder: Path) -> None:
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+    return KeptInFile(folder / f"{name}-{identity}.json", write)

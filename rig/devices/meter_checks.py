@@ -75,6 +75,6 @@ def proofs(
         wanted.append(("reference", places["reference"], checks.reference_v, range_v))
     limits_v = {"short": checks.short_limit_v, "reference": checks.reference_limit_v}
     return tuple(
-        MeterProof(f"{name} on {range_v:g} V", float(read(place, range_v).values_v.mean()), expected_v, limits_v[name])
+        MeterProof(f"{name} on {range_v:g} V", float(read(place, range_v).samples.mean()), expected_v, limits_v[name])
         for name, place, expected_v, range_v in wanted
     )

@@ -1,1 +1,1 @@
-"""How the devices and the twins of each driver are opened."""
+"""What a driver is, and one file a driver that brings its codec, device and twin together."""

@@ -1,11 +1,9 @@
 """Who owns a rig: one lock a real port and one a rig file, in the user's runtime folder.
 
-The lock is the kernel's (flock), so it ends with its process however that ends, and a stale file blocks nobody.
-The file's text says who holds it and is for people; the lock itself is the truth. It keeps a second calrig away, not
-another program: nothing can.
+The lock is that of :mod:`rig.file_lock`; the file's text says who holds it. It keeps a second calrig away, not another
+program: nothing can.
 """
 
-import fcntl
 import json
 import os
 import re
@@ -21,11 +19,11 @@ from typing import IO
 
 import platformdirs
 
+from rig import file_lock
 from rig.clock import Clock, SystemClock
 from rig.errors import RigBusy
 
-_ATTEMPTS, _BETWEEN_S = 5, 0.02
-"""Somebody who only looks holds the lock for an instant: a refusal must outlast that."""
+_ATTEMPTS = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,33 +114,22 @@ def canonical(resource: str) -> str:
 @contextmanager
 def _locked(path: Path, resource: str, purpose: str, clock: Clock) -> Iterator[None]:
     with path.open("a+", encoding="utf-8") as file:
-        for attempt in range(1, _ATTEMPTS + 1):
-            if _try(file, fcntl.LOCK_EX):
-                break
-            if attempt == _ATTEMPTS:
-                raise RigBusy(
-                    f"{resource}: in use by {_owner(file) or 'another process'}; nothing was opened;"
-                    " wait until it has finished, or stop it"
-                )
-            clock.sleep(_BETWEEN_S)
-        _write(file, LockOwner(resource, os.getpid(), clock.now_utc().isoformat(timespec="seconds"), purpose))
+        if not file_lock.take(file, clock, _ATTEMPTS):
+            raise RigBusy(
+                f"{resource}: in use by {_owner(file) or 'another process'}; nothing was opened;"
+                " wait until it has finished, or stop it"
+            )
+        owner = LockOwner(resource, os.getpid(), clock.now_utc().isoformat(timespec="seconds"), purpose)
+        file_lock.say(file, json.dumps(asdict(owner)))
         try:
             yield
         finally:
-            _write(file, None)
-
-
-def _try(file: IO[str], kind: int) -> bool:
-    try:
-        fcntl.flock(file, kind | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
+            file_lock.say(file, "")
 
 
 def _holder(path: Path) -> LockOwner | None:
     with path.open("a+", encoding="utf-8") as file:
-        return None if _try(file, fcntl.LOCK_SH) else _owner(file)
+        return _owner(file) if file_lock.is_held(file) else None
 
 
 def _owner(file: IO[str]) -> LockOwner | None:
@@ -152,13 +139,6 @@ def _owner(file: IO[str]) -> LockOwner | None:
         return LockOwner(**json.loads(file.read()))
     except (ValueError, TypeError):
         return None
-
-
-def _write(file: IO[str], owner: LockOwner | None) -> None:
-    file.truncate(0)
-    if owner is not None:
-        file.write(json.dumps(asdict(owner)))
-    file.flush()
 
 
 def _file_of(resource: str, folder: Path) -> Path:

@@ -6,8 +6,6 @@ is taken over. Nothing here is believed without the machine. Twins in this proce
 """
 
 import json
-import os
-import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -19,7 +17,7 @@ from platformdirs import user_state_path
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.description.device_settings import TWIN_PORT, AxisSettings
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Axis, Remembering
+from rig.devices.abilities import Axis, Remembering, WriteFile
 
 FORMAT = "calrig home 1"
 
@@ -35,9 +33,10 @@ class _Left:
 class HomeMemory:
     """Of the axes of one rig; ``folder``: by default in the user's state folder."""
 
-    def __init__(self, description: RigDescription, clock: Clock, folder: Path | None = None) -> None:
+    def __init__(self, description: RigDescription, clock: Clock, write: WriteFile, folder: Path | None = None) -> None:
         self._description = description
         self._clock = clock
+        self._write = write
         self._folder = folder
 
     def take_over(self, axes: Mapping[str, Axis]) -> dict[str, str]:
@@ -49,7 +48,10 @@ class HomeMemory:
         return {name: why for name, why in refusals.items() if why}
 
     def keep(self, axes: Mapping[str, Axis]) -> None:
-        """Keep how every axis is left; one that does not rest homed is forgotten. Raises as :meth:`take_over`."""
+        """Keep how every axis is left; one that does not rest homed is forgotten.
+
+        Raises: as :meth:`take_over`; OSError where the folder does not take it.
+        """
         for name, axis in axes.items():
             path = self._path(name)
             if path is None or not isinstance(axis, Remembering):
@@ -57,7 +59,8 @@ class HomeMemory:
             state = axis.state()
             if state.is_homed and not state.is_moving and not state.fault:
                 mark = axis.home_mark()
-                _write(path, _Left(self._clock.now_utc(), mark))
+                path.parent.mkdir(parents=True, exist_ok=True)
+                self._write(path, _as_text(_Left(self._clock.now_utc(), mark)).encode("utf-8"))
             else:
                 path.unlink(missing_ok=True)
 
@@ -96,9 +99,5 @@ def _read(path: Path) -> _Left | None:
         return None
 
 
-def _write(path: Path, left: _Left) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    document = {"format": FORMAT, "left_utc": left.left_utc.isoformat(), "mark": dict(left.mark)}
-    partial.write_text(json.dumps(document), encoding="utf-8")
-    os.replace(partial, path)
+def _as_text(left: _Left) -> str:
+    return json.dumps({"format": FORMAT, "left_utc": left.left_utc.isoformat(), "mark": dict(left.mark)})

@@ -194,12 +194,12 @@ def readings(rig: OpenRig, channels: Sequence[str], samples: int, wait: Wait) ->
 
 def _reading(readout: Readout, channel: str, samples: int, wait: Wait) -> Reading:
     burst = readout.read(channel, samples, wait)
-    good_v = burst.values_v[~burst.overload]
+    good_v = burst.samples[~burst.overload]
     return Reading(
         channel=channel,
         mean_v=float(np.mean(good_v)) if good_v.size else float("nan"),
         standard_deviation_v=float(np.std(good_v, ddof=1)) if good_v.size > 1 else float("nan"),
-        samples=int(burst.values_v.size),
+        samples=int(burst.samples.size),
         overloads=int(np.count_nonzero(burst.overload)),
     )
 

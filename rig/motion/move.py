@@ -51,6 +51,7 @@ def move_and_arrive(axis: Axis, target_deg: float, clock: Clock, wait: Wait, tel
     twice, not where it was sent, not seated in three attempts; the axis was stopped), WaitEnded (the axis was stopped).
     """
     axis.check_target(target_deg)
+    axis.check_target(target_deg + axis.approach_deg)
     state = trusted_state(axis)
     if axis.approach_deg == 0.0 and _has_arrived(axis, state, target_deg):
         return state.position_deg
@@ -84,9 +85,7 @@ def _approach_until_there(
 
 def _approach(axis: Axis, target_deg: float, state: AxisState, clock: Clock, wait: Wait) -> float:
     if axis.approach_deg != 0.0:
-        before_deg = target_deg + axis.approach_deg
-        axis.check_target(before_deg)
-        state = _go(axis, before_deg, state.position_deg, clock, wait)
+        state = _go(axis, target_deg + axis.approach_deg, state.position_deg, clock, wait)
     return _go(axis, target_deg, state.position_deg, clock, wait).position_deg
 
 

@@ -1,6 +1,7 @@
 """Files are complete or as they were."""
 
 import os
+import stat
 from collections.abc import Callable
 from pathlib import Path
 
@@ -56,6 +57,23 @@ def test_a_full_disk_leaves_the_target_as_it_was(tmp_path: Path, monkeypatch: py
     with pytest.raises(WriteFailed, match="No space left on device"):
         write_whole(path, b"second")
     assert path.read_bytes() == b"first"
+    assert os.listdir(tmp_path) == ["set.json"]
+
+
+def test_a_folder_that_cannot_be_synced_is_told_as_what_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The new content is there: a message that nothing was changed would be false."""
+    path, real = tmp_path / "set.json", os.fsync
+    write_whole(path, b"first")
+
+    def full_for_folders(descriptor: int) -> None:
+        if stat.S_ISDIR(os.fstat(descriptor).st_mode):
+            raise OSError(5, "Input/output error")
+        real(descriptor)
+
+    monkeypatch.setattr(os, "fsync", full_for_folders)
+    with pytest.raises(WriteFailed, match=r"set\.json: was written, but its folder could not be synced: Input/output"):
+        write_whole(path, b"second")
+    assert path.read_bytes() == b"second"
     assert os.listdir(tmp_path) == ["set.json"]
 
 

@@ -82,15 +82,16 @@ def _try(campaign: Campaign, folder: Path, seeds: range) -> Counter[str]:
     return found
 
 
-@pytest.mark.timeout(600)
+@pytest.mark.parametrize("seeds", [range(16), pytest.param(range(75), marks=pytest.mark.soak)], ids=str)
 @pytest.mark.parametrize("devices", RIGS)
-def test_three_hundred_random_fault_scripts_leave_no_wrong_parameter_without_a_word(
-    campaign: MakeCampaign, tmp_path: Path, devices: str
+@pytest.mark.timeout(600)
+def test_random_fault_scripts_leave_no_wrong_parameter_without_a_word(
+    campaign: MakeCampaign, tmp_path: Path, devices: str, seeds: range
 ) -> None:
-    """75 for each of the four sets of devices."""
-    found = _try(campaign(devices), tmp_path, range(75))
-    assert found["struck"] > 60, "most scripts do happen"
-    assert found[State.FINISHED] > 60, "most faults heal"
+    """16 for each of the four sets of devices; 75 each among the soaks, and three thousand others."""
+    found = _try(campaign(devices), tmp_path, seeds)
+    assert found["struck"] > 0.8 * len(seeds), "most scripts do happen"
+    assert found[State.FINISHED] > 0.8 * len(seeds), "most faults heal"
 
 
 @pytest.mark.soak

@@ -21,12 +21,12 @@ from ams.errors import AmsError
 from ams.exports.formats import FORMATS, load_set
 from ams.inputs.observations_csv import read_csv
 from procedures.alerts.settings import read_alerts
-from procedures.description.procedure_file import read_procedure
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.salvage import salvage
 from procedures.journal.spool import Spool
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount
+from procedures.kinds.read import read_procedure
 from rig.clock import SystemClock
 from rig.description.fault_plan import read_faults
 from rig.description.read import read_rig
@@ -228,7 +228,7 @@ def _peak_mb() -> float:
 def test_fault_58_69_what_nobody_would_write_is_refused_with_a_sentence(
     readers: Mapping[str, Reader], name: str, tmp_path: Path
 ) -> None:
-    rounds = DEFAULT_ROUNDS * (10 if name == "wire" else 1)
+    rounds = DEFAULT_ROUNDS * (4 if name == "wire" else 1)
     _rounds(readers[name], iter(range(rounds)), tmp_path)
 
 

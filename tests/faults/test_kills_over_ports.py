@@ -15,9 +15,9 @@ from device_sets import SHORTER, device_set
 from killing import Aim, Target, require_kept, run_child
 from small_run import Bench
 
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.status import status
-from procedures.plan.planner import make_plan
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import State
 from procedures.run.resume import resume

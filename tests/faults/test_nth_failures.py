@@ -67,13 +67,14 @@ def _require_recovery(aimed: Target, run_dir: Path, state: State | None) -> None
     aimed.require_the_clean_result(run_dir)
 
 
+@pytest.mark.parametrize("every", [160, pytest.param(80, marks=pytest.mark.soak)])
 @pytest.mark.parametrize("stuck", [False, True], ids=["gone", "stuck"])
 @pytest.mark.parametrize("error", ERRORS)
 def test_fault_03_05_the_nth_file_call_fails_and_a_resume_ends_with_the_same_numbers(
-    target: MakeTarget, error: str, stuck: bool
+    target: MakeTarget, error: str, stuck: bool, every: int
 ) -> None:
-    """The first calls make the journal; then one in eighty, another residue for each error."""
-    calls = [*range(1, 16, 2), *range(17 + 2 * len(error), 10_000, 80)]
+    """The first calls make the journal; then one in so many, another residue for each error."""
+    calls = [*range(1, 16, 2), *range(17 + 2 * len(error), 10_000, every)]
     assert _fail_files(target("table-3458a"), calls, ERRORS[error], stuck=stuck) > FEWEST_CALLS
 
 

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import pytest
 from device_sets import SHORTER, device_set
 from fault_scripts import require_inside_limits, require_rest
-from grumbling import Grumbling
+from faulty_rig import FaultyRig
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule, run_state_machine_as_test
@@ -41,7 +41,7 @@ from rig.motion.move import home_and_arrive
 
 HAPPENINGS = ("pause", "stop", "abort", "note", "unplug", "stop button", "jog", "resume")
 RESTS_BEFORE_HELP, RESTS_BEFORE_STOP = 20, 150
-EXAMPLES, STEPS = 12, 6
+EXAMPLES, STEPS = 8, 6
 
 
 class Plug:
@@ -128,7 +128,7 @@ class RunAndRig(RuleBasedStateMachine):
         self.rig: Rig = self.opened.enter_context(
             open_rig(self.bench.rig, rig_file=rig_file, line_source=self.plug.source)
         )
-        self.felt = Grumbling(self.rig, look=self._look)
+        self.felt = FaultyRig(self.rig, look=self._look)
         self.stored: list[str] = []
         self.was_pressed = False
 

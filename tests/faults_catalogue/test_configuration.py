@@ -12,7 +12,7 @@ from ams.errors import AmsError, DesignError
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
 from ams.surveillance.control_chart import history_of
-from procedures.description.procedure_file import read_procedure
+from procedures.kinds.read import read_procedure
 from rig.description.read import read_rig
 from rig.errors import DescriptionError
 
@@ -84,7 +84,7 @@ def _rows(pitch_deg: list[float], roll_deg: list[float], coning_deg: float = 0.5
         point=np.tile(np.arange(1, count + 1), 2),
         pitch_rad=pitch,
         roll_rad=roll,
-        outputs_v={"x": 0.005 + 2.5 * (np.cos(c) * force[0] + np.sin(c) * force[1]) + noise_v},
+        outputs={"x": 0.005 + 2.5 * (np.cos(c) * force[0] + np.sin(c) * force[1]) + noise_v},
     )
 
 
@@ -118,6 +118,6 @@ def test_fault_71_no_coning_has_no_azimuth_and_says_so() -> None:
 
 def test_fault_71_a_row_that_is_no_number_is_named() -> None:
     rows = _rows([0.0, 30.0, 60.0, -30.0, -60.0], [0.0, 90.0, 180.0, 45.0, 10.0])
-    rows.outputs_v["x"][3] = np.inf  # type: ignore[index]
+    rows.outputs["x"][3] = np.inf  # type: ignore[index]
     with pytest.raises(AmsError, match=r"row 4 \(replication 1, point 4\): got inf"):
         calibrate(rows, CalibrationRequest())

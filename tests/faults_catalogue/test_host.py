@@ -7,10 +7,10 @@ from pathlib import Path
 from threading import Event
 
 import pytest
-from grumbling import Grumbling
+from faulty_rig import FaultyRig
 from journals import a_clock
-from night import Night, events, spend
 from small_run import Bench, bench, dwells_of, in_child, measured, resumed
+from unattended_run import UnattendedRun, events, run_unattended
 
 from ams.whole_file import write_whole
 from procedures.cli.places import new_run_folder
@@ -123,10 +123,10 @@ def test_fault_14_the_local_time_zone_never_orders_or_names_anything(
     clock = a_clock()
     assert clock.now_utc().isoformat() == "2026-03-29T00:59:30+00:00", "half a minute before Europe's clocks go on"
     monkeypatch.setenv("TZ", "Europe/Berlin")
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night)
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended)
     assert outcome.state is State.FINISHED
-    stamps = [dwell.started_utc for dwell in dwells_of(night.run_dir)]
+    stamps = [dwell.started_utc for dwell in dwells_of(unattended.run_dir)]
     assert stamps == sorted(stamps)
     assert all(str(stamp.utcoffset()) == "0:00:00" for stamp in stamps)
     names = []
@@ -141,7 +141,7 @@ def test_fault_16_a_starved_host_changes_no_sample(small: Bench, clean: Path, tm
     Response: none for a meter: a slow host waits longer between bursts; a gap in a stream is listed or voids the dwell.
     """
 
-    class Starved(Grumbling):
+    class Starved(FaultyRig):
         def __init__(self, rig: Rig) -> None:
             super().__init__(rig, spoil=self._slow)
 
@@ -150,10 +150,10 @@ def test_fault_16_a_starved_host_changes_no_sample(small: Bench, clean: Path, tm
                 self._rig.clock.sleep(25.0)
             return burst
 
-    night = Night(tmp_path / "run")
-    assert spend(small, night, rig_of=Starved).state is State.FINISHED
-    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
-    intervals = {reading.interval_s for dwell in dwells_of(night.run_dir) for reading in dwell.readings.values()}
+    unattended = UnattendedRun(tmp_path / "run")
+    assert run_unattended(small, unattended, rig_of=Starved).state is State.FINISHED
+    assert measured(dwells_of(unattended.run_dir)) == measured(dwells_of(clean))
+    intervals = {reading.interval_s for dwell in dwells_of(unattended.run_dir) for reading in dwell.readings.values()}
     assert len(intervals) == 1
 
 
@@ -166,13 +166,13 @@ def test_fault_17_a_process_that_grows_ends_its_run_in_time_and_a_fresh_one_goes
     monkeypatch.setattr("procedures.run.context.PROCESS_EVERY", 5)
     looks = iter([{"open_files": 10.0, "threads": 1.0}, {"open_files": 600.0, "threads": 1.0}])
     monkeypatch.setattr("procedures.run.context.process_figures", lambda: next(looks, {"open_files": 10.0}))
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night)
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended)
     assert (outcome.state, outcome.exit_status) == (State.STOPPED, ExitStatus.FAILED)
     assert "this process has grown: open_files from 10 to 600, allowed 500 more" in outcome.reason
-    assert "calrig resume RUN goes on" in (night.run_dir / "why.txt").read_text(encoding="utf-8")
-    assert [event.detail["open_files"] for event in events(night.run_dir, "process")] == [10.0, 600.0]
-    assert resumed(night.run_dir).state is State.FINISHED
+    assert "calrig resume RUN goes on" in (unattended.run_dir / "why.txt").read_text(encoding="utf-8")
+    assert [event.detail["open_files"] for event in events(unattended.run_dir, "process")] == [10.0, 600.0]
+    assert resumed(unattended.run_dir).state is State.FINISHED
 
 
 def test_fault_17_what_is_stable_never_ends_a_run() -> None:
@@ -193,10 +193,10 @@ def test_fault_18_an_exception_in_any_driver_method_stops_the_axes_and_is_journa
     """Detected: one rim around everything that the engine does.
     Response: axes stopped and seen at rest, traceback in the journal, `failed`, a page that says why.
     """
-    kept: list[Grumbling] = []
+    kept: list[FaultyRig] = []
 
-    def broken(rig: Rig) -> Grumbling:
-        wrong = Grumbling(rig)
+    def broken(rig: Rig) -> FaultyRig:
+        wrong = FaultyRig(rig)
         device, name = method.split(".")
         target = {"axis": wrong.pitch, "meter": wrong.meter, "chamber": rig.environments["air"]}[device]
         monkey = _raises_at(nth, getattr(target, name))
@@ -204,16 +204,16 @@ def test_fault_18_an_exception_in_any_driver_method_stops_the_axes_and_is_journa
         kept.append(wrong)
         return wrong
 
-    night = Night(tmp_path / "run")
+    unattended = UnattendedRun(tmp_path / "run")
     with pytest.raises(ZeroDivisionError):
-        spend(small, night, rig_of=broken)
-    assert status(night.run_dir).state is State.FAILED
-    (defect,) = events(night.run_dir, "defect")
+        run_unattended(small, unattended, rig_of=broken)
+    assert status(unattended.run_dir).state is State.FAILED
+    (defect,) = events(unattended.run_dir, "defect")
     assert "ZeroDivisionError: of ours" in str(defect.detail["traceback"])
-    (safe,) = events(night.run_dir, "safe")
-    assert safe.sequence < events(night.run_dir)[-1].sequence
+    (safe,) = events(unattended.run_dir, "safe")
+    assert safe.sequence < events(unattended.run_dir)[-1].sequence
     assert kept[0].pitch.stops == 1
-    assert "a defect of calrig" in (night.run_dir / "why.txt").read_text(encoding="utf-8")
+    assert "a defect of calrig" in (unattended.run_dir / "why.txt").read_text(encoding="utf-8")
 
 
 def _raises_at(nth: int, method: Callable[..., object]) -> Callable[..., object]:

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from night import Night, asks, events, states
-from plagued import faults, plagued
+from runs_with_faults import faults, run_with_faults
 from small_run import Bench, bench, dwells_of, measured
+from unattended_run import UnattendedRun, asks, events, states
 
 from procedures.journal.journal_reader import JournalReader
 from procedures.records.states import State
@@ -30,8 +30,8 @@ def clean(small: Bench) -> Path:
 
 def _unharmed(small: Bench, clean: Path, run_dir: Path, **rules: dict[str, object]) -> list[str]:
     """Run with the faults, and see that they happened and changed no number; what they were."""
-    night = Night(run_dir, at={number: asks("continue") for number in range(40, 4000, 40)})
-    outcome, told = plagued(small, night, faults(**rules))
+    unattended = UnattendedRun(run_dir, at={number: asks("continue") for number in range(40, 4000, 40)})
+    outcome, told = run_with_faults(small, unattended, faults(**rules))
     assert outcome.state is State.FINISHED, outcome.reason
     assert told, "no fault happened"
     assert measured(dwells_of(run_dir)) == measured(dwells_of(clean))
@@ -154,9 +154,9 @@ def test_fault_31_one_exception_is_void_or_waited_for_and_changes_no_number(
 def test_fault_31_stuck_a_refusal_for_ever_and_a_fault_of_the_device_trip(
     small: Bench, tmp_path: Path, code: int, times: int
 ) -> None:
-    night = Night(tmp_path / "run", at={400: asks("stop")})
+    unattended = UnattendedRun(tmp_path / "run", at={400: asks("stop")})
     refused = {"line": CHAMBER, "kind": "exception", "code": code, "nth": list(range(30, 30 + times))}
-    outcome, _ = plagued(small, night, faults(refused=refused))
+    outcome, _ = run_with_faults(small, unattended, faults(refused=refused))
     assert outcome.state is State.TRIPPED
     assert f"answered exception {code}" in outcome.reason
 
@@ -165,10 +165,12 @@ def test_fault_35_a_mute_device_is_told_by_name_and_silences_no_other(small: Ben
     """Detected: every device has a deadline and counts of its own.
     Response: held by name; the others answer meanwhile, and the axes are stopped.
     """
-    night = Night(tmp_path / "run", at={200: asks("stop")})
-    outcome, _ = plagued(small, night, faults(mute={"line": CHAMBER, "kind": "freeze", "delay_s": 1e9, "nth": [40]}))
+    unattended = UnattendedRun(tmp_path / "run", at={200: asks("stop")})
+    outcome, _ = run_with_faults(
+        small, unattended, faults(mute={"line": CHAMBER, "kind": "freeze", "delay_s": 1e9, "nth": [40]})
+    )
     assert outcome.state is State.STOPPED
-    held = next(event for event in events(night.run_dir, "state") if event.detail["to"] == "held")
+    held = next(event for event in events(unattended.run_dir, "state") if event.detail["to"] == "held")
     assert "environment.air" in str(held.detail["reason"]) or "air: " in str(held.detail["reason"])
     assert set(outcome.positions_deg) == {"pitch", "roll"}, "the table answered all the while"
 
@@ -200,12 +202,12 @@ def test_fault_36_a_port_that_is_gone_is_noticed_at_the_next_question(
     """Detected: age of the last good answer, never the port's own word.
     Response: void, repeated, then held as a lost link; five restarts without a dwell trip.
     """
-    night = Night(tmp_path / "run")
+    unattended = UnattendedRun(tmp_path / "run")
     rule = {"line": METER, "kind": "hang-up", "at_s": 80.0, "away_s": 300.0}
-    outcome, _ = plagued(small, night, faults(gone=rule))
+    outcome, _ = run_with_faults(small, unattended, faults(gone=rule))
     assert outcome.state is State.FINISHED
-    assert "held" in states(night.run_dir)
-    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+    assert "held" in states(unattended.run_dir)
+    assert measured(dwells_of(unattended.run_dir)) == measured(dwells_of(clean))
 
 
 def test_fault_21_a_line_that_hangs_up_in_mid_move_is_held_and_goes_on(
@@ -214,21 +216,21 @@ def test_fault_21_a_line_that_hangs_up_in_mid_move_is_held_and_goes_on(
     """Detected: every way in which a port breaks, also while it calls itself open.
     Response: axes told to stop, held; tried again after 1, 2, 4 … 60 s; then identities, home, check set, seam test.
     """
-    night = Night(tmp_path / "run")
+    unattended = UnattendedRun(tmp_path / "run")
     rule = {"line": TABLE, "kind": "hang-up", "nth": [150], "away_s": 20.0}
-    outcome, _ = plagued(small, night, faults(gone=rule))
+    outcome, _ = run_with_faults(small, unattended, faults(gone=rule))
     assert outcome.state is State.FINISHED
-    with JournalReader.open(night.run_dir) as reader:
+    with JournalReader.open(unattended.run_dir) as reader:
         reader.verify()
-    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+    assert measured(dwells_of(unattended.run_dir)) == measured(dwells_of(clean))
 
 
 def test_fault_23_lines_that_are_swapped_in_mid_run_measure_nothing_more(
     small: Bench, clean: Path, tmp_path: Path
 ) -> None:
-    night = Night(tmp_path / "run", at={600: asks("stop")})
+    unattended = UnattendedRun(tmp_path / "run", at={600: asks("stop")})
     swapped = {"line": METER, "kind": "swap", "other": CHAMBER, "at_s": 80.0}
-    outcome, told = plagued(small, night, faults(swapped=swapped))
+    outcome, told = run_with_faults(small, unattended, faults(swapped=swapped))
     assert told
     assert outcome.state in (State.STOPPED, State.TRIPPED)
-    assert measured(dwells_of(night.run_dir)).items() <= measured(dwells_of(clean)).items()
+    assert measured(dwells_of(unattended.run_dir)).items() <= measured(dwells_of(clean)).items()

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from grumbling import Grumbling, SpoiltReadout
-from night import Night, asks, events, spend, states
-from plagued import two_packages
+from faulty_rig import FaultyReadout, FaultyRig
+from runs_with_faults import two_packages
 from small_run import Bench, bench, dwells_of, measured
+from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
 from procedures.delivery.deliver import deliver, solve_run
 from procedures.records.states import State
@@ -24,7 +24,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     return bench(tmp_path_factory.mktemp("bench"))
 
 
-class SwappedReadout(SpoiltReadout):
+class SwappedReadout(FaultyReadout):
     """From the n-th dwell reading on, channels carry one another's sensors: a connector put in the wrong socket."""
 
     def __init__(self, readout: Readout, places: Mapping[str, str], from_reading: int, to_reading: int = 10**9) -> None:
@@ -37,7 +37,7 @@ class SwappedReadout(SpoiltReadout):
         return replace(super().read(asked, samples, wait, nplc), channel=channel)
 
 
-class Rewired(Grumbling):
+class Rewired(FaultyRig):
     def __init__(self, rig: Rig, places: Mapping[str, str], from_reading: int, to_reading: int = 10**9) -> None:
         super().__init__(rig)
         self.meter = SwappedReadout(rig.readouts["dmm"], places, from_reading, to_reading)
@@ -54,12 +54,12 @@ def test_fault_60_channels_that_change_places_in_mid_run_trip_within_three_point
     """Detected: the running fit of every axis: a channel reads what another should.
     Response: trip within three points; dwells at which it would not have shown are taken back.
     """
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night, rig_of=lambda rig: Rewired(rig, places, 45))
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, rig_of=lambda rig: Rewired(rig, places, 45))
     assert outcome.state is State.TRIPPED
     assert "reads what" in outcome.reason
     assert "channels changed places; look at scanner and wiring" in outcome.reason
-    wrong = [dwell for dwell in dwells_of(night.run_dir) if dwell.purpose != "check"][9:]
+    wrong = [dwell for dwell in dwells_of(unattended.run_dir) if dwell.purpose != "check"][9:]
     assert 1 <= len(wrong) <= 3
     assert not any(dwell.accepted for dwell in wrong)
 
@@ -68,13 +68,13 @@ def test_fault_60_after_the_wiring_is_put_right_the_numbers_are_those_of_the_cle
     small: Bench, tmp_path: Path
 ) -> None:
     small.run(tmp_path / "clean")
-    night = Night(tmp_path / "run")
-    spend(small, night, rig_of=lambda rig: Rewired(rig, {"dmm.y": "dmm.z", "dmm.z": "dmm.y"}, 45))
+    unattended = UnattendedRun(tmp_path / "run")
+    run_unattended(small, unattended, rig_of=lambda rig: Rewired(rig, {"dmm.y": "dmm.z", "dmm.z": "dmm.y"}, 45))
     with open_rig(small.rig) as rig:
-        assert resume_on(night.run_dir, rig, "carla", "connector put right").state is State.FINISHED
-    again = {step: told for step, (*_, told) in measured(dwells_of(night.run_dir)).items()}
+        assert resume_on(unattended.run_dir, rig, "carla", "connector put right").state is State.FINISHED
+    again = {step: told for step, (*_, told) in measured(dwells_of(unattended.run_dir)).items()}
     assert again.keys() == measured(dwells_of(tmp_path / "clean")).keys()
-    solved = solve_run(night.run_dir).sensors["SN1"]
+    solved = solve_run(unattended.run_dir).sensors["SN1"]
     assert solved.failure is None
 
 
@@ -91,15 +91,15 @@ def test_fault_61_a_sensor_that_is_unplugged_is_dropped_and_the_others_go_on(
     def unplugged(number: int, burst: Burst) -> Burst:
         if number < 70 or burst.channel not in ("dmm.u", "dmm.v"):
             return burst
-        return replace(burst, values_v=scatter_v * chance.standard_normal(burst.values_v.size))
+        return replace(burst, samples=scatter_v * chance.standard_normal(burst.samples.size))
 
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=unplugged))
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=unplugged))
     assert outcome.state is State.FINISHED
-    (dropped,) = events(night.run_dir, "dropped")
+    (dropped,) = events(unattended.run_dir, "dropped")
     assert dropped.detail["sensor"] == "SN2"
-    assert any(one.event == "dropped" for one in night.told)
-    solved = solve_run(night.run_dir).sensors
+    assert any(one.event == "dropped" for one in unattended.told)
+    solved = solve_run(unattended.run_dir).sensors
     assert solved["SN1"].failure is None
     assert "it was dropped while the run went on without it" in str(solved["SN2"].failure)
     bare = bench(tmp_path)
@@ -117,17 +117,17 @@ def test_fault_61_a_dropped_sensor_stays_dropped_over_a_resume_and_the_report_na
 
     def unplugged(number: int, burst: Burst) -> Burst:
         is_gone = number >= 70 and burst.channel in ("dmm.u", "dmm.v")
-        return replace(burst, values_v=np.zeros(burst.values_v.size)) if is_gone else burst
+        return replace(burst, samples=np.zeros(burst.samples.size)) if is_gone else burst
 
-    night = Night(tmp_path / "run", after={12: asks("stop")})
-    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=unplugged)).state is State.STOPPED
+    unattended = UnattendedRun(tmp_path / "run", after={12: asks("stop")})
+    assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=unplugged)).state is State.STOPPED
     with open_rig(small.rig) as rig:
-        assert resume_on(night.run_dir, rig, "carla").state is State.FINISHED
-    late = [dwell for dwell in dwells_of(night.run_dir) if dwell.accepted and dwell.epoch == 2]
+        assert resume_on(unattended.run_dir, rig, "carla").state is State.FINISHED
+    late = [dwell for dwell in dwells_of(unattended.run_dir) if dwell.accepted and dwell.epoch == 2]
     assert not any("dmm.u" in dwell.readings for dwell in late)
-    (seam,) = events(night.run_dir, "seam")
+    (seam,) = events(unattended.run_dir, "seam")
     assert seam.detail["comparisons"] == 18, "of the three channels that are left"
-    delivery = deliver(solve_run(night.run_dir), None)
+    delivery = deliver(solve_run(unattended.run_dir), None)
     assert set(delivery.sets) == {"SN1"}
     page = delivery.report.read_text(encoding="utf-8")
     assert "SN2 was dropped: step" in page
@@ -136,12 +136,12 @@ def test_fault_61_a_dropped_sensor_stays_dropped_over_a_resume_and_the_report_na
 
 def test_fault_61_the_only_sensor_is_not_dropped_but_held(small: Bench, tmp_path: Path) -> None:
     def unplugged(number: int, burst: Burst) -> Burst:
-        return replace(burst, values_v=np.zeros(burst.values_v.size)) if number >= 45 else burst
+        return replace(burst, samples=np.zeros(burst.samples.size)) if number >= 45 else burst
 
-    night = Night(tmp_path / "run", at={100: asks("stop")})
-    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=unplugged)).state is State.STOPPED
-    assert "held" in states(night.run_dir)
-    assert not events(night.run_dir, "dropped")
+    unattended = UnattendedRun(tmp_path / "run", at={100: asks("stop")})
+    assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=unplugged)).state is State.STOPPED
+    assert "held" in states(unattended.run_dir)
+    assert not events(unattended.run_dir, "dropped")
 
 
 @pytest.mark.parametrize("slip_deg", [1.0, -1.0, 10.0])
@@ -153,18 +153,18 @@ def test_fault_48_a_wrong_tooth_is_caught_by_the_running_fit_alone(
     """
     from rig.twins.world import World
 
-    def slip(night: Night) -> None:
-        chance = night.rig.chance
+    def slip(unattended: UnattendedRun) -> None:
+        chance = unattended.rig.chance
         assert isinstance(chance, World)
-        chance.slip("pitch", slip_deg, night.rig.clock.monotonic_s(), seen=False)
+        chance.slip("pitch", slip_deg, unattended.rig.clock.monotonic_s(), seen=False)
 
-    night = Night(tmp_path / "run", after={8: slip})
-    outcome = spend(small, night)
-    reasons = [str(event.detail["reason"]) for event in events(night.run_dir, "state")]
+    unattended = UnattendedRun(tmp_path / "run", after={8: slip})
+    outcome = run_unattended(small, unattended)
+    reasons = [str(event.detail["reason"]) for event in events(unattended.run_dir, "state")]
     assert any(f"pitch: every sensor reads as if it stood {slip_deg:+g} deg" in reason for reason in reasons)
     assert outcome.state is State.TRIPPED
     assert "the restart made a step" in outcome.reason
-    accepted = [dwell for dwell in dwells_of(night.run_dir) if dwell.accepted and dwell.purpose == "design"]
+    accepted = [dwell for dwell in dwells_of(unattended.run_dir) if dwell.accepted and dwell.purpose == "design"]
     assert len(accepted) <= 8
 
 
@@ -191,16 +191,18 @@ def test_fault_57_an_overloaded_reading_anywhere_in_a_dwell_rejects_it(small: Be
     def overloaded(number: int, burst: Burst) -> Burst:
         if number != 50:
             return burst
-        marks, values_v = burst.overload.copy(), burst.values_v.copy()
+        marks, values_v = burst.overload.copy(), burst.samples.copy()
         marks[nth - 1], values_v[nth - 1] = True, np.nan
-        return replace(burst, values_v=values_v, overload=marks)
+        return replace(burst, samples=values_v, overload=marks)
 
     small.run(tmp_path / "clean")
-    night = Night(tmp_path / "run")
-    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=overloaded)).state is State.FINISHED
-    (rejected,) = [dwell for dwell in dwells_of(night.run_dir) if not dwell.accepted]
+    unattended = UnattendedRun(tmp_path / "run")
+    assert (
+        run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=overloaded)).state is State.FINISHED
+    )
+    (rejected,) = [dwell for dwell in dwells_of(unattended.run_dir) if not dwell.accepted]
     assert "1 of 5 readings overloaded" in rejected.reasons[0]
-    solved = solve_run(night.run_dir).sensors["SN1"]
+    solved = solve_run(unattended.run_dir).sensors["SN1"]
     assert solved.failure is None
 
 
@@ -232,13 +234,13 @@ def test_fault_59_a_reading_that_is_frozen_is_never_excellent_repeatability(
             kept[burst.channel] = burst
             return burst
         old = kept[burst.channel]
-        values_v = np.full(burst.values_v.size, old.values_v.mean()) if frozen == "value" else old.values_v
-        return replace(burst, values_v=values_v)
+        values_v = np.full(burst.samples.size, old.samples.mean()) if frozen == "value" else old.samples
+        return replace(burst, samples=values_v)
 
-    night = Night(tmp_path / "run", at={200: asks("stop")})
-    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=freeze)).state is State.STOPPED
-    assert "held" in states(night.run_dir)
-    last = dwells_of(night.run_dir)[-1]
+    unattended = UnattendedRun(tmp_path / "run", at={200: asks("stop")})
+    assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=freeze)).state is State.STOPPED
+    assert "held" in states(unattended.run_dir)
+    last = dwells_of(unattended.run_dir)[-1]
     assert not last.accepted
     assert ("stuck" if frozen == "value" else "from what the dwells before predict") in str(last.reasons)
 
@@ -255,18 +257,19 @@ def test_fault_63_bursts_of_noise_on_some_dwells_leave_the_parameters_unbiased(t
     def burst_of_noise(number: int, burst: Burst) -> Burst:
         hit = chance.random() < 0.05
         return (
-            replace(burst, values_v=burst.values_v + 2e-3 * chance.standard_normal(burst.values_v.size))
-            if hit
-            else burst
+            replace(burst, samples=burst.samples + 2e-3 * chance.standard_normal(burst.samples.size)) if hit else burst
         )
 
     longer = bench(tmp_path, procedure=MANY)
-    night = Night(tmp_path / "run", at={number: asks("continue") for number in range(20, 2000, 20)})
-    assert spend(longer, night, rig_of=lambda rig: Grumbling(rig, spoil=burst_of_noise)).state is State.FINISHED
-    rejected = [dwell for dwell in dwells_of(night.run_dir) if not dwell.accepted]
+    unattended = UnattendedRun(tmp_path / "run", at={number: asks("continue") for number in range(20, 2000, 20)})
+    assert (
+        run_unattended(longer, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=burst_of_noise)).state
+        is State.FINISHED
+    )
+    rejected = [dwell for dwell in dwells_of(unattended.run_dir) if not dwell.accepted]
     assert rejected
     assert all("noise" in str(dwell.reasons) or "drift" in str(dwell.reasons) for dwell in rejected)
-    _holds_the_truth(night.run_dir, 6.0)
+    _holds_the_truth(unattended.run_dir, 6.0)
 
 
 TRUTH = {"x": (0.005, 2.5, 0.5, 35.0), "y": (-0.003, 2.48, 0.3, -110.0), "z": (0.008, 2.52, 0.4, 160.0)}
@@ -288,11 +291,11 @@ def test_fault_64_a_table_that_creeps_after_its_move_is_waited_for(tmp_path: Pat
     creep = (("[twin.truth.SN1]", "[twin.axes.pitch]\ncreep_arcsec = 60.0\ncreep_s = 10.0\n[twin.truth.SN1]"),)
     patient = "[dwell]\nsettle = { window_s = 3.0, windows = 4, min_s = 2.0, max_s = 200.0 }\nsettle_nplc = 1.0\n"
     procedure = (("[dwell]\n", patient), ("samples = 5", "samples = 20"))
-    small, night = bench(tmp_path, rig=creep, procedure=procedure), Night(tmp_path / "run")
-    assert spend(small, night).state is State.FINISHED
-    settled_s = [dwell.settle_s for dwell in dwells_of(night.run_dir) if dwell.accepted]
+    small, unattended = bench(tmp_path, rig=creep, procedure=procedure), UnattendedRun(tmp_path / "run")
+    assert run_unattended(small, unattended).state is State.FINISHED
+    settled_s = [dwell.settle_s for dwell in dwells_of(unattended.run_dir) if dwell.accepted]
     assert max(settled_s) > 2.0 * min(settled_s), "after a move of pitch it waits, after one of roll it does not"
-    solved = solve_run(night.run_dir).sensors["SN1"].calibration
+    solved = solve_run(unattended.run_dir).sensors["SN1"].calibration
     assert solved is not None
     for axis, (offset_v, sensitivity, coning_deg, _) in TRUTH.items():
         found = {one.name: float(one.value or 0.0) for one in solved.axes[axis].parameters}

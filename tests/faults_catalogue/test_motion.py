@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from grumbling import Grumbling
+from faulty_rig import FaultyRig
 from motion_bench import motion_bench
-from night import Night, asks, events, spend, states
-from plagued import faults, plagued
+from runs_with_faults import faults, run_with_faults
 from small_run import Bench, bench, dwells_of, measured
-from standstill import STRIKES, Plagued, Unreachable, standstill_s
+from standstill import STRIKES, RigReopenedLate, StruckRun, standstill_s
+from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
 from procedures.delivery.deliver import solve_run
 from procedures.errors import PlanError
@@ -68,10 +68,10 @@ def test_fault_39_no_target_beyond_a_limit_reaches_the_machine(small: Bench, tar
         assert _world(rig).axes["pitch"].reached_deg == (0.0, 0.0)
 
 
-def _from_reading(number: int, change: Callable[[AxisState], AxisState], looks: int = 10**9) -> type[Grumbling]:
+def _from_reading(number: int, change: Callable[[AxisState], AxisState], looks: int = 10**9) -> type[FaultyRig]:
     """The pitch axis says something else from the n-th dwell reading on, for so many looks."""
 
-    class Changed(Grumbling):
+    class Changed(FaultyRig):
         def __init__(self, rig: Rig) -> None:
             super().__init__(rig, look=self._changed)
             self.looks = 0
@@ -90,12 +90,12 @@ def test_fault_43_a_moving_flag_that_stays_set_trips_and_nothing_is_sent_on_top(
     Response: trip; no command goes out on top of a move that may be real.
     """
     moving = _from_reading(60, lambda state: replace(state, is_moving=True))
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night, rig_of=moving)
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, rig_of=moving)
     assert outcome.state is State.TRIPPED
     assert "pitch" in outcome.reason
-    last = max(event.sequence for event in events(night.run_dir, "dwell"))
-    assert not [e for e in events(night.run_dir, "intent") if e.sequence > last + 1]
+    last = max(event.sequence for event in events(unattended.run_dir, "dwell"))
+    assert not [e for e in events(unattended.run_dir, "intent") if e.sequence > last + 1]
 
 
 def test_fault_44_a_read_back_that_misses_once_is_approached_anew(small: Bench, clean: Path, tmp_path: Path) -> None:
@@ -103,22 +103,22 @@ def test_fault_44_a_read_back_that_misses_once_is_approached_anew(small: Bench, 
     Response: the dwell is void; approached anew at most twice, each on record; then a trip.
     """
     rule = {"line": "axes.pitch", "kind": "slip", "slip_deg": 0.05, "seen": True, "at_s": 90.0}
-    night = Night(tmp_path / "run")
-    outcome, _ = plagued(small, night, faults(once=rule))
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome, _ = run_with_faults(small, unattended, faults(once=rule))
     assert outcome.state in (State.FINISHED, State.TRIPPED), outcome.reason
     if outcome.state is State.TRIPPED:
         assert "was moved, though nothing told it to" in outcome.reason
         with open_rig(small.rig) as rig:
-            assert resume_on(night.run_dir, rig, "carla", "looked").state is State.FINISHED
+            assert resume_on(unattended.run_dir, rig, "carla", "looked").state is State.FINISHED
     assert all(
         abs(dwell.measured_deg["pitch"] - dwell.targets_deg["pitch"]) <= 0.001
-        for dwell in dwells_of(night.run_dir) if dwell.accepted
+        for dwell in dwells_of(unattended.run_dir) if dwell.accepted
     )  # fmt: skip
 
 
 def test_fault_44_stuck_a_read_back_that_always_misses_trips(small: Bench, tmp_path: Path) -> None:
     off = _from_reading(60, lambda state: replace(state, position_deg=state.position_deg + 0.05))
-    outcome = spend(small, Night(tmp_path / "run"), rig_of=off)
+    outcome = run_unattended(small, UnattendedRun(tmp_path / "run"), rig_of=off)
     assert outcome.state is State.TRIPPED
 
 
@@ -129,14 +129,14 @@ def test_fault_46_a_home_that_is_a_tooth_off_is_found_by_the_check_set(
     """Detected: the check set after every home against that of the start.
     Response: trip; nothing is measured from a false zero.
     """
-    night = Night(tmp_path / "run", after={8: asks("stop")})
-    spend(small, night)
+    unattended = UnattendedRun(tmp_path / "run", after={8: asks("stop")})
+    run_unattended(small, unattended)
     with open_rig(small.rig) as rig:
         _world(rig).slip("pitch", by_deg, rig.clock.monotonic_s(), seen=False)
-        outcome = resume_on(night.run_dir, rig, "carla")
+        outcome = resume_on(unattended.run_dir, rig, "carla")
     assert outcome.state is State.TRIPPED
     assert "the restart made a step" in outcome.reason
-    assert {dwell.purpose for dwell in dwells_of(night.run_dir) if dwell.epoch == 2} == {"check"}
+    assert {dwell.purpose for dwell in dwells_of(unattended.run_dir) if dwell.epoch == 2} == {"check"}
 
 
 def test_fault_47_a_coupling_that_seats_late_is_seated_anew_and_the_numbers_stay(
@@ -146,7 +146,7 @@ def test_fault_47_a_coupling_that_seats_late_is_seated_anew_and_the_numbers_stay
     Response: seated anew from the next tooth at most twice, each on record; then a trip. A flicker voids the dwell.
     """
 
-    class Late(Grumbling):
+    class Late(FaultyRig):
         def __init__(self, rig: Rig) -> None:
             super().__init__(rig, look=self._unseated)
             self.is_late = self.was_moving = False
@@ -160,31 +160,31 @@ def test_fault_47_a_coupling_that_seats_late_is_seated_anew_and_the_numbers_stay
             self.is_late = True
             return replace(state, is_seated=False)
 
-    night = Night(tmp_path / "run")
-    assert spend(small, night, rig_of=Late).state is State.FINISHED
-    assert "approached anew" in str([event.detail for event in events(night.run_dir, "again")])
-    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+    unattended = UnattendedRun(tmp_path / "run")
+    assert run_unattended(small, unattended, rig_of=Late).state is State.FINISHED
+    assert "approached anew" in str([event.detail for event in events(unattended.run_dir, "again")])
+    assert measured(dwells_of(unattended.run_dir)) == measured(dwells_of(clean))
 
 
 def test_fault_47_stuck_a_coupling_that_never_seats_trips_and_measures_nothing(small: Bench, tmp_path: Path) -> None:
     lifted = _from_reading(60, lambda state: replace(state, is_seated=False))
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night, rig_of=lifted)
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, rig_of=lifted)
     assert outcome.state is State.TRIPPED
     assert "the coupling is not seated and locked" in outcome.reason
-    assert len(events(night.run_dir, "again")) <= 2
-    assert all(dwell.accepted for dwell in dwells_of(night.run_dir)[:-1])
+    assert len(events(unattended.run_dir, "again")) <= 2
+    assert all(dwell.accepted for dwell in dwells_of(unattended.run_dir)[:-1])
 
 
 def test_fault_47_a_seat_that_flickers_during_a_dwell_voids_it(small: Bench, tmp_path: Path) -> None:
     flicker = _from_reading(63, lambda state: replace(state, is_seated=False), looks=1)
-    night = Night(tmp_path / "run")
-    assert spend(small, night, rig_of=flicker).state is State.FINISHED
-    rejected = [dwell for dwell in dwells_of(night.run_dir) if not dwell.accepted]
+    unattended = UnattendedRun(tmp_path / "run")
+    assert run_unattended(small, unattended, rig_of=flicker).state is State.FINISHED
+    rejected = [dwell for dwell in dwells_of(unattended.run_dir) if not dwell.accepted]
     assert "not seated" in str([dwell.reasons for dwell in rejected])
 
 
-class Backlash(Grumbling):
+class Backlash(FaultyRig):
     """The package lags behind by the play of the gear: where the last move went down, it stands too high."""
 
     PLAY_DEG = 0.05
@@ -231,14 +231,14 @@ def test_fault_49_a_one_sided_approach_keeps_backlash_out_of_the_parameters(
         ),
     )
     small = bench(tmp_path, rig=text, procedure=MANY)
-    night = Night(tmp_path / "run", at={n: asks("continue") for n in range(20, 2000, 20)})
-    assert spend(small, night, rig_of=Backlash).state is State.FINISHED
+    unattended = UnattendedRun(tmp_path / "run", at={n: asks("continue") for n in range(20, 2000, 20)})
+    assert run_unattended(small, unattended, rig_of=Backlash).state is State.FINISHED
     scatter_v = {
         axis: one.standard_error_v
-        for axis, one in solve_run(night.run_dir).sensors["SN1"].calibration.axes.items()  # type: ignore[union-attr]
+        for axis, one in solve_run(unattended.run_dir).sensors["SN1"].calibration.axes.items()  # type: ignore[union-attr]
     }
     if approach_deg:
-        assert _away_in_u(night.run_dir) < 5.0
+        assert _away_in_u(unattended.run_dir) < 5.0
         assert scatter_v["x"] < 2e-5
     else:
         assert scatter_v["x"] > 20.0 * 2e-5, "a play of 0.05 deg is 2 mV"
@@ -249,15 +249,17 @@ def test_fault_51_a_servo_that_follows_late_is_waited_for(small: Bench, clean: P
     Response: waited for within `max_s`; a servo that stays away fails dwell after dwell and holds or trips the run.
     """
     rule = {"line": "axes.pitch", "kind": "lag", "lag_s": 6.0, "at_s": 1.0}
-    night = Night(tmp_path / "run", at={n: asks("continue") for n in range(20, 2000, 20)})
-    outcome, told = plagued(small, night, faults(late=rule))
+    unattended = UnattendedRun(tmp_path / "run", at={n: asks("continue") for n in range(20, 2000, 20)})
+    outcome, told = run_with_faults(small, unattended, faults(late=rule))
     assert outcome.state is State.FINISHED
     assert told
-    late = {dwell.step: dwell for dwell in dwells_of(night.run_dir) if dwell.accepted and dwell.purpose == "design"}
+    late = {
+        dwell.step: dwell for dwell in dwells_of(unattended.run_dir) if dwell.accepted and dwell.purpose == "design"
+    }
     for dwell in dwells_of(clean):
         if dwell.accepted and dwell.purpose == "design":
             for channel, reading in dwell.readings.items():
-                assert late[dwell.step].readings[channel].mean_v == pytest.approx(reading.mean_v, abs=2e-4)
+                assert late[dwell.step].readings[channel].mean == pytest.approx(reading.mean, abs=2e-4)
 
 
 @pytest.mark.parametrize("entry", sorted(STRIKES))
@@ -269,7 +271,7 @@ def test_fault_55_no_axis_moves_once_it_was_seen_at_rest(entry: int) -> None:
 
 
 def test_fault_55_stuck_an_axis_that_creeps_on_after_abort_is_told(small: Bench, tmp_path: Path) -> None:
-    class Creeps(Grumbling):
+    class Creeps(FaultyRig):
         def __init__(self, rig: Rig) -> None:
             super().__init__(rig, look=self._crept)
             self.by_deg = 0.0
@@ -278,22 +280,23 @@ def test_fault_55_stuck_an_axis_that_creeps_on_after_abort_is_told(small: Bench,
             self.by_deg += 0.01 * (self.pitch.stops > 0)
             return replace(state, position_deg=state.position_deg + self.by_deg)
 
-    night = Night(tmp_path / "run", after={5: asks("abort")})
-    outcome = spend(small, night, rig_of=Creeps)
+    unattended = UnattendedRun(tmp_path / "run", after={5: asks("abort")})
+    outcome = run_unattended(small, unattended, rig_of=Creeps)
     assert outcome.state is State.FAILED
     assert "not every axis is known to stand still: pitch: still moving" in outcome.reason
 
 
+@pytest.mark.usefixtures("terminal_signals")
 def test_fault_19_a_termination_in_mid_move_stops_the_axes_within_a_second(small: Bench, tmp_path: Path) -> None:
     """Detected: signals leave a mark that every slice of every wait reads.
     Response: once: stop after the dwell; twice, or SIGTERM: axes stop now; none skips the stop or the last line.
     """
-    run = Plagued(tmp_path / "run", STRIKES[19])
+    run = StruckRun(tmp_path / "run", STRIKES[19])
     run.run_dir.mkdir()
     with open_rig(small.rig) as rig:
         run.rig = rig
         outcome = begin(
-            run.run_dir, small.header(run.run_dir), small.plan, Unreachable(rig, run), care=Care(pulse=run.pulse)
+            run.run_dir, small.header(run.run_dir), small.plan, RigReopenedLate(rig, run), care=Care(pulse=run.pulse)
         )
         assert outcome.state is State.ABORTED
         assert run.still_after_s() < 1.0
@@ -323,16 +326,16 @@ def test_fault_45_a_controller_that_loses_power_at_any_moment_is_homed_before_an
     small: Bench, clean: Path, tmp_path: Path, at_s: float
 ) -> None:
     """Whole lines, whole twins: power fails for three seconds; no number comes from a false zero."""
-    night = Night(tmp_path / "run", at={n: asks("continue") for n in range(200, 4000, 200)})
+    unattended = UnattendedRun(tmp_path / "run", at={n: asks("continue") for n in range(200, 4000, 200)})
     cut = {"line": "axes.pitch", "kind": "power-cycle", "at_s": at_s, "away_s": 3.0}
-    outcome, told = plagued(small, night, faults(cut=cut))
+    outcome, told = run_with_faults(small, unattended, faults(cut=cut))
     assert told
     if outcome.state is not State.FINISHED:
         assert outcome.state is State.TRIPPED, outcome.reason
         with open_rig(small.rig) as rig:
-            assert resume_on(night.run_dir, rig, "carla", "looked at its supply").state is State.FINISHED
-    again = {dwell.step for dwell in dwells_of(night.run_dir) if dwell.accepted and dwell.attempt > 1}
-    found, truth = measured(dwells_of(night.run_dir)), measured(dwells_of(clean))
+            assert resume_on(unattended.run_dir, rig, "carla", "looked at its supply").state is State.FINISHED
+    again = {dwell.step for dwell in dwells_of(unattended.run_dir) if dwell.accepted and dwell.attempt > 1}
+    found, truth = measured(dwells_of(unattended.run_dir)), measured(dwells_of(clean))
     assert found.keys() == truth.keys()
     assert {step: found[step] for step in found if step not in again} == {
         step: truth[step] for step in truth if step not in again
@@ -343,11 +346,11 @@ def test_fault_45_a_controller_that_loses_power_at_any_moment_is_homed_before_an
 def test_fault_42_gone_a_stall_that_clears_is_on_record_and_changes_no_number(
     small: Bench, clean: Path, tmp_path: Path
 ) -> None:
-    night = Night(tmp_path / "run")
+    unattended = UnattendedRun(tmp_path / "run")
     stall = {"line": "axes.pitch", "kind": "stall", "for_s": 1000.0, "at_s": 60.0}
-    outcome, _ = plagued(small, night, faults(stall=stall))
+    outcome, _ = run_with_faults(small, unattended, faults(stall=stall))
     assert outcome.state is State.FINISHED, outcome.reason
-    (again,) = events(night.run_dir, "again")
+    (again,) = events(unattended.run_dir, "again")
     assert "no progress in 2 s" in str(again.detail["reason"])
     assert "is tried once more" in str(again.detail["reason"])
-    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+    assert measured(dwells_of(unattended.run_dir)) == measured(dwells_of(clean))

@@ -6,8 +6,9 @@
 import hashlib
 import json
 import shutil
+import tomllib
 from collections.abc import Iterator
-from dataclasses import MISSING, Field, fields
+from dataclasses import MISSING, Field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,16 +28,20 @@ from stored_runs import (
 )
 
 from procedures.delivery.deliver import sensors_document, sets_of, solve_run
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.header import RunHeader
+from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
+from procedures.kinds.solve import solve_record
 from procedures.plan.plan import Plan
-from procedures.plan.planner import make_plan
 from procedures.records.states import State
 from procedures.run.resume import resume
 from rig.description.read import read_rig
 
 EVERY = pytest.mark.parametrize("case", CASES, ids=name_of)
 EVERY_VERSION = pytest.mark.parametrize("version", VERSIONS, ids=lambda version: version.name)
+LINES = ("rates_linear", "tumble_up_down", "two_level")
+"""Stored kinds that straight lines are drawn through, on a rig with a reference and a coil of stated uncertainty."""
 JOURNALS = sorted(DATA.rglob("journal.sqlite"))
 EXPORTS = sorted(
     path
@@ -78,9 +83,47 @@ def test_a_stored_run_gives_its_coefficients(case: StoredCase, tmp_path: Path) -
 
 @EVERY
 def test_a_stored_run_gives_its_uncertainties(case: StoredCase, tmp_path: Path) -> None:
-    """By itself, because a better budget may move an uncertainty and nothing may move a coefficient."""
-    now = _solved(case.copy("finished", tmp_path / "run"))
+    """By itself, because a better budget may move an uncertainty and nothing may move a coefficient.
+
+    Since straight lines take what their rig declares of attitudes and fields, those of ``LINES`` are what was stored
+    where nothing is declared, and larger where it is.
+    """
+    run = case.copy("finished", tmp_path / "run")
+    now = _solved_with_nothing_declared(run) if case.folder.name in LINES else _solved(run)
     assert [told for told in moved(case.numbers, now) if is_of_uncertainty(told.split(":")[0])] == []
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if case.folder.name in LINES], ids=name_of)
+def test_what_a_rig_declares_makes_a_line_less_certain(case: StoredCase, tmp_path: Path) -> None:
+    run = case.copy("finished", tmp_path / "run")
+    now, bare = _solved(run), _solved_with_nothing_declared(run)
+    for path in _standard_uncertainties(bare):
+        assert _at(now, path) >= _at(bare, path) * (1.0 - 1e-12), path
+
+
+def _solved_with_nothing_declared(run: Path) -> dict[str, Any]:
+    solved = solve_run(run)
+    rig = solved.record.rig
+    fields_of = {name: coil.model_copy(update={"uncertainty_ut": 0.0}) for name, coil in rig.field.items()}
+    bare = rig.model_copy(update={"attitude_reference": None, "field": fields_of})
+    again = replace(solved, sensors=solve_record(replace(solved.record, rig=bare)))
+    document: dict[str, Any] = json.loads(json.dumps(sensors_document(again), allow_nan=False))
+    return document
+
+
+def _standard_uncertainties(document: dict[str, Any]) -> list[tuple[str, ...]]:
+    return [
+        (sensor, "axes", axis, "parameters", name, "standard_uncertainty")
+        for sensor, solved in document.items()
+        for axis, section in solved["axes"].items()
+        for name in section["parameters"]
+    ]
+
+
+def _at(document: Any, path: tuple[str, ...]) -> float:
+    for key in path:
+        document = document[key]
+    return float(document)
 
 
 @EVERY
@@ -92,6 +135,20 @@ def test_a_stored_set_is_the_one_that_its_run_gives(case: StoredCase, tmp_path: 
         assert (
             _coefficients_moved(json.loads(path.read_text(encoding="utf-8"))["axes"], sets[name].document["axes"]) == []
         )
+
+
+@EVERY
+def test_every_reading_of_a_stored_run_is_in_the_unit_of_its_channel(case: StoredCase, tmp_path: Path) -> None:
+    """Version 0.1 stored none: volts behind a meter, and on a stream what its table in ``rig.toml`` says."""
+    rig = tomllib.loads((case.folder / "rig.toml").read_text(encoding="utf-8"))
+    measured = {"acceleration": {"g", "mps2", "v", "counts"}, "rate": {"dps", "v", "counts"}, "field": {"ut", "v"}}
+    with JournalReader.open(case.copy("finished", tmp_path / "run")) as reader:
+        readings = next(reader.dwells(accepted_only=True)).readings
+    for sensor in rig["sensors"].values():
+        for channel in readings.keys() & sensor["channels"].values():
+            is_metered = channel.partition(".")[0] in rig.get("readouts", {})
+            allowed = {"v"} if is_metered else measured[sensor.get("measures", "acceleration")]
+            assert readings[channel].unit in allowed, channel
 
 
 @EVERY
@@ -132,6 +189,23 @@ def test_the_command_resumes_a_stored_run(version: Path, tmp_path: Path, capsys:
     resumed = call(capsys, "resume", case.copy("interrupted", tmp_path / "interrupted"), *word, "--json")
     assert (resumed.status, resumed.document["state"]) == (0, "finished"), resumed.err
     assert _coefficients_moved(case.numbers, resumed.document["sensors"]) == []
+
+
+@EVERY_VERSION
+def test_a_resumed_run_of_gyros_shows_its_restart_in_their_own_unit(
+    version: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No sensitivity turns volts of a gyro into an angle against gravity."""
+    run = StoredCase(version / "profile_harmonic").copy("interrupted", tmp_path / "interrupted")
+    resumed = call(
+        capsys, "resume", run, "--operator", "carla", "--reason", "a stored run", "--accept-changes", "--json"
+    )
+    assert (resumed.status, resumed.document["state"]) == (0, "finished"), resumed.err
+    page = (run / "report.html").read_text(encoding="utf-8")
+    table = page[page.index("Check set after restarts") :].partition("</table>")[0]
+    rows = [row for row in table.split("<tr>") if "ENC03J" in row]
+    assert len(rows) == 3
+    assert all(row.count(" V</td>") == 3 and "″" not in row for row in rows), rows
 
 
 @pytest.mark.parametrize("journal", JOURNALS, ids=lambda path: "-".join(path.parts[-4:-1]))

@@ -1,12 +1,12 @@
 """A driver that is no part of the package keeps what the package's own promise (examples/own_driver)."""
 
-import tomllib
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 from command import call
-from example_files import ROOT
+from installed_examples import install_example
 from ported_rig import LINES, rig_on
 from table_bench import rig_file, virtual_clock
 
@@ -18,26 +18,12 @@ from rig.errors import DescriptionError, DeviceFault, DeviceNonsense, DeviceRefu
 from rig.link.exchange import Exchange
 from rig.link.memory import MemoryStream
 
-FOLDER = ROOT / "examples" / "own_driver"
 IN_THE_FILE = ('driver = "watlow-f4"', 'driver = "oven"\nlimits_degc = [-40.0, 85.0]')
 
 
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What installing the example leaves behind: its module on the path, and its entry points as its file has them."""
-    project = tomllib.loads((FOLDER / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    folder = tmp_path / "site" / "oven_driver-1.0.dist-info"
-    folder.mkdir(parents=True)
-    (folder / "METADATA").write_text(
-        f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: 1.0\n", encoding="utf-8"
-    )
-    groups = [
-        "\n".join([f"[{group}]", *(f"{name} = {target}" for name, target in entries.items())])
-        for group, entries in project["entry-points"].items()
-    ]
-    (folder / "entry_points.txt").write_text("\n".join(groups), encoding="utf-8")
-    monkeypatch.syspath_prepend(str(FOLDER))
-    monkeypatch.syspath_prepend(str(folder.parent))
+    install_example("own_driver", tmp_path / "site", monkeypatch)
 
 
 def test_before_it_is_installed_nobody_knows_it(tmp_path: Path) -> None:
@@ -109,9 +95,7 @@ class _Says:
 )
 @pytest.mark.usefixtures("installed")
 def test_what_is_no_answer_is_none(reply: bytes, error: type[Exception]) -> None:
-    from importlib import import_module
-
-    driver = import_module("oven_driver")
+    driver = import_module("oven_driver.device")
     settings = driver.OvenSettings(driver="oven", port="twin")
     clock: VirtualClock = virtual_clock()
     oven = driver.Oven("air", settings, Exchange(MemoryStream(_Says(reply), clock, "oven")))

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from small_run import Bench
 
-from procedures.description.procedure_file import read_procedure
-from procedures.plan.planner import make_plan
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from rig.description.read import read_rig
 
 COMMON = """

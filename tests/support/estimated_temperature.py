@@ -62,7 +62,7 @@ def simulate_visits(
             point=np.tile(np.arange(points), n),
             pitch_rad=np.tile(pitch, n),
             roll_rad=np.tile(roll, n),
-            outputs_v={},
+            outputs={},
             temperature_degc=temperature.ravel(),
         )
         solved.append(solve_columns(rows, output.reshape(-1, 1), [model]))

@@ -69,9 +69,9 @@ def a_dwell(
 
 def with_overload(record: DwellRecord) -> DwellRecord:
     first = record.readings["dmm.x"]
-    samples_v = first.samples_v.copy()
-    samples_v[3] = np.nan
-    return replace(record, readings={**record.readings, "dmm.x": replace(first, samples_v=samples_v)})
+    samples = first.samples.copy()
+    samples[3] = np.nan
+    return replace(record, readings={**record.readings, "dmm.x": replace(first, samples=samples)})
 
 
 def journal_with(path: Path, dwells: int) -> Path:

@@ -10,7 +10,7 @@ from rig.clock import VirtualClock
 from rig.description.device_settings import AxisSettings
 from rig.devices import esp301, indexing_table, maestro, manual, oriental_az, zaber
 from rig.devices.abilities import Axis
-from rig.drivers.axis_twins import AXIS_TWINS
+from rig.drivers.driver import DRIVERS as INSTALLED
 from rig.link.byte_stream import ByteStream
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
@@ -89,7 +89,10 @@ def world_of(axes: Axes) -> World:
 
 def twin_of(driver: str, axes: Axes, world: World) -> Any:
     """As it is delivered: no axis has a home."""
-    twin = AXIS_TWINS[driver](axes, world, TIME_FACTOR)
+    made = INSTALLED[driver].axes
+    assert made is not None
+    assert made.twin is not None
+    twin: Any = made.twin(axes, world, TIME_FACTOR)
     for unit in twin.units.values() if isinstance(twin, OrientalAzTwin) else ():
         unit.servo.power_cycle(0.0)
     return twin

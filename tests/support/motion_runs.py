@@ -9,10 +9,10 @@ from pathlib import Path
 from example_files import ROOT
 
 from procedures.delivery.deliver import SolvedRun, solve_run
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.header import RunHeader, make_header
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
-from procedures.plan.planner import make_plan
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from rig.assembly.open_rig import open_rig

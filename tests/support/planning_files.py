@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from procedures.description.procedure_file import ProcedureDescription, read_procedure
+from procedures.description.procedure_file import ProcedureDescription
+from procedures.kinds.read import read_procedure
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 

@@ -1,23 +1,26 @@
 """A PostgreSQL server of one's own: a private cluster on a free port of the loopback, thrown away afterwards.
 
-The server refuses to run as root, so a superuser runs it as ``postgres``. Nothing is synced to the disk: it is gone in
-a minute.
+The server refuses to run as root, so a superuser runs it as ``postgres``, in a folder that this user can enter: the
+temporary folder may be private. Nothing is synced to the disk: it is gone in a minute.
 """
 
 import os
+import pwd
 import secrets
 import shutil
 import socket
+import stat
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import mkdtemp
+from tempfile import gettempdir, mkdtemp
 
 from programs import require_program
 
 SERVER_PROGRAMS = tuple(f"/usr/lib/postgresql/{version}/bin" for version in (18, 17, 16, 15, 14, 13))
+SERVER_USER = "postgres"
 PASSWORD = "opensesame"
 SETTINGS = "fsync = off\nsynchronous_commit = on\nfull_page_writes = off\nshared_buffers = 16MB\nmax_connections = 40\n"
 
@@ -57,12 +60,12 @@ class Server:
 def running_server() -> Iterator[Server]:
     """A server for the length of the context; skips where PostgreSQL is not installed."""
     initdb = Path(require_program("initdb", also_in=SERVER_PROGRAMS))
-    run_as = ("runuser", "-u", "postgres", "--") if os.geteuid() == 0 else ()
-    folder = Path(mkdtemp(prefix="calrig-postgres-"))
+    run_as = ("runuser", "-u", SERVER_USER, "--") if os.geteuid() == 0 else ()
+    folder = Path(mkdtemp(prefix="calrig-postgres-", dir=_open_folder() if run_as else None))
     password_file = folder / "password"
     password_file.write_text(PASSWORD)
     if run_as:
-        subprocess.run(["chown", "-R", "postgres", str(folder)], check=True)
+        subprocess.run(["chown", "-R", SERVER_USER, str(folder)], check=True)
     data = folder / "data"
     try:
         identity = ["-U", "laboratory", "--pwfile", str(password_file), "-A", "scram-sha-256", "-E", "UTF8"]
@@ -71,7 +74,7 @@ def running_server() -> Iterator[Server]:
             settings.write(SETTINGS)
         port = _free_port()
         control = [*run_as, str(initdb.with_name("pg_ctl")), "-D", str(data)]
-        options = f"-p {port} -h 127.0.0.1 -k {folder}"
+        options = f"-p {port} -h 127.0.0.1 -k ''"  # no socket in the file system, whose path may not be long
         _run([*control, "-l", str(folder / "log"), "-o", options, "-w", "start"], folder)
         try:
             yield Server(port, run_as, initdb.parent)
@@ -79,6 +82,15 @@ def running_server() -> Iterator[Server]:
             _run([*control, "-m", "immediate", "stop"], folder)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def _open_folder() -> Path:
+    """Find a folder for temporary files that every user can enter and write to."""
+    candidates = (Path(gettempdir()), Path("/tmp"), Path("/var/tmp"), Path(pwd.getpwnam(SERVER_USER).pw_dir))
+    for folder in candidates[:-1]:
+        if all(one.stat().st_mode & stat.S_IXOTH for one in (folder, *folder.resolve().parents)):
+            return folder
+    return candidates[-1]
 
 
 def _run(command: list[str], folder: Path) -> None:

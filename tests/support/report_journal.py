@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.header import make_header
 from procedures.journal.journal import Journal
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
-from procedures.plan.planner import make_plan
 from procedures.plan.steps import Dwell
 from procedures.records.dwells import ChannelReading, DwellRecord
 from rig.clock import VirtualClock

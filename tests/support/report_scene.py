@@ -148,7 +148,7 @@ def _observations(scene: Scene, chance: np.random.Generator) -> Observations:
 
 def _solved(scene: Scene, axis: str, rows: Observations) -> AxisCalibration:
     phi = np.column_stack([np.ones(rows.rows), _force(rows.pitch_rad, rows.roll_rad)])
-    y = rows.outputs_v[axis]
+    y = rows.outputs[axis]
     primary = np.linalg.lstsq(phi, y, rcond=None)[0]
     residuals = y - phi @ primary
     dof = rows.rows - 4
@@ -200,7 +200,7 @@ def _replication(scene: Scene, axis: str, rows: Observations, phi: np.ndarray, r
     per = {}
     for label in range(1, scene.replications + 1):
         keep = rows.replication == label
-        per[label] = _derived(axis, np.linalg.lstsq(phi[keep], rows.outputs_v[axis][keep], rcond=None)[0])
+        per[label] = _derived(axis, np.linalg.lstsq(phi[keep], rows.outputs[axis][keep], rcond=None)[0])
     mean = np.bincount(rows.point, residuals)[1:] / scene.replications
     lack_v = float(mean.std()) if scene.tooth_arcsec else 0.0
     precision_v = float((residuals - mean[rows.point - 1]).std())

@@ -50,7 +50,7 @@ class Campaign:
             point=np.tile(np.arange(1, points + 1), n),
             pitch_rad=np.tile(pitch, n),
             roll_rad=np.tile(roll, n),
-            outputs_v=outputs,
+            outputs=outputs,
         )
 
     def _stood(self, angle_deg: FloatArray, rng: np.random.Generator) -> FloatArray:

@@ -65,7 +65,7 @@ def simulate(scene: Scene, campaigns: int, rng: np.random.Generator) -> Simulate
         point=np.tile(np.arange(points), n),
         pitch_rad=np.tile(pitch, n),
         roll_rad=np.tile(roll, n),
-        outputs_v={},
+        outputs={},
         temperature_degc=np.tile(24.0 + rng.uniform(-1.0, 1.0, points), n) if scene.temperature else None,
     )
     outputs_v = _outputs_v(scene, observations, campaigns, rng)

@@ -85,7 +85,7 @@ def simulate_packages(scene: Scene, campaigns: int, rng: np.random.Generator) ->
         point=np.tile(np.arange(points), n),
         pitch_rad=np.tile(pitch, n),
         roll_rad=np.tile(roll, n),
-        outputs_v={},
+        outputs={},
         temperature_degc=np.tile(REFERENCE_DEGC + rise, n) if scene.temperature else None,
     )
     if scene.dropped > 0.0:

@@ -8,11 +8,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NoReturn
 
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.header import RunHeader, make_header
 from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
-from procedures.plan.planner import make_plan
 from procedures.records.dwells import DwellRecord
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
@@ -122,7 +122,7 @@ def measured(dwells: list[DwellRecord]) -> dict[int, tuple[object, ...]]:
     for dwell in dwells:
         if dwell.accepted and dwell.purpose != "check":
             assert dwell.step not in found, f"step {dwell.step} was accepted twice"
-            samples = {channel: reading.samples_v.tobytes() for channel, reading in dwell.readings.items()}
+            samples = {channel: reading.samples.tobytes() for channel, reading in dwell.readings.items()}
             found[dwell.step] = (
                 dwell.replication,
                 dwell.point,

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from grumbling import Grumbling
-from night import Night, asks
+from faulty_rig import FaultyRig
 from small_run import Bench, bench
+from unattended_run import UnattendedRun, asks
 
 from procedures.journal.spool import Request
 from procedures.run.begin import begin
@@ -23,11 +23,11 @@ AFTER_S = 60.0
 
 
 @dataclass
-class Plagued:
+class StruckRun:
     """One run in the middle of whose next move something happens once."""
 
     run_dir: Path
-    strike: Callable[["Plagued"], None]
+    strike: Callable[["StruckRun"], None]
     fault: str = ""
     error: Exception | None = None
     struck_s: float | None = None
@@ -57,10 +57,10 @@ class Plagued:
         return max(max(body.still_from_s for body in self.world.axes.values()) - self.struck_s, 0.0)
 
 
-class Unreachable(Grumbling):
+class RigReopenedLate(FaultyRig):
     """A line that is lost answers to nothing: what is on it is neither stopped nor reached again."""
 
-    def __init__(self, rig: Rig, run: Plagued) -> None:
+    def __init__(self, rig: Rig, run: StruckRun) -> None:
         super().__init__(rig, look=run.look)
         self._run = run
         stop = self.pitch.stop
@@ -78,21 +78,21 @@ class Unreachable(Grumbling):
         super().reconnect()
 
 
-def _reports(fault: str) -> Callable[[Plagued], None]:
+def _reports(fault: str) -> Callable[[StruckRun], None]:
     return lambda run: setattr(run, "fault", fault)
 
 
-def _raises(error: Exception) -> Callable[[Plagued], None]:
+def _raises(error: Exception) -> Callable[[StruckRun], None]:
     return lambda run: setattr(run, "error", error)
 
 
-def _asks_abort(run: Plagued) -> None:
+def _asks_abort(run: StruckRun) -> None:
     from procedures.journal.spool import Spool
 
     Spool(run.run_dir).submit(Request("abort", "anna", "2026-03-01T13:00:00+00:00"))
 
 
-STRIKES: Mapping[int, Callable[[Plagued], None]] = {
+STRIKES: Mapping[int, Callable[[StruckRun], None]] = {
     18: _raises(ZeroDivisionError("of ours")),
     19: lambda _run: os.kill(os.getpid(), signal.SIGTERM),
     21: _raises(LinkLost("axes.pitch: the port is gone")),
@@ -107,15 +107,15 @@ def standstill_s(entry: int) -> float:
     """Measured on the twins, to a tenth of a second: the same every time, since time is virtual."""
     with TemporaryDirectory() as folder:
         small = _slow(Path(folder))
-        run = Plagued(Path(folder) / "run", STRIKES[entry])
-        night = Night(run.run_dir, at={40: asks("abort")})
+        run = StruckRun(Path(folder) / "run", STRIKES[entry])
+        unattended = UnattendedRun(run.run_dir, at={40: asks("abort")})
         run.run_dir.mkdir()
         with open_rig(small.rig) as rig:
             run.rig = rig
             header = small.header(run.run_dir)
-            wrapped = Unreachable(rig, run)
+            wrapped = RigReopenedLate(rig, run)
             try:
-                begin(run.run_dir, header, small.plan, wrapped, night, night, Care(pulse=run.pulse))  # type: ignore[arg-type]
+                begin(run.run_dir, header, small.plan, wrapped, unattended, unattended, Care(pulse=run.pulse))  # type: ignore[arg-type]
             except ZeroDivisionError:
                 assert entry == 18
             return round(run.still_after_s(), 1)

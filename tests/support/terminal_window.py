@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pyte
+from signals import take_default_signals
 
 from rig.clock import SystemClock
 
@@ -84,6 +85,10 @@ class TerminalWindow:
             _CLOCK.sleep(0.02)
         raise AssertionError(f"not seen within {within_s} s: {condition!r}\n{self.text}")
 
+    def wait_for_words(self, words: str) -> None:
+        """Wait for words wherever the terminal wraps them: the length of a path before them must not matter."""
+        self.wait_for(lambda text: "".join(words.split()) in "".join(text.split()))
+
     def hang_up(self) -> float:
         """Close the window, as a lost connection does; returns when, on the monotonic clock."""
         closed_s = _CLOCK.monotonic_s()
@@ -133,4 +138,5 @@ class TerminalWindow:
 
 
 def _take_terminal() -> None:
+    take_default_signals()
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)

@@ -105,7 +105,7 @@ def gather(setting: Setting, folder: Path) -> Evidence:
     held, held_sigma = _hold(solved)
     pitch, roll = _infer(solved, made)
     proof = setting.through_engine[0]
-    read = from_world(benches[proof])["S0"].outputs_v["x"]
+    read = from_world(benches[proof])["S0"].outputs["x"]
     coarse = prepare(replace(made["22"], name="22-coarse", teeth_arcsec=1.0), folder)
     return Evidence(
         setting=setting,
@@ -116,7 +116,7 @@ def gather(setting: Setting, folder: Path) -> Evidence:
         pitch=pitch,
         roll=roll,
         table_2=_table_2(solved),
-        engine_against_world_v=float(np.max(np.abs(rows[proof]["S0"].outputs_v["x"] - read))),
+        engine_against_world_v=float(np.max(np.abs(rows[proof]["S0"].outputs["x"] - read))),
         coarse_22=statistics(solve(from_world(coarse)["S0"], with_roll=False).axes["x"]),
         tumbles=_tumbles(made["47"], setting.repeats, folder),
         extension=judge_extension(rows["37"]["S1"], "x"),

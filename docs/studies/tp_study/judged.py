@@ -57,7 +57,7 @@ def solve(
     extended: Literal["no", "test", "yes"] = "no",
 ) -> Calibration:
     """One sensor; a temperature that is given is known and applied."""
-    labels = list(observations.outputs_v)
+    labels = list(observations.outputs)
     request = CalibrationRequest(
         model="pitch-roll" if with_roll else "pitch-only",
         nominal_axes={label: label for label in labels},
@@ -135,7 +135,7 @@ def band(axis: AxisCalibration, observations: Observations, along: Along, pooled
 def elsewhere(axis: AxisCalibration, full: Observations) -> tuple[AxisCalibration, float]:
     """The solution of a reduced design held against the full data, and the standard error of its residuals there."""
     fitted = model_of_solution(axis).predict(axis.primary, full)
-    left = full.outputs_v[axis.axis] - fitted
+    left = full.outputs[axis.axis] - fitted
     moved = replace(axis, fitted_v=fitted, residuals_v=left)
     return moved, float(np.sqrt(left @ left / (left.size - axis.primary.size)) / _unit_v(axis))
 
@@ -160,7 +160,7 @@ def inferred_pitch(
     axis: AxisCalibration, observations: Observations, temperature: Temperature | None = None
 ) -> Inferred:
     """Pitch from one sensor with roll as the table has it; of the two answers the one nearer to the set pitch."""
-    outputs = observations.outputs_v[axis.axis]
+    outputs = observations.outputs[axis.axis]
     if temperature is not None:
         outputs = _at_reference(axis, observations, temperature)
     found, sure = (
@@ -178,12 +178,12 @@ def _at_reference(axis: AxisCalibration, observations: Observations, temperature
     assert observations.temperature_degc is not None
     warmer, (by_offset, by_scale) = observations.temperature_degc - REFERENCE_DEGC, _coefficients(temperature)
     offset_v = float(axis.primary[0])
-    return offset_v + (observations.outputs_v[axis.axis] - offset_v - by_offset * warmer) / (1.0 + by_scale * warmer)
+    return offset_v + (observations.outputs[axis.axis] - offset_v - by_offset * warmer) / (1.0 + by_scale * warmer)
 
 
 def inferred_attitude(solved: Calibration, observations: Observations) -> tuple[Inferred, Inferred]:
     """Pitch and roll from three sensors; of (α, R) and (180° − α, R + 180°) the one nearer to what was set."""
-    outputs = np.stack([observations.outputs_v[label] for label in solved.axes], axis=1)
+    outputs = np.stack([observations.outputs[label] for label in solved.axes], axis=1)
     package = package_lines(solved, 0.0)
     noisy, sure = (
         pitch_roll_from_three(

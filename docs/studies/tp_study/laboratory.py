@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from tp_study.settings import Truth
 
 from ams.observations import Observations
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.header import make_header
 from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
-from procedures.plan.planner import make_plan
 from procedures.plan.steps import Dwell
 from procedures.run.begin import begin
 from procedures.run.judgement.history import replications_before
@@ -129,7 +129,7 @@ def from_world(bench: Bench) -> Mapping[str, Observations]:
             point=np.array([step.point for step in steps]),
             pitch_rad=np.deg2rad([step.targets_deg["pitch"] for step in steps]),
             roll_rad=np.deg2rad([step.targets_deg.get("roll", 0.0) for step in steps]),
-            outputs_v={axis: outputs[channel] for axis, channel in sensor.channels.items()},
+            outputs={axis: outputs[channel] for axis, channel in sensor.channels.items()},
             temperature_degc=warmth if world.air else None,
             source=bench.campaign.name,
         )

@@ -7,10 +7,11 @@ rectangular within the limit, the same in all replications, ±180° being one in
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.frames import RAD_PER_ARCSEC, specific_force
+from ams.frames import specific_force
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.observations import Observations
 from ams.solve.extension import judge_extension
+from ams.units import RAD_PER_ARCSEC
 
 FloatArray = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ def campaign(rng: np.random.Generator, limit_arcsec: float) -> Observations:
         point=np.tile(np.arange(1, pitch.size + 1), REPLICATIONS),
         pitch_rad=np.tile(np.deg2rad(pitch), REPLICATIONS),
         roll_rad=np.tile(np.deg2rad(roll), REPLICATIONS),
-        outputs_v={"x": np.tile(clean, REPLICATIONS) + noise_v * rng.standard_normal(rows)},
+        outputs={"x": np.tile(clean, REPLICATIONS) + noise_v * rng.standard_normal(rows)},
         source="figure 37 without a soft mount",
     )
 

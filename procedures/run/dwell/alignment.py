@@ -10,12 +10,11 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from procedures.records.dwells import StreamTiming
 from procedures.run.dwell.stream_recorder import Recording
 
-FloatArray = NDArray[np.float64]
 PIECES, FEWEST_PIECES = 24, 4
 POLLS_A_PIECE = 8
 
@@ -82,7 +81,7 @@ def timing(recording: Recording, alignment: Alignment) -> StreamTiming:
     )
 
 
-def _least(device_s: FloatArray, delays_s: FloatArray) -> NDArray[np.int64]:
+def _least(device_s: FloatArray, delays_s: FloatArray) -> IntArray:
     """Index of the least delay in each piece of the record."""
     pieces = min(PIECES, delays_s.size // POLLS_A_PIECE) or 1
     edges = np.linspace(device_s[0], device_s[-1], pieces + 1)[1:-1]

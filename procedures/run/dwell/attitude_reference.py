@@ -19,7 +19,7 @@ def told_attitude(rig: OpenRig, plan: Plan, wait: Wait) -> dict[str, float]:
     told = {}
     for axis, channel in reference.channels.items():
         stream = rig.streams[channel.partition(".")[0]]
-        told[str(axis)] = fmean(StreamedReadout(stream, rig.clock).read(channel, reference.samples, wait).values_v)
+        told[str(axis)] = fmean(StreamedReadout(stream, rig.clock).read(channel, reference.samples, wait).samples)
     return told
 
 

@@ -110,12 +110,14 @@ def _stored(
     for name, one in led.items():
         angles = np.array([look.angle_deg for look in one.looks])
         looked_s = np.array([look.taken_s for look in one.looks]) - began_s
-        for what, values in ((ANGLE, angles), (LOOKED, looked_s)):
+        for what, values, unit in ((ANGLE, angles, "deg"), (LOOKED, looked_s, "s")):
             key = f"axes.{name}.{what}"
-            readings[key] = ChannelReading(key, values, began_s, motion.update_s)
+            readings[key] = ChannelReading(key, values, began_s, motion.update_s, unit)
     for name, recorded in recordings.items():
         taken_s = aligned[name].rig_s(recorded.device_s) - began_s
         wanted = {channel: values for channel, values in recorded.values.items() if channel in plan.channels}
+        units = {**recorded.units, f"{name}.{TAKEN}": "s"}
         for key, values in {**wanted, f"{name}.{TAKEN}": taken_s}.items():
-            readings[key] = ChannelReading(key, values, began_s + float(taken_s[0]), 1.0 / recorded.rate_hz)
+            started_s = began_s + float(taken_s[0])
+            readings[key] = ChannelReading(key, values, started_s, 1.0 / recorded.rate_hz, units[key])
     return readings

@@ -101,9 +101,9 @@ def read_channel(rig: OpenRig, channel: str, samples: int, wait: Wait) -> Channe
     """One burst, overloaded readings as NaN."""
     burst = readout_of(rig, channel).read(channel, samples, wait)
     crash_point(CrashPoint.ACQUIRING)
-    values_v = burst.values_v.copy()
-    values_v[burst.overload] = float("nan")
-    return ChannelReading(channel, values_v, burst.started_s, burst.interval_s)
+    values = burst.samples.copy()
+    values[burst.overload] = float("nan")
+    return ChannelReading(channel, values, burst.started_s, burst.interval_s, burst.unit)
 
 
 def readout_of(rig: OpenRig, channel: str) -> Readout:

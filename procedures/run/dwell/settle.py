@@ -12,9 +12,10 @@ from math import sqrt
 
 import numpy as np
 
+from ams.arrays import FloatArray
 from procedures.description.procedure_file import Settle
 from procedures.plan.windows import FEWEST_READINGS, MOST_READINGS
-from procedures.statistics import FloatArray, _rounding_v2, has_slope, t_limit
+from procedures.statistics import _rounding_v2, has_slope, t_limit
 from rig.clock import Clock
 from rig.devices.abilities import Readout, Wait
 
@@ -27,7 +28,7 @@ class Window:
     """Readings of one window and when they were taken, rig seconds."""
 
     times_s: FloatArray
-    values_v: FloatArray
+    samples: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +63,11 @@ def readings_per_window(window_s: float, reading_s: float) -> int:
 def is_at_rest(windows: Sequence[Window], needed: int) -> bool:
     """True where the last ``needed`` windows cannot be told apart. An overloaded reading is never at rest."""
     last = windows[-needed:]
-    if len(last) < needed or not all(np.isfinite(window.values_v).all() for window in last):
+    if len(last) < needed or not all(np.isfinite(window.samples).all() for window in last):
         return False
-    return _means_agree(last[0].values_v, last[-1].values_v) and not has_slope(
+    return _means_agree(last[0].samples, last[-1].samples) and not has_slope(
         np.concatenate([window.times_s for window in last]),
-        np.concatenate([window.values_v for window in last]),
+        np.concatenate([window.samples for window in last]),
         FALSE_ALARM,
     )
 
@@ -84,4 +85,4 @@ def _read_window(
     opened_s = clock.monotonic_s()
     burst = readout.read(channel, count, wait, nplc)
     wait(window_s - (clock.monotonic_s() - opened_s))
-    return Window(burst.started_s + burst.interval_s * np.arange(burst.values_v.size, dtype=np.float64), burst.values_v)
+    return Window(burst.started_s + burst.interval_s * np.arange(burst.samples.size, dtype=np.float64), burst.samples)

@@ -35,7 +35,8 @@ class StreamedReadout:
             recorded = recorder.stop()[self.name].part(0, samples)
         started_s = float(recorded.polled_s[0]) if recorded.polled_s.size else self._clock.monotonic_s()
         values = recorded.values[channel]
-        return Burst(channel, values, np.zeros(values.size, dtype=np.bool_), started_s, 1.0 / self._stream.rate_hz)
+        overload, unit = np.zeros(values.size, dtype=np.bool_), self._stream.units[channel]
+        return Burst(channel, values, overload, started_s, 1.0 / self._stream.rate_hz, unit)
 
     def reading_s(self, nplc: float | None = None) -> float:  # noqa: ARG002
         return 1.0 / self._stream.rate_hz

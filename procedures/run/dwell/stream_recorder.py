@@ -11,13 +11,12 @@ from dataclasses import dataclass, field
 from threading import Event, Lock, Thread
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray, IntArray
 from rig.clock import Clock, VirtualClock
 from rig.devices.abilities import Stream, StreamBlock, Wait
 from rig.errors import DeviceSilent, RigError
 
-FloatArray = NDArray[np.float64]
 LONGEST_POLL_S, SHORTEST_POLL_S, REAL_POLL_S, LEISURELY_POLL_S = 0.1, 0.002, 0.005, 0.23
 LEISURELY_SAMPLES = 0.7
 GOLDEN = 0.6180339887498949
@@ -44,12 +43,14 @@ class Recording:
     """By full channel name, (n,)."""
     device_s: FloatArray
     """(n,) seconds by the device's own time, or by its sample count where it sends none."""
-    last_of_poll: NDArray[np.int64]
+    last_of_poll: IntArray
     """(m,) index of the last sample of every poll that brought one."""
     polled_s: FloatArray
     """(m,) rig seconds of those polls."""
     gaps: tuple[Gap, ...]
     refused: int
+    units: Mapping[str, str] = field(default_factory=dict)
+    """Of ``values``, as written in a key."""
 
     @property
     def samples(self) -> int:
@@ -67,6 +68,7 @@ class Recording:
             self.polled_s[inside],
             tuple(Gap(gap.at - first, gap.missing, gap.why) for gap in self.gaps if first < gap.at < first + count),
             self.refused,
+            self.units,
         )
 
 
@@ -217,6 +219,7 @@ def _joined(name: str, tape: _Tape) -> Recording:
         np.array([blocks[place].polled_s for place in bringing], dtype=np.float64),
         gaps,
         sum(block.refused for block in blocks),
+        tape.stream.units,
     )
 
 

@@ -327,6 +327,7 @@ def _joined(recordings: list[Recording], plan: Plan, began_s: float) -> dict[str
             np.concatenate([one.values[channel] for one in recordings]),
             float(recordings[0].polled_s[0]) if recordings[0].polled_s.size else began_s,
             1.0 / recordings[0].rate_hz,
+            recordings[0].units[channel],
         )
         for channel in recordings[0].values
         if channel in plan.channels

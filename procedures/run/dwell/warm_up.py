@@ -26,7 +26,7 @@ def warm_up(rig: OpenRig, gate: WarmUp, wait: Wait) -> dict[str, object]:
     began_s, times_s, means_v = clock.monotonic_s(), list[float](), list[float]()
     while True:
         times_s.append(clock.monotonic_s())
-        means_v.append(float(readout.read(gate.channel, SAMPLES, wait).values_v.mean()))
+        means_v.append(float(readout.read(gate.channel, SAMPLES, wait).samples.mean()))
         took_s = times_s[-1] - began_s
         slope_v_per_h = _slope_v_per_h(times_s[-LOOKS:], means_v[-LOOKS:])
         steady = gate.slope_v_per_h is None or (slope_v_per_h is not None and abs(slope_v_per_h) <= gate.slope_v_per_h)

@@ -11,6 +11,17 @@ retries are used up the run holds, because nothing suspect is ever accepted sile
 * slope: a line over time through the samples, at 1e-5.
 * position: read back before and after, within the arrival tolerance, at rest, seated, homed, no fault.
 * temperature: finite, and within the band where the plan has one.
+
+What is recorded along a motion, in a field or by streams is judged likewise, but for what there is no measure of:
+
+* samples: as many as were asked for, none missing, none twice, none in doubt, each finite; one gap voids the dwell.
+* scatter: a sensor that scattered in the dwells before and now reads one number over and over is stuck. One that always
+  reads one number may be too coarse for its noise: nothing can be said.
+* position: what was reached is what a reference told, where there is one, within its tolerance and three of its
+  standard uncertainties.
+
+The rate itself is watched while the axis turns (:mod:`procedures.run.dwell.turning`): out of its band it is a fault
+of the machine, not of a dwell.
 """
 
 from collections.abc import Iterable, Mapping
@@ -19,13 +30,17 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from procedures.records.dwells import ChannelReading, Look, Measurement, NoiseReference
+from procedures.plan.steps import Dwell, Follow, Turn
+from procedures.records.dwells import ChannelReading, Look, Measurement, NoiseReference, StreamTiming
 from procedures.statistics import has_slope, small_variance_ratio
+from rig.description.rig_file import AttitudeReference
 
 SLOPE_FALSE_ALARM = 1e-5
 STUCK_FALSE_ALARM = 1e-7
 EPSILON = float(np.finfo(float).eps)
-"""So many accepted dwells make a reference."""
+FEWEST_SAMPLES_STUCK = 5
+"""Of a stream, before equal samples mean that it is stuck."""
+_SIGMAS = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +61,24 @@ class Limits:
     bands: Mapping[str, Band]
 
 
+def judge_dwell(
+    dwell: Dwell, measured: Measurement, limits: Limits, noise: NoiseReference, reference: AttitudeReference | None
+) -> tuple[str, ...]:
+    """Every reason to reject the dwell, of whatever kind it is; empty where it is good."""
+    if measured.motion is None:
+        return judge(measured, limits, noise)
+    return (
+        *_settling(measured),
+        *(reason for timing in measured.motion.streams for reason in _stream(timing)),
+        *(reason for reading in measured.readings.values() for reason in _recorded(reading, noise)),
+        *_position(dwell, measured, limits, reference),
+        *temperature(measured.before, limits, "before"),
+        *temperature(measured.after, limits, "after"),
+    )
+
+
 def judge(measured: Measurement, limits: Limits, noise: NoiseReference) -> tuple[str, ...]:
-    """Every reason to reject the dwell; empty where it is good."""
+    """Every reason to reject a dwell that rests and is read by readouts; empty where it is good."""
     return (
         *_settling(measured),
         *(reason for reading in measured.readings.values() for reason in _reading(reading, limits, noise)),
@@ -64,22 +95,22 @@ def _settling(measured: Measurement) -> Iterable[str]:
 
 
 def _reading(reading: ChannelReading, limits: Limits, noise: NoiseReference) -> Iterable[str]:
-    overloads = int(np.count_nonzero(~np.isfinite(reading.samples_v)))
+    overloads = int(np.count_nonzero(~np.isfinite(reading.samples)))
     if overloads:
-        yield f"{reading.channel}: {overloads} of {reading.samples_v.size} readings overloaded"
+        yield f"{reading.channel}: {overloads} of {reading.samples.size} readings overloaded"
         return
-    reference_v = noise.standard_deviation_v(reading.channel)
-    if reference_v is not None and reading.samples_v.size > 1:
+    reference_v = noise.standard_deviation(reading.channel)
+    if reference_v is not None and reading.samples.size > 1:
         yield from _scatter(reading, reference_v, limits.max_noise_factor)
-    times_s = reading.started_s + reading.interval_s * np.arange(reading.samples_v.size, dtype=np.float64)
-    if has_slope(times_s, reading.samples_v, SLOPE_FALSE_ALARM):
+    times_s = reading.started_s + reading.interval_s * np.arange(reading.samples.size, dtype=np.float64)
+    if has_slope(times_s, reading.samples, SLOPE_FALSE_ALARM):
         yield f"{reading.channel}: the readings drift within the dwell"
 
 
 def _scatter(reading: ChannelReading, reference_v: float, max_noise_factor: float) -> Iterable[str]:
-    scatter_v, rounding_v = reading.standard_deviation_v, 4.0 * EPSILON * float(np.abs(reading.samples_v).max())
+    scatter_v, rounding_v = reading.standard_deviation, 4.0 * EPSILON * float(np.abs(reading.samples).max())
     reference_v = max(reference_v, rounding_v)
-    least_v = reference_v * sqrt(small_variance_ratio(reading.samples_v.size - 1, STUCK_FALSE_ALARM))
+    least_v = reference_v * sqrt(small_variance_ratio(reading.samples.size - 1, STUCK_FALSE_ALARM))
     if scatter_v > max_noise_factor * reference_v:
         yield (
             f"{reading.channel}: noise: standard deviation {scatter_v:.3g} V, allowed "
@@ -118,3 +149,53 @@ def temperature(look: Look, limits: Limits, when: str) -> Iterable[str]:
             yield (
                 f"{name}: {degc:.2f} degC {when} the readings, allowed {band.setpoint_degc:g} ± {band.band_degc:g} degC"
             )
+
+
+def _stream(timing: StreamTiming) -> Iterable[str]:
+    lost = {"missing": timing.missing, "sent twice": timing.doubled, "in doubt": timing.doubtful}
+    told = ", ".join(f"{count} {what}" for what, count in lost.items() if count)
+    if told:
+        yield f"{timing.stream}: of {timing.samples} samples {told} ({timing.first_gap}), allowed none"
+
+
+def _recorded(reading: ChannelReading, noise: NoiseReference) -> Iterable[str]:
+    bad = int(np.count_nonzero(~np.isfinite(reading.samples)))
+    if bad:
+        yield f"{reading.channel}: {bad} of {reading.samples.size} readings overloaded"
+    elif _stands_still(reading) and noise.standard_deviation(reading.channel):
+        yield f"{reading.channel}: stuck: {reading.samples.size} times {reading.samples[0]:g}"
+
+
+def _stands_still(reading: ChannelReading) -> bool:
+    """Of a sensor; an axis that takes no part in a motion stands where it is."""
+    is_axis = reading.channel.startswith("axes.")
+    return not is_axis and reading.samples.size >= FEWEST_SAMPLES_STUCK and float(np.ptp(reading.samples)) == 0.0
+
+
+def _position(
+    dwell: Dwell, measured: Measurement, limits: Limits, reference: AttitudeReference | None
+) -> Iterable[str]:
+    moved = _moved(dwell)
+    told = measured.told_deg or {}
+    reached = {} if reference is None else told
+    expected: Mapping[str, float] = {
+        name: target for name, target in limits.targets_deg.items() if name not in moved and name not in reached
+    }
+    yield from at_rest(measured.before, limits, "before", expected)
+    yield from at_rest(measured.after, limits, "after", expected)
+    if reference is None or not reference.closes_loop:
+        return
+    allowed_deg = reference.tolerance_deg + _SIGMAS * reference.uncertainty_deg
+    for name, angle_deg in reached.items():
+        off_deg = (angle_deg - limits.targets_deg[name] + 180.0) % 360.0 - 180.0
+        if abs(off_deg) > allowed_deg:
+            yield f"{name}: the reference tells {angle_deg:.4g} deg, allowed within {allowed_deg:.3g} deg of its target"
+
+
+def _moved(dwell: Dwell) -> frozenset[str]:
+    match dwell.motion:
+        case Turn():
+            return frozenset((dwell.motion.turned_axis,))
+        case Follow():
+            return frozenset(dwell.motion.span_deg)
+    return frozenset()

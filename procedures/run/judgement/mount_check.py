@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.frames import specific_force
 from procedures.records.dwells import DwellRecord
 from rig.description.rig_file import Sensor
@@ -24,7 +24,6 @@ GAIN_RANGE = (0.5, 2.0)
 LEAST_SPREAD_G = 0.25
 """Root mean square about the mean of what an axis should feel; below, these attitudes cannot tell."""
 
-FloatArray = NDArray[np.float64]
 _SIGNED_AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
@@ -45,7 +44,7 @@ def contradictions(name: str, sensor: Sensor, dwells: Sequence[DwellRecord]) -> 
     force_g = _table_force_g(dwells)
     found = []
     for axis, channel in sensor.channels.items():
-        outputs_v = np.array([dwell.readings[channel].mean_v for dwell in dwells])
+        outputs_v = np.array([dwell.readings[channel].mean for dwell in dwells])
         told = _contradiction(outputs_v, force_g, getattr(sensor.mount, axis), sensor.nominal_sensitivity_v_per_g)
         if told:
             found.append(f"{name}.{axis} ({channel}): {told}")

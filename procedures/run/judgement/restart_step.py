@@ -55,7 +55,7 @@ def compare(
     for channel in channels:
         scatter = _scatter(channel, pairs, between)
         for step, old, new in pairs:
-            change_v = new.readings[channel].mean_v - old.readings[channel].mean_v
+            change_v = new.readings[channel].mean - old.readings[channel].mean
             found.append(_comparison(step, channel, change_v, scatter))
     return tuple(found)
 
@@ -71,9 +71,9 @@ def _scatter(
     channel: str, pairs: list[tuple[int, DwellRecord, DwellRecord]], between: Mapping[str, Scatter]
 ) -> Scatter:
     readings = [dwell.readings[channel] for _, old, new in pairs for dwell in (old, new)]
-    degrees = sum(reading.samples_v.size - 1 for reading in readings)
-    squares = sum(float(((reading.samples_v - reading.mean_v) ** 2).sum()) for reading in readings)
-    samples = min(reading.samples_v.size for reading in readings)
+    degrees = sum(reading.samples.size - 1 for reading in readings)
+    squares = sum(float(((reading.samples - reading.mean) ** 2).sum()) for reading in readings)
+    samples = min(reading.samples.size for reading in readings)
     within = Scatter(squares / degrees / samples if degrees else 0.0, degrees)
     other = between.get(channel, Scatter(0.0, 0))
     is_known = other.degrees_of_freedom >= FEWEST_DEGREES and other.variance_v2 > within.variance_v2
@@ -86,7 +86,7 @@ def _between_visits(visits: Iterable[DwellRecord]) -> dict[str, Scatter]:
     for dwell in visits:
         attitude = tuple(dwell.targets_deg.items())
         for channel, reading in dwell.readings.items():
-            means[channel][attitude].append(reading.mean_v)
+            means[channel][attitude].append(reading.mean)
     return {channel: _pooled([np.array(group) for group in groups.values()]) for channel, groups in means.items()}
 
 

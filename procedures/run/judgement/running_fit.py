@@ -18,6 +18,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import FloatArray
 from ams.frames import specific_force
 from procedures.records.dwells import DwellRecord
 from rig.description.rig_file import Sensor
@@ -31,8 +32,6 @@ MOST_PERMUTED = 4
 TEETH = (1, 2, 10)
 WHOLE_DEG = (1.0, 10.0)
 _AXES = ("pitch", "roll")
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -124,7 +123,7 @@ class RunningFit:
 
     def _seen(self, dwell: DwellRecord) -> _Seen:
         values = {
-            name: reading.mean_v / self._lines[name].nominal_v_per_g
+            name: reading.mean / self._lines[name].nominal_v_per_g
             for name, reading in dwell.readings.items()
             if name in self._lines
         }

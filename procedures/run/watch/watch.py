@@ -64,7 +64,7 @@ class Watch:
         else:
             self._rest_deg.clear()  # it may be rejected for just that; the next attempt approaches anew
         self._brought = {f"environment.{name}": degc for name, degc in measured.after.temperature_degc.items()}
-        self._brought |= {channel: reading.mean_v for channel, reading in measured.readings.items()}
+        self._brought |= {channel: reading.mean for channel, reading in measured.readings.items()}
 
     def clock_change(self) -> ClockChange:
         """Look at the clocks; a step of the wall clock is recorded and harms nothing."""
@@ -132,7 +132,7 @@ class Watch:
 
     def _one_reading_v(self, channel: str) -> float:
         burst = self._rig.readouts[channel.partition(".")[0]].read(channel, 1, self._wait)
-        return float("nan") if burst.overload[0] else float(burst.values_v[0])
+        return float("nan") if burst.overload[0] else float(burst.samples[0])
 
     def _rejected(self) -> Iterator[Alarm]:
         limit = self._precautions.rejected

@@ -27,7 +27,7 @@ def observe(campaign: Campaign = WHOLE_TURN, seed: int = 0, **added_v: float) ->
     columns = fourier_basis(observations.pitch_rad, observations.roll_rad)
     terms = {name.replace(" ", ""): column for name, column in columns.items()}
     extra = sum(size * terms[name.replace("_", "·")] for name, size in added_v.items())
-    return replace(observations, outputs_v={"x": observations.outputs_v["x"] + extra})
+    return replace(observations, outputs={"x": observations.outputs["x"] + extra})
 
 
 def grid() -> tuple[np.ndarray, np.ndarray]:
@@ -123,9 +123,9 @@ def test_of_terms_that_are_alike_on_the_grid_the_simplest_is_named() -> None:
 
 def creeping(step_v: float, timed: bool) -> Observations:
     observations = observe(replace(WHOLE_TURN, replications=5))
-    output = observations.outputs_v["x"] + step_v * (observations.replication - 1)
+    output = observations.outputs["x"] + step_v * (observations.replication - 1)
     time_s = np.linspace(0.0, 10.0 * 3600.0, observations.rows) if timed else None
-    return replace(observations, outputs_v={"x": output}, time_s=time_s)
+    return replace(observations, outputs={"x": output}, time_s=time_s)
 
 
 def test_a_drift_is_given_a_replication_and_an_hour() -> None:
@@ -155,14 +155,14 @@ def test_the_interval_of_a_drift_is_that_of_a_straight_line_through_the_replicat
 def test_a_change_without_a_trend_is_not_called_a_drift() -> None:
     observations = observe(replace(WHOLE_TURN, replications=5))
     jumps = np.array([0.0, 3e-5, -3e-5, 2e-5, 0.0])[observations.replication - 1]
-    found = advice(replace(observations, outputs_v={"x": observations.outputs_v["x"] + jumps}))
+    found = advice(replace(observations, outputs={"x": observations.outputs["x"] + jumps}))
     assert "changes between the replications without a trend" in found.sentences[0]
 
 
 def test_two_replications_have_a_rate_and_no_interval() -> None:
     observations = observe(replace(WHOLE_TURN, replications=2))
-    moved = observations.outputs_v["x"] + 1e-5 * observations.replication
-    rate = advice(replace(observations, outputs_v={"x": moved})).drift[0]
+    moved = observations.outputs["x"] + 1e-5 * observations.replication
+    rate = advice(replace(observations, outputs={"x": moved})).drift[0]
     assert rate.interval_95 is None
     assert rate.per_replication == pytest.approx(1e-5, rel=0.1)
 
@@ -174,7 +174,7 @@ def test_on_a_gimbal_the_terms_are_those_of_what_the_package_feels() -> None:
     force = -model_gravity_g(sting_gravity_g(yawed.pitch_rad, yawed.yaw_rad), yawed.roll_rad)
     noise = 0.5 * ARCSEC_V * np.random.default_rng(1).standard_normal(rows.rows)
     output = 0.005 + force @ [2.5, 0.02, -0.01] - 2.0 * 3.0 * ARCSEC_V * force[:, 0] * force[:, 2] + noise
-    measured = replace(yawed, outputs_v={"x": output})
+    measured = replace(yawed, outputs={"x": output})
     axis = calibrate(measured, CalibrationRequest(model="pitch-yaw-roll-model")).axes["x"]
     (term,) = advise(axis, measured).lack_of_fit
     assert term.name == "sin 2α·cos R"

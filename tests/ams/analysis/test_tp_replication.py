@@ -53,7 +53,7 @@ def test_drift_and_bias_of_a_campaign_are_those_of_the_printed_formulas() -> Non
     pitch, roll = (a.reshape(n, -1)[0] for a in (observations.pitch_rad, observations.roll_rad))
     points = pitch.size
     f = np.stack([pitch * 0 + 1, np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)], axis=1)
-    v = observations.outputs_v["z"].reshape(n, points)
+    v = observations.outputs["z"].reshape(n, points)
     c, residuals = np.linalg.lstsq(f, v.T, rcond=None)[:2]
     within = residuals.sum() / (n * (points - 4))
     r1_inverse = np.linalg.inv(f.T @ f)

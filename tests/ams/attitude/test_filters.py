@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from ams.attitude.filters import LowPass, gain, low_pass
+from ams.attitude.filters import (
+    LowPass,
+    LowPassStream,
+    delay_s,
+    gain,
+    low_pass,
+    low_pass_in_step,
+    settling_samples,
+    window_averages,
+)
 from ams.errors import ObservationsError
 
 
@@ -70,3 +79,92 @@ def test_bad_samples_are_refused():
         low_pass(LowPass(0.5, 20.0), np.array([1.0, np.nan, 1.0]))
     with pytest.raises(ObservationsError, match="12 or more"):
         low_pass(LowPass(0.5, 20.0), np.zeros(11))
+
+
+@pytest.mark.parametrize("order", [1, 2, 5])
+def test_the_delay_is_that_of_a_ramp(order):
+    settings = LowPass(0.5, 50.0, order, is_two_way=False)
+    ramp = np.arange(3000) / 50.0
+    late = ramp - low_pass(settings, ramp)
+    assert late[-1] == pytest.approx(delay_s(settings), rel=1e-6)
+
+
+def test_a_slow_wave_forwards_stands_where_it_was():
+    settings = LowPass(0.5, 50.0, is_two_way=False)
+    wave = np.sin(2 * np.pi * 0.05 * np.arange(4000) / 50.0)
+    found = low_pass_in_step(settings, wave)
+    good = ~found.is_transient
+    assert good.sum() > 3500
+    np.testing.assert_allclose(found.samples[good], wave[good], atol=0.01)
+    assert np.abs(low_pass(settings, wave) - wave)[good].max() > 0.1  # without it the wave is late
+
+
+@pytest.mark.parametrize("is_two_way", [False, True])
+def test_what_a_wrong_start_leaves_is_marked(is_two_way):
+    settings = LowPass(0.5, 50.0, is_two_way=is_two_way)
+    level = np.zeros(3000)
+    level[0] = 1.0  # a first sample that is wrong: a forward filter takes it for the past
+    found = low_pass_in_step(settings, level)
+    assert np.abs(found.samples[~found.is_transient]).max() < 1e-3
+    assert found.is_transient[0]
+    assert not found.is_transient[1500]
+    assert found.is_transient[-1]
+
+
+def test_a_step_is_settled_when_it_says():
+    settings = LowPass(0.5, 50.0, 4, 0.5, is_two_way=False)
+    step = np.concatenate([np.zeros(1), np.ones(4000)])
+    off = np.abs(low_pass(settings, step)[1:] - 1.0) > 1e-3
+    assert np.flatnonzero(off)[-1] + 1 == settling_samples(settings)
+
+
+@pytest.mark.parametrize("is_two_way", [False, True])
+def test_what_is_missing_is_bridged_and_marked(is_two_way):
+    settings = LowPass(2.0, 50.0, is_two_way=is_two_way)
+    ramp = np.column_stack([np.arange(2000.0), 5.0 - np.arange(2000.0)])
+    holed = ramp.copy()
+    holed[1000:1003, 1] = np.nan
+    found = low_pass_in_step(settings, holed)
+    assert np.flatnonzero(found.is_bridged).tolist() == [1000, 1001, 1002]
+    assert found.is_transient[1000:1003].all()
+    good = ~found.is_transient
+    np.testing.assert_allclose(found.samples[good][200:-200], ramp[good][200:-200], atol=0.6)  # half a sample of delay
+    with pytest.raises(ObservationsError, match="no sample is a number"):
+        low_pass_in_step(settings, np.full(100, np.nan))
+
+
+def test_a_stream_in_chunks_is_the_whole_and_one_bad_sample_spoils_nothing():
+    settings = LowPass(0.5, 20.0, is_two_way=False)
+    samples = np.random.default_rng(2).normal(size=(300, 3))
+    stream = LowPassStream(settings)
+    parts = [stream.feed(samples[part]) for part in (slice(0, 1), slice(1, 1), slice(1, 120), slice(120, 300))]
+    np.testing.assert_allclose(np.concatenate(parts), low_pass(settings, samples), atol=1e-12)
+    samples[50, 1] = np.nan
+    samples[:2] = np.nan
+    again = LowPassStream(settings)
+    found = np.concatenate([again.feed(samples[:1]), again.feed(samples[1:60]), again.feed(samples[60:])])
+    assert np.isnan(found[:2]).all()
+    held = samples[2:].copy()
+    held[48] = held[47]
+    np.testing.assert_allclose(found[2:], low_pass(settings, held), atol=1e-12)
+
+
+def test_window_averages_are_means_of_what_is_there():
+    samples = np.random.default_rng(3).normal(size=(1003, 2))
+    samples[10, 0] = np.nan
+    samples[100:200] = np.nan
+    found = window_averages(samples, 100)
+    assert found.mean.shape == (10, 2)
+    np.testing.assert_allclose(found.mean[0], np.nanmean(samples[:100], axis=0))
+    np.testing.assert_allclose(found.sd[0], np.nanstd(samples[:100], axis=0, ddof=1))
+    assert found.count[:2].tolist() == [[99, 100], [0, 0]]
+    assert np.isnan(found.mean[1]).all()
+    assert found.middle_sample[:2].tolist() == [49.5, 149.5]
+    overlapping = window_averages(np.arange(10.0), 4, 2)
+    assert overlapping.mean.tolist() == [1.5, 3.5, 5.5, 7.5]
+
+
+@pytest.mark.parametrize(("window", "step"), [(0, None), (11, None), (3, 0)])
+def test_a_window_that_does_not_fit_is_refused(window, step):
+    with pytest.raises(ObservationsError, match="allowed 1 to 10 samples"):
+        window_averages(np.zeros(10), window, step)

@@ -26,10 +26,10 @@ def report_motion(rate_hz, seconds=10.0):
     return euler, body_rates_rad_s(euler, 10 * DEG * omega * np.cos(phase))
 
 
-def worst_error_deg(rate_hz, interpolation):
-    euler, body = report_motion(rate_hz)
+def worst_error_deg(rate_hz, interpolation, seconds=10.0, method="scan"):
+    euler, body = report_motion(rate_hz, seconds)
     outputs = {a: s.bias_v + body @ s.k for a, s in SENSORS.items()}
-    found = integrate_outputs(SENSORS, outputs, euler[0], 1 / rate_hz, interpolation)
+    found = integrate_outputs(SENSORS, outputs, euler[0], 1 / rate_hz, interpolation, method)
     return np.max(np.abs(found - euler)) / DEG
 
 
@@ -39,11 +39,43 @@ def test_interpolation_is_worth_what_the_specification_says():
     assert worst_error_deg(100, "cubic") < 1e-7
 
 
-def test_the_method_is_of_fifth_order():
+def test_the_closed_form_is_met_to_a_billionth_of_a_degree_at_one_kilohertz():
+    assert worst_error_deg(1000, "cubic", 100.0) < 1e-9
+
+
+@pytest.mark.parametrize("interpolation", ["hold", "linear", "cubic"])
+def test_the_scan_and_butchers_method_agree(interpolation):
+    scan, butcher = (worst_error_deg(100, interpolation, method=method) for method in ("scan", "butcher"))
+    # Butcher holds Euler's rates' inputs, the scan the body's: the same samples, so the same answer but for rounding.
+    assert scan == pytest.approx(butcher, rel=1e-3, abs=1e-8)
+
+
+def test_angles_go_on_from_where_they_start():
+    euler, body = report_motion(100)
+    turned = np.array([2 * np.pi, 0.0, -4 * np.pi])
+    found = integrate_rates(body, euler[0] + turned, 0.01)
+    np.testing.assert_allclose(found - turned, euler, atol=1e-8)
+    over = integrate_rates(np.tile([1.0, 0.0, 0.0], (1001, 1)), np.zeros(3), 0.01)
+    np.testing.assert_allclose(over[:, 2], np.arange(1001) * 0.01, atol=1e-12)
+
+
+def test_yaw_beyond_ninety_degrees_stays_on_its_side():
+    start = np.array([0.2, np.pi - 0.1, 0.3])
+    body = np.tile([0.3, 0.2, 0.1], (101, 1))
+    scan, butcher = (integrate_rates(body, start, 0.01, "linear", method) for method in ("scan", "butcher"))
+    np.testing.assert_allclose(scan, butcher, atol=1e-10)
+
+
+def test_a_rate_that_is_not_a_number_is_refused_in_words():
+    with pytest.raises(ObservationsError, match="sample 3 is not a number"):
+        integrate_rates(np.where(np.arange(30).reshape(10, 3) == 10, np.nan, 0.1), np.zeros(3), 0.01)
+
+
+def test_butchers_method_is_of_fifth_order():
     # ω constant about a tilted axis is a nonlinear problem in Euler angles whose rates need no interpolation.
     def end(steps):
         body = np.tile([0.5, 0.7, -0.4], (steps + 1, 1))
-        return integrate_rates(body, np.array([0.1, 0.2, 0.3]), 1.0 / steps, "linear")[-1]
+        return integrate_rates(body, np.array([0.1, 0.2, 0.3]), 1.0 / steps, "linear", "butcher")[-1]
 
     exact = end(400)
     errors = [np.max(np.abs(end(n) - exact)) for n in (5, 10, 20)]

@@ -63,7 +63,7 @@ def test_pooled_uncertainty_is_that_of_ordinary_least_squares() -> None:
     solved = calibrate(observations, CalibrationRequest()).axes["y"]
     pitch, roll = observations.pitch_rad, observations.roll_rad
     basis = np.stack([pitch * 0 + 1, np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)], 1)
-    estimate, squares, *_ = np.linalg.lstsq(basis, observations.outputs_v["y"], rcond=None)
+    estimate, squares, *_ = np.linalg.lstsq(basis, observations.outputs["y"], rcond=None)
     dof = observations.rows - 4
     np.testing.assert_allclose(solved.primary, estimate, rtol=1e-10)
     assert solved.degrees_of_freedom == dof
@@ -94,7 +94,7 @@ def test_each_replication_is_given_alone() -> None:
 
 def test_a_sensor_along_its_axis_has_no_coning_and_no_azimuth_but_everything_else() -> None:
     observations = observe(QUIET)
-    aligned = replace(observations, outputs_v={"x": 0.1 - 2.0 * np.sin(observations.pitch_rad)})
+    aligned = replace(observations, outputs={"x": 0.1 - 2.0 * np.sin(observations.pitch_rad)})
     solved = calibrate(aligned, CalibrationRequest()).axes["x"]
     values = {p.name: p.value for p in solved.parameters}
     assert values["coning_deg"] is None
@@ -107,7 +107,7 @@ def test_a_sensor_along_its_axis_has_no_coning_and_no_azimuth_but_everything_els
 
 def test_polarity_is_signed_and_coning_stays_below_a_right_angle() -> None:
     observations = observe(QUIET)
-    turned = replace(observations, outputs_v={"x": -observations.outputs_v["x"]})
+    turned = replace(observations, outputs={"x": -observations.outputs["x"]})
     values = [p.value for p in calibrate(turned, CalibrationRequest()).axes["x"].parameters]
     offset, sensitivity, coning, azimuth = truth("x")
     np.testing.assert_allclose(values, [-offset, -sensitivity, coning, azimuth], atol=1e-10)
@@ -145,7 +145,7 @@ def test_equal_weights_change_nothing_and_a_doubtful_row_can_be_weighed_down() -
     np.testing.assert_allclose(equal.primary, plain.primary, rtol=1e-11)
     np.testing.assert_allclose(equal.primary_covariance, plain.primary_covariance, rtol=1e-6)
     assert equal.standard_error_v == pytest.approx(plain.standard_error_v)
-    broken = replace(observations, outputs_v={"x": observations.outputs_v["x"] + np.eye(observations.rows)[10]})
+    broken = replace(observations, outputs={"x": observations.outputs["x"] + np.eye(observations.rows)[10]})
     weights = np.where(np.arange(observations.rows) == 10, 1e-12, 1.0)
     rescued = calibrate(broken, CalibrationRequest(weights=weights)).axes["x"]
     np.testing.assert_allclose(rescued.primary, plain.primary, rtol=0, atol=1e-6)
@@ -201,9 +201,9 @@ def test_a_repeated_row_is_refused() -> None:
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_numbers_that_are_none_are_refused_with_their_row(bad: float) -> None:
     observations = observe(Campaign(replications=2))
-    outputs = {"x": np.where(np.arange(observations.rows) == 60, bad, observations.outputs_v["x"])}
+    outputs = {"x": np.where(np.arange(observations.rows) == 60, bad, observations.outputs["x"])}
     with refused(r"output x: row 61 \(replication 2, point 12\): got (nan|inf)"):
-        calibrate(replace(observations, outputs_v=outputs), CalibrationRequest())
+        calibrate(replace(observations, outputs=outputs), CalibrationRequest())
 
 
 def test_columns_of_other_lengths_unknown_axes_and_no_rows_are_refused() -> None:
@@ -234,9 +234,9 @@ def warmed(campaign: Campaign, temperature_degc: np.ndarray, seed: int = 0) -> O
     rise = temperature_degc - 25.0
     outputs = {
         axis: output + TC[axis][0] * rise + TC[axis][1] * rise * (output - OFFSET_V[axis])
-        for axis, output in observations.outputs_v.items()
+        for axis, output in observations.outputs.items()
     }
-    return replace(observations, outputs_v=outputs, temperature_degc=temperature_degc)
+    return replace(observations, outputs=outputs, temperature_degc=temperature_degc)
 
 
 def mixed_temperatures(rows: int) -> np.ndarray:
@@ -310,7 +310,7 @@ def softened(campaign: Campaign, q_v_per_g2: float, seed: int = 0) -> Observatio
     observations = observe(campaign, seed)
     pitch, roll = observations.pitch_rad, observations.roll_rad
     bend = q_v_per_g2 * (np.sin(pitch) ** 2 - (np.cos(pitch) * np.cos(roll)) ** 2)
-    return replace(observations, outputs_v={axis: out + bend for axis, out in observations.outputs_v.items()})
+    return replace(observations, outputs={axis: out + bend for axis, out in observations.outputs.items()})
 
 
 def test_a_soft_mount_is_found_and_a_stiff_one_is_left_alone() -> None:
@@ -340,3 +340,9 @@ def test_the_extension_is_not_tested_where_it_cannot_be_and_this_is_said() -> No
     assert any("extended model not tested" in warning for warning in solved.warnings)
     with refused("allowed no, test, yes", DesignError):
         calibrate(observe(tumble), CalibrationRequest(extended="maybe"))
+
+
+def test_readings_in_another_unit_than_the_model_states_are_refused() -> None:
+    observations = replace(observe(QUIET), units={"y": "dps"})
+    with pytest.raises(ObservationsError, match=r"axis y: got readings in dps, the model 'pitch-roll' states volts"):
+        calibrate(observations, CalibrationRequest())

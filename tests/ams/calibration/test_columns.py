@@ -24,7 +24,7 @@ def observe(seed: int = 0) -> Observations:
 
 def solved(observations: Observations, table: TableUncertainty | None = None) -> SolvedColumns:
     """The three axes of the observations twice over, and one without coning."""
-    outputs = np.stack([*observations.outputs_v.values()] * 2, axis=1)
+    outputs = np.stack([*observations.outputs.values()] * 2, axis=1)
     aligned = 0.1 + 2.0 * np.sin(observations.pitch_rad) + 1e-5 * np.sin(np.arange(observations.rows))
     models = [PitchRoll(axis) for axis in "xyz"] * 2 + [PitchRoll("x")]
     return solve_columns(observations, np.column_stack([outputs, aligned]), models, table=table)
@@ -75,7 +75,7 @@ def test_the_order_of_the_rows_does_not_matter() -> None:
     moved = replace(
         observations,
         **{name: getattr(observations, name)[shuffle] for name in ("replication", "point", "pitch_rad", "roll_rad")},
-        outputs_v={axis: output[shuffle] for axis, output in observations.outputs_v.items()},
+        outputs={axis: output[shuffle] for axis, output in observations.outputs.items()},
     )
     table = TableUncertainty(ARCSEC, ARCSEC, "limit")
     first, again = solved(observations, table), solved(moved, table)
@@ -90,7 +90,7 @@ def test_a_common_error_is_carried_alike_where_the_basis_repeats_and_where_not()
     found = []
     for wobble in (0.0, 1e-9):
         warm = replace(observations, temperature_degc=24.0 + wobble * np.arange(observations.rows))
-        columns = solve_columns(warm, observations.outputs_v["x"][:, None], [model])
+        columns = solve_columns(warm, observations.outputs["x"][:, None], [model])
         found.append(next(part.covariance[0] for part in columns.components if part.name == "temperature"))
     np.testing.assert_allclose(found[0], found[1], rtol=1e-6, atol=1e-18)
     assert found[0][0, 0] == pytest.approx((4e-6) ** 2, rel=1e-6)

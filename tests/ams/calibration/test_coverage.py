@@ -122,7 +122,9 @@ def _of_angles(scene: Scene, campaigns: int, rng: np.random.Generator) -> dict[s
 
 
 def _held(axes: str, found: Angles, pitch: np.ndarray, roll: np.ndarray) -> dict[str, np.ndarray]:
-    assert set(found.flags) == {""}
+    flagged = np.array(found.flags) != ""
+    assert set(found.flags) <= {"", "redundancy: outputs disagree"}
+    assert flagged.mean() <= 0.01
     return {
         f"pitch by {axes}": abs(found.pitch_rad - pitch) < found.pitch_half_95_rad,
         f"roll by {axes}": abs(found.roll_rad - roll) < found.roll_half_95_rad,
@@ -154,10 +156,11 @@ def test_angles_by_three_axes_hold_with_four_replications_that_drift() -> None:
     assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
 
 
-def test_with_estimated_temperature_coefficients_too() -> None:
+@pytest.mark.parametrize("campaigns", [2000, pytest.param(4000, marks=pytest.mark.soak)])
+def test_with_estimated_temperature_coefficients_too(campaigns: int) -> None:
     """Six visits of three plateaus; across the axis Student's factor is that of along it, one degree of freedom less
     than there is."""
-    found = shares_of_visits(6, 4000, lack_of_fit=3.0)
+    found = shares_of_visits(6, campaigns, lack_of_fit=3.0)
     assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
 
 

@@ -29,7 +29,7 @@ def solved(
         point=np.tile(np.arange(points), replications),
         pitch_rad=np.tile(pitch, replications),
         roll_rad=np.zeros(points * replications),
-        outputs_v={},
+        outputs={},
     )
     table = TableUncertainty(limit_arcsec * ARCSEC, 0.0, "limit")
     return solve_columns(rows, outputs_v, [PitchOnly("x")] * campaigns, table=table)

@@ -29,8 +29,8 @@ def soft_and_drifting() -> Observations:
     """2 q_xz f_x f_z = −q_xz sin 2α cos R with q_xz = 5 arc seconds of 2.5 V/g, and 30 µV an hour."""
     rows = WHOLE_TURN.observe(np.random.default_rng(0))
     time_s = 60.0 * np.arange(rows.rows)
-    x = rows.outputs_v["x"] - 5.0 * ARCSEC * 2.5 * np.sin(2.0 * rows.pitch_rad) * np.cos(rows.roll_rad)
-    return replace(rows, outputs_v={"x": x + 30e-6 * time_s / 3600.0, "y": rows.outputs_v["y"]}, time_s=time_s)
+    x = rows.outputs["x"] - 5.0 * ARCSEC * 2.5 * np.sin(2.0 * rows.pitch_rad) * np.cos(rows.roll_rad)
+    return replace(rows, outputs={"x": x + 30e-6 * time_s / 3600.0, "y": rows.outputs["y"]}, time_s=time_s)
 
 
 @pytest.fixture(scope="module")

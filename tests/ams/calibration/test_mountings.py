@@ -50,7 +50,7 @@ def _campaign(chance: np.random.Generator, mounting: NDArray[np.int64], noise_v:
         point=np.tile(np.arange(1, K + 1), replications),
         pitch_rad=pitch,
         roll_rad=roll,
-        outputs_v={"x": output_v},
+        outputs={"x": output_v},
         mounting=mounting,
     )
 

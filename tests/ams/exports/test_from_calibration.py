@@ -43,7 +43,7 @@ def observed(roll_deg: list[float], replications: int = 3) -> Observations:
         point=np.tile(np.arange(points), replications),
         pitch_rad=pitch,
         roll_rad=roll,
-        outputs_v=outputs_v,
+        outputs=outputs_v,
         temperature_degc=temperature,
         time_s=np.arange(pitch.size, dtype=float),
     )

@@ -268,7 +268,7 @@ def test_the_vectors_of_every_format_are_recomputed(name: str, coefficients: Coe
 
 @pytest.mark.parametrize("file_name", ["SN.xyz", "SN"])
 def test_a_file_of_no_known_name_is_refused(file_name: str, tmp_path: Path) -> None:
-    with pytest.raises(SetError, match=r"is no coefficient set by its name: .*allowed are \.json, \.csv, \.mat"):
+    with pytest.raises(SetError, match=r"is no coefficient set by its name: .*allowed are \.h, \.fixed\.h, \.csv"):
         verify(tmp_path / file_name)
 
 

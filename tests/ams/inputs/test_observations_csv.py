@@ -41,7 +41,7 @@ def test_every_number_arrives_and_degrees_become_radians(written) -> None:
     np.testing.assert_array_equal(found.pitch_rad, np.deg2rad([-30, 30, -30, 30]))
     np.testing.assert_array_equal(found.roll_rad, np.deg2rad([0, 90, 0, 90]))
     np.testing.assert_array_equal(found.temperature_degc, [20.5, 20.6, 20.7, 20.8])
-    np.testing.assert_array_equal(found.outputs_v["y"], [0.2, -4.5e-3, 0.21, 0.4])
+    np.testing.assert_array_equal(found.outputs["y"], [0.2, -4.5e-3, 0.21, 0.4])
     assert found.yaw_rad is None
     assert found.source.endswith("obs.csv")
 
@@ -60,13 +60,13 @@ def test_every_number_arrives_and_degrees_become_radians(written) -> None:
 )
 def test_what_spreadsheets_do_to_a_file_changes_nothing(written, text: str) -> None:
     found, plain = read_csv(written(text), AXES), read_csv(written(text_of(*ROWS)), AXES)
-    np.testing.assert_array_equal(found.outputs_v["x"], plain.outputs_v["x"])
+    np.testing.assert_array_equal(found.outputs["x"], plain.outputs["x"])
 
 
 def test_numbers_survive_to_the_last_bit(written) -> None:
     values = np.random.default_rng(1).standard_normal(50) * 10.0 ** np.random.default_rng(2).integers(-9, 3, 50)
     rows = [f"1,{i + 1},0,0,20,{value!r},0" for i, value in enumerate(map(float, values))]
-    np.testing.assert_array_equal(read_csv(written(text_of(*rows)), AXES).outputs_v["x"], values)
+    np.testing.assert_array_equal(read_csv(written(text_of(*rows)), AXES).outputs["x"], values)
 
 
 def named(column: str, otherwise: str) -> str:

@@ -50,7 +50,7 @@ def with_outputs(rows: Observations, force: np.ndarray) -> Observations:
     """Under so much noise, the same each time, that the fit cannot tell the error from it and leaves it where it is."""
     noise_v = 1e-5 * np.random.default_rng(5).standard_normal((3, rows.rows))
     outputs = {axis: OFFSET_V[axis] + force @ K[axis] + own for axis, own in zip(K, noise_v, strict=True)}
-    return replace(rows, outputs_v=outputs)
+    return replace(rows, outputs=outputs)
 
 
 def solved(rows: Observations, model: str = "pitch-roll", *errors: SharedError) -> dict[str, AxisCalibration]:
@@ -85,8 +85,8 @@ def yawed(plain: Observations) -> Observations:
 
 
 SHIFTS: dict[Effect, Callable[[Observations], Observations]] = {
-    "reading": lambda rows: replace(rows, outputs_v={a: v + 3e-9 for a, v in rows.outputs_v.items()}),
-    "gain": lambda rows: replace(rows, outputs_v={a: v * (1.0 + 1e-9) for a, v in rows.outputs_v.items()}),
+    "reading": lambda rows: replace(rows, outputs={a: v + 3e-9 for a, v in rows.outputs.items()}),
+    "gain": lambda rows: replace(rows, outputs={a: v * (1.0 + 1e-9) for a, v in rows.outputs.items()}),
     "pitch": lambda rows: with_outputs(rows, felt(rows, np.eye(3), TILT_RAD)),
     "base-tilt": lambda rows: with_outputs(rows, felt(rows, about_x(TILT_RAD))),
 }

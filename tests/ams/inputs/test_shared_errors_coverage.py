@@ -32,7 +32,7 @@ def test_95_percent_intervals_hold_the_truth_in_95_percent_of_campaigns(campaign
         force = specific_force(rows.pitch_rad + pitch_zero, rows.roll_rad)
         force[:, 1:] += tilt * np.stack([np.cos(rows.roll_rad), -np.sin(rows.roll_rad)], axis=-1)
         output = (0.005 + force @ K) * (1.0 + gain) + zero + 5e-6 * chance.standard_normal(rows.rows)
-        axis = calibrate(replace(rows, outputs_v={"x": output}), request).axes["x"]
+        axis = calibrate(replace(rows, outputs={"x": output}), request).axes["x"]
         half = t_quantile(0.95, axis.primary_dof) * np.sqrt(np.diag(axis.primary_covariance))
         held += np.abs(axis.primary - truth) <= half
     tolerance = 0.03 if campaigns < 1000 else 0.01

@@ -140,7 +140,8 @@ def test_coning_within_five_uncertainties_of_zero_is_not_stated() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "axis", "match"), [("gyroscope", "x", "allowed pitch-roll"), ("pitch-roll", "w", "x, y or z")]
+    ("name", "axis", "match"),
+    [("gyroscope", "x", "allowed gyro, linear"), ("pitch-roll", "w", "x, y or z")],
 )
 def test_unknown_models_and_axes_are_refused_by_name(name: str, axis: str, match: str) -> None:
     with pytest.raises(DesignError, match=match):

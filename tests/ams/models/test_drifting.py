@@ -24,8 +24,8 @@ def drifting(campaign: Campaign, seed: int, drift_v_per_h: float = DRIFT_V_PER_H
     observations = campaign.observe(np.random.default_rng(seed))
     time_s = 60.0 * np.arange(observations.rows)
     hours = (time_s - 0.5 * time_s[-1]) / 3600.0
-    outputs = {axis: output + drift_v_per_h * hours for axis, output in observations.outputs_v.items()}
-    return replace(observations, outputs_v=outputs, time_s=time_s)
+    outputs = {axis: output + drift_v_per_h * hours for axis, output in observations.outputs.items()}
+    return replace(observations, outputs=outputs, time_s=time_s)
 
 
 def test_a_drift_with_time_is_recovered_to_ten_digits_beside_the_other_parameters() -> None:
@@ -41,8 +41,8 @@ def test_a_drift_with_time_is_recovered_to_ten_digits_beside_the_other_parameter
 def test_the_time_term_goes_with_estimated_temperature() -> None:
     observations = drifting(Campaign(noise_arcsec=0.0, replications=4), 0)
     temperature = np.random.default_rng(1).uniform(15.0, 35.0, observations.rows)
-    outputs = {axis: output + 3e-5 * (temperature - 25.0) for axis, output in observations.outputs_v.items()}
-    warm = replace(observations, outputs_v=outputs, temperature_degc=temperature)
+    outputs = {axis: output + 3e-5 * (temperature - 25.0) for axis, output in observations.outputs.items()}
+    warm = replace(observations, outputs=outputs, temperature_degc=temperature)
     solved = calibrate(warm, replace(TIMED, temperature="estimate", reference_temperature_degc=25.0)).axes["x"]
     found = {p.name: p.value for p in solved.parameters}
     assert found["offset_tc_v_per_degc"] == pytest.approx(3e-5, rel=1e-6)

@@ -59,7 +59,7 @@ def rows(model: Model, **moved: np.ndarray) -> Observations:
         point=np.arange(ROWS),
         pitch_rad=moved.get("pitch", PITCH),
         roll_rad=moved.get("roll", np.zeros(ROWS) if is_flat else ROLL),
-        outputs_v={},
+        outputs={},
         yaw_rad=moved.get("yaw", YAW),
         temperature_degc=np.linspace(15.0, 27.0, ROWS),
         time_s=np.linspace(0.0, 3600.0, ROWS),

@@ -22,7 +22,8 @@ def _rows(seed: int, replications: int = 5, noise: float = 0.02) -> Observations
         point=np.tile([1, 2, 3, 4], replications),
         pitch_rad=sense * np.pi / 2.0,
         roll_rad=nothing,
-        outputs_v={"x": reading},
+        outputs={"x": reading},
+        units={"x": "ut"},
         reference_level=level,
     )
 
@@ -58,7 +59,7 @@ def test_the_jacobian_is_that_of_the_complex_step() -> None:
 
 def test_a_sensor_that_does_not_follow_has_no_gain() -> None:
     rows = _rows(1)
-    rows.outputs_v["x"][:] = np.random.default_rng(2).normal(5.0, 1.0, rows.rows)  # type: ignore[index]
+    rows.outputs["x"][:] = np.random.default_rng(2).normal(5.0, 1.0, rows.rows)  # type: ignore[index]
     request = CalibrationRequest(nominal_axes={"x": "x"}, models={"x": FieldLine("x", "ut", "ut")})
     axis = calibrate(rows, request).axes["x"]
     assert [one.value for one in axis.parameters] == [None, None, None]

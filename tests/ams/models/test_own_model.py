@@ -1,25 +1,37 @@
-"""A model that is no part of the package goes through every solver as the package's own do (examples/own_model.py)."""
+"""A model that is no part of the package goes through every solver as the package's own do, and once it is installed
+through the command, sets, exports and attitude (examples/own_model)."""
 
 import importlib.util
 import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from c_program import needs_compiler, printed
+from command import call
 from example_files import ROOT
+from installed_examples import install_example
+from solved import provenance
 
-from ams import CalibrationRequest, TableUncertainty, to_document
+from ams import CalibrationRequest, TableUncertainty, apply, build_set, load_set, to_document
 from ams.analysis.advice import advise
 from ams.analysis.predictions import confidence_halfwidth_v
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import AxisCalibration
 from ams.errors import DesignError
+from ams.exports.c_header import to_c_header
+from ams.exports.formats import FORMATS
+from ams.frames import Attitude
+from ams.inference.inference import Package, inference
 from ams.models.model import Model
 from ams.models.registry import MODELS
 from ams.observations import Observations
 
-FILE = ROOT / "examples" / "own_model.py"
-TRUTH = np.array([0.01, 2.5, -0.02, np.deg2rad(0.3)])
+FILE = ROOT / "examples" / "own_model" / "stiffening.py"
+TRUTH = np.array([0.01, 2.5, -0.02, 0.3])
 ARCSEC = np.pi / 180.0 / 3600.0
 
 
@@ -44,7 +56,7 @@ def solved(rows: Observations, model: Model, table: TableUncertainty | None = No
     return calibrate(rows, request).axes["x"]
 
 
-def test_no_solver_knows_it(model: Model) -> None:
+def test_before_it_is_installed_no_solver_knows_it(model: Model) -> None:
     assert model.name not in MODELS
 
 
@@ -57,12 +69,12 @@ def test_its_jacobian_is_that_of_a_complex_step(example: ModuleType, model: Mode
 def test_the_truth_comes_back_to_ten_digits_from_its_own_start(example: ModuleType, model: Model) -> None:
     axis = solved(example.measured(TRUTH, 0.0, np.random.default_rng(0)), model)
     found = [parameter.value for parameter in axis.parameters]
-    np.testing.assert_allclose(found, [*TRUTH[:3], 0.3], rtol=0.0, atol=1e-10)
+    np.testing.assert_allclose(found, TRUTH, rtol=0.0, atol=1e-10)
     assert axis.model == "stiffening-clinometer"
 
 
 def test_its_intervals_hold_the_truth(example: ModuleType, model: Model) -> None:
-    rng, truth = np.random.default_rng(4), np.array([*TRUTH[:3], 0.3])
+    rng, truth = np.random.default_rng(4), TRUTH
     hits = []
     for _ in range(300):
         axis = solved(example.measured(TRUTH, 2e-5, rng), model)
@@ -104,3 +116,72 @@ def test_the_example_runs_and_tells_what_it_found(example: ModuleType, capsys: p
     line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("pitch_misalignment_deg"))
     value, _, uncertainty = line.split()[1:4]
     assert float(value) == pytest.approx(0.3, abs=4.0 * float(uncertainty))
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    monkeypatch.delitem(sys.modules, "stiffening", raising=False)
+    yield install_example("own_model", tmp_path / "site", monkeypatch)
+    sys.modules.pop("stiffening", None)
+
+
+def written(example: ModuleType, folder: Path) -> Path:
+    """Observations as a file for `calrig fit`."""
+    rows = example.measured(TRUTH, 2e-5, np.random.default_rng(3))
+    path = folder / "observations.csv"
+    lines = ["replication,point,pitch_deg,sx_v"]
+    angles = np.rad2deg(rows.pitch_rad)
+    for place in range(rows.rows):
+        cells = (
+            rows.replication[place],
+            rows.point[place],
+            f"{angles[place]:.6f}",
+            f"{rows.outputs['x'][place]:.9f}",
+        )
+        lines.append(",".join(map(str, cells)))
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.usefixtures("installed")
+def test_the_command_takes_it_from_observations_to_sets_exports_and_angles(
+    example: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "SN9.json"
+    fitted = call(
+        capsys, "fit", written(example, tmp_path), "--model", "stiffening-clinometer", "--axis", "x=sx_v",
+        "--set", path, "--sensor", "SN9", "--gravity-mps2", "9.81", "--json",
+    )  # fmt: skip
+    assert fitted.status == 0, fitted.err
+    found = fitted.document["axes"]["x"]["parameters"]
+    assert found["stiffening_v_per_g"]["value"] == pytest.approx(-0.02, abs=2e-4)
+    for name in ("json", "csv", "mat", "epics", "dcc", "c"):
+        target = tmp_path / f"out{FORMATS[name].ending}"
+        exported = call(capsys, "export", path, "--to", name, "--out", target)
+        assert exported.status == 0, exported.err
+        assert call(capsys, "verify", target).status == 0
+    for name in ("c-fixed", "linear"):
+        refused = call(capsys, "export", path, "--to", name)
+        assert refused.status == 2
+        assert "nothing was written" in refused.err
+    pitch_deg = np.array([-50.0, 0.0, 12.5])
+    coefficients = load_set(path)
+    outputs = apply(coefficients, np.deg2rad(pitch_deg), 0.0)["x"]
+    np.testing.assert_allclose(outputs, example.StiffeningClinometer().predict(TRUTH, Attitude(
+        np.deg2rad(pitch_deg), np.zeros(3))), atol=5e-5)  # fmt: skip
+    answers = inference(Package(coefficients, {"x": "sx_v"}), reading_sd_v=2e-5).infer({"sx_v": outputs})
+    np.testing.assert_allclose(answers["pitch_deg"], pitch_deg, atol=1e-9)
+    assert np.all(np.asarray(answers["pitch_sd_deg"]) < 0.01)
+
+
+@needs_compiler
+@pytest.mark.usefixtures("installed")
+def test_its_header_tests_itself(example: ModuleType, tmp_path: Path) -> None:
+    calibration = calibrate(
+        example.measured(TRUTH, 2e-5, np.random.default_rng(3)),
+        CalibrationRequest(nominal_axes={"x": "x"}, model="stiffening-clinometer"),
+    )
+    header = to_c_header(build_set(calibration, replace(provenance(), sensor="SN9")))
+    assert b"CALRIG_SN9_X_STIFFENING_V_PER_G" in header
+    [[largest]] = printed(tmp_path, {"SN9.h": header}, 'printf("%.17g\\n", calrig_sn9_self_test());')
+    assert largest <= 1e-12

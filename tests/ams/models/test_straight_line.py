@@ -15,7 +15,7 @@ def observed(level: np.ndarray, reading: np.ndarray, replications: int = 1) -> O
     points = level.size // replications
     nothing = np.zeros(level.size)
     labels = np.repeat(np.arange(replications), points), np.tile(np.arange(points), replications)
-    return Observations(*labels, nothing, nothing, {"x": reading}, reference_level=level)
+    return Observations(*labels, nothing, nothing, {"x": reading}, reference_level=level, units={"x": "counts"})
 
 
 def solve(rows: Observations) -> dict:

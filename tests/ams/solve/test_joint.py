@@ -93,7 +93,7 @@ def test_without_priors_it_is_ordinary_least_squares():
         [np.sin(o.pitch_rad), -np.cos(o.pitch_rad) * np.sin(o.roll_rad), -np.cos(o.pitch_rad) * np.cos(o.roll_rad)], 1
     )
     basis = np.column_stack([np.ones(o.rows), force])
-    np.testing.assert_allclose(fit.primary["x"], np.linalg.lstsq(basis, o.outputs_v["x"], rcond=None)[0], atol=1e-12)
+    np.testing.assert_allclose(fit.primary["x"], np.linalg.lstsq(basis, o.outputs["x"], rcond=None)[0], atol=1e-12)
 
 
 def test_one_axis_with_teeth_is_generalised_least_squares():
@@ -110,7 +110,7 @@ def test_one_axis_with_teeth_is_generalised_least_squares():
     U += priors.pitch_tooth_rad**2 * same_pitch * np.outer(slopes["pitch"], slopes["pitch"])
     U += priors.roll_tooth_rad**2 * same_roll * np.outer(slopes["roll"], slopes["roll"])
     covariance = np.linalg.inv(X.T @ np.linalg.solve(U, X))
-    expected = covariance @ X.T @ np.linalg.solve(U, o.outputs_v["y"])
+    expected = covariance @ X.T @ np.linalg.solve(U, o.outputs["y"])
     sd = np.sqrt(np.diag(covariance))
     np.testing.assert_allclose((fit.primary["y"] - expected) / sd, 0.0, atol=2e-3)
     np.testing.assert_allclose(np.sqrt(np.diag(fit.axis_covariance("y"))), sd, rtol=2e-3)
@@ -201,7 +201,7 @@ def test_drift_between_replications_widens_the_covariance():
     o = steady.observations
     jumps = rng.normal(0, 2e-4, 5)[o.replication]
     drifting = Observations(
-        o.replication, o.point, o.pitch_rad, o.roll_rad, {a: v + jumps for a, v in o.outputs_v.items()}
+        o.replication, o.point, o.pitch_rad, o.roll_rad, {a: v + jumps for a, v in o.outputs.items()}
     )
     calm, moved = (joint_fit([Mounting(x)], "xyz", TablePriors(**TEETH)) for x in (o, drifting))
     assert np.sqrt(moved.axis_covariance("x")[0, 0]) > 0.5 * np.std(jumps) / np.sqrt(5)
@@ -216,8 +216,8 @@ def test_drift_in_two_mountings_averages_out_as_between_twice_the_replications()
     mountings = []
     for mount, own in zip((UPRIGHT, REVERSED), jumps, strict=True):
         steady = observe(rng, replications=5, mount=mount).observations
-        moved = {axis: output + own[steady.replication] for axis, output in steady.outputs_v.items()}
-        mountings.append(Mounting(replace(steady, outputs_v=moved), mount))
+        moved = {axis: output + own[steady.replication] for axis, output in steady.outputs.items()}
+        mountings.append(Mounting(replace(steady, outputs=moved), mount))
     fit = joint_fit(mountings, "xyz", TablePriors(**TEETH))
     assert np.sqrt(fit.axis_covariance("y")[0, 0]) == pytest.approx(jump_v / np.sqrt(10.0), rel=0.05)
 
@@ -238,7 +238,7 @@ def pitch_only(mounting):
         o.point[kept],
         o.pitch_rad[kept],
         o.roll_rad[kept],
-        {a: v[kept] for a, v in o.outputs_v.items()},
+        {a: v[kept] for a, v in o.outputs.items()},
     )
     return Mounting(rows, mounting.package_from_table)
 
@@ -262,6 +262,6 @@ def test_without_roll_a_level_error_of_ten_arc_seconds_needs_the_reversed_mount(
 
 def test_one_pitch_angle_only_is_refused_in_words():
     o = observe(np.random.default_rng(7)).observations
-    flat = Observations(o.replication, o.point, np.full_like(o.pitch_rad, 0.3), o.roll_rad, o.outputs_v)
+    flat = Observations(o.replication, o.point, np.full_like(o.pitch_rad, 0.3), o.roll_rad, o.outputs)
     with pytest.raises(DesignError, match="add pitch and roll angles"):
         joint_fit([Mounting(flat)], "xyz", TablePriors())

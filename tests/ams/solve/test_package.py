@@ -75,8 +75,8 @@ def test_a_disturbance_of_the_package_is_seen_in_all_axes() -> None:
     """Half a microvolt per replication on every axis at once: the offsets of x and z hang together."""
     observations = Campaign(replications=12, noise_arcsec=0.05).observe(np.random.default_rng(3))
     jumps = np.random.default_rng(4).normal(0.0, 1e-4, 13)[observations.replication]
-    moved = {axis: output + jumps for axis, output in observations.outputs_v.items()}
-    solved = calibrate(replace(observations, outputs_v=moved), CalibrationRequest())
+    moved = {axis: output + jumps for axis, output in observations.outputs.items()}
+    solved = calibrate(replace(observations, outputs=moved), CalibrationRequest())
     assert solved.package is not None
     assert correlation(solved.package.covariance)[0, 8] > 0.99
 
@@ -85,8 +85,8 @@ def test_lack_of_fit_is_common_where_the_residuals_are() -> None:
     observations = Campaign(noise_arcsec=0.05).observe(np.random.default_rng(5))
     own = np.random.default_rng(6).normal(0.0, 1e-4, (3, observations.point.max() + 1))[:, observations.point]
     for same, expected in ((True, 0.98), (False, 0.0)):
-        outputs = {a: v + own[0 if same else i] for i, (a, v) in enumerate(observations.outputs_v.items())}
-        package = calibrate(replace(observations, outputs_v=outputs), CalibrationRequest()).package
+        outputs = {a: v + own[0 if same else i] for i, (a, v) in enumerate(observations.outputs.items())}
+        package = calibrate(replace(observations, outputs=outputs), CalibrationRequest()).package
         assert package is not None
         part = next(part for part in package.components if part.name == "lack-of-fit")
         assert correlation(part.covariance)[0, 4] == pytest.approx(expected, abs=0.35 if not same else 0.02)

@@ -25,10 +25,10 @@ def visited(plateaus_degc, per_visit: int, seed: int, plot_v: float = 2e-5, plot
     observations = Campaign(replications=visits * per_visit, noise_arcsec=0.3, **GRID).observe(rng)
     visit = np.repeat(np.arange(visits), per_visit * POINTS)
     temperature = np.array(plateaus_degc)[visit] + rng.uniform(-0.3, 0.3, rows)
-    rise, sensed = temperature - 25.0, observations.outputs_v["x"] - OFFSET_V["x"]
+    rise, sensed = temperature - 25.0, observations.outputs["x"] - OFFSET_V["x"]
     shift = rng.normal(0.0, plot_v, visits)[visit] + rng.normal(0.0, plot_share, visits)[visit] * sensed
-    output = observations.outputs_v["x"] + OFFSET_TC * rise + SENSITIVITY_TC * rise * sensed + shift
-    return replace(observations, outputs_v={"x": output}, temperature_degc=temperature)
+    output = observations.outputs["x"] + OFFSET_TC * rise + SENSITIVITY_TC * rise * sensed + shift
+    return replace(observations, outputs={"x": output}, temperature_degc=temperature)
 
 
 ESTIMATE = CalibrationRequest(temperature="estimate", reference_temperature_degc=25.0)

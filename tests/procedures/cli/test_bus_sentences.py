@@ -101,12 +101,12 @@ def test_an_unplugged_adapter_and_one_that_came_back_under_another_name_are_told
 
 
 def test_a_table_that_lost_power_says_that_its_home_is_gone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    cut = FaultRule(line="axes.pitch", kind="power-cycle", at_s=60.0, away_s=1.0)
+    cut = FaultRule(line="axes.pitch", kind="power-cycle", at_s=120.0, away_s=1.0)
     with _served(tmp_path, "table", {"cut": cut}) as rig:
         clock = ScaledClock(FACTOR)
         begun_s = clock.monotonic_s()
         assert call(capsys, "jog", "--rig", rig, "--axis", "pitch", "--home").status == 0
-        clock.sleep(begun_s + 62.0 - clock.monotonic_s())
+        clock.sleep(begun_s + 122.0 - clock.monotonic_s())
         outcome = call(capsys, "jog", "--rig", rig, "--axis", "pitch", "--to", 5)
     assert outcome.status == 2
     assert "pitch: the axis is not homed, so its position is not known; nothing moved; home it first" in outcome.err

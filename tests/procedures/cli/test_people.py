@@ -4,17 +4,16 @@ from pathlib import Path
 
 import pytest
 from command import call
+from finished_job import FinishedJob
 from job_files import job
+
+pytestmark = pytest.mark.usefixtures("no_report")
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("job")
-    from procedures.cli.main import run_command
-
-    procedure, rig = job(folder)
-    assert run_command(["run", procedure, "--rig", rig, "--out", str(folder / "runs")]) == 0
-    return next((folder / "runs").glob("*/journal.sqlite")).parent
+def finished(tmp_path_factory: pytest.TempPathFactory, finished_job: FinishedJob) -> Path:
+    """A finished run that these tests change, one after the other."""
+    return finished_job.copied_to(tmp_path_factory.mktemp("job"))
 
 
 def test_a_bumped_run_is_noted_taken_back_handed_over_and_finished_again(

@@ -1,6 +1,5 @@
 """Laws of the whole job as a user calls it: what it leaves, what it says, the status it ends with."""
 
-import json
 import shutil
 import socket
 import sqlite3
@@ -12,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import Outcome, call
+from finished_job import FinishedJob
 from job_files import job, simulated
 
 from procedures.delivery.deliver import solve_run
@@ -26,15 +26,8 @@ def run(capsys: pytest.CaptureFixture[str], folder: Path, *options: object, **ch
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
-    """One finished run, made once by a process of its own."""
-    folder = tmp_path_factory.mktemp("finished")
-    procedure, rig = job(folder)
-    arguments = ["run", procedure, "--rig", rig, "--out", str(folder / "runs"), "--json"]
-    done = subprocess.run(
-        [sys.executable, "-m", "procedures.cli.main", *arguments], capture_output=True, text=True, check=True
-    )
-    return folder, json.loads(done.stdout)
+def finished(finished_job: FinishedJob) -> tuple[Path, dict]:
+    return finished_job.folder, finished_job.told
 
 
 def test_a_run_says_and_leaves_what_others_rely_on(finished: tuple[Path, dict]) -> None:
@@ -63,29 +56,31 @@ def test_the_truth_lies_within_six_standard_uncertainties(finished: tuple[Path, 
         assert abs(estimate["value"] - truth) < 5.0 * u
 
 
-def test_solving_again_changes_no_byte(finished: tuple[Path, dict], capsys: pytest.CaptureFixture[str]) -> None:
-    folder, document = finished
-    run_folder = Path(document["run"])
+def test_solving_again_changes_no_byte(
+    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run_folder = finished_job.copied_to(tmp_path)
     names = ("report.html", "coefficients/SN1047.json", "exports/SN1047.csv", "exports/SN1047.mat")
     before = {name: (run_folder / name).read_bytes() for name in names}
     outcome = call(capsys, "solve", run_folder, "--json")
     assert outcome.status == 0
-    assert outcome.document == {"sensors": document["sensors"]}
+    assert outcome.document == {"sensors": finished_job.told["sensors"]}
     assert {name: (run_folder / name).read_bytes() for name in names} == before
-    listed = call(capsys, "archive", "list", "--archive", f"sqlite:///{folder / 'runs' / 'archive.sqlite'}", "--json")
+    listed = call(capsys, "archive", "list", "--archive", f"sqlite:///{tmp_path / 'runs' / 'archive.sqlite'}", "--json")
     assert [one["sensor"] for one in listed.document["sets"]] == ["SN1047"]
 
 
+@pytest.mark.usefixtures("no_report")
 def test_an_archive_that_does_not_answer_costs_no_result(
-    finished: tuple[Path, dict], capsys: pytest.CaptureFixture[str]
+    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    document = finished[1]
-    outcome = call(capsys, "solve", document["run"], "--archive", "postgresql+psycopg://u:secret@127.0.0.1:1/x")
+    run_folder = finished_job.copied_to(tmp_path)
+    outcome = call(capsys, "solve", run_folder, "--archive", "postgresql+psycopg://u:secret@127.0.0.1:1/x")
     assert outcome.status == 1
     assert "sensitivity" in outcome.out
-    assert document["report"] in outcome.out
+    assert str(run_folder / "report.html") in outcome.out
     assert "archive      " not in outcome.out
-    assert f"calrig archive publish {document['run']} does it later" in outcome.err
+    assert f"calrig archive publish {run_folder} does it later" in outcome.err
     assert "does not answer" in outcome.err
     assert "secret" not in outcome.err
 
@@ -162,12 +157,13 @@ def test_a_finished_run_takes_no_request(
     assert "it is finished" in outcome.err
 
 
+@pytest.mark.usefixtures("no_report")
 @pytest.mark.parametrize("options", [(), ("--pty",)], ids=["tcp", "pty"])
 def test_real_ports_give_the_same_numbers_as_memory(
     finished: tuple[Path, dict], tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...]
 ) -> None:
     procedure, rig = job(tmp_path)
-    with simulated(rig, tmp_path / "ports.toml", "--time-factor", "400", *options) as addresses:
+    with simulated(rig, tmp_path / "ports.toml", "--time-factor", "200", *options) as addresses:
         assert set(addresses) == {"axes.pitch", "axes.roll", "readouts.dmm", "environment.air", "twin"}
         ports = tmp_path / "ports.toml"
         outcome = call(capsys, "run", procedure, "--rig", ports, "--out", tmp_path / "runs", "--json")
@@ -175,6 +171,7 @@ def test_real_ports_give_the_same_numbers_as_memory(
     assert outcome.document["sensors"] == finished[1]["sensors"]
 
 
+@pytest.mark.usefixtures("no_report")
 def test_a_rehearsal_needs_no_port(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     procedure, rig = job(tmp_path, None, {'port = "twin"': 'port = "socket://127.0.0.1:1"', '"twin"': f'"{METER}"'})
     text = Path(rig).read_text(encoding="utf-8")
@@ -269,6 +266,7 @@ def test_a_truncated_journal_is_a_sentence(
             assert (folder / "journal.sqlite").read_bytes() == whole[:size]
 
 
+@pytest.mark.usefixtures("no_report")
 def test_noise_free_means_are_not_called_stuck(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     outcome = run(
         capsys,
@@ -324,6 +322,7 @@ def test_a_run_without_roll_is_solved_reported_and_exported(tmp_path: Path, caps
     assert Path(outcome.document["report"]).stat().st_size > 100_000
 
 
+@pytest.mark.usefixtures("no_report")
 def test_the_other_polarity_than_declared_stops_before_the_long_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -335,6 +334,7 @@ def test_the_other_polarity_than_declared_stops_before_the_long_run(
     assert "give --operator and --reason" in again.err
 
 
+@pytest.mark.usefixtures("no_report")
 def test_a_sensitivity_far_from_the_declared_one_stops_before_the_long_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

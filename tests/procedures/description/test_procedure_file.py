@@ -9,7 +9,8 @@ from example_files import EXAMPLE_PROCEDURE, changed
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.description.procedure_file import Range, read_procedure
+from procedures.description.procedure_file import Range
+from procedures.kinds.read import read_procedure
 from rig.errors import DescriptionError
 
 MISTAKES = [

@@ -178,7 +178,7 @@ def test_a_rig_that_a_run_owns_is_refused_with_its_owner(tmp_path: Path) -> None
         acquire([str(rig)], "run night-12"),
         _window(rig) as window,
     ):
-        window.wait_for(lambda text: "(run night-12) since" in text.replace("\n", ""))
+        window.wait_for_words("(run night-12) since")
         assert window.process.wait(10) == ExitStatus.FAILED
 
 

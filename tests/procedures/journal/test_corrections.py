@@ -6,9 +6,9 @@ from datetime import date
 from pathlib import Path
 
 import pytest
-from grumbling import Grumbling
-from night import Degrading, Night, asks, events, spend, states
+from faulty_rig import FaultyRig
 from small_run import Bench, bench, dwells_of, measured, resumed
+from unattended_run import RigWithBadLine, UnattendedRun, asks, events, run_unattended, states
 
 from procedures.delivery.deliver import deliver, solve_run
 from procedures.errors import RequestError
@@ -187,25 +187,27 @@ def test_a_request_for_a_note_reaches_a_running_run_by_its_spool(whole: Path) ->
 
 
 def test_an_acknowledgement_at_rest_and_in_a_held_run_is_on_record_and_known(small: Bench, tmp_path: Path) -> None:
-    night = Night(small.folder / "held", at={30: asks("ack"), **{at: asks("continue") for at in range(60, 2000, 20)}})
-    outcome = spend(small, night, rig_of=Degrading)
+    unattended = UnattendedRun(
+        small.folder / "held", at={30: asks("ack"), **{at: asks("continue") for at in range(60, 2000, 20)}}
+    )
+    outcome = run_unattended(small, unattended, rig_of=RigWithBadLine)
     assert outcome.state in (State.FINISHED, State.STOPPED)
-    (ack,) = events(night.run_dir, "ack")
-    assert (ack.detail["by"], any(one.event == "ack" for one in night.told)) == ("bert", True)
+    (ack,) = events(unattended.run_dir, "ack")
+    assert (ack.detail["by"], any(one.event == "ack" for one in unattended.told)) == ("bert", True)
 
 
 def test_a_tripped_run_is_acknowledged_by_a_word_after_its_trip_or_by_a_resume(small: Bench, tmp_path: Path) -> None:
-    night = Night(small.folder / "tripped", after={5: asks("ack")})
-    spend(small, night, rig_of=lambda rig: Pressed(rig))
-    assert status(night.run_dir).state is State.TRIPPED
-    assert not is_acknowledged(night.run_dir), "a word from before the trip does not speak of it"
-    acknowledge(night.run_dir, "anna", "on my way")
-    assert is_acknowledged(night.run_dir)
-    with JournalReader.open(night.run_dir) as reader:
+    unattended = UnattendedRun(small.folder / "tripped", after={5: asks("ack")})
+    run_unattended(small, unattended, rig_of=lambda rig: Pressed(rig))
+    assert status(unattended.run_dir).state is State.TRIPPED
+    assert not is_acknowledged(unattended.run_dir), "a word from before the trip does not speak of it"
+    acknowledge(unattended.run_dir, "anna", "on my way")
+    assert is_acknowledged(unattended.run_dir)
+    with JournalReader.open(unattended.run_dir) as reader:
         reader.verify()
 
 
-class Pressed(Grumbling):
+class Pressed(FaultyRig):
     """The stop button is pressed in mid-run."""
 
     def __init__(self, rig: Rig) -> None:

@@ -6,6 +6,8 @@ import os
 import resource
 import shutil
 import sqlite3
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import apsw
@@ -15,9 +17,10 @@ from journals import HEADER, a_clock, a_dwell, journal_with, with_overload
 from small_run import in_child
 
 from procedures.errors import ExitStatus, JournalError, StorageFailed
-from procedures.journal.encoding import encode_dwell
+from procedures.journal.encoding import decode_dwell, encode_dwell
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
+from procedures.records.dwells import DwellRecord
 from procedures.records.states import State
 from rig.clock import SystemClock
 
@@ -49,7 +52,38 @@ def test_a_dwell_comes_back_bit_by_bit(tmp_path: Path) -> None:
     assert encode_dwell(read) == encode_dwell(written)
     assert read.sha256 == written.sha256
     assert list(read.targets_deg) == ["roll", "pitch"]
-    assert np.isnan(read.readings["dmm.x"].samples_v[3])
+    assert np.isnan(read.readings["dmm.x"].samples[3])
+
+
+def _of_units(units: Mapping[str, str]) -> DwellRecord:
+    """A dwell whose readings are in these units, by channel."""
+    record = a_dwell(3)
+    first = record.readings["dmm.x"]
+    readings = {name: replace(first, channel=name, unit=unit) for name, unit in units.items()}
+    return replace(record, readings=readings)
+
+
+@pytest.mark.parametrize(
+    "units",
+    [{"dmm.x": "v"}, {"dmm.x": "v", "imu.gx": "dps", "imu.mx": "ut", "board.ax": "counts"}, {"imu.taken_s": "s"}],
+    ids=lambda units: "-".join(units.values()),
+)
+def test_a_reading_says_its_unit_through_the_journal_and_back(tmp_path: Path, units: dict[str, str]) -> None:
+    _journal(tmp_path).commit_dwell(_of_units(units), a_clock())
+    with JournalReader.open(tmp_path) as reader:
+        (read,) = reader.dwells()
+    assert {name: reading.unit for name, reading in read.readings.items()} == units
+
+
+def test_volts_are_stored_as_they_always_were() -> None:
+    text, _ = encode_dwell(a_dwell(3))
+    assert "units" not in json.loads(text)
+
+
+def test_a_dwell_that_was_stored_without_units_takes_them_from_the_rig() -> None:
+    text, samples = encode_dwell(_of_units({"dmm.x": "v", "imu.gx": "v", "axes.pitch.angle_deg": "v"}))
+    read = decode_dwell(text, samples, "", lambda: {"imu.gx": "dps"})
+    assert [reading.unit for reading in read.readings.values()] == ["v", "dps", "deg"]
 
 
 def test_the_hash_of_a_dwell_is_that_of_its_stored_text_and_samples(tmp_path: Path) -> None:
@@ -240,7 +274,7 @@ def test_a_lost_write_ahead_log_is_noticed(tmp_path: Path) -> None:
 
 def test_a_flipped_bit_in_the_samples_names_the_dwell(tmp_path: Path) -> None:
     path = journal_with(tmp_path / "journal.sqlite", 5)
-    samples = a_dwell(3).readings["dmm.x"].samples_v.tobytes()
+    samples = a_dwell(3).readings["dmm.x"].samples.tobytes()
     flipped = bytes(byte ^ (0x10 if place == 17 else 0) for place, byte in enumerate(samples))
     content = path.read_bytes()
     assert samples in content

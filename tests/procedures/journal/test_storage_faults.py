@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from journals import journal_with
-from night import Night, events, spend
 from small_run import Bench, bench, dwells_of, measured, resumed
+from unattended_run import UnattendedRun, events, run_unattended
 
 from procedures.delivery.deliver import sensors_document, solve_run
 from procedures.errors import ExitStatus, JournalError, RequestError
@@ -51,7 +51,7 @@ def _damaged(clean: Path, folder: Path, steps: tuple[int, ...]) -> Path:
     content = (clean / JOURNAL_FILE).read_bytes()
     for dwell in dwells_of(clean):
         if dwell.step in steps:
-            samples = dwell.readings["dmm.y"].samples_v.tobytes()
+            samples = dwell.readings["dmm.y"].samples.tobytes()
             content = content.replace(samples, samples[::-1])
     (folder / JOURNAL_FILE).write_bytes(content)
     return folder
@@ -198,8 +198,8 @@ def test_fault_04_a_disk_that_turns_read_only_leaves_a_copy_in_the_second_place(
         return commit(journal, *arguments)  # type: ignore[arg-type]
 
     monkeypatch.setattr(Journal, "commit_dwell", refused)
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night, Care(second_place=tmp_path / "second"))
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, Care(second_place=tmp_path / "second"))
     assert (outcome.state, outcome.exit_status) == (State.STOPPED, ExitStatus.FAILED)
     assert "attempt to write a readonly database" in outcome.reason
     assert f"copied to {tmp_path / 'second' / 'run'} (14 dwells" in outcome.reason
@@ -208,8 +208,8 @@ def test_fault_04_a_disk_that_turns_read_only_leaves_a_copy_in_the_second_place(
         assert [dwell.step for dwell in reader.dwells()] == list(range(14))
     assert '\\"step\\":14' in (tmp_path / "second" / "run" / UNSAVED_FILE).read_text()
     monkeypatch.setattr(Journal, "commit_dwell", commit)
-    assert resumed(night.run_dir).state is State.FINISHED
-    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+    assert resumed(unattended.run_dir).state is State.FINISHED
+    assert measured(dwells_of(unattended.run_dir)) == measured(dwells_of(clean))
 
 
 def test_fault_04_a_second_place_that_fails_as_well_is_told(clean: Path, tmp_path: Path) -> None:

@@ -20,14 +20,14 @@ def test_readings_are_as_they_would_be_by_declaration_and_the_supply_is_left_out
     read = dwell(1, volts={"dmm.x": (2.525, 2.5250001), "dmm.y": (1.0, 1.0), "dmm.s": (5.05, 5.05)}, degc=31.0)
     told = at_declared(read, {"dmm.x": RATIOMETRIC, "dmm.y": RESISTOR})
     assert set(told.readings) == {"dmm.x", "dmm.y"}
-    assert told.readings["dmm.x"].samples_v == pytest.approx([2.5, 2.5000001], rel=1e-9)
-    assert told.readings["dmm.y"].mean_v == pytest.approx(1.0 / 1.0004, rel=1e-12)
-    assert read.readings["dmm.x"].mean_v == pytest.approx(2.52500005)  # what was read stays as it is
+    assert told.readings["dmm.x"].samples == pytest.approx([2.5, 2.5000001], rel=1e-9)
+    assert told.readings["dmm.y"].mean == pytest.approx(1.0 / 1.0004, rel=1e-12)
+    assert read.readings["dmm.x"].mean == pytest.approx(2.52500005)  # what was read stays as it is
 
 
 @pytest.mark.parametrize("volts", [{"dmm.x": (2.5, 2.5)}, {"dmm.x": (2.5, 2.5), "dmm.s": (float("nan"), 5.0)}])
 def test_without_a_supply_a_reading_stays_as_it_is(volts: dict[str, tuple[float, ...]]) -> None:
-    assert at_declared(dwell(1, volts=volts), {"dmm.x": RATIOMETRIC}).readings["dmm.x"].mean_v == 2.5
+    assert at_declared(dwell(1, volts=volts), {"dmm.x": RATIOMETRIC}).readings["dmm.x"].mean == 2.5
 
 
 def test_without_chains_a_record_is_itself() -> None:

@@ -59,7 +59,7 @@ def test_the_extended_model_is_reported_beside_the_model() -> None:
     rows = sensor.observations
     assert rows is not None
     down = np.cos(rows.pitch_rad) * np.cos(rows.roll_rad)
-    bent = replace(rows, outputs_v={"x": rows.outputs_v["x"] + 30e-6 * (np.sin(rows.pitch_rad) ** 2 - down**2)})
+    bent = replace(rows, outputs={"x": rows.outputs["x"] + 30e-6 * (np.sin(rows.pitch_rad) ** 2 - down**2)})
     for observations, said in ((bent, "is accepted"), (rows, "is not needed")):
         request = CalibrationRequest(nominal_axes={"x": "x"}, extended="test")
         solved = calibrate(observations, request).axes["x"]

@@ -15,11 +15,11 @@ def test_the_check_set_is_compared_attitude_by_attitude() -> None:
     ]
     (found,) = check_comparisons([*before, *after], LABELS)
     assert found.attitudes == 2
-    assert found.mean_change_v == pytest.approx(3e-6, abs=1e-12)
-    assert found.largest_change_v == pytest.approx(5e-6, abs=1e-12)
+    assert found.mean_change == pytest.approx(3e-6, abs=1e-12)
+    assert found.largest_change == pytest.approx(5e-6, abs=1e-12)
     assert found.largest_at == "pitch 90°, roll 0°"
     # two samples 2 µV apart: s² = 2 µV², the mean's variance 1 µV², of a difference 2 µV²
-    assert found.scatter_v == pytest.approx(np.sqrt(2.0) * 1e-6, rel=1e-6)
+    assert found.scatter == pytest.approx(np.sqrt(2.0) * 1e-6, rel=1e-6)
 
 
 def test_one_epoch_has_nothing_to_compare() -> None:
@@ -32,7 +32,7 @@ def test_reference_traces_start_at_zero_and_leave_out_rejected_visits() -> None:
         for place, volt in enumerate((1.0, 1.5, 9.0, 1.25))
     ]
     (trace,) = reference_traces(visits, LABELS)
-    assert trace.change_v.tolist() == [0.0, 0.5, 0.25]
+    assert trace.change.tolist() == [0.0, 0.5, 0.25]
     assert trace.label == "SN1 x"
 
 

@@ -7,8 +7,9 @@ import pytest
 from report_journal import write_journal
 
 from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.solve import solve_record
 from procedures.report.view import RunView
-from procedures.report.write import solve_record, view_of, write_report
+from procedures.report.write import view_of, write_report
 from procedures.solution.record import RunRecord, read_record
 
 

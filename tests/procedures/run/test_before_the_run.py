@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from journals import a_dwell
-from night import Night, events, spend, states
 from small_run import RIG, Bench, bench, dwells_of
+from unattended_run import UnattendedRun, events, run_unattended, states
 
 from procedures.errors import ExitStatus
 from procedures.records.dwells import ChannelReading, DwellRecord
@@ -119,12 +119,12 @@ def test_after_the_package_was_put_right_the_check_set_is_the_new_baseline(tmp_p
     )
     run_dir = tmp_path / "run"
     run_dir.mkdir()
-    night = Night(tmp_path / "night")
-    assert spend(Bench(small.folder, mounted_wrongly, small.plan), night).state is State.TRIPPED
+    unattended = UnattendedRun(tmp_path / "night")
+    assert run_unattended(Bench(small.folder, mounted_wrongly, small.plan), unattended).state is State.TRIPPED
     with open_rig(small.rig) as rig:
-        assert resume_on(night.run_dir, rig, "carla", "turned it back").state is State.FINISHED
-    assert not events(night.run_dir, "seam"), "there is no earlier check set that counts"
-    assert states(night.run_dir)[2:] == ["tripped", "checking", "running", "finished"]
+        assert resume_on(unattended.run_dir, rig, "carla", "turned it back").state is State.FINISHED
+    assert not events(unattended.run_dir, "seam"), "there is no earlier check set that counts"
+    assert states(unattended.run_dir)[2:] == ["tripped", "checking", "running", "finished"]
 
 
 class Drifting:
@@ -141,7 +141,7 @@ class Drifting:
         if channel != "dmm.z":
             return burst
         drift_v = 0.01 * np.exp(-self._clock.monotonic_s() / self._tau_s)  # type: ignore[attr-defined]
-        return replace(burst, values_v=burst.values_v + drift_v)
+        return replace(burst, samples=burst.samples + drift_v)
 
 
 class WarmingUp:
@@ -168,18 +168,18 @@ def test_nothing_is_measured_before_a_channel_is_warm_and_at_rest(
 ) -> None:
     """dv/dt = −10 mV/τ·exp(−t/τ): with τ = 1200 s it falls below 0.2 mV/h after τ·ln(150) = 6013 s."""
     small = bench(tmp_path, rig=(("[twin]", GATE),))
-    night = Night(tmp_path / "run")
-    assert spend(small, night, rig_of=lambda rig: WarmingUp(rig, tau_s)).state is State.FINISHED
-    (warm,) = events(night.run_dir, "warm_up")
+    unattended = UnattendedRun(tmp_path / "run")
+    assert run_unattended(small, unattended, rig_of=lambda rig: WarmingUp(rig, tau_s)).state is State.FINISHED
+    (warm,) = events(unattended.run_dir, "warm_up")
     assert least_s <= float(str(warm.detail["took_s"])) < most_s
     assert abs(float(str(warm.detail["slope_v_per_h"]))) <= 2e-4
-    first = dwells_of(night.run_dir)[0]
+    first = dwells_of(unattended.run_dir)[0]
     assert first.started_s >= least_s
 
 
 def test_a_channel_that_never_comes_to_rest_trips(tmp_path: Path) -> None:
     small = bench(tmp_path, rig=(("[twin]", GATE.replace("2e-4", "1e-9")),))
-    outcome = spend(small, Night(tmp_path / "run"))
+    outcome = run_unattended(small, UnattendedRun(tmp_path / "run"))
     assert outcome.state is State.TRIPPED
     assert "dmm.z: still drifts by" in outcome.reason
     assert "allowed 1e-09 V/h (rig file: chain.dmm.z.warm_up_slope_v_per_h); nothing was measured" in outcome.reason

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from grumbling import Grumbling, louder
+from faulty_rig import FaultyRig, noisier
 from journals import a_clock
 from small_run import Bench, bench, dwells_of, measured
 
@@ -87,9 +87,9 @@ def _states(run_dir: Path) -> list[str]:
 
 
 @contextmanager
-def _grumbling(small: Bench, **wrong: Callable[..., object] | str) -> Iterator[Grumbling]:
+def _grumbling(small: Bench, **wrong: Callable[..., object] | str) -> Iterator[FaultyRig]:
     with open_rig(small.rig) as rig:
-        yield Grumbling(rig, **wrong)  # type: ignore[arg-type]
+        yield FaultyRig(rig, **wrong)  # type: ignore[arg-type]
 
 
 def _run_grumbling(small: Bench, run_dir: Path, **wrong: Callable[..., object] | str) -> Outcome:
@@ -109,7 +109,7 @@ def test_a_run_measures_every_dwell_of_its_plan_once_and_in_order(small: Bench, 
         assert list(dwell.targets_deg.items()) == list(planned.targets_deg.items())
         assert dwell.measured_deg == pytest.approx(dict(planned.targets_deg), abs=1e-3)
         assert list(dwell.readings) == list(small.plan.channels)
-        assert {reading.samples_v.size for reading in dwell.readings.values()} == {5}
+        assert {reading.samples.size for reading in dwell.readings.values()} == {5}
         assert dwell.ended_s > dwell.started_s + dwell.settle_s
 
 
@@ -119,7 +119,7 @@ def test_a_dwell_reads_what_gravity_gives(clean: Path) -> None:
     force = np.array([np.sin(alpha), -np.cos(alpha) * np.sin(roll), -np.cos(alpha) * np.cos(roll)])
     along = np.array([np.cos(cone), np.sin(cone) * np.cos(azimuth), np.sin(cone) * np.sin(azimuth)])
     found = [
-        dwell.readings["dmm.x"].mean_v
+        dwell.readings["dmm.x"].mean
         for dwell in dwells_of(clean)
         if dict(dwell.targets_deg) == {"pitch": 30.0, "roll": 90.0} and dwell.purpose == "design"
     ]
@@ -213,20 +213,20 @@ def test_a_noisy_dwell_is_rejected_kept_and_measured_again(small: Bench, tmp_pat
     step = small.plan.design_dwells[8].step
 
     def spoil(number: int, burst: Burst) -> Burst:
-        return louder(burst, 30.0) if number == 3 * step + 2 else burst
+        return noisier(burst, 30.0) if number == 3 * step + 2 else burst
 
     assert _run_grumbling(small, tmp_path / "run", spoil=spoil).state is State.FINISHED
     first, second = (dwell for dwell in dwells_of(tmp_path / "run") if dwell.step == step)
     assert (first.accepted, first.attempt, second.accepted, second.attempt) == (False, 1, True, 2)
     assert first.reasons[0].startswith("dmm.y: noise")
-    assert len(first.readings["dmm.y"].samples_v) == 5
+    assert len(first.readings["dmm.y"].samples) == 5
 
 
 def test_in_virtual_time_a_dwell_that_stays_suspect_fails_the_run_with_the_sentence(
     small: Bench, tmp_path: Path
 ) -> None:
     def spoil(number: int, burst: Burst) -> Burst:
-        return louder(burst, 30.0) if number > 40 else burst
+        return noisier(burst, 30.0) if number > 40 else burst
 
     outcome = _run_grumbling(small, tmp_path / "run", spoil=spoil)
     assert outcome.state is State.FAILED
@@ -241,7 +241,7 @@ def test_a_suspect_dwell_holds_a_real_run_until_a_person_says_continue(tmp_path:
     step = small.plan.design_dwells[9].step
 
     def spoil(number: int, burst: Burst) -> Burst:
-        return louder(burst, 30.0) if 3 * step < number <= 3 * step + 9 else burst
+        return noisier(burst, 30.0) if 3 * step < number <= 3 * step + 9 else burst
 
     with _grumbling(small, spoil=spoil) as rig:
         outcome = begin(run_dir, small.header(run_dir), small.plan, rig, None, Continuing(run_dir))  # type: ignore[arg-type]
@@ -258,7 +258,7 @@ def test_a_continue_grants_all_the_retries_anew(tmp_path: Path) -> None:
     step = small.plan.design_dwells[9].step
 
     def spoil(number: int, burst: Burst) -> Burst:
-        return louder(burst, 30.0) if 3 * step < number <= 3 * step + 15 else burst
+        return noisier(burst, 30.0) if 3 * step < number <= 3 * step + 15 else burst
 
     with _grumbling(small, spoil=spoil) as rig:
         outcome = begin(run_dir, small.header(run_dir), small.plan, rig, None, Continuing(run_dir))  # type: ignore[arg-type]
@@ -280,7 +280,7 @@ def test_fault_44_an_axis_that_slips_during_a_dwell_voids_it(small: Bench, tmp_p
             slipped.append(step)
             return replace(state, position_deg=state.position_deg + 0.05)
 
-        rig = Grumbling(opened, look=look)
+        rig = FaultyRig(opened, look=look)
         assert begin(run_dir, small.header(run_dir), small.plan, rig).state is State.FINISHED
     first, second = (dwell for dwell in dwells_of(run_dir) if dwell.step == step)
     target_deg = first.targets_deg["pitch"]

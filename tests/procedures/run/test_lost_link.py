@@ -5,9 +5,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from grumbling import Grumbling
-from night import Night, Unreachable, asks, events, spend, states
+from faulty_rig import FaultyRig
 from small_run import Bench, bench, dwells_of, measured
+from unattended_run import RigReopenedLate, UnattendedRun, asks, events, run_unattended, states
 
 from procedures.records.states import State
 from procedures.run.ending import Outcome
@@ -38,40 +38,40 @@ def _fails_at(error: Exception, first: int, last: int) -> Callable[[int, Burst],
     return spoil
 
 
-def _at_night(
-    small: Bench, run_dir: Path, night: Night, answers_at: int, **wrong: object
-) -> tuple[Outcome, Unreachable]:
-    kept: list[Unreachable] = []
+def _unattended(
+    small: Bench, run_dir: Path, unattended: UnattendedRun, answers_at: int, **wrong: object
+) -> tuple[Outcome, RigReopenedLate]:
+    kept: list[RigReopenedLate] = []
 
-    def around(rig: Rig) -> Unreachable:
-        kept.append(Unreachable(rig, answers_at, **wrong))
+    def around(rig: Rig) -> RigReopenedLate:
+        kept.append(RigReopenedLate(rig, answers_at, **wrong))
         return kept[0]
 
-    return spend(small, night, rig_of=around), kept[0]
+    return run_unattended(small, unattended, rig_of=around), kept[0]
 
 
 def test_fault_21_gone_link_is_held_reached_again_homed_checked_and_the_run_goes_on(
     small: Bench, clean: Path, tmp_path: Path
 ) -> None:
-    night = Night(tmp_path / "run")
-    outcome, rig = _at_night(small, night.run_dir, night, 4, spoil=_fails_at(LinkLost(GONE), 50, 50))
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome, rig = _unattended(small, unattended.run_dir, unattended, 4, spoil=_fails_at(LinkLost(GONE), 50, 50))
     assert outcome.state is State.FINISHED
     assert rig.attempts == 4
-    assert states(night.run_dir)[3:] == ["held", "checking", "running", "finished"]
-    held = next(event for event in events(night.run_dir, "state") if event.detail["to"] == "held")
+    assert states(unattended.run_dir)[3:] == ["held", "checking", "running", "finished"]
+    held = next(event for event in events(unattended.run_dir, "state") if event.detail["to"] == "held")
     assert (held.detail["reason"], held.detail["cause"]) == (f"link lost: {GONE}", "link")
-    assert [event.detail["epoch"] for event in events(night.run_dir, "opened")] == [1, 2]
-    (seam,) = events(night.run_dir, "seam")
+    assert [event.detail["epoch"] for event in events(unattended.run_dir, "opened")] == [1, 2]
+    (seam,) = events(unattended.run_dir, "seam")
     assert (seam.detail["tested"], seam.detail["steps"]) == (True, 0)
-    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+    assert measured(dwells_of(unattended.run_dir)) == measured(dwells_of(clean))
 
 
 def test_fault_21_every_axis_is_told_to_stop_before_anything_else(small: Bench, tmp_path: Path) -> None:
-    night = Night(tmp_path / "run")
-    outcome, rig = _at_night(small, night.run_dir, night, 1, spoil=_fails_at(LinkLost(GONE), 50, 50))
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome, rig = _unattended(small, unattended.run_dir, unattended, 1, spoil=_fails_at(LinkLost(GONE), 50, 50))
     assert outcome.state is State.FINISHED
     assert rig.pitch.stops == 2
-    kinds = [event.kind for event in events(night.run_dir)]
+    kinds = [event.kind for event in events(unattended.run_dir)]
     assert kinds.index("safe") < kinds.index("reconnect")
 
 
@@ -79,11 +79,11 @@ def test_fault_21_every_axis_is_told_to_stop_before_anything_else(small: Bench, 
 def test_fault_21_stuck_link_is_given_up_only_by_stop_or_abort(
     small: Bench, tmp_path: Path, kind: str, state: State
 ) -> None:
-    night = Night(tmp_path / "run", at={20_000: asks(kind)})
-    outcome, rig = _at_night(small, night.run_dir, night, 10**6, spoil=_fails_at(LinkLost(GONE), 50, 10**6))
+    unattended = UnattendedRun(tmp_path / "run", at={20_000: asks(kind)})
+    outcome, rig = _unattended(small, unattended.run_dir, unattended, 10**6, spoil=_fails_at(LinkLost(GONE), 50, 10**6))
     assert outcome.state is state
     assert 15 < rig.attempts < 30, "growing pauses, at most a minute, over 1000 s"
-    assert len(events(night.run_dir, "reconnect")) == 1, "the same refusal is written once"
+    assert len(events(unattended.run_dir, "reconnect")) == 1, "the same refusal is written once"
 
 
 def test_fault_22_what_answers_after_the_replug_is_asked_who_it_is(small: Bench, tmp_path: Path) -> None:
@@ -92,34 +92,38 @@ def test_fault_22_what_answers_after_the_replug_is_asked_who_it_is(small: Bench,
     Detected: ports by stable names; every device is asked who it is after a reconnect.
     Response: another device trips before anything moves.
     """
-    night = Night(tmp_path / "run")
+    unattended = UnattendedRun(tmp_path / "run")
 
-    class Other(Unreachable):
+    class Other(RigReopenedLate):
         def reconnect(self) -> None:
             super().reconnect()
             self._identity = "HP3458A, other serial"
 
-    outcome = spend(small, night, rig_of=lambda rig: Other(rig, 2, spoil=_fails_at(LinkLost(GONE), 50, 50)))
+    outcome = run_unattended(
+        small, unattended, rig_of=lambda rig: Other(rig, 2, spoil=_fails_at(LinkLost(GONE), 50, 50))
+    )
     assert outcome.state is State.TRIPPED
     assert "not the devices this run began with: readouts.dmm: was" in outcome.reason
-    identities = [event.sequence for event in events(night.run_dir, "identities")]
-    assert not [event for event in events(night.run_dir, "intent") if event.sequence > identities[-1]]
+    identities = [event.sequence for event in events(unattended.run_dir, "identities")]
+    assert not [event for event in events(unattended.run_dir, "intent") if event.sequence > identities[-1]]
 
 
 def test_fault_23_swapped_adapters_are_refused_by_what_the_devices_say(small: Bench, tmp_path: Path) -> None:
     """Detected: every device is asked who it is.
     Response: trip before anything moves; both are named.
     """
-    night = Night(tmp_path / "run")
+    unattended = UnattendedRun(tmp_path / "run")
 
-    class Swapped(Unreachable):
+    class Swapped(RigReopenedLate):
         def identities(self) -> dict[str, str]:
             found = dict(super().identities())
             if self.attempts:
                 found["axes.pitch"], found["axes.roll"] = found["axes.roll"], found["axes.pitch"]
             return found
 
-    outcome = spend(small, night, rig_of=lambda rig: Swapped(rig, 1, spoil=_fails_at(LinkLost(GONE), 50, 50)))
+    outcome = run_unattended(
+        small, unattended, rig_of=lambda rig: Swapped(rig, 1, spoil=_fails_at(LinkLost(GONE), 50, 50))
+    )
     assert outcome.state is State.TRIPPED
     assert "axes.pitch: was" in outcome.reason
     assert "axes.roll: was" in outcome.reason
@@ -129,17 +133,19 @@ def test_fault_23_swapped_adapters_are_refused_by_what_the_devices_say(small: Be
 def test_fault_36_a_device_that_no_longer_answers_counts_as_a_lost_link_whatever_its_port_says(
     small: Bench, clean: Path, tmp_path: Path, error: Exception
 ) -> None:
-    night = Night(tmp_path / "run")
-    outcome, rig = _at_night(small, night.run_dir, night, 2, spoil=_fails_at(error, 50, 52))
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome, rig = _unattended(small, unattended.run_dir, unattended, 2, spoil=_fails_at(error, 50, 52))
     assert outcome.state is State.FINISHED
-    assert len(events(night.run_dir, "void")) == small.plan.dwell.retries + 1
+    assert len(events(unattended.run_dir, "void")) == small.plan.dwell.retries + 1
     assert rig.attempts == 2
-    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(clean))
+    assert measured(dwells_of(unattended.run_dir)) == measured(dwells_of(clean))
 
 
 def test_fault_36_a_device_that_never_gives_a_dwell_trips_in_the_end(small: Bench, tmp_path: Path) -> None:
-    night = Night(tmp_path / "run")
-    outcome, rig = _at_night(small, night.run_dir, night, 1, spoil=_fails_at(DeviceSilent("dmm: silent"), 50, 10**6))
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome, rig = _unattended(
+        small, unattended.run_dir, unattended, 1, spoil=_fails_at(DeviceSilent("dmm: silent"), 50, 10**6)
+    )
     assert outcome.state is State.TRIPPED
     assert "lost 6 times without a dwell between" in outcome.reason
     assert rig.attempts == 5
@@ -155,7 +161,7 @@ def test_fault_45_an_axis_that_lost_its_home_is_only_homed_and_the_check_set_com
     """
     told: list[str] = []
 
-    class PowerCycled(Grumbling):
+    class PowerCycled(FaultyRig):
         def __init__(self, rig: Rig) -> None:
             super().__init__(rig, look=self._after_the_cut)
             home, start_move = self.pitch.home, self.pitch.start_move
@@ -168,20 +174,22 @@ def test_fault_45_an_axis_that_lost_its_home_is_only_homed_and_the_check_set_com
                 told.append("cut")
             return replace(state, is_homed=False) if is_cut else state
 
-    night = Night(tmp_path / "run")
-    assert spend(small, night, rig_of=PowerCycled).state is State.FINISHED
+    unattended = UnattendedRun(tmp_path / "run")
+    assert run_unattended(small, unattended, rig_of=PowerCycled).state is State.FINISHED
     assert told[told.index("cut") + 1] == "home"
-    assert states(night.run_dir)[3:] == ["held", "checking", "running", "finished"]
-    assert "pitch: the axis is not homed" in str([event.detail["reason"] for event in events(night.run_dir, "state")])
-    assert measured(dwells_of(night.run_dir)).keys() == measured(dwells_of(clean)).keys()
+    assert states(unattended.run_dir)[3:] == ["held", "checking", "running", "finished"]
+    assert "pitch: the axis is not homed" in str(
+        [event.detail["reason"] for event in events(unattended.run_dir, "state")]
+    )
+    assert measured(dwells_of(unattended.run_dir)).keys() == measured(dwells_of(clean)).keys()
 
 
 def test_a_stop_that_cannot_be_verified_leaves_a_run_that_a_person_can_take_up_again(
     small: Bench, tmp_path: Path
 ) -> None:
-    night = Night(tmp_path / "run", at={50: asks("stop")})
+    unattended = UnattendedRun(tmp_path / "run", at={50: asks("stop")})
 
-    class Dead(Unreachable):
+    class Dead(RigReopenedLate):
         def reconnect(self) -> None:
             self.pitch.stop = self._refuse  # type: ignore[method-assign]
             super().reconnect()
@@ -189,6 +197,8 @@ def test_a_stop_that_cannot_be_verified_leaves_a_run_that_a_person_can_take_up_a
         def _refuse(self) -> None:
             raise LinkLost(GONE)
 
-    outcome = spend(small, night, rig_of=lambda rig: Dead(rig, 10**6, spoil=_fails_at(LinkLost(GONE), 50, 10**6)))
+    outcome = run_unattended(
+        small, unattended, rig_of=lambda rig: Dead(rig, 10**6, spoil=_fails_at(LinkLost(GONE), 50, 10**6))
+    )
     assert outcome.state is State.TRIPPED
     assert "not every axis is known to stand still" in outcome.reason

@@ -6,10 +6,10 @@ import pytest
 from cut_line import CutLine, cut_line
 from small_run import bench, dwells_of, measured
 
-from procedures.description.procedure_file import read_procedure
 from procedures.journal.header import make_header
 from procedures.journal.journal_reader import JournalReader
-from procedures.plan.planner import make_plan
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
 from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.run.begin import begin

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from grumbling import Grumbling
+from faulty_rig import FaultyRig
 from small_run import Bench, bench, dwells_of, in_child, measured
 
 from procedures.errors import ExitStatus, JournalError, RequestError
@@ -79,7 +79,7 @@ def test_every_resume_measures_the_check_set_again_in_its_own_epoch(small: Bench
     wanted = [dwell.step for dwell in small.plan.check_set]
     assert [(dwell.epoch, dwell.step) for dwell in checks] == [(epoch, step) for epoch in (1, 2) for step in wanted]
     first, again = checks[0], checks[len(wanted)]
-    assert first.readings["dmm.x"].samples_v.tobytes() != again.readings["dmm.x"].samples_v.tobytes()
+    assert first.readings["dmm.x"].samples.tobytes() != again.readings["dmm.x"].samples.tobytes()
     with JournalReader.open(run_dir) as reader:
         (seam,) = reader.events("seam")
     assert (seam.detail["tested"], seam.detail["comparisons"], seam.detail["steps"]) == (True, 18, 0)
@@ -143,7 +143,7 @@ def test_fault_70_a_person_may_answer_for_a_change_and_the_record_keeps_it(small
     with JournalReader.open(run_dir) as reader:
         reader.verify()
         (override,) = reader.events("override")
-        sizes = {reading.samples_v.size for dwell in reader.dwells() for reading in dwell.readings.values()}
+        sizes = {reading.samples.size for dwell in reader.dwells() for reading in dwell.readings.values()}
     assert override.detail == {
         "by": "carla",
         "reason": "samples of tomorrow",
@@ -198,7 +198,7 @@ def test_a_run_that_somebody_runs_is_not_resumed(small: Bench) -> None:
 
 def test_a_damaged_journal_is_not_resumed(small: Bench) -> None:
     run_dir = _stopped(small)
-    samples = dwells_of(run_dir)[8].readings["dmm.y"].samples_v.tobytes()
+    samples = dwells_of(run_dir)[8].readings["dmm.y"].samples.tobytes()
     content = (run_dir / JOURNAL_FILE).read_bytes()
     (run_dir / JOURNAL_FILE).write_bytes(content.replace(samples, samples[::-1]))
     with pytest.raises(JournalError, match="the dwell of step 8, attempt 1, epoch 1 is not as it was written"):
@@ -240,10 +240,10 @@ def test_after_a_step_that_a_person_accepted_dwells_are_held_against_those_since
     assert _on_changed_rig(run_dir, changed) is State.TRIPPED
 
     def once_off(number: int, burst: Burst) -> Burst:
-        return replace(burst, values_v=burst.values_v + 0.075) if number == 40 else burst
+        return replace(burst, samples=burst.samples + 0.075) if number == 40 else burst
 
     with open_rig(changed) as rig:
-        spoilt = Grumbling(rig, spoil=once_off)
+        spoilt = FaultyRig(rig, spoil=once_off)
         assert resume_on(run_dir, spoilt, "carla", "new amplifier").state is State.FINISHED
     (rejected,) = [dwell for dwell in dwells_of(run_dir) if not dwell.accepted]
     assert "from what the dwells before predict" in rejected.reasons[0]
@@ -252,7 +252,7 @@ def test_after_a_step_that_a_person_accepted_dwells_are_held_against_those_since
 def test_other_devices_than_at_the_start_trip(small: Bench) -> None:
     run_dir = _stopped(small)
     with open_rig(small.rig) as opened:
-        outcome = resume_on(run_dir, Grumbling(opened, identity="HP3458A, other serial"), "carla")
+        outcome = resume_on(run_dir, FaultyRig(opened, identity="HP3458A, other serial"), "carla")
     assert (outcome.state, outcome.exit_status) == (State.TRIPPED, ExitStatus.HELD)
     assert "readouts.dmm: was" in outcome.reason
     assert "'HP3458A, other serial'" in outcome.reason

@@ -19,6 +19,8 @@ from procedures.run.steering import Steering, signals_steer
 from rig.clock import ScaledClock, SystemClock
 from rig.errors import WaitEnded
 
+pytestmark = pytest.mark.usefixtures("terminal_signals")
+
 NOON = "2026-03-01T12:00:00+00:00"
 
 

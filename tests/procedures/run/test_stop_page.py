@@ -5,9 +5,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from grumbling import Grumbling, louder
-from night import Night, asks, spend
+from faulty_rig import FaultyRig, noisier
 from small_run import Bench, bench
+from unattended_run import UnattendedRun, asks, run_unattended
 
 from procedures.records.states import State
 from procedures.run.sparkline import sparkline
@@ -25,13 +25,13 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 
 def _noisy(number: int, burst: Burst) -> Burst:
-    return louder(burst, 30.0) if 60 < number <= 69 else burst
+    return noisier(burst, 30.0) if 60 < number <= 69 else burst
 
 
 def test_a_hold_leaves_a_page_that_says_why_where_the_axes_are_and_what_to_do(small: Bench, tmp_path: Path) -> None:
-    night = Night(tmp_path / "run", at={30: asks("continue")})
-    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=_noisy)).state is State.FINISHED
-    text, page = ((night.run_dir / name).read_text() for name in ("why.txt", "why.html"))
+    unattended = UnattendedRun(tmp_path / "run", at={30: asks("continue")})
+    assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=_noisy)).state is State.FINISHED
+    text, page = ((unattended.run_dir / name).read_text() for name in ("why.txt", "why.html"))
     assert text.startswith("small grid: held\n")
     for said in ("rejected 3 times: dmm.", "calrig continue RUN: it is measured again", "dwells of the design"):
         assert said in text
@@ -44,7 +44,7 @@ def test_a_hold_leaves_a_page_that_says_why_where_the_axes_are_and_what_to_do(sm
 
 
 def test_a_trip_says_where_every_axis_rests(small: Bench, tmp_path: Path) -> None:
-    class Button(Grumbling):
+    class Button(FaultyRig):
         def __init__(self, rig: object) -> None:
             from dataclasses import replace
 
@@ -54,11 +54,11 @@ def test_a_trip_says_where_every_axis_rests(small: Bench, tmp_path: Path) -> Non
         def is_late(self) -> bool:
             return hasattr(self, "meter") and self.meter.read_so_far >= 60
 
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night, rig_of=Button)
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, rig_of=Button)
     assert outcome.state is State.TRIPPED
     told = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in outcome.positions_deg.items())
-    assert f"at rest, read back: {told}; nothing has been moved since" in (night.run_dir / "why.txt").read_text()
+    assert f"at rest, read back: {told}; nothing has been moved since" in (unattended.run_dir / "why.txt").read_text()
 
 
 def test_axes_that_do_not_answer_are_not_said_to_rest(small: Bench, tmp_path: Path) -> None:
@@ -67,7 +67,7 @@ def test_axes_that_do_not_answer_are_not_said_to_rest(small: Bench, tmp_path: Pa
             raise LinkLost("dmm: the port is gone")
         return burst
 
-    class Dark(Grumbling):
+    class Dark(FaultyRig):
         @property
         def axes(self):  # type: ignore[no-untyped-def]
             if self.meter.read_so_far > 40:
@@ -75,11 +75,11 @@ def test_axes_that_do_not_answer_are_not_said_to_rest(small: Bench, tmp_path: Pa
                 return {"pitch": self.pitch}
             return super().axes
 
-    night = Night(tmp_path / "run", at={20: asks("abort")})
-    outcome = spend(small, night, rig_of=lambda rig: Dark(rig, spoil=gone))
+    unattended = UnattendedRun(tmp_path / "run", at={20: asks("abort")})
+    outcome = run_unattended(small, unattended, rig_of=lambda rig: Dark(rig, spoil=gone))
     assert outcome.state is State.FAILED
     assert outcome.positions_deg == {}
-    assert "not known: no axis answered; go and look" in (night.run_dir / "why.txt").read_text()
+    assert "not known: no axis answered; go and look" in (unattended.run_dir / "why.txt").read_text()
 
 
 class _Gone:
@@ -91,16 +91,16 @@ class _Gone:
 
 
 def test_a_stop_that_was_asked_for_leaves_no_page(small: Bench, tmp_path: Path) -> None:
-    night = Night(tmp_path / "run", after={5: asks("stop")})
-    assert spend(small, night).state is State.STOPPED
-    assert not (night.run_dir / "why.html").exists()
+    unattended = UnattendedRun(tmp_path / "run", after={5: asks("stop")})
+    assert run_unattended(small, unattended).state is State.STOPPED
+    assert not (unattended.run_dir / "why.html").exists()
 
 
 def test_names_and_reasons_are_escaped(tmp_path: Path) -> None:
     evil = bench(tmp_path, procedure=(('title = "small grid"', 'title = "<img src=x onerror=alert(1)>"'),))
-    night = Night(tmp_path / "run", at={30: asks("continue")})
-    spend(evil, night, rig_of=lambda rig: Grumbling(rig, spoil=_noisy))
-    assert "<img" not in (night.run_dir / "why.html").read_text()
+    unattended = UnattendedRun(tmp_path / "run", at={30: asks("continue")})
+    run_unattended(evil, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=_noisy))
+    assert "<img" not in (unattended.run_dir / "why.html").read_text()
 
 
 def test_every_cause_that_the_code_knows_has_advice() -> None:
@@ -130,11 +130,12 @@ def _helper(folder: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_fault_15_the_machine_is_kept_awake_while_the_run_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    _helper(tmp_path, f'echo "$@" > {tmp_path}/asked; shift 4; "$@"; echo over >> {tmp_path}/asked', monkeypatch)
+    asked = tmp_path / "asked"
+    _helper(tmp_path, f'echo "$@" > "{asked}"; shift 4; "$@"; echo over >> "{asked}"', monkeypatch)
     with awake("night run") as refusal:
         assert refusal == ""
-        assert (tmp_path / "asked").read_text().startswith("--what=sleep:idle:handle-lid-switch --who=calrig")
-    assert (tmp_path / "asked").read_text().endswith("over\n")
+    assert asked.read_text().startswith("--what=sleep:idle:handle-lid-switch --who=calrig")
+    assert asked.read_text().endswith("over\n")
 
 
 def test_fault_15_an_inhibitor_that_refuses_is_told_and_keeps_no_run_from_running(

@@ -7,9 +7,8 @@ import pytest
 from small_run import bench, dwells_of
 
 from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.solve import solve_sensors
 from procedures.records.states import State
-from procedures.solution.at_rest import solve_sensors
-from procedures.solution.in_motion import solve_motion
 from procedures.solution.provenance import provenance_of
 from procedures.solution.record import read_record
 from procedures.solution.request import SolvedSensor
@@ -30,7 +29,7 @@ def _solved(folder: Path, chain: str, truth: str) -> tuple[SolvedSensor, Path]:
     tables = (("[twin]\n", f"{chains}[twin]\n"), ("[twin.truth.SN1]", f"{truth}[twin.truth.SN1]"))
     one = bench(folder, rig=(CHANNELS, *tables))
     assert one.run(folder / "run").state is State.FINISHED
-    sensors = solve_sensors(dwells_of(folder / "run"), one.rig, one.plan.sensors, one.plan.solve, "run")
+    sensors = solve_sensors(dwells_of(folder / "run"), one.rig, one.plan, "run")
     return sensors["SN1"], folder / "run"
 
 
@@ -68,7 +67,7 @@ def test_a_straight_line_holds_at_the_declared_supply_too(tmp_path: Path) -> Non
     )
     one = bench(tmp_path, rig=(CHANNELS, *tables), procedure=kinds)
     assert one.run(tmp_path / "run").state is State.FINISHED
-    solved = solve_motion(dwells_of(tmp_path / "run"), one.rig, one.plan, "run")["SN1"]
+    solved = solve_sensors(dwells_of(tmp_path / "run"), one.rig, one.plan, "run")["SN1"]
     gains = {
         axis: parameter.value
         for axis, result in solved.calibration.axes.items()  # type: ignore[union-attr]

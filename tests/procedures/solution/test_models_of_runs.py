@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from small_run import Bench, bench, dwells_of
 
-from procedures.check.expected import expected_uncertainties
-from procedures.description.procedure_file import read_procedure
 from procedures.errors import PlanError
-from procedures.solution.at_rest import solve_sensors
+from procedures.kinds.expected_attitudes import expected_uncertainties
+from procedures.kinds.read import read_procedure
+from procedures.kinds.solve import solve_sensors
 
 YAW = (
     "[readouts.dmm]",
@@ -27,7 +27,7 @@ def solve_table(text: str) -> tuple[str, str]:
 def solved_axes(made: Bench, run_dir: Path) -> dict:
     made.run(run_dir)
     plan = made.plan
-    found = solve_sensors(dwells_of(run_dir), made.rig, plan.sensors, plan.solve, "run")["SN1"]
+    found = solve_sensors(dwells_of(run_dir), made.rig, plan, "run")["SN1"]
     assert found.failure is None, found.failure
     assert found.calibration is not None
     return dict(found.calibration.axes)

@@ -104,7 +104,7 @@ def test_sr_gyro_with_dwells_of_five_minutes_at_one_sample_a_second(tmp_path: Pa
     solved = motion_run(tmp_path, "servo-mechanism", "gyro").solved()
     _require_inside(solved, "ITG3200", _lines(SR_GYRO, "dps"))
     turned = [dwell for dwell in solved.record.dwells if dwell.motion and dwell.motion.turned_deg]
-    assert all(dwell.readings["imu.gx"].samples_v.size >= 300 for dwell in turned)
+    assert all(dwell.readings["imu.gx"].samples.size >= 300 for dwell in turned)
     assert all(dwell.readings["imu.gx"].interval_s == 1.0 for dwell in turned)
 
 

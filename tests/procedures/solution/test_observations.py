@@ -19,7 +19,7 @@ def test_only_accepted_design_dwells_enter() -> None:
     ]
     rows = observations_of(dwells, X)
     assert rows.point.tolist() == [1, 3]
-    assert rows.outputs_v["x"].tolist() == [2.0, 1.0]
+    assert rows.outputs["x"].tolist() == [2.0, 1.0]
     assert np.rad2deg(rows.pitch_rad[1]) == pytest.approx(30.0)
     assert np.rad2deg(rows.roll_rad[1]) == pytest.approx(-60.0)
 

@@ -44,7 +44,7 @@ def _measured_v(rig: Rig) -> float:
     readout = rig.readouts["dmm"]
     readout.prepare()
     rig.chance.announce(0, "read", 0, 0.0)
-    return float(readout.read("dmm.x", 1, rig.clock.sleep).values_v[0])
+    return float(readout.read("dmm.x", 1, rig.clock.sleep).samples[0])
 
 
 @pytest.mark.parametrize("driver", sorted(AXES))

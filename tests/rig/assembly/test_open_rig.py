@@ -29,7 +29,7 @@ def _measured(rig: Rig) -> list[object]:
         jog_to(rig, "pitch", pitch_deg, wait)
         jog_to(rig, "roll", roll_deg, wait)
         rig.chance.announce(step, "read", 0, step / 3)
-        found += [rig.readouts["dmm"].read(f"dmm.{axis}", 3, wait).values_v.tolist() for axis in "xyz"]
+        found += [rig.readouts["dmm"].read(f"dmm.{axis}", 3, wait).samples.tolist() for axis in "xyz"]
         found.append(rig.environments["air"].temperature_degc())
     return found
 

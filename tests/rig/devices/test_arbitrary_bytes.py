@@ -16,7 +16,7 @@ from stream_rig import csv_settings, vn100_settings
 from table_bench import virtual_clock
 
 from rig.clock import VirtualClock
-from rig.description.driver_names import BUILT_IN
+from rig.description.drivers import settings_classes
 from rig.devices import csv_imu, vn100, watlow_f4, watlow_f4t
 from rig.devices.hp3458a import Hp3458aReadout
 from rig.devices.scpi_daq import ScpiDaqReadout
@@ -108,7 +108,7 @@ WORK: dict[str, Work] = {
 
 
 def test_every_driver_but_those_of_axes_and_people_is_held_to_it() -> None:
-    devices = {*BUILT_IN["readouts"], *BUILT_IN["environments"], *BUILT_IN["streams"]}
+    devices = {*settings_classes("readouts"), *settings_classes("environments"), *settings_classes("streams")}
     assert {name.partition(",")[0] for name in WORK} == devices
 
 

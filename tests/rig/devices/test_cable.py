@@ -6,6 +6,7 @@ import pytest
 from example_files import ROOT
 from motion_bench import MotionBench, motion_bench, settings_of
 
+from ams.whole_file import replace_file
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig
 from rig.devices.cable import CableGuard
@@ -22,7 +23,7 @@ def _bench() -> MotionBench:
 
 def _guard(bench: MotionBench, path: Path, wrap_turns: float = 4.0) -> CableGuard:
     """A process that has just begun: a driver that remembers nothing, and the file."""
-    guard = CableGuard(bench.pitch, wrap_turns, KeptInFile(path))
+    guard = CableGuard(bench.pitch, wrap_turns, KeptInFile(path, replace_file))
     guard.state()
     return guard
 
@@ -126,10 +127,10 @@ def test_power_lost_at_rest_and_unwound_is_no_doubt(tmp_path: Path) -> None:
 
 
 def test_the_memory_is_whole_or_what_it_was(tmp_path: Path) -> None:
-    memory = KeptInFile(tmp_path / "deep" / "yaw.json")
+    memory = KeptInFile(tmp_path / "deep" / "yaw.json", replace_file)
     assert memory.read() is None
     memory.write(Winding(1080.0, 0.5, is_turning=True))
-    assert KeptInFile(tmp_path / "deep" / "yaw.json").read() == Winding(1080.0, 0.5, is_turning=True)
+    assert KeptInFile(tmp_path / "deep" / "yaw.json", replace_file).read() == Winding(1080.0, 0.5, is_turning=True)
     assert [file.name for file in (tmp_path / "deep").iterdir()] == ["yaw.json"]
 
 
@@ -137,13 +138,21 @@ def test_the_memory_is_whole_or_what_it_was(tmp_path: Path) -> None:
 def test_a_damaged_memory_is_told_and_nothing_is_guessed(tmp_path: Path, text: str) -> None:
     (tmp_path / "yaw.json").write_text(text)
     with pytest.raises(DescriptionError, match=r"yaw\.json: cannot be read: .*unwind the cables by hand"):
-        CableGuard(_bench().pitch, 3.0, KeptInFile(tmp_path / "yaw.json"))
+        CableGuard(_bench().pitch, 3.0, KeptInFile(tmp_path / "yaw.json", replace_file))
 
 
 def test_a_memory_that_cannot_be_kept_keeps_the_axis_from_turning() -> None:
     bench = _bench()
-    guard = CableGuard(bench.pitch, 3.0, KeptInFile(Path("/proc/calrig/pitch.json")))
+    guard = CableGuard(bench.pitch, 3.0, KeptInFile(Path("/proc/calrig/pitch.json"), replace_file))
     with pytest.raises(DescriptionError, match=r"cannot be written: .*nothing was turned"):
+        guard.start_rate(10.0)
+    assert not bench.pitch.state().is_moving
+
+
+def test_a_rig_that_was_opened_without_a_writer_turns_no_cables() -> None:
+    bench = _bench()
+    guard = CableGuard(bench.pitch, 3.0, KeptInFile(Path("/nowhere/pitch.json"), None))
+    with pytest.raises(DescriptionError, match=r"opened without a writer of files; nothing was turned"):
         guard.start_rate(10.0)
     assert not bench.pitch.state().is_moving
 
@@ -164,9 +173,12 @@ def test_an_open_rig_guards_the_axes_whose_cables_wind_up_and_no_others() -> Non
 def test_every_axis_of_every_rig_has_a_memory_of_its_own(tmp_path: Path) -> None:
     settings = settings_of("zaber", port="/dev/serial/by-id/usb-x")
     places = {
-        memory_of(rig, name, axis, tmp_path).place for rig in ("one rig", "another") for name, axis in settings.items()
+        memory_of(rig, name, axis, replace_file, tmp_path).place
+        for rig in ("one rig", "another")
+        for name, axis in settings.items()
     }
     assert len(places) == 4
     assert all(Path(place).parent == tmp_path for place in places)
-    assert memory_of("one rig", "pitch", settings["pitch"], tmp_path).place in places  # and finds it again
-    assert isinstance(memory_of("one rig", "pitch", settings_of("zaber")["pitch"]), Unkept)
+    again = memory_of("one rig", "pitch", settings["pitch"], replace_file, tmp_path)
+    assert again.place in places
+    assert isinstance(memory_of("one rig", "pitch", settings_of("zaber")["pitch"], replace_file), Unkept)

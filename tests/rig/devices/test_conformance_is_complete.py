@@ -4,7 +4,7 @@ from pathlib import Path
 
 from motion_bench import DRIVERS
 
-from rig.description.driver_names import BUILT_IN
+from rig.description.drivers import TABLES, settings_classes
 
 SUITES = {
     "axes": "test_axis_conformance.py",
@@ -16,9 +16,9 @@ SUITES = {
 
 
 def test_every_axis_is_held_to_the_laws_of_axes() -> None:
-    assert set(DRIVERS) == set(BUILT_IN["axes"])
+    assert set(DRIVERS) == set(settings_classes("axes"))
 
 
 def test_every_ability_has_its_laws() -> None:
-    assert set(BUILT_IN) == set(SUITES)
+    assert set(TABLES.values()) == set(SUITES)
     assert all((Path(__file__).parent / suite).exists() for suite in SUITES.values())

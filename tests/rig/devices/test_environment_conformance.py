@@ -8,7 +8,7 @@ from ported_rig import LINES, rig_on
 from wider_rig import CHAMBER, wider_rig_file
 
 from rig.assembly.open_rig import Rig
-from rig.description.driver_names import BUILT_IN
+from rig.description.drivers import settings_classes
 from rig.devices.abilities import Environment
 from rig.errors import RequestRefused
 
@@ -24,7 +24,7 @@ LIMITS = "limits_degc = [-40.0, 85.0]\n"
 
 
 def test_every_environment_is_held_to_these_laws() -> None:
-    assert {name.partition(",")[0] for name in TABLES} == set(BUILT_IN["environments"])
+    assert {name.partition(",")[0] for name in TABLES} == set(settings_classes("environments"))
 
 
 @pytest.fixture(params=LINES)

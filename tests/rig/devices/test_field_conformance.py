@@ -8,7 +8,7 @@ from example_files import EXAMPLE_RIG
 from ported_rig import LINES, rig_on
 
 from rig.assembly.open_rig import Rig
-from rig.description.driver_names import BUILT_IN
+from rig.description.drivers import settings_classes
 from rig.devices.abilities import Field, FieldState
 from rig.errors import RequestRefused
 
@@ -18,7 +18,7 @@ FACTOR = 100.0
 
 
 def test_every_field_is_held_to_these_laws() -> None:
-    assert set(TABLES) == set(BUILT_IN["fields"])
+    assert set(TABLES) == set(settings_classes("fields"))
 
 
 @pytest.fixture(params=LINES)

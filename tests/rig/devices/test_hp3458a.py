@@ -46,7 +46,7 @@ class Stop:
 def test_a_burst_is_what_the_channel_measured() -> None:
     rig = gpib_rig()
     burst = rig.prepared().read("dmm.y", 4, rig.wait)
-    assert list(burst.values_v) == pytest.approx([-2.0 + 1e-6 * k for k in (1, 2, 3, 4)], rel=1e-9)
+    assert list(burst.samples) == pytest.approx([-2.0 + 1e-6 * k for k in (1, 2, 3, 4)], rel=1e-9)
     assert [channel for channel, _ in rig.bench.readings] == ["dmm.y"] * 4
     assert not burst.overload.any()
     assert burst.channel == "dmm.y"
@@ -60,7 +60,7 @@ def test_each_channel_is_measured_behind_its_own_relay() -> None:
     rig = gpib_rig()
     readout = rig.prepared()
     for channel in ("dmm.z", "dmm.x", "dmm.y", "dmm.x"):
-        assert readout.read(channel, 2, rig.wait).values_v == pytest.approx(LEVEL_V[channel], abs=1e-4)
+        assert readout.read(channel, 2, rig.wait).samples == pytest.approx(LEVEL_V[channel], abs=1e-4)
 
 
 def test_readings_are_paced_by_the_meter() -> None:
@@ -88,7 +88,7 @@ def test_a_slow_reading_is_polled_and_never_lost_to_the_adapter_s_time_out() -> 
     # NPLC 100 with autozero at 50 Hz takes 4 s, the adapter gives up after 3 s without a character.
     rig = gpib_rig()
     burst = rig.prepared(nplc=100).read("dmm.x", 3, rig.wait)
-    assert list(burst.values_v) == pytest.approx([1.0 + 1e-6 * k for k in (1, 2, 3)], rel=1e-9)
+    assert list(burst.samples) == pytest.approx([1.0 + 1e-6 * k for k in (1, 2, 3)], rel=1e-9)
     assert rig.clock.monotonic_s() > 12.0
 
 
@@ -97,14 +97,14 @@ def test_a_reading_far_later_than_expected_is_waited_for_outside_the_adapter() -
     readout = rig.prepared(nplc=100)
     readout.read("dmm.x", 1, rig.wait)
     rig.meter._settings["LFREQ"] = 20  # 10 s a reading instead of 4: more than the adapter's 3 s too late
-    assert readout.read("dmm.x", 1, rig.wait).values_v[0] == pytest.approx(1.000002, rel=1e-9)
+    assert readout.read("dmm.x", 1, rig.wait).samples[0] == pytest.approx(1.000002, rel=1e-9)
 
 
 def test_overload_is_not_a_number_and_flagged() -> None:
     rig = gpib_rig()
     rig.bench.level_v["dmm.x"] = 12.5
     burst = rig.prepared().read("dmm.x", 2, rig.wait)
-    assert np.isnan(burst.values_v).all()
+    assert np.isnan(burst.samples).all()
     assert burst.overload.all()
 
 
@@ -137,7 +137,7 @@ def test_an_open_relay_behind_our_back_voids_the_burst() -> None:
 
     with pytest.raises(DeviceFault, match="scanner channel 101: got open, need closed"):
         readout.read("dmm.x", 3, wait)
-    assert readout.read("dmm.x", 1, rig.wait).values_v[0] == pytest.approx(1.0, abs=1e-4)
+    assert readout.read("dmm.x", 1, rig.wait).samples[0] == pytest.approx(1.0, abs=1e-4)
 
 
 def test_a_relay_that_sticks_is_seen_before_the_next_is_closed() -> None:
@@ -165,7 +165,7 @@ def test_a_stop_leaves_the_meter_cleared_and_the_next_burst_whole(slices: int) -
     assert rig.meter.serial_poll(rig.clock.monotonic_s()) & 16
     taken = len(rig.bench.readings)
     burst = readout.read("dmm.y", 3, rig.wait)
-    assert list(burst.values_v) == pytest.approx([-2.0 + 1e-6 * (taken + k) for k in (1, 2, 3)], rel=1e-9)
+    assert list(burst.samples) == pytest.approx([-2.0 + 1e-6 * (taken + k) for k in (1, 2, 3)], rel=1e-9)
 
 
 def test_a_meter_that_lost_its_power_voids_the_burst() -> None:
@@ -176,7 +176,7 @@ def test_a_meter_that_lost_its_power_voids_the_burst() -> None:
     with pytest.raises(RigError):
         readout.read("dmm.x", 2, rig.wait)
     readout.prepare()
-    assert readout.read("dmm.x", 2, rig.wait).values_v == pytest.approx(1.0, abs=1e-4)
+    assert readout.read("dmm.x", 2, rig.wait).samples == pytest.approx(1.0, abs=1e-4)
 
 
 def test_a_loss_of_power_between_bursts_is_told_by_its_sign() -> None:
@@ -226,7 +226,7 @@ def test_somebody_else_s_settings_do_not_survive_preparation() -> None:
     rig.meter.listen(b"PRESET NORM;NDIG 3;NPLC 100;NRDGS 7;AZERO OFF;LFREQ 60", 0.0)
     rig.scanner.listen(b"CLOSE 101,102", 0.0)
     burst = rig.prepared().read("dmm.x", 2, rig.wait)
-    assert list(burst.values_v) == pytest.approx([1.000001, 1.000002], rel=1e-9)
+    assert list(burst.samples) == pytest.approx([1.000001, 1.000002], rel=1e-9)
     assert burst.interval_s == pytest.approx(0.4, abs=0.002)
     assert rig.meter._settings["NDIG"] == 7  # RESET, also for what no burst needs
 
@@ -336,14 +336,14 @@ def test_whatever_the_line_does_no_reading_is_of_another_channel(
             burst = readout.read(channel, 4, rig.wait)
         except (DeviceSilent, DeviceNonsense, DeviceRefused, DeviceFault):
             continue
-        assert burst.values_v == pytest.approx(LEVEL_V[channel], abs=1e-3)
-        assert (np.diff(burst.values_v) > 0.0).all()  # the bench counts: none doubled, none out of order
+        assert burst.samples == pytest.approx(LEVEL_V[channel], abs=1e-3)
+        assert (np.diff(burst.samples) > 0.0).all()  # the bench counts: none doubled, none out of order
 
 
 @pytest.mark.parametrize("serve", [serve_tcp, serve_pty])
 def test_the_same_readings_come_over_real_ports(serve: object) -> None:
     in_memory = gpib_rig()
-    expected = in_memory.prepared().read("dmm.z", 5, in_memory.wait).values_v
+    expected = in_memory.prepared().read("dmm.z", 5, in_memory.wait).samples
     rig, clock = gpib_rig(), ScaledClock(200.0)
     with serve(rig.adapter, clock) as server:  # type: ignore[operator]
         stream = open_stream(server.address, clock=SystemClock())
@@ -353,7 +353,7 @@ def test_the_same_readings_come_over_real_ports(serve: object) -> None:
             burst = readout.read("dmm.z", 5, clock.sleep)
         finally:
             stream.close()
-    assert list(burst.values_v) == list(expected)
+    assert list(burst.samples) == list(expected)
 
 
 def test_time_outs_of_the_link_do_not_shrink_with_scaled_time() -> None:
@@ -364,7 +364,7 @@ def test_time_outs_of_the_link_do_not_shrink_with_scaled_time() -> None:
         try:
             readout = Hp3458aReadout("dmm", meter_settings(nplc=100), PrologixBus(stream), clock)
             readout.prepare()
-            assert math.isfinite(readout.read("dmm.x", 2, clock.sleep).values_v.sum())
+            assert math.isfinite(readout.read("dmm.x", 2, clock.sleep).samples.sum())
         finally:
             stream.close()
 
@@ -378,4 +378,4 @@ def test_a_second_adapter_may_carry_the_scanner() -> None:
         "dmm", meter_settings(), PrologixBus(meter_side), clock, scanner_bus=PrologixBus(scanner_side)
     )
     readout.prepare()
-    assert readout.read("dmm.y", 2, rig.wait).values_v == pytest.approx(-2.0, abs=1e-4)
+    assert readout.read("dmm.y", 2, rig.wait).samples == pytest.approx(-2.0, abs=1e-4)

@@ -110,7 +110,7 @@ def test_every_relay_is_open_while_the_meter_calibrates_itself() -> None:
     readout.check_itself(rig.wait)
     assert closed == [None]
     assert 165.0 <= rig.clock.monotonic_s() - began_s < 170.0
-    assert readout.read("dmm.x", 1, rig.wait).values_v[0] == pytest.approx(1.0, abs=1e-4)
+    assert readout.read("dmm.x", 1, rig.wait).samples[0] == pytest.approx(1.0, abs=1e-4)
 
 
 def test_a_calibration_that_fails_or_never_ends_is_a_fault() -> None:

@@ -10,7 +10,7 @@ from ported_rig import LINES, rig_on
 from wider_rig import wider_rig_file
 
 from rig.assembly.open_rig import Rig
-from rig.description.driver_names import BUILT_IN
+from rig.description.drivers import settings_classes
 from rig.devices.abilities import Readout
 from rig.errors import RequestRefused, WaitEnded
 
@@ -29,7 +29,7 @@ RIGS: dict[str, Callable[[Path], Path]] = {
 
 
 def test_every_readout_is_held_to_these_laws() -> None:
-    assert set(RIGS) == set(BUILT_IN["readouts"])
+    assert set(RIGS) == set(settings_classes("readouts"))
 
 
 @pytest.fixture(params=LINES)
@@ -61,8 +61,8 @@ def test_a_readout_keeps_its_promises(rig: Rig) -> None:
     burst = readout.read("dmm.x", 4, rig.clock.sleep, nplc=1.0)
     ended_s = rig.clock.monotonic_s()
     assert burst.channel == "dmm.x"
-    assert burst.values_v.shape == burst.overload.shape == (4,)
-    assert np.isfinite(burst.values_v).all()
+    assert burst.samples.shape == burst.overload.shape == (4,)
+    assert np.isfinite(burst.samples).all()
     assert not burst.overload.any()
     assert began_s <= burst.started_s <= ended_s
     assert burst.interval_s == pytest.approx(readout.reading_s(1.0), rel=0.5)
@@ -75,7 +75,7 @@ def test_neither_a_refusal_nor_a_stop_harms_the_next_burst(rig: Rig) -> None:
     for channel, samples in (("dmm.none", 3), ("x", 3), ("dmm.x", 0)):
         with pytest.raises(RequestRefused, match="dmm"):
             readout.read(channel, samples, rig.clock.sleep)
-    assert readout.read("dmm.x", 1, rig.clock.sleep, nplc=1.0).values_v.size == 1
+    assert readout.read("dmm.x", 1, rig.clock.sleep, nplc=1.0).samples.size == 1
 
     def wait(duration_s: float) -> None:
         raise WaitEnded(f"stop, {duration_s:g} s early")
@@ -83,7 +83,7 @@ def test_neither_a_refusal_nor_a_stop_harms_the_next_burst(rig: Rig) -> None:
     with pytest.raises(WaitEnded):
         readout.read("dmm.x", 5, wait, nplc=10.0)
     burst = readout.read("dmm.y", 2, rig.clock.sleep, nplc=1.0)
-    assert np.isfinite(burst.values_v).all()
+    assert np.isfinite(burst.samples).all()
 
 
 @pytest.mark.parametrize("driver", sorted(RIGS))
@@ -95,7 +95,7 @@ def test_every_line_brings_the_same_readings(driver: str, tmp_path: Path) -> Non
         with rig_on(line, RIGS[driver](tmp_path / line)) as rig:
             readout = _prepared(rig)
             rig.chance.announce(7, "read", 2, 0.0)
-            told.append(readout.read("dmm.z", 5, rig.clock.sleep, nplc=1.0).values_v)
+            told.append(readout.read("dmm.z", 5, rig.clock.sleep, nplc=1.0).samples)
     assert told[0].std() > 0.0
     for other in told[1:]:
         np.testing.assert_array_equal(other, told[0])

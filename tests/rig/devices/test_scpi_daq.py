@@ -19,7 +19,7 @@ def test_a_burst_is_one_channel_in_the_order_taken() -> None:
     rig = daq_rig()
     burst = rig.prepared().read("daq.y", 5, rig.wait)
     assert burst.channel == "daq.y"
-    np.testing.assert_allclose(burst.values_v, -2.0 + 1e-6 * np.arange(1, 6), rtol=1e-8)
+    np.testing.assert_allclose(burst.samples, -2.0 + 1e-6 * np.arange(1, 6), rtol=1e-8)
     assert not burst.overload.any()
     assert [channel for channel, _ in rig.bench.readings] == ["daq.y"] * 5
 
@@ -49,7 +49,7 @@ def test_an_overload_is_flagged_and_no_number(level_v: float) -> None:
     rig = daq_rig()
     rig.bench.level_v["daq.x"] = level_v
     burst = rig.prepared().read("daq.x", 3, rig.wait)
-    assert np.isnan(burst.values_v).all()
+    assert np.isnan(burst.samples).all()
     assert burst.overload.all()
 
 
@@ -60,7 +60,7 @@ def test_who_it_is() -> None:
     readout.prepare()
     assert "34980A" in readout.identify()
     assert "34921A in slot 1" in readout.identify()
-    assert readout.read("daq.x", 2, rig.wait).values_v == pytest.approx(1.0, abs=1e-5)
+    assert readout.read("daq.x", 2, rig.wait).samples == pytest.approx(1.0, abs=1e-5)
 
 
 def test_another_model_is_refused_before_anything_is_set() -> None:
@@ -102,7 +102,7 @@ def test_a_unit_that_forgot_everything_is_not_read_as_if_it_had_not() -> None:
     rig.unit.obey("*RST", "", rig.clock.monotonic_s())  # its power failed between two dwells
     with pytest.raises(RigError):
         readout.read("daq.x", 2, rig.wait)
-    assert readout.read("daq.x", 2, rig.wait).values_v == pytest.approx(1.0, abs=1e-4)
+    assert readout.read("daq.x", 2, rig.wait).samples == pytest.approx(1.0, abs=1e-4)
 
 
 def test_a_reading_of_another_channel_is_a_fault() -> None:
@@ -132,7 +132,7 @@ def test_a_stop_leaves_the_unit_at_rest() -> None:
     rig.clock.sleep(1000.0)
     rig.unit.advance(rig.clock.monotonic_s())
     assert len(rig.bench.readings) == taken
-    assert readout.read("daq.x", 2, rig.wait).values_v == pytest.approx(1.0, abs=1e-4)
+    assert readout.read("daq.x", 2, rig.wait).samples == pytest.approx(1.0, abs=1e-4)
 
 
 def test_what_the_unit_does_not_offer_is_refused_before_it_is_told() -> None:
@@ -187,7 +187,7 @@ def test_a_line_that_fails_never_makes_a_wrong_reading(fault: faults.Fault, plac
         except RigError:
             continue
         # A flipped digit of a reading has no checksum on this line: at most one reading is off, never the channel.
-        off = np.abs(burst.values_v - level_v) > 1e-4
+        off = np.abs(burst.samples - level_v) > 1e-4
         assert off.sum() <= (fault is FAULTS["a flipped digit"])
 
 
@@ -211,7 +211,7 @@ def test_the_same_unit_on_a_gpib_bus() -> None:
     readout.prepare()
     assert "address 9" in readout.identify()
     burst = readout.read("daq.z", 30, rig.wait, nplc=10.0)
-    np.testing.assert_allclose(burst.values_v, 3.0 + 1e-6 * np.arange(1, 31), rtol=1e-8)
+    np.testing.assert_allclose(burst.samples, 3.0 + 1e-6 * np.arange(1, 31), rtol=1e-8)
 
 
 class Misheard:
@@ -262,4 +262,4 @@ def test_more_readings_than_asked_for_drop_the_burst() -> None:
 
 def test_readings_without_their_channel_are_a_setting() -> None:
     rig = daq_rig()
-    assert rig.prepared(channel_echo=False).read("daq.y", 3, rig.wait).values_v == pytest.approx(-2.0, abs=1e-4)
+    assert rig.prepared(channel_echo=False).read("daq.y", 3, rig.wait).samples == pytest.approx(-2.0, abs=1e-4)

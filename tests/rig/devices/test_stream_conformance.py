@@ -9,7 +9,7 @@ from ported_rig import LINES, rig_on
 from wider_rig import wider_rig_file
 
 from rig.assembly.open_rig import Rig
-from rig.description.driver_names import BUILT_IN
+from rig.description.drivers import settings_classes
 from rig.devices.abilities import Stream, StreamBlock
 
 STREAMS = {"vn100": "imu", "csv-imu": "board"}
@@ -21,7 +21,7 @@ UNITS = {"g", "dps", "ut", "mps2", "v", "deg", "gauss", "radps", "degc", "kpa", 
 
 
 def test_every_stream_is_held_to_these_laws() -> None:
-    assert set(STREAMS) == set(BUILT_IN["streams"])
+    assert set(STREAMS) == set(settings_classes("streams"))
 
 
 @pytest.fixture(params=LINES)

@@ -1,33 +1,43 @@
 """Laws of the table of drivers: every built-in driver opens on its twin, and others bring their own parts."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from example_files import EXAMPLE_RIG
 from wider_rig import wider_rig_file
 
 from rig.assembly.open_rig import Rig, open_rig, real_ports
 from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock
-from rig.description.driver_names import BUILT_IN
+from rig.description.drivers import TABLES, settings_classes
 from rig.description.read import read_rig, rig_from_json
-from rig.drivers.open import AXES, ENVIRONMENTS, READOUTS, STREAMS
-from rig.drivers.twin_lines import AXIS_TWINS, ENVIRONMENT_TWINS, READOUT_TWINS, STREAM_TWINS
+from rig.drivers.driver import DRIVERS
 from rig.errors import DescriptionError
 
 FACTOR = 400.0
 
 
-def test_every_built_in_driver_can_be_opened_and_has_a_twin() -> None:
-    tables = {
-        "axes": (AXES, AXIS_TWINS),
-        "readouts": (READOUTS, READOUT_TWINS),
-        "environments": (ENVIRONMENTS, ENVIRONMENT_TWINS),
-        "streams": (STREAMS, STREAM_TWINS),
-    }
-    for ability, (openers, builders) in tables.items():
-        assert set(openers) == set(BUILT_IN[ability])  # type: ignore[index]
-        assert set(builders) <= set(openers)
+def test_every_built_in_driver_has_devices_and_a_twin_of_each() -> None:
+    for driver in DRIVERS.values():
+        parts = [driver.axes, driver.readout, driver.environment, driver.stream, driver.field]
+        assert any(parts)
+        assert all(part.twin is not None for part in parts if part is not None)
+        abilities = [ability for ability in TABLES.values() if driver.name in settings_classes(ability)]
+        assert len(abilities) == sum(part is not None for part in parts)
+
+
+def test_reading_a_rig_imports_the_drivers_that_it_names_and_no_other() -> None:
+    code = (
+        "import sys; from pathlib import Path; from rig.description.read import read_rig; "
+        f"read_rig(Path({str(EXAMPLE_RIG)!r})); "
+        "print(*sorted(name for name in sys.modules if name.startswith('rig.drivers.')))"
+    )
+    named = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    own = {"rig.drivers.indexing_table", "rig.drivers.hp3458a", "rig.drivers.watlow_f4"}
+    assert {name for name in named if f"{name.rpartition('.')[2].replace('_', '-')}" in DRIVERS} == own
 
 
 def _measured(rig: Rig) -> list[object]:
@@ -36,7 +46,7 @@ def _measured(rig: Rig) -> list[object]:
     found: list[object] = []
     for step in range(2):
         rig.chance.announce(step, "read", 0, float(step))
-        found += [readout.read(f"dmm.{axis}", 3, rig.clock.sleep).values_v.tolist() for axis in "xyz"]
+        found += [readout.read(f"dmm.{axis}", 3, rig.clock.sleep).samples.tolist() for axis in "xyz"]
         found.append(chamber.temperature_degc())
     chamber.hold(35.0)
     found.append(chamber.setpoint_degc())

@@ -15,7 +15,7 @@ def recorded(path: Path) -> list[float]:
         stream = Recorder(rig.stream, lambda line: file.write(line + "\n"))
         readout = Hp3458aReadout("dmm", meter_settings(), PrologixBus(stream), rig.clock)
         readout.prepare()
-        return list(readout.read("dmm.x", 3, rig.wait).values_v)
+        return list(readout.read("dmm.x", 3, rig.wait).samples)
 
 
 def test_a_conversation_plays_back_without_the_device(tmp_path: Path) -> None:
@@ -25,7 +25,7 @@ def test_a_conversation_plays_back_without_the_device(tmp_path: Path) -> None:
     player = Player(read_transcript(path), clock, "replay of meter.jsonl")
     readout = Hp3458aReadout("dmm", meter_settings(), PrologixBus(player), clock)
     readout.prepare()
-    assert list(readout.read("dmm.x", 3, clock.sleep).values_v) == values_v
+    assert list(readout.read("dmm.x", 3, clock.sleep).samples) == values_v
     assert player.is_finished
 
 

@@ -9,6 +9,7 @@ from table_bench import rig_file
 from turning_rig import _TABLE as TABLE
 from turning_rig import SERVO_FOR_PITCH, served
 
+from ams.whole_file import replace_file
 from rig.assembly.open_rig import Rig, open_rig
 from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock
@@ -30,7 +31,7 @@ MACHINES = {"maestro": SERVO_FOR_PITCH, "esp301": ESP_FOR_PITCH}
 def _connected(file: Path, folder: Path) -> Iterator[tuple[Rig, dict[str, str]]]:
     """One connection, as one command has it."""
     with open_rig(read_rig(file)) as rig:
-        memory = HomeMemory(rig.description, rig.clock, folder)
+        memory = HomeMemory(rig.description, rig.clock, replace_file, folder)
         yield rig, memory.take_over(rig.axes)
         memory.keep(rig.axes)
 
@@ -128,10 +129,10 @@ class _SlowToBegin:
 def test_the_time_that_a_line_takes_to_begin_is_no_time_away(tmp_path: Path) -> None:
     path = rig_file(tmp_path, ('port = "twin"', 'port = "socket://127.0.0.1:1"'))
     clock = ScaledClock(40.0)
-    HomeMemory(read_rig(path), clock, tmp_path / "homes").keep({"pitch": _SlowToBegin(clock)})  # type: ignore[dict-item]
+    HomeMemory(read_rig(path), clock, replace_file, tmp_path / "homes").keep({"pitch": _SlowToBegin(clock)})  # type: ignore[dict-item]
     clock.sleep(10.0)
     next_connection = _SlowToBegin(clock)
-    HomeMemory(read_rig(path), clock, tmp_path / "homes").take_over({"pitch": next_connection})  # type: ignore[dict-item]
+    HomeMemory(read_rig(path), clock, replace_file, tmp_path / "homes").take_over({"pitch": next_connection})  # type: ignore[dict-item]
     assert next_connection.off_by_s == pytest.approx(0.0, abs=4.0)
 
 

@@ -210,10 +210,10 @@ def test_a_seen_slip_is_read_back_and_an_unseen_one_is_not(tmp_path: Path) -> No
         with _rig(tmp_path, [], it=rule) as rig:
             for readout in rig.readouts.values():
                 readout.prepare()
-            before_v = rig.readouts["dmm"].read("dmm.x", 5, rig.clock.sleep).values_v.mean()
+            before_v = rig.readouts["dmm"].read("dmm.x", 5, rig.clock.sleep).samples.mean()
             rig.clock.sleep(30.0)
             assert rig.axes["pitch"].state().position_deg == read_back_deg
-            after_v = rig.readouts["dmm"].read("dmm.x", 5, rig.clock.sleep).values_v.mean()
+            after_v = rig.readouts["dmm"].read("dmm.x", 5, rig.clock.sleep).samples.mean()
             assert after_v - before_v == pytest.approx(2.5 * math.radians(1.0), rel=0.01)  # S sin 1 deg
 
 

@@ -78,7 +78,7 @@ def test_white_noise_raises_false_alarms_as_often_as_stated() -> None:
 def test_an_overloaded_window_is_never_at_rest() -> None:
     good = Window(np.arange(5.0), np.full(5, 2.5))
     bad = Window(np.arange(5.0) + 5, np.array([2.5, 2.5, np.nan, 2.5, 2.5]))
-    assert is_at_rest([good, Window(good.times_s + 5, good.values_v)], 2)
+    assert is_at_rest([good, Window(good.times_s + 5, good.samples)], 2)
     assert not is_at_rest([good, bad], 2)
     assert not is_at_rest([good], 2)
 

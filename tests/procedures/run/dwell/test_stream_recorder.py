@@ -140,7 +140,7 @@ def test_a_stream_that_falls_silent_is_told() -> None:
 def test_so_many_samples_on_demand() -> None:
     rig = csv_rig()
     burst = StreamedReadout(rig.csv(), rig.clock).read("imu.ax", 25, rig.clock.sleep)
-    assert burst.values_v.shape == (25,)
+    assert burst.samples.shape == (25,)
     assert burst.interval_s == 0.01
     assert not burst.overload.any()
 

@@ -50,7 +50,7 @@ def test_the_rate_is_measured_from_position_and_time_over_whole_revolutions(tmp_
         assert rate_dps == pytest.approx(1.01 * asked_dps, abs=4.0 * uncertainty_dps)  # not the set value
         assert uncertainty_dps < 1e-3
         assert abs(dwell.motion.turned_deg) >= 360.0
-        assert dwell.readings["logger.gx"].samples_v.size == 900  # 9 s at 100 Hz
+        assert dwell.readings["logger.gx"].samples.size == 900  # 9 s at 100 Hz
     calibration = solved.sensors["ENC03J"].calibration
     assert calibration is not None
     gain = calibration.axes["x"].parameters[0]
@@ -110,8 +110,8 @@ def test_nothing_is_read_before_the_axis_is_at_speed(tmp_path: Path) -> None:
     _roll(tmp_path).run(tmp_path / "run")
     turned = [dwell for dwell in _dwells(tmp_path / "run") if dwell.motion and dwell.motion.turned_deg]
     for dwell in turned:
-        samples_v = dwell.readings["logger.gx"].samples_v
-        assert abs(samples_v[:50].mean() - samples_v.mean()) < 5.0 * 0.002 / 50.0**0.5
+        samples = dwell.readings["logger.gx"].samples
+        assert abs(samples[:50].mean() - samples.mean()) < 5.0 * 0.002 / 50.0**0.5
         assert dwell.settle_s > 0.5
 
 

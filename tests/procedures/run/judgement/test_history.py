@@ -77,7 +77,7 @@ def test_the_noise_reference_of_a_resume_knows_no_check_set_but_the_first(narrow
     found = history_of(dwells, 3, narrow.plan)
     assert len(found.measured_once) == len(narrow.plan.dwells)
     for channel in ("dmm.x", "dmm.y", "dmm.z"):
-        assert found.noise().standard_deviation_v(channel) == wanted.standard_deviation_v(channel)
+        assert found.noise().standard_deviation(channel) == wanted.standard_deviation(channel)
 
 
 def test_of_two_words_about_one_dwell_the_first_stands() -> None:

@@ -5,9 +5,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from grumbling import Grumbling, louder
-from night import Degrading, Night, asks, events, spend, states
+from faulty_rig import FaultyRig, noisier
 from small_run import Bench, bench, dwells_of, measured
+from unattended_run import RigWithBadLine, UnattendedRun, asks, events, run_unattended, states
 
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.status import status
@@ -81,14 +81,14 @@ def test_the_band_of_a_supply_is_watched_without_being_asked_for(tmp_path: Path)
     assert (name, lock.low, lock.high, lock.action) == ("dmm.s", 4.9, 5.1, "hold")
 
 
-def _air(night: Night) -> World:
-    chance = night.rig.chance
+def _air(unattended: UnattendedRun) -> World:
+    chance = unattended.rig.chance
     assert isinstance(chance, World)
     return chance
 
 
-def _warm(degc: float) -> Callable[[Night], None]:
-    return lambda night: _air(night).hold("air", degc, night.rig.clock.monotonic_s())
+def _warm(degc: float) -> Callable[[UnattendedRun], None]:
+    return lambda unattended: _air(unattended).hold("air", degc, unattended.rig.clock.monotonic_s())
 
 
 TEMPERATURE = "[interlocks.temperature.air]\nband_degc = [18.0, 22.0]\nhysteresis_degc = 0.3\n[twin]"
@@ -96,13 +96,13 @@ TEMPERATURE = "[interlocks.temperature.air]\nband_degc = [18.0, 22.0]\nhysteresi
 
 def test_fault_65_air_that_leaves_its_band_and_comes_back_holds_voids_and_repeats(tmp_path: Path) -> None:
     small = bench(tmp_path, rig=(("[twin]", TEMPERATURE),))
-    night = Night(tmp_path / "run", after={10: _warm(30.0)}, at={400: _warm(20.0)})
-    assert spend(small, night).state is State.FINISHED
-    assert states(night.run_dir)[3:] == ["held", "running", "finished"]
-    held = events(night.run_dir, "state")[3]
+    unattended = UnattendedRun(tmp_path / "run", after={10: _warm(30.0)}, at={400: _warm(20.0)})
+    assert run_unattended(small, unattended).state is State.FINISHED
+    assert states(unattended.run_dir)[3:] == ["held", "running", "finished"]
+    held = events(unattended.run_dir, "state")[3]
     assert "environment.air: got 2" in str(held.detail["reason"])
     assert "allowed 18 to 22 degC (rig file: interlocks.temperature.air)" in str(held.detail["reason"])
-    accepted = [dwell for dwell in dwells_of(night.run_dir) if dwell.accepted and dwell.purpose == "design"]
+    accepted = [dwell for dwell in dwells_of(unattended.run_dir) if dwell.accepted and dwell.purpose == "design"]
     assert len(accepted) == len(small.plan.design_dwells)
     assert all(17.9 < dwell.temperature_degc["air"] < 22.1 for dwell in accepted)
 
@@ -110,21 +110,21 @@ def test_fault_65_air_that_leaves_its_band_and_comes_back_holds_voids_and_repeat
 def test_fault_65_dwells_taken_before_a_delayed_alarm_are_taken_back(tmp_path: Path) -> None:
     delayed = TEMPERATURE.replace("hysteresis_degc = 0.3", "hysteresis_degc = 0.3\ndelay_s = 40.0")
     small = bench(tmp_path, rig=(("[twin]", delayed),))
-    night = Night(tmp_path / "run", after={10: _warm(30.0)}, at={400: _warm(20.0)})
-    assert spend(small, night).state is State.FINISHED
-    (void,) = events(night.run_dir, "voided")
+    unattended = UnattendedRun(tmp_path / "run", after={10: _warm(30.0)}, at={400: _warm(20.0)})
+    assert run_unattended(small, unattended).state is State.FINISHED
+    (void,) = events(unattended.run_dir, "voided")
     assert len(void.detail["dwells"]) >= 3  # type: ignore[arg-type]
-    rejected = [dwell for dwell in dwells_of(night.run_dir) if not dwell.accepted]
+    rejected = [dwell for dwell in dwells_of(unattended.run_dir) if not dwell.accepted]
     assert all(dwell.reasons[-1].startswith("voided: environment.air: got") for dwell in rejected)
-    again = [dwell for dwell in dwells_of(night.run_dir) if dwell.accepted and dwell.attempt == 2]
+    again = [dwell for dwell in dwells_of(unattended.run_dir) if dwell.accepted and dwell.attempt == 2]
     assert {dwell.step for dwell in again} == {dwell.step for dwell in rejected}
-    assert status(night.run_dir).dwells_done == len(small.plan.design_dwells)
+    assert status(unattended.run_dir).dwells_done == len(small.plan.design_dwells)
 
 
 def test_fault_65_stuck_air_stays_held_until_stop(tmp_path: Path) -> None:
     small = bench(tmp_path, rig=(("[twin]", TEMPERATURE),))
-    night = Night(tmp_path / "run", after={10: _warm(30.0)}, at={2000: asks("stop")})
-    outcome = spend(small, night)
+    unattended = UnattendedRun(tmp_path / "run", after={10: _warm(30.0)}, at={2000: asks("stop")})
+    outcome = run_unattended(small, unattended)
     assert (outcome.state, outcome.exit_status) == (State.STOPPED, ExitStatus.ABORTED)
 
 
@@ -135,14 +135,14 @@ def test_fault_65_a_plateau_that_is_lost_is_waited_for_and_soaked_anew(tmp_path:
     plateau = "[environment]\nplateaus_degc = [30.0]\nsoak_s = 300.0\nband_degc = 1.0\n[check]"
     small = bench(tmp_path, procedure=((CHECKS, plateau),))
 
-    def door(night: Night) -> None:
-        _air(night).air["air"].hold(20.0, night.rig.clock.monotonic_s())
+    def door(unattended: UnattendedRun) -> None:
+        _air(unattended).air["air"].hold(20.0, unattended.rig.clock.monotonic_s())
 
-    night = Night(tmp_path / "run", after={10: door})
-    assert spend(small, night).state is State.FINISHED
-    assert states(night.run_dir)[3:] == ["held", "running", "finished"]
-    assert len(events(night.run_dir, "soaked")) == 2
-    accepted = [dwell for dwell in dwells_of(night.run_dir) if dwell.accepted]
+    unattended = UnattendedRun(tmp_path / "run", after={10: door})
+    assert run_unattended(small, unattended).state is State.FINISHED
+    assert states(unattended.run_dir)[3:] == ["held", "running", "finished"]
+    assert len(events(unattended.run_dir, "soaked")) == 2
+    accepted = [dwell for dwell in dwells_of(unattended.run_dir) if dwell.accepted]
     assert all(abs(dwell.temperature_degc["air"] - 30.0) <= 1.05 for dwell in accepted)
 
 
@@ -152,32 +152,32 @@ SUPPLY = '[interlocks.voltage."dmm.z"]\nband_v = [-2.6, 0.5]\naction = "trip"\n[
 def test_a_trip_is_latched_until_a_person_resumes_with_name_and_reason(tmp_path: Path) -> None:
     """z reads −2.5 V level and +2.5 V on its back: a band that the design must leave."""
     small = bench(tmp_path, rig=(("[twin]", SUPPLY),))
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night)
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended)
     assert (outcome.state, outcome.exit_status) == (State.TRIPPED, ExitStatus.HELD)
     assert outcome.reason.startswith("dmm.z: got ")
     with open_rig(small.rig) as rig, pytest.raises(RequestError, match=r"tripped, so a person has to look first"):
-        resume_on(night.run_dir, rig, "carla")
-    assert status(night.run_dir).state is State.TRIPPED
+        resume_on(unattended.run_dir, rig, "carla")
+    assert status(unattended.run_dir).state is State.TRIPPED
 
 
 def test_fault_63_too_many_rejected_dwells_ask_for_a_person(tmp_path: Path) -> None:
     small = bench(tmp_path, rig=(("[twin]", "[interlocks]\nrejected = { most = 2, within = 20 }\n[twin]"),))
 
     def spoil(number: int, burst: Burst) -> Burst:
-        return louder(burst, 30.0) if number > 40 and number % 9 == 0 else burst
+        return noisier(burst, 30.0) if number > 40 and number % 9 == 0 else burst
 
-    night = Night(tmp_path / "run", at={20: asks("continue"), 60: asks("continue"), 120: asks("continue")})
-    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=spoil)).state is State.FINISHED
-    held = [event for event in events(night.run_dir, "state") if event.detail["to"] == "held"]
+    unattended = UnattendedRun(tmp_path / "run", at={20: asks("continue"), 60: asks("continue"), 120: asks("continue")})
+    assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=spoil)).state is State.FINISHED
+    held = [event for event in events(unattended.run_dir, "state") if event.detail["to"] == "held"]
     assert held
     assert all("dwells were rejected, allowed 2" in str(event.detail["reason"]) for event in held)
 
 
-def _free(night: Night, full_at: int, free_again_at: int) -> Callable[[Path], int]:
+def _free(unattended: UnattendedRun, full_at: int, free_again_at: int) -> Callable[[Path], int]:
     def free_bytes(folder: Path) -> int:
-        done = max((progress.dwells_done for progress in night.told), default=0)
-        return int(1.0 * MB) if done >= full_at and night.rests < free_again_at else 10**12
+        done = max((progress.dwells_done for progress in unattended.told), default=0)
+        return int(1.0 * MB) if done >= full_at and unattended.rests < free_again_at else 10**12
 
     return free_bytes
 
@@ -189,13 +189,13 @@ def test_fault_03_a_disk_that_fills_up_holds_before_the_next_dwell_and_goes_on_w
     Response: held before the next dwell, goes on by itself when there is room; refused before the run where it
     cannot fit.
     """
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night, Care(free_bytes=_free(night, 8, 100)))
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, Care(free_bytes=_free(unattended, 8, 100)))
     assert outcome.state is State.FINISHED
-    assert states(night.run_dir)[3:] == ["held", "running", "finished"]
-    assert "disk: 1.0 MB are free" in str(events(night.run_dir, "state")[3].detail["reason"])
+    assert states(unattended.run_dir)[3:] == ["held", "running", "finished"]
+    assert "disk: 1.0 MB are free" in str(events(unattended.run_dir, "state")[3].detail["reason"])
     small.run(tmp_path / "clean")
-    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(tmp_path / "clean"))
+    assert measured(dwells_of(unattended.run_dir)) == measured(dwells_of(tmp_path / "clean"))
 
 
 def test_fault_03_a_disk_without_room_for_the_plan_is_refused_before_anything_is_written(
@@ -217,9 +217,9 @@ def test_fault_03_the_forecast_covers_what_a_run_really_writes(small: Bench, tmp
 
 
 def test_fault_37_a_line_that_answers_badly_asks_for_a_person(small: Bench, tmp_path: Path) -> None:
-    night = Night(tmp_path / "run", at={number: asks("continue") for number in range(20, 2000, 20)})
-    assert spend(small, night, rig_of=Degrading).state is State.FINISHED
-    held = next(event for event in events(night.run_dir, "state") if event.detail["to"] == "held")
+    unattended = UnattendedRun(tmp_path / "run", at={number: asks("continue") for number in range(20, 2000, 20)})
+    assert run_unattended(small, unattended, rig_of=RigWithBadLine).state is State.FINISHED
+    held = next(event for event in events(unattended.run_dir, "state") if event.detail["to"] == "held")
     assert held.detail["cause"] == "link quality"
     assert str(held.detail["reason"]).startswith("axes.pitch: 1")
     assert "allowed 0.02 of them" in str(held.detail["reason"])
@@ -230,17 +230,17 @@ def test_fault_13_a_step_of_the_wall_clock_is_recorded_and_changes_no_dwell(smal
     Response: recorded; dwells are timed by the monotonic clock and do not notice.
     """
 
-    def step(night: Night) -> None:
-        assert isinstance(night.rig.clock, VirtualClock)
-        night.rig.clock.step_wall(-3600.0)
+    def step(unattended: UnattendedRun) -> None:
+        assert isinstance(unattended.rig.clock, VirtualClock)
+        unattended.rig.clock.step_wall(-3600.0)
 
     small.run(tmp_path / "clean")
-    night = Night(tmp_path / "run", after={8: step})
-    assert spend(small, night).state is State.FINISHED
-    (told,) = events(night.run_dir, "clock_step")
+    unattended = UnattendedRun(tmp_path / "run", after={8: step})
+    assert run_unattended(small, unattended).state is State.FINISHED
+    (told,) = events(unattended.run_dir, "clock_step")
     assert told.detail["step_s"] == pytest.approx(-3600.0)
-    assert measured(dwells_of(night.run_dir)) == measured(dwells_of(tmp_path / "clean"))
-    assert all(dwell.ended_s > dwell.started_s for dwell in dwells_of(night.run_dir))
+    assert measured(dwells_of(unattended.run_dir)) == measured(dwells_of(tmp_path / "clean"))
+    assert all(dwell.ended_s > dwell.started_s for dwell in dwells_of(unattended.run_dir))
 
 
 @pytest.mark.parametrize("is_in_a_dwell", [False, True])
@@ -250,32 +250,32 @@ def test_fault_15_no_dwell_spans_a_suspension_and_nothing_is_trusted_after_it(
     """Detected: boot clock against monotonic clock at every look; an inhibitor keeps the machine awake.
     Response: the dwell is void; lines opened anew, home, check set, seam test, on with the first missing dwell.
     """
-    night = Night(tmp_path / "run")
+    unattended = UnattendedRun(tmp_path / "run")
 
     def suspend() -> None:
-        assert isinstance(night.rig.clock, VirtualClock)
-        night.rig.clock.suspend(1800.0)
+        assert isinstance(unattended.rig.clock, VirtualClock)
+        unattended.rig.clock.suspend(1800.0)
 
     def spoil(number: int, burst: Burst) -> Burst:
         if is_in_a_dwell and number == 50:
             suspend()
         return burst
 
-    def between(progress: Night) -> None:
+    def between(progress: UnattendedRun) -> None:
         suspend()
 
-    night = Night(tmp_path / "run", after={} if is_in_a_dwell else {8: between})
-    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, spoil=spoil)).state is State.FINISHED
-    assert states(night.run_dir)[3:] == ["held", "checking", "running", "finished"]
-    held = events(night.run_dir, "state")[3]
+    unattended = UnattendedRun(tmp_path / "run", after={} if is_in_a_dwell else {8: between})
+    assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=spoil)).state is State.FINISHED
+    assert states(unattended.run_dir)[3:] == ["held", "checking", "running", "finished"]
+    held = events(unattended.run_dir, "state")[3]
     assert "the machine was suspended for 1800 s" in str(held.detail["reason"])
     step = (50 - 1) // 3
     assert not is_in_a_dwell or [
-        d.epoch for d in dwells_of(night.run_dir) if d.step == step and d.purpose != "check"
+        d.epoch for d in dwells_of(unattended.run_dir) if d.step == step and d.purpose != "check"
     ] == [2]
 
 
-class Touched(Grumbling):
+class Touched(FaultyRig):
     """Somebody moves the pitch axis by hand, or presses its button, once so many readings were taken."""
 
     def __init__(self, rig: Rig, **change: object) -> None:
@@ -292,19 +292,19 @@ def test_fault_52_an_axis_that_moves_though_nothing_told_it_to_trips(small: Benc
     """Detected: read-back of every resting axis between dwells; a jog finds the rig locked.
     Response: trip; what was measured is safe, the position is not trusted before the next home.
     """
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night, rig_of=lambda rig: Touched(rig, position_deg=12.5))
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, rig_of=lambda rig: Touched(rig, position_deg=12.5))
     assert outcome.state is State.TRIPPED
     assert "pitch: was moved, though nothing told it to: left at" in outcome.reason
-    last = max(event.sequence for event in events(night.run_dir, "dwell"))
-    assert not [event for event in events(night.run_dir, "intent") if event.sequence > last]
+    last = max(event.sequence for event in events(unattended.run_dir, "dwell"))
+    assert not [event for event in events(unattended.run_dir, "intent") if event.sequence > last]
 
 
 def test_a_read_back_that_is_wrong_once_is_recorded_and_trips_nothing(small: Bench, tmp_path: Path) -> None:
     """One digit turned over on the line at the look after the third dwell."""
     lies = 0
 
-    def lie(night: Night) -> None:
+    def lie(unattended: UnattendedRun) -> None:
         nonlocal lies
         lies = 1
 
@@ -313,14 +313,14 @@ def test_a_read_back_that_is_wrong_once_is_recorded_and_trips_nothing(small: Ben
         told, lies = (state.position_deg + 40.0 if lies else state.position_deg), 0
         return replace(state, position_deg=told)
 
-    night = Night(tmp_path / "run", after={3: lie})
-    assert spend(small, night, rig_of=lambda rig: Grumbling(rig, look=look)).state is State.FINISHED
-    (told,) = events(night.run_dir, "unconfirmed")
+    unattended = UnattendedRun(tmp_path / "run", after={3: lie})
+    assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, look=look)).state is State.FINISHED
+    (told,) = events(unattended.run_dir, "unconfirmed")
     assert "pitch: was moved, though nothing told it to" in str(told.detail["told"])
 
 
 def _latched(small: Bench, run_dir: Path, fault: str) -> None:
-    outcome = spend(small, Night(run_dir), rig_of=lambda rig: Touched(rig, fault=fault))
+    outcome = run_unattended(small, UnattendedRun(run_dir), rig_of=lambda rig: Touched(rig, fault=fault))
     assert (outcome.state, outcome.exit_status) == (State.TRIPPED, ExitStatus.HELD)
     assert f"pitch: {fault} while it should rest" in outcome.reason
     assert status(run_dir).held_by == outcome.reason
@@ -347,7 +347,7 @@ def test_fault_42_a_stalled_axis_is_stopped_and_trips(small: Bench, tmp_path: Pa
     Response: stopped, back to where it came from, once more; then a trip.
     """
 
-    class Stalled(Grumbling):
+    class Stalled(FaultyRig):
         def __init__(self, rig: Rig) -> None:
             super().__init__(rig, look=self._stuck)
             start_move, self.is_stuck = self.pitch.start_move, False
@@ -361,8 +361,8 @@ def test_fault_42_a_stalled_axis_is_stopped_and_trips(small: Bench, tmp_path: Pa
         def _stuck(self, state: AxisState) -> AxisState:
             return replace(state, is_moving=True, position_deg=3.25) if self.is_stuck else state
 
-    night = Night(tmp_path / "run")
-    outcome = spend(small, night, rig_of=Stalled)
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, rig_of=Stalled)
     assert outcome.state is State.TRIPPED
     assert "no progress in 2 s at 3.25 deg, though it says it moves" in outcome.reason
 
@@ -371,8 +371,8 @@ def test_a_run_does_not_finish_on_a_value_that_may_yet_alarm(tmp_path: Path) -> 
     delayed = TEMPERATURE.replace("hysteresis_degc = 0.3", "hysteresis_degc = 0.3\ndelay_s = 40.0")
     small = bench(tmp_path, rig=(("[twin]", delayed),))
     last = len(small.plan.design_dwells) - 2
-    night = Night(tmp_path / "run", after={last: _warm(30.0)}, at={400: _warm(20.0)})
-    assert spend(small, night).state is State.FINISHED
-    accepted = [dwell for dwell in dwells_of(night.run_dir) if dwell.accepted and dwell.purpose == "design"]
+    unattended = UnattendedRun(tmp_path / "run", after={last: _warm(30.0)}, at={400: _warm(20.0)})
+    assert run_unattended(small, unattended).state is State.FINISHED
+    accepted = [dwell for dwell in dwells_of(unattended.run_dir) if dwell.accepted and dwell.purpose == "design"]
     assert len(accepted) == last + 2
     assert all(dwell.temperature_degc["air"] < 22.1 for dwell in accepted)

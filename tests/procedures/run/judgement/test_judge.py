@@ -121,16 +121,16 @@ def test_noise_is_judged_from_the_fifth_dwell_on() -> None:
 
 @pytest.mark.parametrize("samples", [2, 3, 5, 20])
 def test_the_reference_estimates_the_noise_at_any_number_of_samples(samples: int) -> None:
-    found = _known_noise(samples, dwells=4000).standard_deviation_v("dmm.x")
+    found = _known_noise(samples, dwells=4000).standard_deviation("dmm.x")
     assert found == pytest.approx(SIGMA_V, rel=0.04)
 
 
 def test_a_loud_dwell_does_not_raise_the_reference() -> None:
     reference = _known_noise(dwells=99)
-    before = reference.standard_deviation_v("dmm.x")
+    before = reference.standard_deviation("dmm.x")
     reference.learn({"dmm.x": _reading(_good() * 1e3)})
     assert before is not None
-    assert reference.standard_deviation_v("dmm.x") == pytest.approx(before, rel=0.02)
+    assert reference.standard_deviation("dmm.x") == pytest.approx(before, rel=0.02)
 
 
 @pytest.mark.parametrize("samples", [3, 5, 20])

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from journals import a_dwell
-from night import Night, asks, spend
 from small_run import bench, resumed
+from unattended_run import UnattendedRun, asks, run_unattended
 
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import State
@@ -25,7 +25,7 @@ def _check_set(chance: np.random.Generator, change_v: float = 0.0) -> dict[int, 
 def _visit(chance: np.random.Generator, step: int, change_v: float) -> DwellRecord:
     dwell = a_dwell(step)
     readings = {
-        channel: replace(reading, samples_v=LEVELS_V[step] + change_v + chance.normal(0.0, SIGMA_V, SAMPLES))
+        channel: replace(reading, samples=LEVELS_V[step] + change_v + chance.normal(0.0, SIGMA_V, SAMPLES))
         for channel, reading in dwell.readings.items()
     }
     return replace(dwell, readings=readings, targets_deg={"pitch": 10.0 * step, "roll": 0.0})
@@ -58,9 +58,9 @@ def test_t_is_the_change_over_its_standard_error() -> None:
     chance = np.random.default_rng(6)
     before, after = _check_set(chance), _check_set(chance)
     one = compare(before, after, [])[0]
-    readings = [dwell.readings["dmm.x"].samples_v for dwell in (*before.values(), *after.values())]
+    readings = [dwell.readings["dmm.x"].samples for dwell in (*before.values(), *after.values())]
     pooled_v2 = np.mean([values.var(ddof=1) for values in readings])
-    change_v = after[0].readings["dmm.x"].mean_v - before[0].readings["dmm.x"].mean_v
+    change_v = after[0].readings["dmm.x"].mean - before[0].readings["dmm.x"].mean
     assert one.t == pytest.approx(change_v / np.sqrt(2.0 * pooled_v2 / SAMPLES), rel=1e-12)
     assert one.t_limit == pytest.approx(5.05, abs=0.05)  # t at 228 degrees of freedom, 1e-6 two-sided; normal: 4.89
 
@@ -76,7 +76,7 @@ def test_a_sensor_that_drifts_from_visit_to_visit_is_not_called_broken() -> None
 
 def _quiet(value_v: float) -> dict[int, DwellRecord]:
     dwell = a_dwell(0)
-    reading = replace(dwell.readings["dmm.x"], samples_v=np.full(5, value_v))
+    reading = replace(dwell.readings["dmm.x"], samples=np.full(5, value_v))
     return {0: replace(dwell, readings={"dmm.x": reading})}
 
 
@@ -95,8 +95,8 @@ def test_fewer_than_ten_of_a_thousand_healthy_resumes_on_twins_stop(tmp_path: Pa
         folder = tmp_path / str(seed)
         folder.mkdir()
         small = bench(folder, rig=(("seed = 7", f"seed = {seed}"),), procedure=short)
-        night = Night(folder / "run", after={3: asks("stop")})
-        assert spend(small, night).state is State.STOPPED
-        tripped += resumed(night.run_dir).state is State.TRIPPED
+        unattended = UnattendedRun(folder / "run", after={3: asks("stop")})
+        assert run_unattended(small, unattended).state is State.STOPPED
+        tripped += resumed(unattended.run_dir).state is State.TRIPPED
         shutil.rmtree(folder)
     assert tripped < 10

@@ -8,9 +8,9 @@ from itertools import count
 from pathlib import Path
 
 import pytest
-from grumbling import Grumbling
-from night import Night, asks, events, spend
+from faulty_rig import FaultyRig
 from small_run import bench
+from unattended_run import UnattendedRun, asks, events, run_unattended
 
 from procedures.records.states import State
 from rig.devices.abilities import AxisState, Environment
@@ -26,21 +26,23 @@ def test_the_chamber_keeps_its_setpoint_unless_the_procedure_says_otherwise(
     small = bench(tmp_path, procedure=(("[check]", PLATEAU.format(end=end)),))
     seen: list[float] = []
 
-    class Kept(Grumbling):
+    class Kept(FaultyRig):
         def identities(self) -> dict[str, str]:
             self.chamber = self._rig.environments["air"]
             kept.append(self.chamber)
             return dict(super().identities())
 
     kept: list[Environment] = []
-    night = Night(tmp_path / "run", after={5: asks("stop")})
-    night.run_dir.mkdir()
+    unattended = UnattendedRun(tmp_path / "run", after={5: asks("stop")})
+    unattended.run_dir.mkdir()
     from procedures.run.begin import begin
     from rig.assembly.open_rig import open_rig
 
     with open_rig(small.rig) as rig:
         assert (
-            begin(night.run_dir, small.header(night.run_dir), small.plan, Kept(rig), night, night).state
+            begin(
+                unattended.run_dir, small.header(unattended.run_dir), small.plan, Kept(rig), unattended, unattended
+            ).state
             is State.STOPPED
         )
         seen.append(kept[0].setpoint_degc())
@@ -50,7 +52,7 @@ def test_the_chamber_keeps_its_setpoint_unless_the_procedure_says_otherwise(
 def test_fault_20_gone_a_chamber_that_refuses_keeps_no_axis_from_its_stop_and_is_told(tmp_path: Path) -> None:
     small = bench(tmp_path, procedure=(("[check]", PLATEAU.format(end="end_degc = 15.0\n")),))
 
-    class Refuses(Grumbling):
+    class Refuses(FaultyRig):
         @property
         def environments(self):  # type: ignore[no-untyped-def]
             chamber = self._rig.environments["air"]
@@ -61,18 +63,19 @@ def test_fault_20_gone_a_chamber_that_refuses_keeps_no_axis_from_its_stop_and_is
         def _refuse(self, setpoint_degc: float) -> None:
             raise DeviceFault(f"air: setpoint {setpoint_degc:g} degC was acknowledged, but reads back 30 degC")
 
-    night = Night(tmp_path / "run", after={12: asks("stop")})
-    outcome = spend(small, night, rig_of=Refuses)
+    unattended = UnattendedRun(tmp_path / "run", after={12: asks("stop")})
+    outcome = run_unattended(small, unattended, rig_of=Refuses)
     assert outcome.state is State.TRIPPED, "a person must look"
     assert "air: setpoint 15 degC was acknowledged" in outcome.reason
-    (safe,) = events(night.run_dir, "safe")
+    (safe,) = events(unattended.run_dir, "safe")
     assert set(safe.detail["positions_deg"]) == {"pitch", "roll"}  # type: ignore[call-overload]
 
 
+@pytest.mark.usefixtures("terminal_signals")
 def test_fault_19_signals_during_the_stop_of_the_axes_change_nothing(tmp_path: Path) -> None:
     small = bench(tmp_path)
 
-    class Nervous(Grumbling):
+    class Nervous(FaultyRig):
         def __init__(self, rig: object) -> None:
             super().__init__(rig)  # type: ignore[arg-type]
             stop = self.pitch.stop
@@ -84,10 +87,10 @@ def test_fault_19_signals_during_the_stop_of_the_axes_change_nothing(tmp_path: P
 
             self.pitch.stop = interrupted  # type: ignore[method-assign]
 
-    night = Night(tmp_path / "run", after={5: asks("stop")})
-    outcome = spend(small, night, rig_of=Nervous)
+    unattended = UnattendedRun(tmp_path / "run", after={5: asks("stop")})
+    outcome = run_unattended(small, unattended, rig_of=Nervous)
     assert (outcome.state, set(outcome.positions_deg)) == (State.STOPPED, {"pitch", "roll"})
-    assert events(night.run_dir)[-1].detail["to"] == "stopped"
+    assert events(unattended.run_dir)[-1].detail["to"] == "stopped"
 
 
 def test_an_axis_that_moves_after_it_was_seen_at_rest_is_stopped_again(tmp_path: Path) -> None:
@@ -106,7 +109,7 @@ def test_an_axis_that_moves_after_it_was_seen_at_rest_is_stopped_again(tmp_path:
                 has_moved = has_moved or next(looks_after_the_stop) == 1
             return replace(state, position_deg=5.0 if has_moved else 0.0)
 
-        spoilt = Grumbling(rig, look=look)
+        spoilt = FaultyRig(rig, look=look)
         safe = make_safe(spoilt, small.plan)
     assert spoilt.pitch.stops == 2
     assert safe.failures == ()

@@ -1,0 +1,8 @@
+"""The arrays that are handed about: one name for each kind of number."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]

@@ -1,0 +1,61 @@
+"""What is wrong with an inferred attitude, as bits of one small integer a row; words only when they are written."""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Codes = NDArray[np.uint16]
+
+NOT_FINITE: Final = 1
+BEYOND_ONE_G: Final = 2
+UNSETTLED: Final = 4
+PITCH_SINGULAR: Final = 8
+ROLL_SINGULAR: Final = 16
+SECOND_ROOT: Final = 32
+NO_ROOT: Final = 64
+REDUNDANCY: Final = 128
+SUSPECT_X: Final = 256
+SUSPECT_Y: Final = 512
+SUSPECT_Z: Final = 1024
+SUSPECTS: Final = (SUSPECT_X, SUSPECT_Y, SUSPECT_Z)
+LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
+"""No angle at all."""
+
+WORDS: Final[Mapping[int, str]] = {
+    NOT_FINITE: "reading missing or not a number",
+    BEYOND_ONE_G: "outputs beyond one g",
+    UNSETTLED: "no solution: iteration did not settle",
+    PITCH_SINGULAR | ROLL_SINGULAR: "pitch and roll singular",
+    PITCH_SINGULAR: "pitch singular",
+    ROLL_SINGULAR: "roll singular",
+    SECOND_ROOT: "second attitude: within the coning angle of the vertical",
+    NO_ROOT: "no attitude on the side asked for",
+    REDUNDANCY: "redundancy: outputs disagree",
+}
+"""In the order in which they are said."""
+
+
+ONE_AXIS_WORDS: Final[Mapping[int, str]] = {
+    **WORDS,
+    BEYOND_ONE_G: "output beyond one g",
+    PITCH_SINGULAR: "pitch singular: sensor axis vertical",
+}
+
+
+def words(codes: Codes, reasons: Mapping[int, str] = WORDS) -> tuple[str, ...]:
+    """Return the flag of every row, empty where all is well; several reasons are parted by a semicolon."""
+    distinct, places = np.unique(codes, return_inverse=True)
+    said = [_said(int(code), reasons) for code in distinct]
+    return tuple(said[place] for place in places.ravel().tolist())
+
+
+def _said(code: int, words_of: Mapping[int, str]) -> str:
+    suspects = ", ".join(axis for axis, bit in zip("xyz", SUSPECTS, strict=True) if code & bit)
+    reasons = []
+    for bits, reason in words_of.items():
+        if code & bits == bits:
+            reasons.append(f"redundancy: suspect {suspects}" if bits == REDUNDANCY and suspects else reason)
+            code &= ~bits
+    return "; ".join(reasons)

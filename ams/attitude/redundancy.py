@@ -1,0 +1,236 @@
+"""Which reading of a package is wrong, once its outputs are known to disagree.
+
+One row of one package of three axes tells that an axis is wrong and never which: with any one left out nothing is left
+to test. An axis can be named by a reading that stands at its offset or at a rail, by the others alone having no
+attitude that could give their outputs, or by many rows of different attitude, through which only the axis that is at
+fault can be followed with one gain and one offset of its own. Packages of more readings are tested by what is left of
+their residuals: degrees of freedom are the valid readings less the rank of the attitude's Jacobian; a reading is
+suspect where the rest agree without it. Arrays are channel-first.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.attitude.few_axes import pierce
+from ams.attitude.flag_codes import REDUNDANCY, SUSPECTS, Codes
+from ams.statistics.distributions import chi_square_upper_quantile, f_tail
+
+LEVEL: Final = 0.999
+_ROUNDS: Final = 20
+_CLEAR_OF_EDGE_SD: Final = 3.0
+_SMALLEST_SINGULAR: Final = 1e-6
+_OTHERS: Final = ((1, 2), (0, 2), (0, 1))
+
+
+def at_offset_or_rail(
+    outputs_v: FloatArray, offset_v: FloatArray, tolerance_v: FloatArray, rails_v: FloatArray | None = None
+) -> BoolArray:
+    """Return which of (S, N) outputs read their offset (a line unplugged) or a rail, (S, 2) lowest and highest volts.
+
+    A good axis that lies level reads its offset too: this names an axis only where outputs disagree.
+    """
+    found = np.abs(outputs_v - offset_v[:, None]) <= tolerance_v[:, None]
+    if rails_v is not None:
+        low, high = rails_v.T
+        found |= (outputs_v <= (low + tolerance_v)[:, None]) | (outputs_v >= (high - tolerance_v)[:, None])
+    return np.asarray(found)
+
+
+def may_be_wrong(
+    k_v_per_g: FloatArray, deviation_v: FloatArray, sd_v: FloatArray, clearance_sd: float = 4.0
+) -> BoolArray:
+    """Return which of three axes may be the wrong one in (3, N) outputs less offsets: the others have an attitude."""
+    found = np.empty(deviation_v.shape, dtype=bool)
+    for axis, others in enumerate(_OTHERS):
+        pair = k_v_per_g[list(others)]
+        nearest = np.linalg.pinv(pair) @ deviation_v[list(others)]
+        slopes = 2.0 * nearest.T @ np.linalg.pinv(pair)
+        spread = np.sqrt(slopes**2 @ sd_v[list(others)] ** 2)
+        found[axis] = np.einsum("in,in->n", nearest, nearest) <= 1.0 + clearance_sd * spread
+    return found
+
+
+def name_suspects(codes: Codes, at_limit: BoolArray, possible: BoolArray) -> Codes:
+    """Return the codes with the axis named in rows that disagree, where there is exactly one that it can be."""
+    named = codes.copy()
+    disagree = (codes & REDUNDANCY) != 0
+    for evidence in (at_limit & possible, possible):
+        alone = disagree & (evidence.sum(axis=0) == 1)
+        for axis, bit in enumerate(SUSPECTS):
+            named[alone & evidence[axis]] |= np.uint16(bit)
+        disagree &= ~alone
+    return named
+
+
+@dataclass(frozen=True)
+class FaultyAxis:
+    """Every axis of three in turn taken as the wrong one, with a gain and an offset of its own."""
+
+    named: int | None
+    """The axis at fault; None where the rows do not tell, or nothing is wrong."""
+    chi_square: FloatArray
+    """(3,) of what is left."""
+    dof: IntArray
+    """(3,)"""
+    relative_gain: FloatArray
+    """(3,) of that axis against its calibration: 1 right, 0 dead."""
+    offset_v: FloatArray
+    """(3,) beyond its calibration's."""
+
+
+def faulty_axis(
+    k_v_per_g: FloatArray, deviation_v: FloatArray, variance_v2: FloatArray, level: float = LEVEL
+) -> FaultyAxis:
+    """Return the axis that is wrong in (3, N) outputs less offsets, taken at different attitudes.
+
+    ``variance_v2`` is (3,) of an output, calibration and reading together. An axis is named where it alone explains all
+    rows at the level; an offset and a gain are taken to have stayed the same over the rows.
+    """
+    fits = [_followed(k_v_per_g, deviation_v, variance_v2, axis) for axis in range(3)]
+    chi_square = np.array([fit[0] for fit in fits])
+    dof = np.array([fit[1] for fit in fits])
+    explains = (dof > 0) & (chi_square <= chi_square_upper_quantile(1.0 - level, np.maximum(dof, 1)))
+    right = _all_agree(k_v_per_g, deviation_v, variance_v2, level)
+    named = int(np.argmax(explains)) if explains.sum() == 1 and bool(np.all(dof > 0)) and not right else None
+    return FaultyAxis(named, chi_square, dof, np.array([fit[2] for fit in fits]), np.array([fit[3] for fit in fits]))
+
+
+def _all_agree(k_v_per_g: FloatArray, deviation_v: FloatArray, variance_v2: FloatArray, level: float) -> bool:
+    inverse = np.linalg.inv(k_v_per_g)
+    sensed = inverse @ deviation_v
+    slopes = 2.0 * sensed.T @ inverse
+    excess = np.einsum("in,in->n", sensed, sensed) - 1.0
+    return bool(np.sum(excess**2 / (slopes**2 @ variance_v2)) <= chi_square_upper_quantile(1.0 - level, excess.size))
+
+
+def _followed(
+    k_v_per_g: FloatArray, deviation_v: FloatArray, variance_v2: FloatArray, axis: int
+) -> tuple[float, int, float, float]:
+    """Chi-square, its degrees of freedom, gain and offset of one axis against what the two others say."""
+    others = list(_OTHERS[axis])
+    own, pair, squares = k_v_per_g[axis], k_v_per_g[others], variance_v2[others]
+    pierced = pierce(pair, deviation_v[others], True, True)
+    normal = np.cross(pair[0], pair[1])
+    pseudo = np.linalg.pinv(pair)
+    nearest = pseudo @ deviation_v[others]
+    rest = 1.0 - np.einsum("in,in->n", nearest, nearest)
+    rest_sd = np.sqrt((2.0 * nearest.T @ pseudo) ** 2 @ squares)
+    impossible = np.minimum(rest + _CLEAR_OF_EDGE_SD * rest_sd, 0.0) / rest_sd
+    used = rest > 2.0 * _CLEAR_OF_EDGE_SD * rest_sd
+    if used.sum() < 3:
+        return float(impossible @ impossible), 0, np.nan, np.nan
+    step = (own @ normal) / np.linalg.norm(normal) * np.sqrt(rest[used])
+    middle = own @ nearest[:, used]
+    roots = np.stack([middle + step, middle - step])
+    variance = variance_v2[axis] + _prediction_variance(own, pair, pierced.force[:, used], squares)
+    read = deviation_v[axis, used]
+    best = min((_line(roots, read, variance, gain) for gain in (1.0, 0.0)), key=lambda fit: fit[0])
+    dof = int(used.sum()) - 2 + int(np.count_nonzero(impossible))
+    return best[0] + float(impossible @ impossible), dof, best[1], best[2]
+
+
+def _prediction_variance(own: FloatArray, pair: FloatArray, force: FloatArray, squares: FloatArray) -> FloatArray:
+    """(n,) of what two outputs predict of a third."""
+    determinant = np.cross(pair[0], pair[1]) @ force
+    by_first, by_second = (
+        own @ np.cross(pair[1], force, axisb=0, axisc=0),
+        own @ np.cross(force, pair[0], axisa=0, axisc=0),
+    )
+    return np.asarray((by_first**2 * squares[0] + by_second**2 * squares[1]) / determinant**2)
+
+
+def _line(roots: FloatArray, read: FloatArray, variance: FloatArray, gain: float) -> tuple[float, float, float]:
+    """Weighted straight line of readings on the nearer of two predictions: chi-square, gain and offset."""
+    offset, weights = 0.0, 1.0 / variance
+    for _ in range(_ROUNDS):
+        nearer = np.argmin(np.abs(read - gain * roots - offset), axis=0)
+        predicted = np.take_along_axis(roots, nearer[None], axis=0)[0]
+        mean_p, mean_r = weights @ predicted / weights.sum(), weights @ read / weights.sum()
+        moment = weights @ (predicted - mean_p) ** 2
+        before = gain, offset
+        gain = float(weights @ ((predicted - mean_p) * (read - mean_r)) / moment) if moment > 0.0 else gain
+        offset = float(mean_r - gain * mean_p)
+        if (gain, offset) == before:
+            break
+    return float(weights @ (read - gain * predicted - offset) ** 2), gain, offset
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """What is left of the readings of n rows when their attitude has been fitted."""
+
+    chi_square: FloatArray
+    dof: IntArray
+    """Valid readings less the rank of the attitude's Jacobian."""
+
+    def is_above(self, calibration_dof: float | FloatArray, level: float = LEVEL) -> BoolArray:
+        """Whether it is more than the covariance allows, which was known with some degrees of freedom itself."""
+        own = np.maximum(self.dof, 1)
+        other = np.minimum(np.asarray(calibration_dof, dtype=float), 1e7)
+        chance = f_tail(self.chi_square / own, own, other)
+        return np.asarray((self.dof > 0) & (chance < 1.0 - level))
+
+
+def disagreement(
+    residuals: FloatArray, columns: FloatArray, covariance: FloatArray, is_valid: BoolArray
+) -> Disagreement:
+    """Test (n, R) residuals of a fit with (n, R, P) derivatives by the attitude and (n, R, R) covariance.
+
+    It counts what the attitude cannot explain, so any fit near the right one will do. Readings that are not valid are
+    left out.
+    """
+    chi_square, dof = np.zeros(len(residuals)), np.zeros(len(residuals), dtype=np.int64)
+    for rows, readings in _patterns(is_valid):
+        if not readings.size:
+            continue
+        lower = np.linalg.cholesky(covariance[np.ix_(rows, readings, readings)])
+        left = np.linalg.solve(lower, residuals[np.ix_(rows, readings)][..., None])[..., 0]
+        basis, singular, _ = np.linalg.svd(np.linalg.solve(lower, columns[rows][:, readings]), full_matrices=False)
+        is_seen = singular > _SMALLEST_SINGULAR * singular[:, :1]
+        explained = np.einsum("nrp,nr->np", basis, left) * is_seen
+        chi_square[rows] = np.sum(left**2, axis=1) - np.sum(explained**2, axis=1)
+        dof[rows] = readings.size - is_seen.sum(axis=1)
+    return Disagreement(np.maximum(chi_square, 0.0), dof)
+
+
+def explaining(
+    residuals: FloatArray,
+    columns: FloatArray,
+    covariance: FloatArray,
+    is_valid: BoolArray,
+    calibration_dof: float = np.inf,
+    level: float = LEVEL,
+) -> BoolArray:
+    """Return which of (n, R) readings the rest agree without, in rows that disagree; several where none can be told."""
+    found = np.zeros(residuals.shape, dtype=bool)
+    whole = disagreement(residuals, columns, covariance, is_valid)
+    rows = np.flatnonzero(whole.is_above(calibration_dof, level))
+    for reading in range(residuals.shape[1]):
+        without = is_valid[rows].copy()
+        without[:, reading] = False
+        rest = disagreement(residuals[rows], columns[rows], covariance[rows], without)
+        is_freed = (rest.dof > 0) & ~rest.is_above(calibration_dof, level) & is_valid[rows, reading]
+        found[rows, reading] = is_freed
+    return found
+
+
+def suspects_in_words(is_suspect: Sequence[bool], axes: Sequence[str], packages: Sequence[str]) -> str:
+    """Return "y or z of the model package" for readings that are suspect, by their axes and packages."""
+    parts = []
+    for package in dict.fromkeys(packages):
+        own = [axis for axis, of, there in zip(axes, packages, is_suspect, strict=True) if there and of == package]
+        if own:
+            parts.append(f"{' or '.join(own)} of the {package} package")
+    return " or ".join(parts)
+
+
+def _patterns(is_valid: BoolArray) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Rows that have the same valid readings, with these."""
+    patterns, place = np.unique(is_valid, axis=0, return_inverse=True)
+    for number, pattern in enumerate(patterns):
+        yield np.flatnonzero(place.ravel() == number), np.flatnonzero(pattern)

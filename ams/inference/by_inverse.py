@@ -1,0 +1,38 @@
+"""Pitch from one output by the inverse that a model brings, its standard deviation by the model's own slopes."""
+
+import numpy as np
+
+from ams.arrays import FloatArray
+from ams.attitude.static import Angles
+from ams.frames import Attitude
+from ams.inference.calibrated import CalibratedSensor
+from ams.models.registry import model_named
+from ams.models.sensor_model import OwnOutput
+from ams.statistics.intervals import reading_halfwidth
+
+LARGEST_SD_RAD = np.deg2rad(10.0)
+NO_PITCH = "no pitch gives this output"
+
+
+def pitch_by_inverse(
+    model: str, nominal_axis: str, own: OwnOutput, sensor: CalibratedSensor, output_v: FloatArray
+) -> Angles:
+    """Pitch at no roll, NaN where there is none or where the output hardly depends on it."""
+    assert own.pitch_rad is not None, "models without an inverse were refused"
+    values = dict(zip(sensor.names, sensor.primary.tolist(), strict=True))
+    pitch = np.asarray(own.pitch_rad(values, output_v))
+    known, level = np.nan_to_num(pitch), np.zeros_like(pitch)
+    solver = model_named(model, nominal_axis)
+    rows = solver.jacobian(sensor.primary, Attitude(known, level))
+    slope = np.abs(solver.angle_jacobian(sensor.primary, Attitude(known, level))["pitch"])
+    reading_v2 = np.full(pitch.shape, sensor.reading_sd_v**2)
+    calibration_v2 = np.einsum("ni,ij,nj->n", rows, sensor.covariance, rows)
+    parts = [(np.einsum("ni,ij,nj->n", rows, part.covariance, rows), part.dof) for part in sensor.components]
+    variances, dofs = [v for v, _ in parts] or [calibration_v2], [dof for _, dof in parts] or [np.inf]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sd = np.sqrt(calibration_v2 + reading_v2) / slope
+        half_95 = reading_halfwidth(variances, dofs, reading_v2) / slope
+    lost = np.isnan(pitch) | ~(sd <= LARGEST_SD_RAD)
+    flags = tuple(NO_PITCH if one else "" for one in lost)
+    pitch, sd, half_95 = (np.where(lost, np.nan, values) for values in (pitch, sd, half_95))
+    return Angles(pitch, sd, level, level, flags, half_95, level)

@@ -1,0 +1,94 @@
+"""What a registered sensor model is: how it is made for the solvers, what a file must state, and how a set has it.
+
+A model is one file with a class that the solvers take (:mod:`ams.models.model`), one :class:`SensorModel` and one entry
+point ``calrig.models``. With a :class:`SetForm` it goes into coefficient sets, exports and their application as well.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from ams.arrays import FloatArray
+from ams.frames import Attitude
+from ams.models.model import Model
+
+PER_G = ("k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
+ACCELEROMETER_TEXT = "output = offset_v + k_x_v_per_g*f_x + k_y_v_per_g*f_y + k_z_v_per_g*f_z"
+SYMBOLS_TEXT = "; alpha = pitch_deg, R = roll_deg, b = offset_v, S = sensitivity_v_per_g, "
+
+
+@dataclass(frozen=True)
+class Equation:
+    """What a set prints about the equation of one axis, temperature apart."""
+
+    source: str
+    primary: str
+    derived: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnOutput:
+    """The output of a model whose equation is not v = b + k·f (+ fᵀQf), as a function of the field."""
+
+    primary_names: tuple[str, ...]
+    value_v: Callable[[Mapping[str, float], FloatArray], FloatArray]
+    """From the primary parameters and the (…, 3) field."""
+    c: str | None = None
+    """The same as an expression in C: ``f[0]`` to ``f[2]``, and each primary parameter by its name in braces."""
+    pitch_rad: Callable[[Mapping[str, float], FloatArray], FloatArray] | None = None
+    """The inverse, from (N,) outputs at no roll; NaN where there is no such pitch. None: attitude is not inferred."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SetForm:
+    """How a coefficient set has a model: the field that it senses, the names of its numbers, its text and its C.
+
+    The field h is (…, 3) in package axes; the equation is v = b + k·h unless ``output`` says otherwise.
+    """
+
+    convention: str
+    """``TP`` or ``CR``."""
+    symbol: str
+    """Of the field in the printed equations."""
+    inputs: tuple[str, ...]
+    """What the equation takes, as named in test vectors, temperature apart."""
+    field: Callable[[Attitude], FloatArray]
+    """Asked for only with the yaw and the rates that ``inputs`` name."""
+    equation: Callable[[str], Equation | None]
+    """Of a nominal axis; None where the model has none for it."""
+    directions: tuple[str, str, str] = PER_G
+    """Names of k among the primary parameters."""
+    quadratic: tuple[str, ...] = ()
+    """Names of Q among the primary parameters."""
+    angles: tuple[str, ...] = ("coning_deg", "azimuth_deg")
+    """The derived parameters that tell the direction of k."""
+    along: Callable[[str, FloatArray], FloatArray] | None = None
+    """(3,) unit vector of k from the nominal axis and those angles in radians; None: k is not derived from angles."""
+    c_field: str | None = None
+    """The field as statements in C that fill ``f[3]``, angles in radians by the names of the inputs; None: no C."""
+    is_gravity: bool = False
+    """Whether k is per g of gravity, which points the other way than the specific force."""
+    senses_roll: bool = True
+    senses_rates: bool = False
+    output: OwnOutput | None = None
+
+    @property
+    def sensitivity(self) -> str:
+        return self.directions[0].replace("k_x", "sensitivity")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorModel:
+    """One model by its name in files, registered under ``calrig.models``."""
+
+    name: str
+    make: Callable[[str], Model]
+    """From a nominal axis. Raises: DesignError where there is no such sensor."""
+    columns: tuple[str, ...] = ("pitch", "roll")
+    """Angles that observations must state."""
+    needs_rates: bool = False
+    has_misalignment: bool = True
+    """Whether it has terms for a misalignment; without, one shows in the residuals."""
+    set_form: SetForm | None = None
+    """None: no coefficient set has it."""
+    is_asked_for: bool = True
+    """Whether ``calrig fit --model`` takes the name as it is."""

@@ -1,0 +1,74 @@
+"""Units: how a name ends, what a file writes for it, what a person reads, and the conversions that are no library's.
+
+A quantity's name ends in its unit (``offset_v``, ``gain_ut_per_counts``); readings carry theirs beside them, written in
+the same way (``v``, ``dps``).
+"""
+
+import math
+import re
+from collections.abc import Mapping
+
+ARCSEC_PER_DEG = 3600.0
+ARCSEC_PER_RAD = ARCSEC_PER_DEG * 180.0 / math.pi
+RAD_PER_ARCSEC = math.radians(1.0 / ARCSEC_PER_DEG)
+
+
+UNITS: Mapping[str, str] = {
+    "v_per_g2": "V/g^2",
+    "v_per_mps2": "V/(m/s^2)",
+    "v_per_g": "V/g",
+    "v_per_dps": "V/(deg/s)",
+    "v_per_degc": "V/degC",
+    "v_per_h": "V/h",
+    "g_per_v": "g/V",
+    "per_degc": "1/degC",
+    "degc": "degC",
+    "deg": "deg",
+    "dps": "deg/s",
+    "mps2": "m/s^2",
+    "v": "V",
+    "g": "g",
+    "s": "s",
+}
+"""Ending of a name in sets, without the underscore before it, to the unit as sets and exports have it: ASCII. The first
+that fits counts."""
+
+_PRINTED = {
+    "v": "V",
+    "g": "g",
+    "g2": "g²",
+    "mps2": "m/s²",
+    "dps": "°/s",
+    "radps": "rad/s",
+    "ut": "µT",
+    "degc": "°C",
+    "degc2": "°C²",
+    "deg": "°",
+    "h": "h",
+    "s": "s",
+}
+"""Units that others are made of, as a name ends in them or a reading carries them, and as they are printed."""
+_ONE = "|".join(sorted(_PRINTED, key=len, reverse=True))
+_NAME = re.compile(rf"(?P<label>.+?)(?:_(?P<unit>{_ONE}))?(?:_per_(?P<divisor>{_ONE}))?")
+
+
+def unit_of(name: str) -> str | None:
+    """Return the unit that a name ends in as files have it, None where it ends in none that sets know."""
+    return next((stored for ending, stored in UNITS.items() if name.endswith(f"_{ending}")), None)
+
+
+def printed(unit: str) -> str:
+    """Return the unit of a reading as a person reads it: ``dps`` as ``°/s``; one that has no sign is as it is."""
+    return _PRINTED.get(unit, unit)
+
+
+def label_and_unit(name: str) -> tuple[str, str]:
+    """Return ``sensitivity_v_per_dps`` as ``sensitivity`` and ``V/(°/s)``."""
+    found = _NAME.fullmatch(name)
+    if found is None:
+        return name, ""
+    unit = printed(found["unit"] or "")
+    if found["divisor"]:
+        divisor = printed(found["divisor"])
+        unit = f"{unit or 1}/{f'({divisor})' if '/' in divisor else divisor}"
+    return found["label"].replace("_", " "), unit

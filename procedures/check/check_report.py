@@ -1,0 +1,158 @@
+"""The content of ``calrig check``: what would be done, how long and how well, told before anything moves."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from procedures.description.procedure_file import ProcedureDescription
+from procedures.kinds.kind import Forecast
+from procedures.kinds.planner import make_plan
+from procedures.kinds.registry import KINDS
+from procedures.plan.order import travel_deg
+from procedures.plan.plan import Plan
+from procedures.plan.profiles import range_deg
+from procedures.plan.steps import Dwell, Follow, Rest, Turn
+from procedures.run.watch.disk_space import needed_bytes
+from rig.description.rig_file import RigDescription
+
+
+@dataclass(frozen=True)
+class AxisUse:
+    """What a plan asks of one axis, degrees."""
+
+    limits_deg: tuple[float, float]
+    reached_deg: tuple[float, float]
+    """Lowest and highest angle that a dwell begins, sweeps or follows at."""
+    travel_deg: float
+    """On the ways between dwells."""
+    most_revolutions: float
+    """Of one dwell."""
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """Everything that can be said beforehand."""
+
+    rig: str
+    plan: Plan
+    axes: Mapping[str, AxisUse]
+    forecast: Forecast
+    journal_bytes: int
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        return self.forecast.advice
+
+
+def check(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: int | None = None) -> CheckReport:
+    """Plan and judge. Raises: PlanError for everything that the planner refuses."""
+    plan = make_plan(rig, procedure, fresh_seed)
+    forecast = KINDS[plan.kind].forecast(rig, procedure, plan)
+    return CheckReport(
+        rig=rig.rig.name,
+        plan=plan,
+        axes={axis: _use(rig, plan, axis, forecast) for axis in plan.axes},
+        forecast=forecast,
+        journal_bytes=int(needed_bytes(plan, len(plan.dwells))),
+    )
+
+
+def to_document(report: CheckReport) -> dict[str, Any]:
+    """Return the form of ``calrig check --json``: what all kinds have, then a design's figures or the steps."""
+    plan = report.plan
+    return {
+        "rig": report.rig,
+        "title": plan.title,
+        "kind": plan.kind,
+        "plan_sha256": plan.sha256,
+        "points": len(plan.design.points),
+        "order": plan.order,
+        "seed": plan.seed,
+        "replications": plan.replications,
+        "dwells_planned": len(plan.dwells),
+        "design_dwells": len(plan.design_dwells),
+        "axes": {name: _axis_document(use) for name, use in report.axes.items()},
+        "duration_s": {"p50": plan.expected.p50_s, "p90": plan.expected.p90_s},
+        "model": plan.solve.model,
+        "journal_bytes": report.journal_bytes,
+        "advice": list(report.advice),
+        **(_design_document(report) if report.forecast.design else _points_document(report)),
+    }
+
+
+def _axis_document(use: AxisUse) -> dict[str, Any]:
+    return {
+        "limits_deg": list(use.limits_deg),
+        "reached_deg": list(use.reached_deg),
+        "travel_deg": use.travel_deg,
+        "most_revolutions": use.most_revolutions,
+    }
+
+
+def _design_document(report: CheckReport) -> dict[str, Any]:
+    figures = report.forecast.design
+    assert figures is not None
+    expected: dict[str, Any] = {name: {} for name in report.plan.sensors}
+    for axis in report.forecast.expected:
+        expected[axis.sensor][axis.axis] = {
+            "noise_v": axis.noise_v,
+            "noise_source": axis.noise_source,
+            "parameters": dict(axis.standard_uncertainty),
+        }
+    return {
+        "design": report.plan.design.kind,
+        "parameters": list(figures.parameters),
+        "rank": figures.rank,
+        "degrees_of_freedom": figures.degrees_of_freedom,
+        "figure_of_merit_sqrt": figures.figure_of_merit_sqrt,
+        "usage_figure_of_merit_sqrt": figures.usage_figure_of_merit_sqrt,
+        "time_correlation": figures.time_correlation,
+        "expected_standard_uncertainty": expected,
+    }
+
+
+def _points_document(report: CheckReport) -> dict[str, Any]:
+    expected: dict[str, Any] = {name: {} for name in report.plan.sensors}
+    for axis in report.forecast.expected:
+        expected[axis.sensor][axis.axis] = dict(axis.standard_uncertainty)
+    return {"steps": [told for _, told in steps_told(report.plan)], "expected_standard_uncertainty": expected}
+
+
+def _use(rig: RigDescription, plan: Plan, axis: str, forecast: Forecast) -> AxisUse:
+    angles = [dwell.targets_deg[axis] for dwell in plan.dwells]
+    ways_deg = travel_deg([[angle] for angle in angles])[0]
+    for dwell in plan.dwells:
+        motion = dwell.motion
+        if isinstance(motion, Turn) and motion.turned_axis == axis and motion.sweep_deg is not None:
+            angles += motion.sweep_deg
+        if isinstance(motion, Follow) and axis in motion.span_deg:
+            angles += range_deg(motion, axis)
+    reached_deg = (min(angles), max(angles))
+    return AxisUse(rig.axes[axis].limits_deg, reached_deg, ways_deg, forecast.turns.get(axis, 0.0))
+
+
+def steps_told(plan: Plan) -> list[tuple[int, str]]:
+    """Return the points of the first replication in words, each with its label."""
+    return [(dwell.point, _told(dwell)) for dwell in plan.design_dwells if dwell.replication == 1]
+
+
+def _told(dwell: Dwell) -> str:
+    """One dwell in words."""
+    parts = [f"{name} {angle:g}°" for name, angle in dwell.targets_deg.items() if angle]
+    at = f"at {', '.join(parts)}" if parts else "level"
+    applied = "" if dwell.applied is None else f", {dwell.applied.coil} {dwell.applied.field_ut:g} µT"
+    match dwell.motion:
+        case Turn(sweep_deg=None):
+            turn = dwell.motion
+            return (
+                f"{turn.turned_axis} at {turn.rate_dps:+g} °/s, {turn.revolutions} revolutions in {turn.seconds:.4g} s"
+            )
+        case Turn():
+            turn = dwell.motion
+            return f"{turn.turned_axis} at {turn.rate_dps:+g} °/s, {turn.sweeps} sweeps, read for {turn.seconds:.4g} s"
+        case Follow():
+            axes = ", ".join(f"{name} {span:g}°" for name, span in dwell.motion.span_deg.items())
+            return f"{dwell.motion.shape} motion of {axes} for {dwell.motion.seconds:g} s"
+        case Rest():
+            return f"at rest {at}{applied} for {dwell.motion.rest_seconds:g} s"
+    return f"{at}{applied}"

@@ -1,0 +1,75 @@
+"""From a rig and a procedure to the plan of a run; every impossible wish is refused here, before any port is opened.
+
+The kind lays out its steps; what every plan is held to stands here: sensors to calibrate, attitudes that the axes
+reach, temperature terms that are measured.
+"""
+
+from procedures.description.kind_tables import Levels, Static
+from procedures.description.procedure_file import ProcedureDescription
+from procedures.errors import PlanError
+from procedures.kinds.kind import Kind, PlanRequest
+from procedures.kinds.registry import KINDS
+from procedures.plan.channels import channels_of, sensors_that_measure
+from procedures.plan.estimate import expected_duration
+from procedures.plan.plan import PLAN_VERSION, Plan
+from procedures.plan.refusals import shared_refusals
+from procedures.plan.unreachable import unreachable
+from rig.description.rig_file import RigDescription, Sensor
+
+
+def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: int | None = None) -> Plan:
+    """Return the plan of a run. ``fresh_seed`` serves the order ``random``; by default it is drawn here and kept.
+
+    Raises: PlanError naming file, line and key of everything that the rig cannot do or the design cannot determine.
+    """
+    kind = KINDS[procedure.procedure.kind]
+    sensors = _sensors(rig, procedure, kind)
+    request = PlanRequest(rig, procedure, sensors, channels_of(rig, sensors), fresh_seed)
+    schedule = kind.schedule(request)
+    reasons = [
+        *kind.refusals(request, schedule),
+        *unreachable(rig, procedure, schedule.steps, kind.key_of_angle),
+        *shared_refusals(rig, procedure, sensors, schedule.environment),
+    ]
+    if reasons:
+        raise PlanError("\n".join(str(reason) for reason in reasons))
+    return Plan(
+        version=PLAN_VERSION,
+        title=procedure.procedure.title,
+        kind=kind.name,
+        axes=request.axes,
+        sensors=sensors,
+        channels=request.channels,
+        settle_channel=request.channels[0],
+        design=schedule.design,
+        order=schedule.order,
+        seed=schedule.seed,
+        replications=schedule.replications,
+        usage_pitch_deg=schedule.usage_pitch_deg,
+        dwell=procedure.dwell,
+        environment=schedule.environment,
+        reference=schedule.reference,
+        solve=procedure.solve,
+        export_formats=procedure.export.formats,
+        max_duration_s=procedure.stop.max_duration_s if procedure.stop else None,
+        expected=expected_duration(rig, schedule.steps, procedure.dwell, request.channels),
+        steps=schedule.steps,
+        attitude_reference=rig.attitude_reference,
+        levels=procedure.own(Levels),
+        static=procedure.own(Static),
+        most_samples=schedule.most_samples,
+    )
+
+
+def _sensors(rig: RigDescription, procedure: ProcedureDescription, kind: Kind) -> dict[str, Sensor]:
+    wanted = kind.measures(procedure.solve.model)
+    sensors = sensors_that_measure(rig, *wanted)
+    if not sensors:
+        measures = ", ".join(f"{name} ({sensor.measures})" for name, sensor in rig.sensors.items())
+        raise procedure.error(
+            ("procedure", "kind"),
+            f"{kind.name!r} with model {procedure.solve.model!r} calibrates sensors that measure "
+            f'{" or ".join(wanted)}, the rig has {measures}; declare measures = "{wanted[0]}" in the rig file, or '
+            "choose another kind",
+        )
+    return sensors

@@ -1,0 +1,58 @@
+"""Reading ``procedure.toml``: the tables that all kinds share, and the own table of each registered kind."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import create_model
+
+from procedures.description.procedure_file import Procedure, ProcedureDescription
+from procedures.kinds.registry import KINDS
+from rig.errors import DescriptionError
+from rig.toml_file import read_toml
+
+
+def procedure_form() -> type[ProcedureDescription]:
+    """Return the form of the whole file with the tables of every registered kind."""
+    names: Any = Literal[tuple(KINDS)]
+    head = create_model("Procedure", __base__=Procedure, kind=(names, ...))
+    own: dict[str, Any] = {kind.table[0]: (kind.table[1] | None, None) for kind in KINDS.values() if kind.table}
+    return create_model("ProcedureDescription", __base__=ProcedureDescription, procedure=(head, ...), **own)
+
+
+def read_procedure(path: Path) -> ProcedureDescription:
+    """Read and check a procedure file. Raises: rig.errors.DescriptionError naming every mistake."""
+    file = read_toml(path)
+    description = file.validate(procedure_form())
+    complaints = [file.complaint(key, text) for key, text in disagreements(description)]
+    if complaints:
+        raise DescriptionError("\n".join(complaints))
+    description._file = file
+    return description
+
+
+def disagreements(description: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Tell the tables that do not go together: key and what is wrong."""
+    kind = KINDS[description.procedure.kind]
+    for owner in KINDS.values():
+        if owner.table is None:
+            continue
+        if (getattr(description, owner.table[0]) is not None) != (owner is kind):
+            what = "is missing" if owner is kind else f"belongs to procedure.kind = {owner.name!r}"
+            yield (owner.table[0],), f"{what}; this is a procedure of kind {kind.name!r}"
+    if kind.table is not None:
+        yield from _ignored(description)
+    if description.solve.model not in kind.models:
+        allowed = " or ".join(f'"{model}"' for model in kind.models)
+        yield ("solve", "model"), f"got {description.solve.model!r}, allowed for kind {kind.name!r}: {allowed}"
+    yield from kind.disagreements(description)
+
+
+def _ignored(description: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Tables of attitudes at rest beside a kind that has a table of its own."""
+    name = description.procedure.kind
+    if "design" in description.model_fields_set:
+        yield ("design",), f"has no meaning for a procedure of kind {name!r}, which has its own attitudes; remove it"
+    for table, what in (("environment", "plateaus"), ("check", "reference attitudes")):
+        if getattr(description, table) is not None:
+            yield (table,), f"{name!r} has no {what}; remove it"

@@ -1,0 +1,52 @@
+"""From dwells to solved sensors, for runs of every kind."""
+
+from collections.abc import Iterable
+
+from ams.errors import AmsError
+from procedures.kinds.registry import KINDS
+from procedures.plan.plan import Plan
+from procedures.records.dwells import DwellRecord
+from procedures.solution.observations import design_dwells, observations_of
+from procedures.solution.record import RunRecord
+from procedures.solution.request import SensorRows, SolvedSensor
+from rig.description.rig_file import RigDescription, Sensor
+
+
+def solve_record(record: RunRecord) -> dict[str, SolvedSensor]:
+    """Solve every sensor of a run from its accepted dwells, as its procedure asks."""
+    return solve_sensors(record.dwells, record.rig, record.plan, f"run {record.run_id}")
+
+
+def solve_sensors(
+    dwells: Iterable[DwellRecord], rig: RigDescription, plan: Plan, source: str
+) -> dict[str, SolvedSensor]:
+    """Solve every sensor of a plan; a sensor that cannot be solved says why and hinders no other."""
+    rows = tuple(design_dwells(dwells))
+    return {name: _solve_sensor(name, sensor, rows, rig, plan, source) for name, sensor in plan.sensors.items()}
+
+
+def _solve_sensor(
+    name: str, sensor: Sensor, rows: tuple[DwellRecord, ...], rig: RigDescription, plan: Plan, source: str
+) -> SolvedSensor:
+    with_it = tuple(row for row in rows if set(sensor.channels.values()) <= row.readings.keys())
+    item = SensorRows(name, sensor, with_it, rig, plan, f"{source}, {name}")
+    if not rows:
+        return _unsolved(item, "no dwell of the design is accepted")
+    if len(with_it) < len(rows):
+        return _unsolved(item, _dropped(len(rows) - len(with_it)))
+    try:
+        return KINDS[plan.kind].solve(item)
+    except AmsError as error:
+        return _unsolved(item, str(error))
+
+
+def _unsolved(item: SensorRows, failure: str) -> SolvedSensor:
+    return SolvedSensor(item.name, observations_of(item.dwells, item.channels, source=item.source), None, failure)
+
+
+def _dropped(dwells: int) -> str:
+    """Half a calibration would be one of other points than were planned."""
+    return (
+        f"it was dropped while the run went on without it ({dwells} accepted dwells lack it); nothing was solved; the "
+        "report says why; mend it and measure it in a new run"
+    )

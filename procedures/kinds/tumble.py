@@ -1,0 +1,65 @@
+"""``tumble``: the four or six attitudes of the tumble test, or SR's two positions of every axis, up and down."""
+
+from collections.abc import Iterator
+
+from procedures.description.design_kinds import DESIGNS
+from procedures.description.procedure_file import ProcedureDescription
+from procedures.errors import PlanError
+from procedures.kinds.attitudes import schedule_of_attitudes
+from procedures.kinds.expected_attitudes import forecast_of_design
+from procedures.kinds.expected_lines import forecast_of_points
+from procedures.kinds.kind import Forecast, Key, PlanRequest, Schedule
+from procedures.kinds.section import Section, section_of
+from procedures.plan.plan import Plan
+from procedures.plan.refusals import design_refusals
+from procedures.solution.by_model import observed, solve_by_model
+from procedures.solution.lines import solve_lines
+from procedures.solution.record import RunRecord
+from procedures.solution.request import SensorRows, SolvedSensor
+from rig.description.rig_file import RigDescription
+from rig.toml_file import StrictTable
+
+NOT_RECOMMENDED = "a tumble test is not recommended for laboratory calibration (TP recommendation 7)"
+
+
+class Tumble:
+    """Few attitudes: TP's by its models, SR's by straight lines."""
+
+    name = "tumble"
+    table: tuple[str, type[StrictTable]] | None = None
+    models: tuple[str, ...] = ("pitch-roll", "pitch-only", "pitch-yaw-roll", "linear")
+
+    def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
+        if not DESIGNS[procedure.design.kind].is_tumble:
+            yield ("design", "kind"), 'kind = "tumble" goes with a design of kind "T", and only with it (or "up-down")'
+
+    def measures(self, model: str) -> tuple[str, ...]:
+        return ("acceleration",)
+
+    def key_of_angle(self, axis: str) -> Key:
+        return "design", f"{axis}_deg"
+
+    def schedule(self, request: PlanRequest) -> Schedule:
+        return schedule_of_attitudes(request)
+
+    def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
+        yield from design_refusals(request.rig, request.procedure, request.sensors, schedule.design)
+
+    def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
+        if _is_up_and_down(plan):
+            return forecast_of_points(rig, plan)
+        return forecast_of_design(rig, procedure, plan, [NOT_RECOMMENDED])
+
+    def solve(self, item: SensorRows) -> SolvedSensor:
+        observations = observed(item)
+        if _is_up_and_down(item.plan) and item.plan.solve.model == "linear":
+            return solve_lines(item, observations)
+        return solve_by_model(item, observations)
+
+    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
+        return section_of(record, solved) if _is_up_and_down(record.plan) else None
+
+
+def _is_up_and_down(plan: Plan) -> bool:
+    """Tell whether it is SR's: one line an axis, no angles."""
+    return plan.design.kind == "up-down"

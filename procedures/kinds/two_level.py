@@ -1,0 +1,133 @@
+"""``two-level``: magnetometers along and against a known field, first without it, then with it."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from ams.arrays import FloatArray
+from procedures.description.kind_tables import Levels
+from procedures.description.procedure_file import ProcedureDescription
+from procedures.errors import PlanError
+from procedures.kinds.expected_lines import forecast_of_points
+from procedures.kinds.kind import Forecast, Key, PlanRequest, Schedule
+from procedures.kinds.points import schedule_of_points
+from procedures.kinds.section import Section, section_of
+from procedures.plan.channels import AXES
+from procedures.plan.plan import Plan
+from procedures.plan.points import Point
+from procedures.plan.rotations import body_axis, to_stage
+from procedures.plan.steps import Applied, Rest
+from procedures.solution.by_model import observed
+from procedures.solution.lines import solve_lines
+from procedures.solution.record import RunRecord
+from procedures.solution.request import SensorRows, SolvedSensor
+from rig.description.rig_file import RigDescription, Sensor
+from rig.devices.targets import broken_rules
+from rig.toml_file import StrictTable
+
+ALONG = 0.999
+"""Cosine of the angle within which an axis stands along a field."""
+
+
+class TwoLevel:
+    """Each axis of each sensor in both senses."""
+
+    name = "two-level"
+    table: tuple[str, type[StrictTable]] | None = ("levels", Levels)
+    models: tuple[str, ...] = ("linear",)
+
+    def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
+        yield from ()
+
+    def measures(self, model: str) -> tuple[str, ...]:
+        return ("field",)
+
+    def key_of_angle(self, axis: str) -> Key:
+        return ("levels",)
+
+    def schedule(self, request: PlanRequest) -> Schedule:
+        return schedule_of_points(request, _points(request))
+
+    def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
+        yield from ()
+
+    def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
+        forecast = forecast_of_points(rig, plan)
+        if plan.levels is None or plan.levels.method != "magnet-difference":
+            return forecast
+        told = "the magnet's field is taken from the sensor itself: this tells symmetry and offset, no absolute scale"
+        return replace(forecast, advice=(*forecast.advice, told))
+
+    def solve(self, item: SensorRows) -> SolvedSensor:
+        return solve_lines(item, observed(item))
+
+    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
+        return section_of(record, solved)
+
+
+def _points(request: PlanRequest) -> list[Point]:
+    rig, procedure, sensors = request.rig, request.procedure, request.sensors
+    levels = procedure.own(Levels)
+    assert levels is not None
+    coil = _coil(rig, procedure, levels)
+    settings = rig.field[coil]
+    for field_ut in levels.applied_ut:
+        if not settings.limits_ut[0] <= field_ut <= settings.limits_ut[1]:
+            raise procedure.error(
+                ("levels", "applied_ut"),
+                f"got {field_ut:g} uT, allowed {settings.limits_ut[0]:g} to {settings.limits_ut[1]:g} uT "
+                f"(field.{coil}.limits_ut)",
+            )
+    attitudes = _attitudes_along(rig, procedure, sensors, np.array(settings.direction))
+    rest = Rest(levels.rest_s)
+    fields = (0.0, *levels.applied_ut)
+    return [(attitude, rest, Applied(coil, field_ut)) for field_ut in fields for attitude in attitudes]
+
+
+def _coil(rig: RigDescription, procedure: ProcedureDescription, levels: Levels) -> str:
+    known = ", ".join(rig.field) or "none"
+    name = levels.coil or (next(iter(rig.field)) if len(rig.field) == 1 else None)
+    if name is None or name not in rig.field:
+        raise procedure.error(("levels", "coil"), f"got {levels.coil!r}, the rig has the fields: {known}")
+    return name
+
+
+def _attitudes_along(
+    rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor], direction: FloatArray
+) -> list[dict[str, float]]:
+    """For every axis of every sensor the least turned attitude that lays it along the field, and one against it."""
+    unit = direction / np.linalg.norm(direction)
+    reachable = [[angle for angle in (0.0, 90.0, -90.0, 180.0, -180.0) if _can_go(rig, name, angle)] for name in AXES]
+    attitudes = sorted(product(*reachable), key=lambda angles: (sum(map(abs, angles)), angles))
+    chosen: list[dict[str, float]] = []
+    for serial, sensor in sensors.items():
+        for axis, sense in product(sensor.channels, (1.0, -1.0)):
+            found = next((one for one in attitudes if _component(sensor, str(axis), one, unit) * sense > ALONG), None)
+            if found is None:
+                raise procedure.error(
+                    ("levels",),
+                    f"{serial}.{axis} cannot be laid {'along' if sense > 0.0 else 'against'} the field by attitudes of "
+                    "90° within the limits of the axes; turn the coil, or widen limits_deg",
+                )
+            attitude = {name: angle for name, angle in zip(AXES, found, strict=True) if name in rig.axes}
+            if attitude not in chosen:
+                chosen.append(attitude)
+    return chosen
+
+
+def _component(sensor: Sensor, axis: str, attitude_deg: tuple[float, ...], level: FloatArray) -> float:
+    """Of a level vector along a body axis of the package."""
+    return float(body_axis(sensor, axis) @ to_stage(*np.deg2rad(attitude_deg)) @ level)
+
+
+def _can_go(rig: RigDescription, axis: str, angle_deg: float) -> bool:
+    """Tell whether an axis reaches an angle; one that the rig does not have stands at 0."""
+    settings = rig.axes.get(axis)
+    if settings is None:
+        return angle_deg == 0.0
+    table_deg = settings.table_deg(angle_deg)
+    return not any(
+        broken_rules(angle_deg, table_deg, settings.limits_deg, settings.increment_deg, settings.approach_deg)
+    )

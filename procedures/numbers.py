@@ -1,0 +1,92 @@
+"""Numbers as a certificate prints them: two significant digits of the uncertainty, the value to the same place.
+
+Source: JCGM 100 (GUM) 7.2.6.
+"""
+
+import math
+from collections.abc import Mapping
+from decimal import ROUND_HALF_UP, Decimal
+
+from ams.units import ARCSEC_PER_RAD, printed
+
+MOST_DECIMALS = 12
+"""Beyond this a decimal is below what a double resolves in the values printed here."""
+
+
+def last_place(uncertainty: float) -> int:
+    """Exponent of ten of the second significant digit: −4 for 0.0012. 0.0998 rounds to 0.10, so −2."""
+    exponent = math.floor(math.log10(uncertainty)) - 1
+    return exponent + (round(uncertainty / 10.0**exponent) >= 100)
+
+
+def to_place(value: float, place: int) -> str:
+    """Decimal notation with the last digit at 10**place; −0 is printed as 0."""
+    place = max(place, -MOST_DECIMALS)
+    rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(place), rounding=ROUND_HALF_UP)
+    text = f"{rounded:f}"
+    return text.removeprefix("-") if not rounded else text
+
+
+def with_uncertainty(value: float, uncertainty: float | None) -> tuple[str, str]:
+    """Value and uncertainty as printed; nine digits of the value where no uncertainty is known."""
+    if uncertainty is None or not math.isfinite(uncertainty) or uncertainty <= 0.0:
+        return f"{value:.9g}", "—"
+    place = last_place(uncertainty)
+    printed = to_place(uncertainty, place) if place >= -MOST_DECIMALS else f"{uncertainty:.1e}"
+    return to_place(value, place), printed
+
+
+def two_digits(value: float) -> str:
+    """A magnitude alone, to two significant digits, without an exponent where that stays readable."""
+    if not math.isfinite(value):
+        return "—"
+    if value == 0.0:
+        return "0"
+    return to_place(value, last_place(abs(value))) if abs(value) >= 10.0**-MOST_DECIMALS else f"{value:.1e}"
+
+
+def three_digits(value: float) -> str:
+    """A test value or a limit of one: three significant digits, two decimals at most."""
+    if not math.isfinite(value):
+        return "—"
+    return f"{value:.0f}" if abs(value) >= 99.95 else f"{value:.1f}" if abs(value) >= 9.995 else f"{value:.2f}"
+
+
+def p_value(p: float) -> str:
+    """A probability, never printed as zero."""
+    if not math.isfinite(p):
+        return "—"
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def angle(value_deg: float) -> str:
+    """An attitude of the plan: as many decimals as it has, with a sign that shows where it points."""
+    text = f"{value_deg:.4f}".rstrip("0").rstrip(".")
+    return "0°" if text in ("0", "-0") else text.replace("-", "−") + "°"
+
+
+def attitude(targets_deg: Mapping[str, float]) -> str:
+    """An attitude in words: ``pitch −30°, roll 0°``."""
+    return ", ".join(f"{name} {angle(value)}" for name, value in targets_deg.items())
+
+
+def duration(seconds: float) -> str:
+    """Hours and minutes where there are hours, seconds where there are only seconds."""
+    whole = round(seconds)
+    hours, minutes = whole // 3600, whole % 3600 // 60
+    if hours:
+        return f"{hours} h {minutes:02d} min"
+    return f"{minutes} min {whole % 60:02d} s" if minutes else f"{seconds:.1f} s"
+
+
+def as_drawn(sensitivity_v_per_g: float, unit: str) -> tuple[float, str]:
+    """Return the factor and the unit in which a change of a reading is shown: as the angle that causes it where the
+    axis is most sensitive, or in its own unit where nothing says what angle it is."""
+    if unit != "v" or not sensitivity_v_per_g:
+        return 1.0, printed(unit)
+    return arcsec(1.0, sensitivity_v_per_g), "″"
+
+
+def arcsec(voltage_v: float, sensitivity_v_per_g: float) -> float:
+    """A voltage as the angle that causes it where the axis is most sensitive: v/|S|."""
+    return voltage_v / abs(sensitivity_v_per_g) * ARCSEC_PER_RAD

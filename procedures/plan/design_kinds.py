@@ -1,0 +1,45 @@
+"""The kinds of design that calrig brings, each registered in ``pyproject.toml``."""
+
+from procedures.description.design_kinds import SETS
+from procedures.errors import PlanError
+from procedures.plan import designs
+from procedures.plan.design_kind import DesignKind, Wanted
+from procedures.plan.designs import Design
+
+
+def _fractional(wanted: Wanted) -> Design:
+    assert wanted.table.fractional is not None
+    return designs.fractional(wanted.pitch_deg, wanted.roll_deg, wanted.table.fractional)
+
+
+def _file(wanted: Wanted) -> Design:
+    assert wanted.table.file is not None
+    return designs.read_points(wanted.folder / wanted.table.file)
+
+
+def _pending(_wanted: Wanted) -> Design:
+    raise PlanError('kind = "optimal" is not there yet; use D, D0, D1, fractional, T or a file of points')
+
+
+D = DesignKind(name="D", make=lambda wanted: designs.full_grid(wanted.pitch_deg, wanted.roll_deg))
+D0 = DesignKind(name="D0", make=lambda wanted: designs.uniform_roll(wanted.pitch_deg, wanted.roll_deg))
+D1 = DesignKind(name="D1", make=lambda wanted: designs.uniform_symmetric(wanted.pitch_deg, wanted.roll_deg))
+FRACTIONAL = DesignKind(
+    name="fractional",
+    takes=SETS | {"repeat_roll", "fractional"},
+    needs={"fractional": "[K_pitch, K_roll]", "pitch_deg": ""},
+    make=_fractional,
+)
+FILE = DesignKind(name="file", takes=frozenset({"file"}), needs={"file": '"points.csv"'}, make=_file)
+T = DesignKind(
+    name="T", takes=frozenset(), needs={}, is_tumble=True, make=lambda wanted: designs.tumble(wanted.with_roll)
+)
+UP_DOWN = DesignKind(
+    name="up-down",
+    takes=frozenset(),
+    needs={},
+    is_tumble=True,
+    is_on_command_line=False,
+    make=lambda _wanted: designs.up_down(),
+)
+OPTIMAL = DesignKind(name="optimal", is_on_command_line=False, make=_pending)

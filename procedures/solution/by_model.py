@@ -1,0 +1,59 @@
+"""The one importer of the solvers by model: observations of a run or a file, and what is asked of them.
+
+The command, the running estimate and the report all solve through here, so that the same observations always meet the
+same model, the same table and the same treatment of temperature.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from ams.calibration.calibrate import calibrate
+from ams.calibration.mountings import calibrate_mountings
+from ams.calibration_result import Calibration
+from ams.inputs.request import CalibrationRequest
+from ams.observations import Observations
+from procedures.description.procedure_file import Solve
+from procedures.plan.channels import temperature_source
+from procedures.records.dwells import DwellRecord
+from procedures.solution.observations import observations_of
+from procedures.solution.request import SensorRows, SolvedSensor, budgets_of, request_of
+from rig.description.rig_file import RigDescription, Sensor
+
+
+def observed(item: SensorRows) -> Observations:
+    """Return one row a dwell. Raises: JournalError."""
+    temperature = temperature_source(item.rig, item.sensor)
+    return observations_of(item.dwells, item.channels, temperature, item.source, item.rig.chain)
+
+
+def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor:
+    """Solve a sensor by the model of its procedure, with everything that the rig declares. Raises: AmsError."""
+    request = request_of(item.name, item.rig, item.sensor, item.plan.solve)
+    solved = calibrate_mountings(observations, request)
+    remarks = (*solved.remarks, *_remarks(item.plan.solve, item.dwells))
+    calibration = replace(solved, remarks=remarks)
+    return SolvedSensor(item.name, observations, calibration, None, budgets_of(solved, request, item.rig))
+
+
+def solve_observations(observations: Observations, request: CalibrationRequest) -> Calibration:
+    """Solve observations that came from a file. Raises: ams.errors.AmsError."""
+    return calibrate(observations, request)
+
+
+def checked_by_monte_carlo(
+    solved: SolvedSensor, rig: RigDescription, sensor: Sensor, solve: Solve, trials: int
+) -> SolvedSensor:
+    """Return the sensor with the Monte Carlo check beside every budget."""
+    if solved.calibration is None or solved.calibration.convention == "SR":
+        return solved
+    request = request_of(solved.name, rig, sensor, solve)
+    return replace(solved, budgets=budgets_of(solved.calibration, request, rig, trials))
+
+
+def _remarks(solve: Solve, rows: Sequence[DwellRecord]) -> Iterator[str]:
+    """Tell what a reader of the result must know about what was asked for."""
+    if solve.time_term == "linear":
+        first = min(rows, key=lambda row: row.step)
+        yield f"time term: the run's times count from {first.started_utc:%Y-%m-%d %H:%M:%S} UTC, its first dwell"
+    if solve.model == "linear":
+        yield "straight lines make no coefficient set: take them from this document or the report"

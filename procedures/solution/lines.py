@@ -1,0 +1,105 @@
+"""Straight lines of SR, real = gain · reading + offset: every axis by itself, with the errors of its known levels."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+
+from ams.analysis.calibration_budget import AxisBudget, axis_budget
+from ams.calibration.calibrate import calibrate
+from ams.calibration.document import to_document
+from ams.calibration.findings_document import budget_document
+from ams.calibration_result import AxisCalibration, Calibration
+from ams.errors import DesignError
+from ams.inputs.request import CalibrationRequest
+from ams.inputs.shared_errors import SharedError
+from ams.models.field_line import FieldLine
+from ams.models.model import Model
+from ams.models.straight_line import StraightLine
+from ams.observations import Observations
+from procedures.solution.levels import LevelRows, known_levels
+from procedures.solution.request import SensorRows, SolvedSensor
+from procedures.solution.type_b import shared_errors
+
+UNITS: Mapping[str, str] = {"acceleration": "g", "rate": "dps", "field": "ut"}
+"""Of what a sensor measures, as it is written in a key."""
+
+
+def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
+    """Solve every axis by itself on the rows that tell it something. Source: SR 4.1. Raises: AmsError."""
+    if observations.mounting is not None:
+        raise DesignError(
+            f"{observations.source}: the package was moved in between: straight lines take one mounting; nothing was "
+            "solved; take back what was measured before the package was moved"
+        )
+    axes: dict[str, AxisCalibration] = {}
+    budgets: dict[str, AxisBudget] = {}
+    warnings = dict[str, None]()
+    for label in item.channels:
+        levels = known_levels(item, observations, label)
+        if levels.level.size == 0 or float(np.ptp(levels.level)) == 0.0:
+            told = f"axis {label}: it was exposed to one level only: no line goes through it; it has no result"
+            warnings[told] = None
+            continue
+        model = _model(item, observations, label, levels)
+        errors = _errors(item, label, levels)
+        request = CalibrationRequest(nominal_axes={label: label}, models={label: model}, shared_errors={label: errors})
+        solved = calibrate(_rows(observations, label, levels), request)
+        axes[label] = solved.axes[label]
+        if any(estimate.value is not None for estimate in axes[label].parameters):
+            budgets[label] = axis_budget(axes[label], errors, model=model)
+        warnings |= dict.fromkeys(solved.warnings)
+    if not axes:
+        raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
+    return SolvedSensor(item.name, observations, Calibration(axes, "linear", "SR", tuple(warnings)), None, budgets)
+
+
+def _model(item: SensorRows, observations: Observations, label: str, levels: LevelRows) -> Model:
+    line = StraightLine if levels.sense is None else FieldLine
+    return line(label, UNITS[item.sensor.measures], observations.unit_of(label))
+
+
+def _errors(item: SensorRows, label: str, levels: LevelRows) -> tuple[SharedError, ...]:
+    """Return the meter's errors as they are, and everything else as an error of the known levels."""
+    of_reading = [one for one in shared_errors(item.rig, item.sensor)[label] if one.effect in ("reading", "gain")]
+    ends = np.cumsum([one.columns.shape[1] for one in levels.errors]).tolist()
+    starts = [0, *ends]
+    of_level = [
+        replace(one.error, columns=tuple(range(start, end)))
+        for one, start, end in zip(levels.errors, starts, ends, strict=False)
+    ]
+    return (*of_reading, *of_level)
+
+
+def _rows(observations: Observations, label: str, levels: LevelRows) -> Observations:
+    """Return one axis' rows: a model of lines takes the sense of a row, if it has one, as its pitch."""
+    nothing = np.zeros(levels.rows.size)
+    return Observations(
+        replication=observations.replication[levels.rows],
+        point=observations.point[levels.rows],
+        pitch_rad=nothing if levels.sense is None else np.arcsin(np.clip(levels.sense, -1.0, 1.0)),
+        roll_rad=nothing,
+        outputs={label: levels.reading},
+        units={label: observations.unit_of(label)},
+        time_s=None if observations.time_s is None else observations.time_s[levels.rows],
+        reference_level=levels.level,
+        level_errors=np.concatenate([one.columns for one in levels.errors], axis=1) if levels.errors else None,
+        source=f"{observations.source}, axis {label}",
+    )
+
+
+def lines_document(calibration: Calibration, budgets: Mapping[str, AxisBudget]) -> dict[str, Any]:
+    """Return straight lines as JSON: the shape of a fit, with intervals, and standard errors in the reading's unit."""
+    axes: dict[str, Any] = {}
+    for label, section in cast("dict[str, Any]", to_document(calibration)["axes"]).items():
+        solved = calibration.axes[label]
+        measured = solved.parameters[0].name.rpartition("_per_")[2]
+        kept = {key: value for key, value in section.items() if not key.endswith(("_v", "_per_g"))}
+        intervals = {one.name: None if one.interval_95 is None else list(one.interval_95) for one in solved.parameters}
+        for name, interval in intervals.items():
+            kept["parameters"][name]["interval_95"] = interval
+        axes[label] = {**kept, f"standard_error_{measured}": section["standard_error_v"]}
+        if label in budgets:
+            axes[label]["budget"] = budget_document(budgets[label])
+    return {"axes": axes, "model": calibration.model, "convention": calibration.convention}

@@ -1,0 +1,17 @@
+"""Newport's ESP301: up to three axes on a line."""
+
+from collections.abc import Mapping
+
+from rig.devices import esp301
+from rig.devices.esp301 import Esp301Settings
+from rig.drivers.driver import AxesDriver, Driver, numbers, on_one_line
+from rig.twins.esp301 import Esp301Twin
+from rig.twins.twin import Twin
+from rig.twins.world import World
+
+
+def _twin(axes: Mapping[str, Esp301Settings], world: World, _time_factor: float) -> Twin:
+    return Esp301Twin(numbers(axes), world)
+
+
+DRIVER = Driver("esp301", axes=AxesDriver(Esp301Settings, on_one_line(esp301.connect), _twin))

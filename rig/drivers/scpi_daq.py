@@ -1,0 +1,35 @@
+"""Data acquisition units that speak SCPI, on a GPIB or on a line."""
+
+from rig.clock import Clock
+from rig.devices.abilities import Readout
+from rig.devices.scpi_daq import DEFAULT_ADDRESS, ScpiDaqReadout, ScpiDaqSettings
+from rig.drivers.driver import Driver, ReadoutDriver
+from rig.drivers.wired_checks import known_voltages, wired_checks
+from rig.lines.open_lines import Lines
+from rig.link.gpib import is_on_a_bus, parse_resource
+from rig.link.messages import GpibMessages, MessageLine, StreamMessages
+from rig.twins.scpi_daq import ScpiDaqTwin
+from rig.twins.scpi_port import ScpiPort
+from rig.twins.twin import Twin
+from rig.twins.world import World
+
+
+def _open(name: str, settings: ScpiDaqSettings, lines: Lines, clock: Clock) -> Readout:
+    key = f"readouts.{name}"
+    line: MessageLine
+    if is_on_a_bus(settings.resource):
+        resource = parse_resource(settings.resource, DEFAULT_ADDRESS)
+        line = GpibMessages(lines.bus(key, resource), resource.address)
+    else:
+        line = StreamMessages(lines.stream(key, settings.resource))
+    return ScpiDaqReadout(name, settings, line, clock)
+
+
+def _twin(name: str, settings: ScpiDaqSettings, world: World) -> tuple[Twin, str]:
+    wiring = {entry.channel: f"{name}.{channel}" for channel, entry in settings.channels.items()}
+    source, wiring = known_voltages(name, settings.checks, world), wiring | wired_checks(settings.checks)
+    unit = ScpiDaqTwin(source, wiring, model=settings.model, line_frequency_hz=settings.line_frequency_hz)
+    return ScpiPort(unit), "{port}"
+
+
+DRIVER = Driver("scpi-daq", readout=ReadoutDriver(ScpiDaqSettings, _open, _twin))

@@ -1,0 +1,20 @@
+"""Zaber's stages: a chain of them on one line."""
+
+from collections.abc import Mapping
+
+from rig.devices import zaber
+from rig.devices.zaber import ZaberSettings
+from rig.drivers.driver import AxesDriver, Driver, on_one_line
+from rig.twins.twin import Twin
+from rig.twins.world import World
+from rig.twins.zaber import Stage, ZaberTwin
+
+
+def _twin(axes: Mapping[str, ZaberSettings], world: World, _time_factor: float) -> Twin:
+    stages = {
+        axis.axis: (name, Stage(axis.microstep_deg, velocity_scale=axis.velocity_scale)) for name, axis in axes.items()
+    }
+    return ZaberTwin(stages, world)
+
+
+DRIVER = Driver("zaber", axes=AxesDriver(ZaberSettings, on_one_line(zaber.connect), _twin))

@@ -1,0 +1,154 @@
+"""``calrig check``: what it tells about a plan, against numbers worked out by hand and by simulation."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from planning_files import AIR, PROCEDURE, RIG, procedure_file, rig_file
+
+from procedures.check.check_report import check, to_document
+from procedures.check.check_text import render
+
+BIG = [
+    ("from = -30.0, to = 30.0, step = 10.0", "from = -90.0, to = 90.0, step = 10.0"),
+    ("step = 90.0", "step = 30.0"),
+    ("replications = 2", "replications = 6"),
+]
+TWIN = """
+[twin]
+seed = 1
+[twin.truth.SN1.x]
+offset_v = 0.0
+sensitivity_v_per_g = 2.5
+coning_deg = 1.0
+azimuth_deg = 30.0
+noise_v = 4e-5
+[twin.truth.SN1.y]
+offset_v = 0.0
+sensitivity_v_per_g = 2.5
+[twin.truth.SN1.z]
+offset_v = 0.0
+sensitivity_v_per_g = 2.5
+noise_v = 4e-5
+"""
+
+
+def test_counts_limits_rank_and_degrees_of_freedom(tmp_path: Path):
+    document = to_document(
+        check(rig_file(tmp_path), procedure_file(tmp_path, *BIG, more="[check]\nreference_every = 25\n"))
+    )
+    assert document["points"] == 247
+    assert document["design_dwells"] == 1482
+    assert document["dwells_planned"] == 1482 + 6 + 59
+    assert document["axes"]["pitch"]["reached_deg"] == [-90.0, 90.0]
+    assert document["axes"]["roll"]["limits_deg"] == [-180.0, 180.0]
+    assert document["rank"] == len(document["parameters"]) == 4
+    assert document["degrees_of_freedom"] == 1478
+    assert document["advice"] == []
+
+
+def test_the_document_is_strict_json(tmp_path: Path):
+    document = to_document(check(rig_file(tmp_path), procedure_file(tmp_path)))
+    assert json.loads(json.dumps(document, allow_nan=False)) == document
+
+
+def test_time_hardly_correlates_there_and_back_and_does_in_a_serpentine(tmp_path: Path):
+    rig = rig_file(tmp_path)
+    assert check(rig, procedure_file(tmp_path, *BIG)).forecast.design.time_correlation < 0.1
+    assert (
+        check(rig, procedure_file(tmp_path, *BIG, more='order = "serpentine"\n')).forecast.design.time_correlation > 0.9
+    )
+
+
+def test_a_stated_noise_is_taken_before_the_twins_and_half_an_arc_second_without_either(tmp_path: Path):
+    arcsec_v = 2.5 * np.deg2rad(1.0 / 3600.0)
+    stated = procedure_file(tmp_path, more="[solve]\nexpected_noise_arcsec = 2.0\n")
+    rig = rig_file(tmp_path)
+    assert check(rig, stated).forecast.expected[0].noise_v == pytest.approx(2.0 * arcsec_v)
+    assert check(rig, procedure_file(tmp_path)).forecast.expected[0].noise_v == pytest.approx(0.5 * arcsec_v)
+    twins = rig_file(tmp_path, ('"socket://127.0.0.1:1"', '"twin"'), more=TWIN)
+    assert check(twins, procedure_file(tmp_path)).forecast.expected[0].noise_v == pytest.approx(4e-5 / np.sqrt(20))
+    assert check(twins, stated).forecast.expected[0].noise_v == pytest.approx(2.0 * arcsec_v)
+
+
+def test_expected_uncertainties_are_the_scatter_of_simulated_calibrations(tmp_path: Path):
+    """Noise and table teeth (rectangular, ±3 arc seconds) drawn anew 3000 times through TP (2) written out."""
+    teeth = ("speed_dps = 5.0", "speed_dps = 5.0\nuncertainty_arcsec = 3.0")
+    rig = rig_file(tmp_path, teeth, ('"socket://127.0.0.1:1"', '"twin"'), more=TWIN)
+    report = check(rig, procedure_file(tmp_path, ("step = 90.0", "count = 4"), ("to = 180.0", "to = 90.0")))
+    pitch, roll = (
+        np.deg2rad([getattr(p, key) for p in report.plan.design.points]) for key in ("pitch_deg", "roll_deg")
+    )
+    rng, trials = np.random.default_rng(3), 3000
+    _, tooth = np.unique(pitch, return_inverse=True)
+    true_pitch = pitch + rng.uniform(-1, 1, (trials, tooth.max() + 1))[:, tooth] * np.deg2rad(3.0 / 3600.0)
+    coning, azimuth = np.deg2rad([1.0, 30.0])
+    output = 2.5 * (
+        np.cos(coning) * np.sin(true_pitch) - np.sin(coning) * np.cos(true_pitch) * np.sin(roll + azimuth)
+    ) + rng.normal(0.0, 4e-5 / np.sqrt(20 * 2), (trials, pitch.size))
+    columns = [np.ones_like(pitch), np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)]
+    b, kx, ky, kz = np.linalg.lstsq(np.stack(columns, axis=1), output.T)[0]
+    scatter = {
+        "offset_v": b.std(),
+        "sensitivity_v_per_g": np.sqrt(kx**2 + ky**2 + kz**2).std(),
+        "coning_deg": np.rad2deg(np.arctan2(np.hypot(ky, kz), kx)).std(),
+        "azimuth_deg": np.rad2deg(np.arctan2(kz, ky)).std(),
+    }
+    assert dict(report.forecast.expected[0].standard_uncertainty) == pytest.approx(scatter, rel=0.06)
+
+
+def test_without_coning_the_azimuth_will_not_be_determined(tmp_path: Path):
+    rig = rig_file(tmp_path, ('"socket://127.0.0.1:1"', '"twin"'), more=TWIN)
+    z = next(axis for axis in check(rig, procedure_file(tmp_path)).forecast.expected if axis.axis == "z")
+    assert z.standard_uncertainty["azimuth_deg"] is None
+    assert z.standard_uncertainty["coning_deg"] > 0.0
+
+
+def test_advice_names_the_recommendation_that_is_not_followed(tmp_path: Path):
+    rig = rig_file(tmp_path)
+
+    def advice(*changes, more=""):
+        return " ".join(check(rig, procedure_file(tmp_path, *changes, more=more)).advice)
+
+    assert "recommendation 6" in advice()
+    assert "recommendation 1" in advice(more="usage_pitch_deg = [-25.0, 25.0]\n")
+    assert "recommendation 1" not in advice(more="usage_pitch_deg = [-20.0, 20.0]\n")
+    assert "reaches beyond the calibration" in advice(more="usage_pitch_deg = [-40.0, 40.0]\n")
+    assert "recommendation 2" in advice(('"D1"', '"D"'), ("from = -180.0, to = 180.0", "from = -90.0, to = 90.0"))
+
+
+def test_every_part_is_printed(tmp_path: Path):
+    from rich.console import Console
+
+    more = "[environment]\nplateaus_degc = [20.0]\n"
+    report = check(rig_file(tmp_path, more=AIR), procedure_file(tmp_path, more=more))
+    console = Console(width=140, record=True, file=(tmp_path / "out").open("w", encoding="utf-8"))
+    console.print(render(report))
+    console.file.close()
+    text = console.export_text()
+    for piece in (
+        "35 points (7 pitch × 5 roll)",
+        "(p50)",
+        "20 °C by air",
+        "4 of 4",
+        "-180 to 180",
+        "u(azimuth)",
+        "SN1 z",
+    ):
+        assert piece in text, piece
+
+
+def test_without_roll_the_check_speaks_of_the_model_without_roll(tmp_path: Path):
+    rig = rig_file(
+        tmp_path, ('"three-axis package"', '"single-axis package"'), (', y = "dmm.y", z = "dmm.z" }\nnom', " }\nnom")
+    )
+    roll = PROCEDURE.splitlines()[-1]
+    report = check(rig, procedure_file(tmp_path, (roll, ""), more='[solve]\nmodel = "pitch-only"\n'))
+    assert report.forecast.design.rank == 3
+    assert set(report.forecast.expected[0].standard_uncertainty) == {
+        "offset_v",
+        "sensitivity_v_per_g",
+        "pitch_misalignment_deg",
+    }
+    assert "socket" in RIG

@@ -1,0 +1,49 @@
+import pytest
+
+from procedures.numbers import angle, arcsec, duration, p_value, three_digits, two_digits, with_uncertainty
+
+
+@pytest.mark.parametrize(
+    ("value", "uncertainty", "printed"),
+    [
+        # JCGM 100:2008, 7.2.2: m = 100,021 47 g with u = 0,35 mg; 7.2.6: y = 10,057 62 Ω with u = 27 mΩ.
+        (100.02147, 0.00035, ("100.02147", "0.00035")),
+        (10.05762, 0.027, ("10.058", "0.027")),
+        (1.23456, 0.0998, ("1.23", "0.10")),
+        (1.23456, 0.00996, ("1.235", "0.010")),
+        (123456.0, 1234.0, ("123500", "1200")),
+        (-0.0000001, 0.01, ("0.000", "0.010")),
+        (2.5, 0.0, ("2.5", "—")),
+        (2.5, None, ("2.5", "—")),
+        (2.5, float("nan"), ("2.5", "—")),
+    ],
+)
+def test_a_value_is_printed_to_two_digits_of_its_uncertainty(
+    value: float, uncertainty: float | None, printed: tuple[str, str]
+) -> None:
+    assert with_uncertainty(value, uncertainty) == printed
+
+
+def test_a_magnitude_keeps_two_digits_at_any_size() -> None:
+    assert [two_digits(value) for value in (0.0123, 0.999, 9.96, 1234.0, 0.0, -0.456)] == [
+        "0.012", "1.0", "10", "1200", "0", "-0.46",
+    ]  # fmt: skip
+    assert two_digits(float("nan")) == "—"
+
+
+def test_an_arc_second_is_the_3600th_of_a_degree() -> None:
+    # 2.5 V/g: sin(1″) · 2.5 V = 12.120 µV
+    assert arcsec(12.1203e-6, 2.5) == pytest.approx(1.0, rel=1e-5)
+    assert arcsec(12.1203e-6, -2.5) == pytest.approx(1.0, rel=1e-5)
+
+
+def test_a_probability_is_never_printed_as_zero() -> None:
+    assert p_value(1e-30) == "< 0.001"
+    assert p_value(0.0412) == "0.041"
+    assert three_digits(37.34) == "37.3"
+    assert [three_digits(value) for value in (919.0, 99.96, 0.0154, 2.22)] == ["919", "100", "0.02", "2.22"]
+
+
+def test_angles_and_durations_read_as_people_write_them() -> None:
+    assert [angle(value) for value in (-90.0, 0.0, -0.0, 0.1234)] == ["−90°", "0°", "0°", "0.1234°"]
+    assert [duration(value) for value in (5.25, 432.0, 44460.0)] == ["5.2 s", "7 min 12 s", "12 h 21 min"]
