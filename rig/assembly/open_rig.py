@@ -4,7 +4,7 @@ Everything is opened together or not at all, and given back in the opposite orde
 """
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -38,7 +38,7 @@ from rig.drivers.twin_lines import axis_lines, twin_lines
 from rig.errors import DescriptionError, LinkLost
 from rig.guard.ask import FOLDER as GUARDS
 from rig.guard.stop_guard import GuardedLine, StopGuard
-from rig.lines.lock import RigLock, acquire, canonical
+from rig.lines.lock import RigLock, acquire, canonical, serial_of
 from rig.lines.open_lines import Lines
 from rig.lines.recording import LineSource
 from rig.link.counts import ExchangeCounts
@@ -78,6 +78,7 @@ class Rig:
         devices: Connected,
         held: ExitStack,
         guard: StopGuard | None = None,
+        purpose: str = "calrig",
     ) -> None:
         self.description = description
         self.clock = clock
@@ -85,6 +86,9 @@ class Rig:
         self._devices = devices
         self._held = held
         self._guard = guard
+        self._purpose = purpose
+        self._locked: set[str] = set()
+        """Devices by their serial numbers."""
         if guard is not None:
             guard.hold(devices.guarded)
 
@@ -129,6 +133,11 @@ class Rig:
         if self._guard is not None:
             self._guard.hold(self._devices.guarded)
 
+    def prepare_to_move(self) -> None:
+        """Begin what must be there before anything moves, where the first motion should not wait for it."""
+        if self._guard is not None:
+            self._guard.begin()
+
     def belongs_to(self, run_dir: Path) -> None:
         """Whoever stops these axes from elsewhere tells of it in the run's folder."""
         if self._guard is not None:
@@ -141,7 +150,17 @@ class Rig:
         """
         told = {key: device.identify() for key, device in self.by_table().items()}
         require_expected(expected(self.description), told)
+        self._lock_devices(told.values())
         return told
+
+    def _lock_devices(self, identities: Iterable[str]) -> None:
+        """A device that tells its serial number is this rig's by whatever port others reach it. Twins tell those of
+        others. Raises: RigBusy."""
+        if self.description.is_simulated:
+            return
+        wanted = {serial for told in identities if (serial := serial_of(told)) is not None} - self._locked
+        self._held.enter_context(acquire(sorted(wanted), self._purpose))
+        self._locked |= wanted
 
     def require_identities(self) -> None:
         """Ask those who they are of whom the file states it. Raises as :meth:`identities`."""
@@ -217,7 +236,7 @@ def open_rig(
         def connect() -> Connected:
             return _connected(description, clock, world, twins, line_source, guard, write)
 
-        return Rig(description, clock, connect, connect(), held.pop_all(), guard)
+        return Rig(description, clock, connect, connect(), held.pop_all(), guard, purpose)
 
 
 def _connected(

@@ -93,9 +93,14 @@ class StopGuard:
     def expect_motion(self, moving: Sequence[str]) -> None:
         """Before anything is told to move: a guard must be there."""
         with self._turn:
+            self.begin()
+            self.beat(moving)
+
+    def begin(self) -> None:
+        """Begin now, where a start may not wait for it: with the first motion otherwise."""
+        with self._turn:
             if self._channel is None and self._trouble is None:
                 self._begin()
-            self.beat(moving)
 
     def beat(self, moving: Sequence[str]) -> None:
         """A sign of life, and what moves now."""
