@@ -159,6 +159,7 @@ def test_all_accounts_may_lock_and_none_may_remove_what_another_made(
 
 
 AS_NOBODY = """
+import encodings.idna  # from a folder that the other account may not be able to read
 import os
 from rig.errors import RigBusy
 from rig.lines.lock import acquire
