@@ -12,16 +12,19 @@ import subprocess
 import sys
 import tempfile
 from contextlib import ExitStack
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
+from rig.clock import SystemClock
+
 TESTS = Path(__file__).parents[1] / "tests" / "support"
 sys.path.insert(0, str(TESTS))
 
-from guarded_engine import CLOCK, guarded_engine  # noqa: E402  the support of the tests
-from turning_rig import STAGE_FOR_ROLL  # noqa: E402
-
+guarded_engine = import_module("guarded_engine").guarded_engine
+STAGE_FOR_ROLL = import_module("turning_rig").STAGE_FOR_ROLL
+CLOCK = SystemClock()
 BURN = "while True: pass"
 STOP = b"stop"
 
@@ -65,7 +68,7 @@ def _latency_s(command: str) -> float:
         begun_s = CLOCK.monotonic_s()
         with subprocess.Popen([str(calrig), *words], stdout=subprocess.DEVNULL):
             assert engine.until(lambda: engine.line.first_s(STOP, begun_s) is not None, 30.0)
-        latency_s = engine.line.first_s(STOP, begun_s)
+        latency_s: float | None = engine.line.first_s(STOP, begun_s)
         assert latency_s is not None
         return latency_s
 
