@@ -32,6 +32,8 @@ REACTION_S = 0.6
 DEAF_S = 2.0
 """The same where an axis answers that was not asked: first the driver's own patience for the right answer runs out."""
 MARGIN_DEG = 1.0
+DECELERATION_DPS2 = {"oriental-az": 20.0}
+"""Of machines that take long to stop: their own setting, by which they also gather the speed they should not have."""
 
 
 def _digits(text: bytes, chance: np.random.Generator) -> bytes:
@@ -248,6 +250,9 @@ def _told(
     story = Story(corridor_deg=(low_deg, high_deg))
     fastest_dps = SPEED_DPS if task != "rate" else 9.9 * abs(rate_dps)
     story.allowed_deg = MARGIN_DEG + (DEAF_S if line.kind == "axis" else REACTION_S) * fastest_dps
+    if deceleration_dps2 := DECELERATION_DPS2.get(line.driver):
+        reached_dps = SPEED_DPS if task != "rate" else 1.5 * abs(rate_dps) + REACTION_S * deceleration_dps2
+        story.allowed_deg += min(reached_dps, fastest_dps) ** 2 / (2.0 * deceleration_dps2)
 
     def look(now_s: float) -> None:
         here_deg = bodies["pitch"].table_deg(now_s)

@@ -35,8 +35,8 @@ REST_S = 3.0
 def _ends_in_stopped_axes(folder: Path, family: str, end: str, after_s: float = 0.3) -> None:
     change, axis, rate_dps, stop_bytes = FAMILIES[family]
     with guarded_engine(folder, change, axis, rate_dps) as engine:
+        assert engine.until(lambda: engine.rate_dps != 0.0, 5.0)  # a table lifts first
         CLOCK.sleep(after_s)
-        assert engine.rate_dps != 0.0
         ended_s = CLOCK.monotonic_s()
         os.kill(engine.process.pid, ENDS[end])
         assert engine.until(lambda: engine.line.first_s(stop_bytes, ended_s) is not None, 5.0)
