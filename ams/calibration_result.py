@@ -136,7 +136,7 @@ class PackageCovariance:
 
     @property
     def covariance(self) -> FloatArray:
-        """(Q, Q)"""
+        """The (Q, Q) covariance of all parts together."""
         return np.asarray(sum(part.covariance for part in self.components))
 
 

@@ -42,7 +42,7 @@ class Attitude:
 def attitude_from_degrees(
     pitch_deg: object, roll_deg: object = 0.0, temperature_degc: object | None = None
 ) -> Attitude:
-    """Degrees to an :class:`Attitude`; scalars and arrays are broadcast to one dimension."""
+    """Convert degrees to an :class:`Attitude`; scalars and arrays are broadcast to one dimension."""
     pitch, roll = np.broadcast_arrays(np.atleast_1d(np.deg2rad(pitch_deg)), np.atleast_1d(np.deg2rad(roll_deg)))  # type: ignore[call-overload]
     if temperature_degc is None:
         return Attitude(pitch, roll)
@@ -50,26 +50,26 @@ def attitude_from_degrees(
 
 
 def specific_force(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """Specific force in package axes, shape (N, 3), in units of local gravity. Source: TP (2), (4), (5)."""
+    """Return the specific force in package axes, (N, 3), in units of local gravity. Source: TP (2), (4), (5)."""
     cos_pitch = np.cos(pitch_rad)
     return np.stack([np.sin(pitch_rad), -cos_pitch * np.sin(roll_rad), -cos_pitch * np.cos(roll_rad)], axis=-1)
 
 
 def specific_force_by_pitch(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """∂f/∂α, shape (N, 3), per radian."""
+    """Return ∂f/∂α, shape (N, 3), per radian."""
     sin_pitch = np.sin(pitch_rad)
     return np.stack([np.cos(pitch_rad), sin_pitch * np.sin(roll_rad), sin_pitch * np.cos(roll_rad)], axis=-1)
 
 
 def specific_force_by_roll(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """∂f/∂R, shape (N, 3), per radian."""
+    """Return ∂f/∂R, shape (N, 3), per radian."""
     cos_pitch = np.cos(pitch_rad)
     zero = np.zeros_like(cos_pitch * roll_rad)
     return np.stack([zero, -cos_pitch * np.cos(roll_rad), cos_pitch * np.sin(roll_rad)], axis=-1)
 
 
 def body_rates_rad_s(euler_rad: Array, euler_rate_rad_s: Array) -> Array:
-    """Angular velocity in model axes, (N, 3).
+    """Return the angular velocity in model axes, (N, 3).
 
     ``euler_rad`` and ``euler_rate_rad_s`` are (N, 3): pitch, yaw, roll and their rates. Source: CR (III-C.2) to (5).
     """
@@ -87,7 +87,7 @@ def body_rates_rad_s(euler_rad: Array, euler_rate_rad_s: Array) -> Array:
 
 
 def euler_rates_rad_s(euler_rad: Array, body_rate_rad_s: Array) -> Array:
-    """The inverse of :func:`body_rates_rad_s`, (N, 3); it has no value at yaw ±90°. Source: CR (IV-D.4)."""
+    """Return Euler rates (N, 3), the inverse of :func:`body_rates_rad_s`; no value at yaw ±90°. Source: CR (IV-D.4)."""
     _, yaw, roll = np.moveaxis(euler_rad, -1, 0)
     w_x, w_y, w_z = np.moveaxis(body_rate_rad_s, -1, 0)
     c_roll, s_roll = np.cos(roll), np.sin(roll)
@@ -96,10 +96,10 @@ def euler_rates_rad_s(euler_rad: Array, body_rate_rad_s: Array) -> Array:
 
 
 def wrap_rad(angle_rad: FloatArray) -> FloatArray:
-    """The same angle in (−π, π]."""
+    """Return the same angle in (−π, π]."""
     return np.pi - np.mod(np.pi - angle_rad, 2.0 * np.pi)
 
 
 def wrap_deg(angle_deg: FloatArray) -> FloatArray:
-    """The same angle in (−180°, 180°]."""
+    """Return the same angle in (−180°, 180°]."""
     return 180.0 - np.mod(180.0 - angle_deg, 360.0)

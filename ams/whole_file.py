@@ -70,7 +70,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def read_whole(path: Path) -> bytes:
-    """The file's bytes. Raises: SetError where it is missing or cannot be read."""
+    """Return the file's bytes. Raises: SetError where it is missing or cannot be read."""
     try:
         return path.read_bytes()
     except OSError as error:

@@ -8,6 +8,8 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from rig.plain_text import shown
+
 
 def page_environment(*folders: Path) -> Environment:
     """Templates of these folders, the first first: what is filled in is escaped, and a name that is not given fails."""
@@ -15,9 +17,15 @@ def page_environment(*folders: Path) -> Environment:
         loader=FileSystemLoader(folders),
         autoescape=True,
         undefined=StrictUndefined,
+        finalize=_shown,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+
+
+def _shown(value: object) -> object:
+    """What a name or a note hides is seen on every page, and so on paper."""
+    return shown(value) if type(value) is str else value
 
 
 def own_style(sheet: Path) -> Mapping[str, object]:

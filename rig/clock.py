@@ -20,13 +20,13 @@ class Clock(Protocol):
     """Longest single sleep, in rig seconds, that still looks for a stop in time."""
 
     def monotonic_s(self) -> float:
-        """Rig seconds since an arbitrary start; never steps back."""
+        """Return rig seconds since an arbitrary start; never steps back."""
 
     def boottime_s(self) -> float:
-        """As :meth:`monotonic_s` but counting time spent suspended."""
+        """Return seconds as :meth:`monotonic_s` does, but counting time spent suspended."""
 
     def now_utc(self) -> datetime:
-        """The wall clock, aware, UTC."""
+        """Return the wall clock, aware, UTC."""
 
     def sleep(self, duration_s: float) -> None:
         """Let ``duration_s`` rig seconds pass."""

@@ -1,5 +1,6 @@
-"""Named places at which a test may kill this process, as a power cut would: between an intent and its move, before a
-commit and after it, inside a checkpoint.
+"""Named places at which a test may kill this process, as a power cut would.
+
+They are between an intent and its move, before a commit and after it, inside a checkpoint.
 
 Off unless ``CALRIG_CRASH_POINT`` is set, to ``NAME:N`` or ``any:N``: the N-th passage, counted down in the variable
 itself, ends in SIGKILL. Only a rig whose every device is a twin in this process may be opened with it.

@@ -48,7 +48,9 @@ class DeviceFault(RigError):
 
 class MotionBreach(DeviceFault):
     """An axis did what it was not told: left its way, turned the wrong way or too fast, or moved unasked.
-    It was stopped, and no attempt is repeated. A person looks."""
+
+    It was stopped, and no attempt is repeated. A person looks.
+    """
 
 
 class GuardLost(DeviceFault):

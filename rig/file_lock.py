@@ -26,7 +26,7 @@ def take(file: IO[str], clock: Clock, attempts: int) -> bool:
 
 
 def is_held(file: IO[str]) -> bool:
-    """True where another holds the file now; until ``file`` is closed, looking holds it as well."""
+    """Return whether another holds the file now; until ``file`` is closed, looking holds it as well."""
     return not _try(file, fcntl.LOCK_SH)
 
 

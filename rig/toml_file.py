@@ -7,16 +7,19 @@ stands, and a translation of pydantic's complaints into sentences. All mistakes 
 import difflib
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from rig.errors import DescriptionError
+from rig.plain_text import hidden_in, one_line
 
 KeyPath = tuple[str, ...]
 
+MOST_BYTES = 16_000_000
+"""Of a file that a person writes."""
 _HEADER = re.compile(r"^\s*\[\[?\s*(?P<path>[^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 _ASSIGNMENT = re.compile(
     r"""(?P<key>(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*="""
@@ -35,7 +38,7 @@ Table = TypeVar("Table", bound=BaseModel)
 
 
 def as_tuple(value: object) -> object:
-    """TOML has lists where a frozen table holds tuples; for ``field_validator(..., mode="before")``."""
+    """Return a list of TOML as the tuple that a frozen table holds; for ``field_validator(..., mode="before")``."""
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -47,8 +50,17 @@ class TomlFile:
         self.values = _parse(path, text)
         self._lines = _lines_of_keys(text)
 
+    def require_seen(self) -> None:
+        """For a file whose texts people read. Raises: DescriptionError where one holds what nobody sees."""
+        found = [
+            self.complaint(key, f"holds {', '.join(letters)}, which acts on a screen instead of being seen there")
+            for key, letters in _hidden(self.values, ())
+        ]
+        if found:
+            raise DescriptionError("\n".join(found))
+
     def where(self, key: Sequence[object]) -> str:
-        """``file:line`` of a key, or of the nearest table around it."""
+        """Return ``file:line`` of a key, or of the nearest table around it."""
         parts = tuple(str(part) for part in key)
         while parts:
             if parts in self._lines:
@@ -57,15 +69,15 @@ class TomlFile:
         return f"{self.path}:1"
 
     def complaint(self, key: Sequence[object], text: str) -> str:
-        """One mistake as ``file:line: key: text``."""
+        """Return one mistake as ``file:line: key: text``."""
         return f"{self.where(key)}: {'.'.join(str(part) for part in key) or 'file'}: {text}"
 
     def error(self, key: Sequence[object], text: str) -> DescriptionError:
-        """The same as an error to raise."""
+        """Return a mistake as an error to raise."""
         return DescriptionError(self.complaint(key, text))
 
     def validate(self, model: type[Table]) -> Table:
-        """The file as a frozen value. Raises: DescriptionError with every mistake, one a line."""
+        """Return the file as a frozen value. Raises: DescriptionError with every mistake, one a line."""
         try:
             return model.model_validate(self.values)
         except ValidationError as error:
@@ -91,7 +103,13 @@ class TomlFile:
 def read_toml(path: Path) -> TomlFile:
     """Read a TOML file. Raises: DescriptionError when it is missing, unreadable, not UTF-8 or not TOML."""
     try:
-        return TomlFile(path, path.read_text(encoding="utf-8"))
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise DescriptionError(
+                f"{path}: longer than {MOST_BYTES} bytes, which no file of this kind is; check the path"
+            )
+        return TomlFile(path, content.decode("utf-8"))
     except FileNotFoundError:
         raise DescriptionError(f"{path}: no such file; check the path") from None
     except UnicodeDecodeError as error:
@@ -110,6 +128,20 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
         raise DescriptionError(f"{path}: not valid TOML: brackets in brackets without an end") from None
     except ValueError as error:
         raise DescriptionError(f"{path}: not valid TOML: {error}") from None
+
+
+def _hidden(value: object, key: KeyPath) -> Iterator[tuple[KeyPath, tuple[str, ...]]]:
+    """Keys and texts with letters that nobody sees; the key that is told is as it can be shown."""
+    if isinstance(value, dict):
+        for name, item in value.items():
+            if found := hidden_in(name):
+                yield (*key, one_line(name)), found
+            yield from _hidden(item, (*key, name))
+    elif isinstance(value, list):
+        for item in value:
+            yield from _hidden(item, key)
+    elif isinstance(value, str) and (found := hidden_in(value)):
+        yield key, found
 
 
 def _lines_of_keys(text: str) -> dict[KeyPath, int]:
@@ -159,7 +191,7 @@ def _without_tags(
 
 
 def _allowed_keys(model: type[BaseModel], table: Sequence[str | int], tags: Sequence[str]) -> list[str]:
-    """Field names of the table at ``table`` below ``model``, following dictionaries, options and unions."""
+    """Return the field names of the table at ``table`` below ``model``, following dictionaries, options and unions."""
     candidates: list[Any] = [model]
     for part in table:
         candidates = [inner for outer in candidates for inner in _descend(outer, str(part))]
@@ -180,7 +212,7 @@ def _descend(item: Any, part: str) -> list[Any]:
 
 
 def _alternatives(annotation: Any) -> list[Any]:
-    """The members of a union, or the annotation itself."""
+    """Return the members of a union, or the annotation itself."""
     arguments = getattr(annotation, "__args__", ())
     if getattr(annotation, "__origin__", None) in (dict, list, tuple, Mapping) or not arguments:
         return [annotation]
@@ -197,7 +229,7 @@ def _unknown_key(key: str, allowed: Sequence[str]) -> str:
 
 
 def _unit_hint(values: Mapping[str, Any], key: Sequence[str | int]) -> str:
-    """If the key stands there without its unit, say so."""
+    """Return a hint where the key stands there without its unit, else nothing."""
     here: Any = values
     for part in key[:-1]:
         here = here.get(part, {}) if isinstance(here, Mapping) else {}

@@ -69,7 +69,7 @@ class Advice:
 
 
 def advise(axis: AxisCalibration, observations: Observations) -> Advice:
-    """Advice on one axis from the observations that it was solved from."""
+    """Return advice on one axis from the observations that it was solved from."""
     replication = axis.replication
     terms = _terms(axis, observations) if replication is None or replication.lack_of_fit.is_significant else ()
     rates = () if replication is None else _rates(replication, observations)
@@ -98,7 +98,7 @@ def _terms(axis: AxisCalibration, observations: Observations) -> tuple[ResidualT
 
 
 def _felt_attitude(model: str, observations: Observations) -> tuple[FloatArray, FloatArray]:
-    """(N,) pitch and roll; with yaw those without it at which the package feels the same."""
+    """Return (N,) pitch and roll; with yaw those without it at which the package feels the same."""
     if observations.yaw_rad is None or not observations.yaw_rad.any():
         return observations.pitch_rad, observations.roll_rad
     roll = np.zeros_like(observations.roll_rad) if model.endswith("-sting") else observations.roll_rad
@@ -127,7 +127,7 @@ def _drifts(name: str, replication: Replication) -> bool:
 
 
 def _mean_hours(layout: Layout, observations: Observations, replication: Replication) -> FloatArray | None:
-    """(n,) middle of every replication that was solved."""
+    """Return the (n,) middle of every replication that was solved."""
     if observations.time_s is None:
         return None
     means = layout.sum_by_replication(observations.time_s) / np.bincount(layout.replication)
@@ -146,7 +146,7 @@ def _rate(name: str, replication: Replication, hours: FloatArray | None) -> Drif
 
 
 def _line(at: FloatArray, values: FloatArray) -> tuple[float, tuple[float, float] | None]:
-    """Slope of the straight line with its 95 % interval."""
+    """Return the slope of the straight line with its 95 % interval."""
     centred = at - at.mean()
     square = float(centred @ centred)
     slope = float(centred @ values) / square
@@ -169,12 +169,12 @@ def _term_sentence(term: ResidualTerm) -> str:
 
 
 def _angle(angle_deg: float) -> str:
-    """Arc seconds below a tenth of a degree."""
+    """Return an angle in words: arc seconds below a tenth of a degree."""
     return f"{_number(angle_deg)}°" if abs(angle_deg) >= 0.1 else f"{_number(ARCSEC_PER_DEG * angle_deg)}″"
 
 
 def _number(value: float) -> str:
-    """Two significant digits, or all before the point, with a minus that reads as one."""
+    """Return a number in words: two significant digits, or all before the point, with a minus that reads as one."""
     text = f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"
     return text.replace("-", "−")
 
@@ -202,5 +202,5 @@ def _signed(value: float) -> str:
 
 
 def _is_straight(model: str) -> bool:
-    """Whether the model has no term for a misalignment."""
+    """Return whether the model has no term for a misalignment."""
     return model in MODELS and not MODELS[model].has_misalignment

@@ -106,7 +106,7 @@ def axis_budget(
     trials: int = 0,
     seed: int = 0,
 ) -> AxisBudget:
-    """Budget of one axis; ``trials`` above 0 adds the Monte Carlo check, drawn from ``seed``.
+    """Return the budget of one axis; ``trials`` above 0 adds the Monte Carlo check, drawn from ``seed``.
 
     ``stated``: part of the covariance to what was declared of it, for parts that ``shared`` does not tell of.
 
@@ -136,7 +136,7 @@ def axis_budget(
 
 
 def _results(axis: AxisCalibration, model: Model, gravity: Gravity | None) -> tuple[list[str], FloatArray, FloatArray]:
-    """Names and values of the results, with their (m, P) derivatives by the primary parameters."""
+    """Return the names and values of the results, with their (m, P) derivatives by the primary parameters."""
     rows = model.parameters_jacobian(axis.primary)
     kept = [
         (item.name, item.value, row)
@@ -157,7 +157,7 @@ def _combined(
     directions: FloatArray,
     gravity: Gravity | None,
 ) -> Budget:
-    """As a budget whose inputs are the parts, each with unit uncertainty: sensitivities are contributions."""
+    """Return a budget whose inputs are the parts, each with unit uncertainty: sensitivities are contributions."""
     covariances = [directions @ part.covariance @ directions.T for part in parts]
     dof = [part.dof for part in parts]
     labels = [part.name for part in parts]
@@ -193,7 +193,7 @@ def _checked(
     trials: int,
     seed: int,
 ) -> MonteCarloCheck:
-    """Parts drawn from their distributions, parameters evaluated anew in every trial. Source: S1 6.4, 7."""
+    """Check a budget by Monte Carlo: parts drawn, parameters evaluated anew in every trial. Source: S1 6.4, 7."""
     rng = np.random.default_rng(seed)
     primary = axis.primary + sum(_drawn(part, stated, rng, trials) for part in axis.variance_components)
     trial = dict(zip(model.parameter_names, model.parameters(primary).T, strict=True))
@@ -210,7 +210,7 @@ def _unwrapped(name: str, values: FloatArray, about: float) -> FloatArray:
 
 
 def _expanded(names: Sequence[str], budget: Budget) -> FloatArray:
-    """As it is reported: Student's factor at the effective degrees of freedom, these not rounded."""
+    """Return the expanded uncertainties: Student's factor at the effective degrees of freedom, these not rounded."""
     return halfwidths_95(names, t_quantile(0.95, budget.degrees_of_freedom) * budget.standard_uncertainties)
 
 
@@ -228,7 +228,10 @@ def _compared(names: list[str], found: MonteCarlo, budget: Budget) -> Mapping[st
 def _drawn(
     part: VarianceComponent, stated: Mapping[str, SharedError], rng: np.random.Generator, trials: int
 ) -> FloatArray:
-    """(trials, P) of one part: Student's t with its degrees of freedom, normal, or what the certificate states."""
+    """Draw (trials, P) of one part.
+
+    Student's t with its degrees of freedom, normal, or what the certificate states.
+    """
     values, vectors = np.linalg.eigh(part.covariance)
     kept = values > 1e-14 * values[-1]
     root = vectors[:, kept] * np.sqrt(values[kept])

@@ -58,13 +58,13 @@ class DesignEvaluation:
 
 
 def gradient(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """(N, 4) φ of TP (127)."""
+    """Return (N, 4) φ of TP (127)."""
     force = specific_force(pitch_rad, roll_rad)
     return np.concatenate([np.ones((*force.shape[:-1], 1)), force], axis=-1)
 
 
 def design_rank(pitch_rad: FloatArray, roll_rad: FloatArray) -> int:
-    """Rank of the design matrix of the model with roll, 1 to 4."""
+    """Return the rank of the design matrix of the model with roll, 1 to 4."""
     basis = gradient(pitch_rad, roll_rad)
     length = np.linalg.norm(basis, axis=0)
     return int(np.linalg.matrix_rank(basis / np.where(length > 1e-12, length, np.inf), rtol=RANK_TOLERANCE))
@@ -73,7 +73,7 @@ def design_rank(pitch_rad: FloatArray, roll_rad: FloatArray) -> int:
 def variance_function(
     pitch_rad: FloatArray, roll_rad: FloatArray, at_pitch_rad: FloatArray, at_roll_rad: FloatArray
 ) -> FloatArray:
-    """φᵀP⁻¹φ at attitudes of any common shape, for the points (N,) of a design.
+    """Return φᵀP⁻¹φ at attitudes of any common shape, for the points (N,) of a design.
 
     Raises:
         DesignError: the points cannot determine the model.
@@ -82,12 +82,15 @@ def variance_function(
 
 
 def figure_of_merit(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) -> float:
-    """V of TP (53): the number of points times the mean of the variance function over the box, by integration."""
+    """Return V of TP (53), by integration.
+
+    It is the number of points times the mean of the variance function over the box.
+    """
     return pitch_rad.size * _mean_variance(_inverse_moments(pitch_rad, roll_rad), box)
 
 
 def max_variance(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) -> float:
-    """The largest value of the variance function in the box, polished from the highest places of a grid."""
+    """Return the largest value of the variance function in the box, polished from the highest places of a grid."""
     inverse = _inverse_moments(pitch_rad, roll_rad)
     pitch, roll = np.linspace(*box.pitch_rad, _GRID), np.linspace(*box.roll_rad, _GRID)
     values = _variance(inverse, *np.meshgrid(pitch, roll, indexing="ij"))
@@ -99,7 +102,7 @@ def max_variance(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) -> 
 def evaluate_design(
     pitch_rad: FloatArray, roll_rad: FloatArray, calibration_box: AngleBox, usage_box: AngleBox | None = None
 ) -> DesignEvaluation:
-    """Figures of merit, largest variance and rank of a design of K points.
+    """Return figures of merit, largest variance and rank of a design of K points.
 
     Raises:
         DesignError: the points cannot determine the model.
@@ -125,7 +128,9 @@ def expected_standard_uncertainty(
     azimuth_rad: float = 0.0,
     table: TableUncertainty | None = None,
 ) -> Mapping[str, float | None]:
-    """Standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading and no lack of fit or drift.
+    """Return the standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading.
+
+    No lack of fit and no drift is assumed.
 
     The table's index errors stay whatever the number of replications. Without coning the azimuth is None and
     ``coning_deg`` is the uncertainty of the sensitive axis' direction.
@@ -175,7 +180,7 @@ def _mean_variance(inverse: FloatArray, box: AngleBox) -> float:
 
 
 def _highest(values: FloatArray) -> NDArray[np.intp]:
-    """Flat places of the highest local maxima of a grid, the border included."""
+    """Return the flat places of the highest local maxima of a grid, the border included."""
     padded = np.pad(values, 1, constant_values=-np.inf)
     rows, columns = values.shape
     around = np.stack([padded[i : i + rows, j : j + columns] for i in range(3) for j in range(3)])

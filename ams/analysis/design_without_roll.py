@@ -23,7 +23,7 @@ _STATIONS = 721
 
 
 def variance_without_roll(pitch_rad: FloatArray, at_pitch_rad: FloatArray) -> FloatArray:
-    """φᵀP⁻¹φ at pitch angles (M,), for the points (N,) of a design.
+    """Return φᵀP⁻¹φ at pitch angles (M,), for the points (N,) of a design.
 
     Raises:
         DesignError: the points cannot determine the model.
@@ -35,7 +35,7 @@ def variance_without_roll(pitch_rad: FloatArray, at_pitch_rad: FloatArray) -> Fl
 def evaluate_without_roll(
     pitch_rad: FloatArray, calibration_range_rad: PitchRange, usage_range_rad: PitchRange | None = None
 ) -> DesignEvaluation:
-    """Figures of merit, largest variance and rank (3 determines the model). Raises: DesignError."""
+    """Return figures of merit, largest variance and rank (3 determines the model). Raises: DesignError."""
     usage = None if usage_range_rad is None else _figure_of_merit_sqrt(pitch_rad, usage_range_rad)
     return DesignEvaluation(
         figure_of_merit_sqrt=_figure_of_merit_sqrt(pitch_rad, calibration_range_rad),
@@ -54,7 +54,10 @@ def expected_without_roll(
     misalignment_rad: float = 0.0,
     table: TableUncertainty | None = None,
 ) -> Mapping[str, float | None]:
-    """Standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading and no lack of fit or drift."""
+    """Return the standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading.
+
+    No lack of fit and no drift is assumed.
+    """
     model, attitude = PitchOnly(nominal_axis), Attitude(pitch_rad, np.zeros_like(pitch_rad))
     form = factor(model.basis(attitude), model.primary_names, attitude)
     along, across = (sensitivity_v_per_g * part(misalignment_rad) for part in (np.cos, np.sin))
@@ -86,7 +89,7 @@ def _figure_of_merit_sqrt(pitch_rad: FloatArray, range_rad: PitchRange) -> float
 
 
 def _largest(pitch_rad: FloatArray, range_rad: PitchRange) -> float:
-    """The largest value in the range: a grid, then ever finer grids around its highest place."""
+    """Return the largest variance in the range: a grid, then ever finer grids around its highest place."""
     low, high = range_rad
     while True:
         stations = np.linspace(low, high, _STATIONS)

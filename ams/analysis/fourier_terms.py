@@ -30,7 +30,7 @@ class FourierTerm:
 
 
 def fourier_basis(pitch_rad: FloatArray, roll_rad: FloatArray) -> Mapping[str, FloatArray]:
-    """Term to its values at attitudes (K,), the simplest first; the constant is not among them."""
+    """Return the values of every term at attitudes (K,), the simplest first; the constant is not among them."""
     of_pitch, of_roll = _harmonics(pitch_rad, "α"), _harmonics(roll_rad, "R")
     products = {
         "·".join(part for part in (first, second) if part): a * b
@@ -54,7 +54,7 @@ def _harmonics(angle_rad: FloatArray, symbol: str) -> Mapping[str, FloatArray]:
 def largest_terms(
     residuals_v: FloatArray, model_basis: FloatArray, candidates: Mapping[str, FloatArray], most: int
 ) -> tuple[FourierTerm, ...]:
-    """At most ``most`` terms of (K,) residuals, largest first, beside a (K, P) basis of the model's own parameters.
+    """Return at most ``most`` terms of (K,) residuals, largest first, beside a (K, P) basis of the model's parameters.
 
     A term is taken where its F test passes at 5 % divided by the number of terms tried (Bonferroni).
     """
@@ -77,7 +77,7 @@ def largest_terms(
 
 
 def _best(free: Mapping[str, FloatArray], candidates: Mapping[str, FloatArray], left: FloatArray) -> tuple[str, float]:
-    """The term that takes away most; of several that take the same (few roll angles), the simplest."""
+    """Return the term that takes away most; of several that take the same (few roll angles), the simplest."""
     best, most = "", 0.0
     for name, column in free.items():
         length = float(np.linalg.norm(column))
@@ -111,7 +111,7 @@ def _fitted(
 
 
 def _orthonormal(basis: FloatArray) -> FloatArray:
-    """Orthonormal columns that span those of the basis, as many as there are independent ones."""
+    """Return the orthonormal columns that span those of the basis, as many as there are independent ones."""
     length = np.linalg.norm(basis, axis=0)
     u, singular, _ = np.linalg.svd(basis / np.where(length > 0.0, length, 1.0), full_matrices=False)
     return np.asarray(u[:, singular > 1e-9 * singular[0]])

@@ -16,7 +16,7 @@ from ams.statistics.intervals import confidence_halfwidth, prediction_halfwidth
 
 
 def model_of_solution(axis: AxisCalibration) -> Model:
-    """The model that a solution belongs to, temperature and time terms included.
+    """Return the model that a solution belongs to, temperature and time terms included.
 
     Raises:
         DesignError: the solution is of a model of the caller's own; its object is needed to predict.
@@ -39,7 +39,7 @@ def model_of_solution(axis: AxisCalibration) -> Model:
 
 
 def confidence_halfwidth_v(axis: AxisCalibration, attitude: Attitude, level: float = 0.95) -> FloatArray:
-    """(N,) half-width of the interval for the calibrated output, volts. Source: TP (72)."""
+    """Return the (N,) half-width of the interval for the calibrated output, volts. Source: TP (72)."""
     directions = model_of_solution(axis).jacobian(axis.primary, attitude)
     return confidence_halfwidth(directions, axis.variance_components, level)
 
@@ -52,7 +52,9 @@ def prediction_halfwidth_v(
     level: float = 0.95,
     roll_standard_uncertainty_rad: float = 0.0,
 ) -> FloatArray:
-    """(N,) half-width for one new reading, volts; with a roll angle measured independently, its uncertainty too.
+    """Return the (N,) half-width for one new reading, volts.
+
+    With a roll angle measured independently, its uncertainty counts too.
 
     Source: TP (73), (74) with the divisor σ_E² and (75) with the sign −, which print has otherwise.
     """

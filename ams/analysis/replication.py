@@ -35,7 +35,7 @@ class ReplicationColumns:
 
 
 def quantity(parameter_name: str) -> str:
-    """``offset`` of ``offset_v``: a parameter's name without its unit, as the replication tests are keyed."""
+    """Return a parameter's name without its unit, as the replication tests are keyed: ``offset`` of ``offset_v``."""
     return _UNIT.sub("", parameter_name)
 
 
@@ -47,8 +47,10 @@ def analyse(
     names: Sequence[str],
     directions: FloatArray,
 ) -> ReplicationColumns:
-    """All tests of m sensor axes; ``directions`` (m, q, P) are the derivatives of the quantities ``names`` by the free
-    primary parameters, ``largest_v`` (m,) the largest outputs.
+    """Return all tests of m sensor axes.
+
+    ``directions`` (m, q, P) are the derivatives of the quantities ``names`` by the free primary parameters,
+    ``largest_v`` (m,) the largest outputs.
 
     A quantity whose derivative does not exist (NaN: azimuth without coning) has no test. Without degrees of freedom for
     precision, or with residuals at the rounding level of the data, there is none at all.

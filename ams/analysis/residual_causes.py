@@ -48,6 +48,6 @@ UNUSUAL = "no usual cause: look for something that moves with the table, such as
 
 
 def usual_cause(term: str, nominal_axis: str) -> str:
-    """In words, several joined by 'or'."""
+    """Return what usually causes a Fourier term of the residuals, in words; several causes joined by 'or'."""
     words = [words for words, left in MECHANISMS.items() if term in left.get(nominal_axis, frozenset())]
     return " or ".join(words) if words else UNUSUAL

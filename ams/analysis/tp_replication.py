@@ -19,14 +19,14 @@ from ams.statistics.intervals import FTestColumns, after_holm, f_tests
 
 
 def t_bias(sigma_bias: float, sigma_prec: float, points: int, replications: int, parameters: int) -> float:
-    """T_bias from the printed columns of TP table 2, any common unit."""
+    """Return T_bias from the printed columns of TP table 2, any common unit."""
     mean_square_bias = sigma_bias**2 * replications * points / (points - parameters)
     mean_square_precision = sigma_prec**2 * replications / (replications - 1)
     return mean_square_bias / mean_square_precision
 
 
 def f_bias(points: int, replications: int, parameters: int, level: float = 0.95) -> float:
-    """F(K − L, K(n − 1)) that T_bias is held against."""
+    """Return F(K − L, K(n − 1)) that T_bias is held against."""
     return float(f_quantile(level, points - parameters, points * (replications - 1)))
 
 
@@ -40,7 +40,7 @@ class TpColumns:
     drift: dict[str, FTestColumns]
 
     def of(self, column: int) -> TpReplication:
-        """That of one axis."""
+        """Return the replication results of one sensor axis."""
         return TpReplication(
             sigma_bias_v=float(self.sigma_bias_v[column]),
             sigma_prec_v=float(self.sigma_prec_v[column]),
@@ -53,7 +53,10 @@ class TpColumns:
 def tp_replication(
     form: LinearForm, layout: Layout, sums: ReplicatedSums, names: Sequence[str], directions: FloatArray
 ) -> TpColumns:
-    """Bias and drift from residuals pooled over all replications; ``directions`` (m, q, P) belong to ``names``."""
+    """Return bias and drift from residuals pooled over all replications.
+
+    ``directions`` (m, q, P) belong to ``names``.
+    """
     rows, points, size = layout.rows, layout.points, form.basis.shape[1]
     dof_bias, dof_prec = points - size, rows - points
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -33,7 +33,7 @@ _WRITERS = 0x63616C726967
 
 @contextmanager
 def reading(archive_url: str, busy_timeout_s: float) -> Iterator[Connection]:
-    """A read transaction on an archive of the current schema. Raises: ArchiveError."""
+    """Open a read transaction on an archive of the current schema. Raises: ArchiveError."""
     url = _parsed(archive_url)
     _require_there(url)
     with _transaction(url, "BEGIN", busy_timeout_s) as connection:
@@ -45,7 +45,7 @@ def reading(archive_url: str, busy_timeout_s: float) -> Iterator[Connection]:
 
 @contextmanager
 def writing(archive_url: str, busy_timeout_s: float, *, only_existing: bool = False) -> Iterator[Connection]:
-    """A write transaction, the archive made or migrated where needed; all of it is committed or nothing.
+    """Open a write transaction, the archive made or migrated where needed; all of it is committed or nothing.
 
     ``only_existing``: what is to be changed must be there already, so no archive is made.
 
@@ -75,7 +75,7 @@ def migrate(archive_url: str, busy_timeout_s: float = 10.0) -> tuple[str | None,
 
 
 def _require_there(url: URL) -> None:
-    """A SQLite file that is not there would be made by looking at it."""
+    """Refuse a SQLite file that is not there: to look at it would make it. Raises: ArchiveUnknown."""
     path = _sqlite_path(url)
     if path is not None and not os.path.exists(path):
         raise ArchiveUnknown(
@@ -142,7 +142,7 @@ def _shown(url: URL) -> str:
 
 
 def _sqlite_path(url: URL) -> Path | None:
-    """The archive's file; None where the URL is no plain file name."""
+    """Return the archive's file; None where the URL is no plain file name."""
     if url.get_backend_name() != "sqlite" or url.database is None or url.database.startswith("file:"):
         return None
     return Path(url.database)
@@ -202,6 +202,6 @@ def _migrate(connection: Connection, url: URL) -> None:
 
 
 def _back_up(path: Path | None, revision: str) -> None:
-    """The file as it is, under the write lock and before the first change; a server has backups of its own."""
+    """Copy the file as it is, under the write lock and before the first change; a server has backups of its own."""
     if path is not None:
         write_whole(path.with_name(f"{path.name}.schema-{revision}"), path.read_bytes())

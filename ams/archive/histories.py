@@ -11,7 +11,7 @@ from sqlalchemy import Connection, select
 from ams.archive.connection import reading
 from ams.archive.sets import BUSY_TIMEOUT_S, show
 from ams.archive.tables import POINTS, SETS
-from ams.errors import ArchiveUnknown
+from ams.errors import ArchiveError, ArchiveUnknown
 from ams.sets.canonical import table
 from ams.surveillance.adjustment import acceptance_of
 from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors
@@ -37,13 +37,18 @@ class SensorHistory:
 def history(
     archive_url: str, sensor: str, busy_timeout_s: float = BUSY_TIMEOUT_S, until_utc: datetime | None = None
 ) -> SensorHistory:
-    """The control charts of a sensor, what was found, and advice on its interval.
+    """Return the control charts of a sensor, what was found, and advice on its interval.
 
     ``until_utc``: as the archive knew it after the calibrations made up to then, that moment included.
 
     Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
     """
     population = population_of(archive_url, sensor, busy_timeout_s, until_utc)
+    if not population.numbers.sensitivity.all():
+        raise ArchiveError(
+            f"archive: sensor {sensor!r}: its sets have an equation of their own, without a direction of sensitivity; "
+            "nothing of them is charted over the years"
+        )
     found = with_rig_causes(population, history_of(population, sensor))
     declared = show(archive_url, found.labels[-1].sha256, busy_timeout_s).provenance["acceptance"]
     limits = acceptance_of(None if declared is None else table(declared)).limits_deg
@@ -57,7 +62,7 @@ def history(
 
 
 def with_rig_causes(population: Population, found: History) -> History:
-    """The findings of a sensor, each with what the check sensors of its rig say of the same run."""
+    """Return the findings of a sensor, each with what the check sensors of its rig say of the same run."""
     rigs = {finding.at.rig for finding in found.findings}
     watchers = [name for rig in sorted(rigs) for name in check_sensors(population, rig) if name != found.sensor]
     told: dict[str | None, str] = {}
@@ -72,8 +77,10 @@ def with_rig_causes(population: Population, found: History) -> History:
 def population_of(
     archive_url: str, sensor: str, busy_timeout_s: float = BUSY_TIMEOUT_S, until_utc: datetime | None = None
 ) -> Population:
-    """All calibrations of the sensor's kind (same axes, same unit); of several solutions of a run the one that was
-    published last. Simulated ones count only for a sensor that was never measured.
+    """Return all calibrations of the sensor's kind (same axes, same unit).
+
+    Of several solutions of a run the one that was published last counts. Simulated calibrations count only for a sensor
+    that was never measured.
 
     Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
     """
@@ -105,7 +112,7 @@ def _kind_of(connection: Connection, sensor: str) -> tuple[str, str, bool]:
 def _rows(
     connection: Connection, axes: str, sensitivity_name: str, simulated: bool
 ) -> list[tuple[str, str, str | None, datetime, str, bool, float, bytes]]:
-    """The fields of a label and the packed numbers, in the order in which they were published."""
+    """Return the fields of a label and the packed numbers, in the order in which they were published."""
     columns = (SETS.c.sha256, SETS.c.sensor, SETS.c.run_id, SETS.c.created_utc, POINTS.c.rig, POINTS.c.check_sensor,
                POINTS.c.gravity_mps2, POINTS.c.numbers)  # fmt: skip
     both = SETS.join(POINTS, SETS.c.sha256 == POINTS.c.sha256)

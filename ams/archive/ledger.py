@@ -61,7 +61,7 @@ def write(
 def tell(
     connection: Connection, utc: datetime, kind: str, written: Sequence[Written], detail: Mapping[str, Json]
 ) -> Head:
-    """One record of rows that are there."""
+    """Append one record of rows that are there already; return the new head."""
     last = head(connection)
     rows: list[Json] = [list(_told(part.table, row)) for part in written for row in part.rows]
     text = canonical_bytes({**detail, "rows": rows}).decode("utf-8")
@@ -72,7 +72,7 @@ def tell(
 
 
 def head(connection: Connection) -> Head:
-    """The last record; before the first, sequence 0 and 64 zeros."""
+    """Return the last record; before the first, sequence 0 and 64 zeros."""
     query = select(RECORDS.c.sequence, RECORDS.c.sha256).order_by(RECORDS.c.sequence.desc()).limit(1)
     found = connection.execute(query).first()
     return Head(0, BEGINNING) if found is None else Head(found.sequence, found.sha256)
@@ -98,7 +98,7 @@ def verify_chain(connection: Connection) -> ChainReport:
 
 
 def _record_faults(connection: Connection, told: dict[tuple[str, str], str]) -> Iterator[str]:
-    """Faults of the records themselves; fills what they tell."""
+    """Yield the faults of the records themselves; fill what they tell."""
     previous, expected = BEGINNING, 1
     for record in map(dict, connection.execute(select(RECORDS).order_by(RECORDS.c.sequence)).mappings()):
         if record["sequence"] != expected:
@@ -119,7 +119,10 @@ def _rows_of(connection: Connection, table: Table) -> Iterator[tuple[str, str, s
 
 
 def _told(table: Table, row: Mapping[str, Any]) -> tuple[str, str, str]:
-    """Table, key and hash of a row, as a record has them; null is left out, so that a later schema may add columns."""
+    """Return table, key and hash of a row, as a record has them.
+
+    Null is left out, so that a later schema may add columns.
+    """
     key = " ".join(str(row[column.name]) for column in table.primary_key)
     values = {name: _plain(value) for name, value in row.items() if value is not None}
     return table.name, key, hashlib.sha256(canonical_bytes(values)).hexdigest()

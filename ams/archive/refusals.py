@@ -65,13 +65,13 @@ SENTENCES: tuple[tuple[tuple[str, ...], str, str, type[ArchiveError]], ...] = (
 
 
 def without_password(archive_url: str) -> str:
-    """The URL as it may be shown, printed and kept: a password in it, in either place, as three stars."""
+    """Return the URL as it may be shown, printed and kept: a password in it, in either place, as three stars."""
     told = re.sub(r"(?<=://)([^:/@]*):.*(?=@)", r"\1:***", archive_url)
     return re.sub(r"([?&]password=)[^&]*", r"\1***", told)
 
 
 def refusal(shown: str, error: Exception, busy_timeout_s: float) -> ArchiveError:
-    """The error to raise for what a database or its driver said."""
+    """Return the error to raise for what a database or its driver said."""
     original = getattr(error, "orig", None) or error
     cause = _last_line(str(original))
     told = f"{type(original).__name__} {original}"
@@ -84,7 +84,7 @@ def refusal(shown: str, error: Exception, busy_timeout_s: float) -> ArchiveError
 
 
 def _last_line(text: str) -> str:
-    """A driver's first line; of failed connections the last one's reason."""
+    """Return a driver's first line; of failed connections the last one's reason."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     reasons = [line.rpartition("failed: ")[2] for line in lines if "failed: " in line]
     return next((reason for reason in reversed(reasons) if reason), lines[0] if lines else "no reason was given")

@@ -9,7 +9,7 @@ reason; both go into the record. Simulated runs rest on no standard, so nothing 
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Any
@@ -20,7 +20,7 @@ from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
 from ams.archive.sets import BUSY_TIMEOUT_S, Publication, find_set, insert_sets, require_publishable, stored_set
 from ams.archive.tables import ADJUSTMENTS, RUNS, SETS, STANDARDS, USES
-from ams.errors import ArchiveError, OutsideValidity
+from ams.errors import ArchiveError, ArchiveForbids, OutsideValidity
 from ams.observations import Observations
 from ams.sets.canonical import Document, canonical_bytes, listed, table
 from ams.sets.coefficients import CoefficientSet
@@ -98,13 +98,18 @@ def publish_run(
     *,
     usage_pitch_deg: tuple[float, float] | None = None,
     override: Override | None = None,
+    lineage: Collection[str] = (),
+    supersede: Override | None = None,
     busy_timeout_s: float = BUSY_TIMEOUT_S,
 ) -> PublishedRun:
     """Put a run, its sets and its adjustments into the archive, all or nothing.
 
-    ``usage_pitch_deg``: where the sensors will be used; limits what is judged.
+    ``usage_pitch_deg``: where the sensors will be used; limits what is judged. ``lineage``: contents that this journal
+    had when it was published before, as before a replication was taken back. ``supersede``: who answers for it that
+    this journal takes the place of another one of the same run.
 
-    Raises: ArchiveError where the archive cannot be written or a standard has expired; VectorsDisagree for a set that
+    Raises: ArchiveError where the archive cannot be written or a standard has expired; ArchiveForbids where the
+    archive has this run with another journal, as of a copy that went its own way; VectorsDisagree for a set that
     contradicts itself.
     """
     sets = [sensor.coefficients for sensor in sensors]
@@ -112,8 +117,13 @@ def publish_run(
     standards = standards_of(sets)
     expired = [] if run.simulated else [one for one in standards if one.is_expired(run.ended_utc.date())]
     _check_override(run, expired, override)
+    _require_name(run, supersede)
     with writing(archive_url, busy_timeout_s) as connection:
-        _insert_run(connection, run, published_utc, standards, {one.key: override for one in expired if override})
+        strangers = _strangers(connection, run, lineage)
+        if strangers and supersede is None:
+            raise _refusal_of_a_copy(run, strangers)
+        words = {one.key: override for one in expired if override}
+        _insert_run(connection, run, published_utc, standards, words, _supersession(strangers, supersede))
         checks = {sensor.coefficients.sensor: sensor.is_check for sensor in sensors}
         publications = insert_sets(connection, sets, published_utc, checks)
         found = {
@@ -124,7 +134,7 @@ def publish_run(
 
 
 def adjustment_of(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Adjustment | None:
-    """As found and as left of a set (by sensor: its latest, or by checksum); None where the archive holds none.
+    """Return as found and as left of a set (a sensor's latest, or by checksum); None where the archive holds none.
 
     Raises: ArchiveError.
     """
@@ -133,7 +143,7 @@ def adjustment_of(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEO
 
 
 def list_runs(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> tuple[RunEntry, ...]:
-    """Every run, oldest first. Raises: ArchiveError."""
+    """Return every run, oldest first. Raises: ArchiveError."""
     columns = [RUNS.c[name] for name in RunEntry.__dataclass_fields__]
     with reading(archive_url, busy_timeout_s) as connection:
         rows = connection.execute(select(*columns).order_by(RUNS.c.started_utc, RUNS.c.journal_sha256)).all()
@@ -161,7 +171,7 @@ def run_primaries(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> d
 def standards_used(
     archive_url: str, journal_sha256: str, busy_timeout_s: float = BUSY_TIMEOUT_S
 ) -> tuple[tuple[StandardUse, Override | None], ...]:
-    """The standards behind a run, an overridden one with who answers for it. Raises: ArchiveError."""
+    """Return the standards behind a run, an overridden one with who answers for it. Raises: ArchiveError."""
     same = and_(USES.c.serial == STANDARDS.c.serial, USES.c.certificate == STANDARDS.c.certificate)
     query = select(STANDARDS, USES.c.overridden_by, USES.c.override_reason).select_from(USES.join(STANDARDS, same))
     wanted = query.where(USES.c.journal_sha256 == journal_sha256).order_by(STANDARDS.c.name)
@@ -179,7 +189,7 @@ def standards_used(
 
 
 def standards_of(sets: Sequence[CoefficientSet]) -> tuple[StandardUse, ...]:
-    """Every standard that the sets name, each certificate once."""
+    """Return every standard that the sets name, each certificate once."""
     found: dict[tuple[str, str], StandardUse] = {}
     for coefficients in sets:
         for entry in map(table, listed(coefficients.provenance["standards"])):
@@ -203,6 +213,10 @@ def _check_override(run: RunEntry, expired: Sequence[StandardUse], override: Ove
             "was published; have them calibrated and measure again, or answer for it: calrig archive publish RUN "
             "--override REASON --operator NAME"
         )
+    _require_name(run, override)
+
+
+def _require_name(run: RunEntry, override: Override | None) -> None:
     if override is not None and not (override.by.strip() and override.reason.strip()):
         raise ArchiveError(
             f"run {run.run_id}: an override needs a name and a reason: got {override.by!r} and {override.reason!r}; "
@@ -216,6 +230,7 @@ def _insert_run(
     published_utc: datetime,
     standards: Sequence[StandardUse],
     overridden: Mapping[tuple[str, str], Override],
+    supersession: Document,
 ) -> None:
     if _has(connection, RUNS.c.journal_sha256 == run.journal_sha256):
         return
@@ -235,7 +250,31 @@ def _insert_run(
         for one in standards
         if (word := overridden.get(one.key)) is not None
     }
-    write(connection, published_utc, "run", written, {"overrides": overrides} if overrides else {})
+    told = ({"overrides": overrides} if overrides else {}) | supersession
+    write(connection, published_utc, "run", written, told)
+
+
+def _strangers(connection: Connection, run: RunEntry, lineage: Collection[str]) -> list[str]:
+    """Journals of this run in the archive that are neither this one nor what it once was."""
+    if _has(connection, RUNS.c.journal_sha256 == run.journal_sha256):
+        return []
+    found = connection.execute(select(RUNS.c.journal_sha256).where(RUNS.c.run_id == run.run_id)).scalars()
+    return sorted(set(found) - set(lineage))
+
+
+def _refusal_of_a_copy(run: RunEntry, strangers: Sequence[str]) -> ArchiveForbids:
+    return ArchiveForbids(
+        f"run {run.run_id}: the archive has it with another journal ({', '.join(one[:12] for one in strangers)}), and "
+        f"this one ({run.journal_sha256[:12]}) did not grow out of it: a copy of the run folder went its own way; "
+        "nothing was published; keep one of the two, or answer for this one: calrig archive publish RUN --supersede "
+        "REASON --operator NAME"
+    )
+
+
+def _supersession(strangers: Sequence[str], word: Override | None) -> Document:
+    if not strangers or word is None:
+        return {}
+    return {"supersedes": {"journals": list(strangers), "by": word.by, "reason": word.reason}}
 
 
 def _has(connection: Connection, *conditions: Any) -> bool:
@@ -263,7 +302,7 @@ def _adjusted(
     published_utc: datetime,
     usage_pitch_deg: tuple[float, float] | None,
 ) -> Adjustment | None:
-    """What is stored already, else what is found now and stored."""
+    """Return the adjustment that is stored already, else find and store it."""
     new = sensor.coefficients
     stored = _stored_adjustment(connection, new.sha256)
     if stored is not None:
@@ -289,7 +328,10 @@ def _adjusted(
 
 
 def _previous(connection: Connection, new: CoefficientSet) -> CoefficientSet | None:
-    """The latest set of this sensor from an earlier calibration; a simulated one never stands before a measured one."""
+    """Return the latest set of this sensor from an earlier calibration.
+
+    A simulated set never stands before a measured one.
+    """
     query = select(SETS.c.sha256).where(
         SETS.c.sensor == new.sensor, SETS.c.created_utc < new.created_utc, SETS.c.simulated == new.is_simulated
     )

@@ -89,7 +89,7 @@ def list_sets(
     busy_timeout_s: float = BUSY_TIMEOUT_S,
     search: Search | None = None,
 ) -> tuple[ArchivedSet, ...]:
-    """The sets, by sensor, then oldest first. Raises: ArchiveError where the archive cannot be read."""
+    """Return the sets, by sensor, then oldest first. Raises: ArchiveError where the archive cannot be read."""
     from_other = {"rig": POINTS.c.rig, "as_found": ADJUSTMENTS.c.as_found, "as_left": ADJUSTMENTS.c.as_left}
     names = [field.name for field in fields(ArchivedSet)]
     listed = [from_other[name] if name in from_other else SETS.c[name] for name in names]
@@ -100,7 +100,7 @@ def list_sets(
 
 
 def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> CoefficientSet:
-    """The set of a checksum (its first six or more characters), or the latest set of a sensor.
+    """Return the set of a checksum (its first six or more characters), or the latest set of a sensor.
 
     Raises: ArchiveError where nothing or more than one checksum fits; SetError where the stored set is damaged.
     """
@@ -109,7 +109,7 @@ def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> 
 
 
 def find_set(connection: Connection, key: str) -> str:
-    """The checksum that a key means: a sensor's latest set, or the one whose checksum begins so.
+    """Return the checksum that a key means: a sensor's latest set, or the one whose checksum begins so.
 
     Raises: ArchiveUnknown where nothing or more than one fits.
     """
@@ -127,7 +127,10 @@ def find_set(connection: Connection, key: str) -> str:
 
 
 def stored_set(connection: Connection, sha256: str) -> CoefficientSet:
-    """A set by its whole checksum, every check of a file made. Raises: SetError where it is damaged or another's."""
+    """Return a set by its whole checksum, every check of a file made.
+
+    Raises: SetError where it is damaged or another's.
+    """
     document = connection.execute(select(SETS.c.document).where(SETS.c.sha256 == sha256)).scalar_one()
     found = from_json(document.encode("utf-8"), f"archive: set {sha256[:12]}")
     if found.sha256 != sha256:
@@ -139,7 +142,10 @@ def stored_set(connection: Connection, sha256: str) -> CoefficientSet:
 
 
 def require_publishable(sets: Sequence[CoefficientSet], published_utc: datetime) -> None:
-    """Raises: ArchiveError for a time without its zone; VectorsDisagree for a set that contradicts itself."""
+    """Refuse sets that cannot be published.
+
+    Raises: ArchiveError for a time without its zone; VectorsDisagree for a set that contradicts itself.
+    """
     if published_utc.tzinfo is None:
         raise ArchiveError(
             f"archive: published_utc has no time zone: got {published_utc.isoformat()}; nothing was published; "
@@ -155,7 +161,7 @@ def insert_sets(
     published_utc: datetime,
     check_sensors: Mapping[str, bool],
 ) -> tuple[Publication, ...]:
-    """Inside a write transaction: the sets that are new, told in one record."""
+    """Insert the sets that are new and tell them in one record, inside a write transaction."""
     new: dict[str, CoefficientSet] = {}
     publications = []
     for coefficients in sets:
@@ -179,7 +185,10 @@ def _is_there(connection: Connection, sha256: str) -> bool:
 
 
 def _query(columns: Sequence[ColumnElement[Any]], wanted: Sequence[ColumnElement[bool]]) -> Select[Any]:
-    """By sensor, then oldest first; of solutions of one run the one that was published last comes last."""
+    """Return the query by sensor, then oldest first.
+
+    Of solutions of one run the one that was published last comes last.
+    """
     tables = SETS.outerjoin(POINTS, SETS.c.sha256 == POINTS.c.sha256)
     tables = tables.outerjoin(ADJUSTMENTS, SETS.c.sha256 == ADJUSTMENTS.c.sha256)
     order = (SETS.c.sensor, SETS.c.created_utc, SETS.c.published_utc, SETS.c.sha256)

@@ -66,7 +66,7 @@ class SignOff:
         return self.state == "approved"
 
     def by(self, role: Role) -> Signature | None:
-        """The signature in a role, None where nobody signed."""
+        """Return the signature in a role, None where nobody signed."""
         return next((one for one in self.signatures if one.role == role), None)
 
 
@@ -101,7 +101,7 @@ def sign(
 
 
 def sign_off(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> SignOff:
-    """Signatures and certificates of a set. Raises: ArchiveError."""
+    """Return the signatures and certificates of a set. Raises: ArchiveError."""
     with reading(archive_url, busy_timeout_s) as connection:
         return _sign_off(connection, find_set(connection, key))
 
@@ -135,7 +135,7 @@ def issue_certificate(
 
 
 def certificate_of(archive_url: str, number: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Certificate | None:
-    """A certificate by its number; None where there is none. Raises: ArchiveError."""
+    """Return a certificate by its number; None where there is none. Raises: ArchiveError."""
     with reading(archive_url, busy_timeout_s) as connection:
         return _certificate(connection, number)
 

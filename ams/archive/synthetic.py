@@ -65,7 +65,7 @@ class SyntheticArchive:
 
 
 def synthetic_archive(chance: np.random.Generator, story: Story | None = None) -> SyntheticArchive:
-    """Calibrations of every sensor in every campaign."""
+    """Make calibrations of every sensor in every campaign."""
     told = story or Story()
     names = [f"SN{1001 + place}" for place in range(told.sensors)]
     picked = [names[place] for place in chance.permutation(told.sensors)[: told.drifting + 3]]
@@ -94,7 +94,10 @@ def _really_measured(name: str, mixed: list[str], is_swap: bool) -> str:
 
 
 def _own_numbers(chance: np.random.Generator) -> FloatArray:
-    """(3, 4) offset and k: 2.5 V/g within half a percent, offsets of millivolts, misalignments of minutes of arc."""
+    """Draw (3, 4) offset and k.
+
+    2.5 V/g within half a percent, offsets of millivolts, misalignments of minutes of arc.
+    """
     offset = chance.normal(0.0, 0.005, (3, 1))
     gain = 2.5 * (1.0 + chance.normal(0.0, 0.005, (3, 1)))
     return np.concatenate([offset, gain * (np.eye(3) + chance.normal(0.0, 0.003, (3, 3)))], axis=1)
@@ -103,7 +106,7 @@ def _own_numbers(chance: np.random.Generator) -> FloatArray:
 def _as_it_is(
     level: FloatArray, is_drifting: bool, has_dropped: bool, when: tuple[int, int], story: Story
 ) -> FloatArray:
-    """A sensor at a campaign, age and accident in it."""
+    """Return the true parameters of a sensor at a campaign, its drift and accident included."""
     (campaign, fall), primary = when, level.copy()
     if is_drifting:
         primary[0, 1:] *= 1.0 + story.drift_arcsec_per_year * RAD_PER_ARCSEC * campaign / story.per_year
@@ -114,7 +117,7 @@ def _as_it_is(
 
 
 def _calibrated(primary: FloatArray, chance: np.random.Generator, story: Story, *, is_remounted: bool) -> FloatArray:
-    """What a calibration says: turned by the remount, moved by the day, blurred by its noise."""
+    """Return what a calibration says: turned by the remount, moved by the day, blurred by its noise."""
     angle = chance.normal(0.0, story.remount_arcsec * RAD_PER_ARCSEC, 3) if is_remounted else np.zeros(3)
     k = primary[:, 1:] + np.cross(angle, primary[:, 1:])
     day = chance.normal(0.0, story.day_arcsec * RAD_PER_ARCSEC, (3, 2))
@@ -131,6 +134,6 @@ def _label(name: str, campaign: int, place: int, story: Story) -> PointLabel:
 
 
 def campaigns(archive: SyntheticArchive) -> Iterator[tuple[PointLabel, FloatArray]]:
-    """Every calibration with its (3, 4) numbers, oldest first."""
+    """Yield every calibration with its (3, 4) numbers, oldest first."""
     rows = zip(archive.population.labels, archive.population.numbers.primary, strict=True)
     yield from sorted(rows, key=lambda row: (row[0].created_utc, row[0].sensor))

@@ -51,7 +51,7 @@ def publish_synthetic(archive_url: str, archive: SyntheticArchive, chance: np.ra
 
 
 def measured_campaigns(archive: SyntheticArchive, chance: np.random.Generator) -> Iterator[Campaign]:
-    """Every campaign with its sensors measured and solved, oldest first."""
+    """Yield every campaign with its sensors measured and solved, oldest first."""
     for run_id, rows in groupby(campaigns(archive), key=lambda row: row[0].run_id):
         calibrations = list(rows)
         digest = hashlib.sha256(str(run_id).encode()).hexdigest()

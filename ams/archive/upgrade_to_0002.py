@@ -9,7 +9,7 @@ from ams.surveillance.history_points import point_row
 
 
 def take_over_0001(connection: Connection) -> None:
-    """Every set that is there becomes a point, and a record tells of its rows. A damaged set stops the migration.
+    """Make a point of every set that is there, and a record of the rows. A damaged set stops the migration.
 
     Raises: SetError naming the set.
     """

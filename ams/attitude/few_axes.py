@@ -222,7 +222,7 @@ def _write(
 
 
 def _root(covariance: FloatArray, gain: FloatArray) -> FloatArray:
-    """Root of gᵀCg for (3, n) elements 11, 22, 12 and (2, n) gains."""
+    """Return the root of gᵀCg for (3, n) elements 11, 22, 12 and (2, n) gains."""
     first, second = gain
     square = covariance[0] * first * first + covariance[1] * second * second + 2.0 * covariance[2] * first * second
     return np.asarray(np.sqrt(square))

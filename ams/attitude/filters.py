@@ -42,7 +42,7 @@ class LowPass:
 
 
 def low_pass(settings: LowPass, samples: FloatArray) -> FloatArray:
-    """Filtered samples of the same shape, filtered along the first axis.
+    """Return filtered samples of the same shape, filtered along the first axis.
 
     A forward filter starts as if the first sample had always been there, so a settled signal gives no transient. The
     gain at zero frequency is exactly one for every order (an even order's ripple is taken out).
@@ -193,7 +193,7 @@ def window_averages(samples: FloatArray, window: int, step: int | None = None) -
 
 
 def gain(settings: LowPass, frequency_hz: FloatArray) -> FloatArray:
-    """Amplitude gain at the frequencies, as :func:`low_pass` applies it."""
+    """Return the amplitude gain at the frequencies, as :func:`low_pass` applies it."""
     from scipy.signal import sosfreqz
 
     _, response = sosfreqz(_sections(settings), worN=np.asarray(frequency_hz, dtype=float), fs=settings.sample_rate_hz)
@@ -202,7 +202,7 @@ def gain(settings: LowPass, frequency_hz: FloatArray) -> FloatArray:
 
 
 def _bridged(values: FloatArray, whole: BoolArray) -> FloatArray:
-    """Straight lines over what is missing; the nearest good sample at the ends."""
+    """Draw straight lines over what is missing; the nearest good sample at the ends."""
     if whole.all():
         return values
     filled = np.array(values)
@@ -214,7 +214,7 @@ def _bridged(values: FloatArray, whole: BoolArray) -> FloatArray:
 
 
 def _unsettled(is_missing: BoolArray, settling: int, later: int, is_two_way: bool) -> BoolArray:
-    """Where an answer still holds what was not a sample: the start, the end of a two-way filter, missing ones."""
+    """Return where an answer still holds what was no sample: the start, the end of a two-way filter, missing ones."""
     count = is_missing.size
     sources = np.zeros(count + 2, dtype=bool)
     sources[1:-1], sources[0], sources[-1] = is_missing, True, is_two_way

@@ -31,26 +31,26 @@ class ForceErrors(Protocol):
     """What is not known of K⁻¹(v − b), the specific force as three outputs give it, in g²."""
 
     def total(self, force: FloatArray) -> FloatArray:
-        """(6, n) covariance at (3, n) unit force, calibration and readings together."""
+        """Return the (6, n) covariance at (3, n) unit force, calibration and readings together."""
 
     def parts(self, force: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
-        """(C, 6, m) independent parts of it in some of the rows."""
+        """Return (C, 6, m) independent parts of the covariance in some of the rows."""
 
     def dof(self, rows: NDArray[np.intp]) -> FloatArray:
-        """(C, m), or (C, 1), degrees of freedom of the parts; infinite for the readings' own."""
+        """Return the (C, m), or (C, 1), degrees of freedom of the parts; infinite for the readings' own."""
 
     def weighing(self, sensed: FloatArray, square: FloatArray) -> "Weighing":
-        """What to weigh the outputs by at (3, n) sensed force, given its (n,) squared length."""
+        """Return what to weigh the outputs by at (3, n) sensed force, given its (n,) squared length."""
 
 
 class Weighing(Protocol):
     """The covariance C_w that n rows are weighed by, up to a factor of each."""
 
     def times(self, force: FloatArray) -> FloatArray:
-        """(3, n) C_w f."""
+        """Return (3, n) C_w f."""
 
     def of(self, rows: NDArray[np.intp]) -> "Weighing":
-        """Some of the rows."""
+        """Return the weighing of some of the rows."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ def times(packed: FloatArray, vector: FloatArray) -> FloatArray:
 
 
 def _packed(matrices: FloatArray) -> FloatArray:
-    """(…, 6, M) of (…, 3, 3, M)."""
+    """Return the six elements (…, 6, M) of symmetric matrices (…, 3, 3, M)."""
     return np.stack([(matrices[:, a, b] + matrices[:, b, a]) / 2.0 for a, b in PACKED], axis=1)
 
 
@@ -233,7 +233,7 @@ def _product(first: Polynomial, second: Polynomial) -> dict[tuple[int, int, int]
 
 
 def _on_sphere(polynomial: Polynomial) -> dict[tuple[int, int, int], float]:
-    """The same values on |f| = 1 with f_z to the first power at most."""
+    """Return a polynomial with the same values on |f| = 1 and f_z to the first power at most."""
     found: dict[tuple[int, int, int], float] = {}
     left = dict(polynomial)
     while left:

@@ -36,7 +36,7 @@ def integrate_outputs(
     interpolation: Interpolation = "cubic",
     method: Method = "scan",
 ) -> FloatArray:
-    """Pitch, yaw, roll at every sample, (N, 3), from gyro outputs (N,) and the angles at the first sample.
+    """Integrate gyro outputs (N,) from the angles at the first sample: pitch, yaw, roll at every sample, (N, 3).
 
     Raises: as :func:`integrate_rates`; DesignError where the sensors do not resolve three directions.
     """
@@ -50,7 +50,7 @@ def integrate_rates(
     interpolation: Interpolation = "cubic",
     method: Method = "scan",
 ) -> FloatArray:
-    """Pitch, yaw, roll at every sample, (N, 3), from angular velocity in model axes, (N, 3), evenly sampled.
+    """Integrate angular velocity in model axes, (N, 3), evenly sampled: pitch, yaw, roll at every sample, (N, 3).
 
     Raises: ObservationsError with fewer than two samples (four for cubic), an interval that is not positive or a rate
     that is not a number (:func:`ams.attitude.rate_scan.integrate` bridges and marks it); SolveError where yaw comes
@@ -98,7 +98,7 @@ def cr_angles_rad(quaternion: FloatArray, start_rad: FloatArray) -> FloatArray:
 
 
 def _from(angles: FloatArray, start: float) -> FloatArray:
-    """The same angles, whole turns further on."""
+    """Return the same angles, whole turns further on."""
     return np.asarray(angles + 2.0 * np.pi * np.round((start - angles[0]) / (2.0 * np.pi)))
 
 
@@ -126,7 +126,7 @@ def _by_butcher(
 
 
 def _butcher_step(angles: _Triple, rates: list[_Triple], h: float) -> _Triple:
-    """One step of (IV-D.6), (IV-D.7); ``rates`` at the five quarters of the interval."""
+    """Take one step of (IV-D.6), (IV-D.7); ``rates`` at the five quarters of the interval."""
     k1 = _euler_rates(angles, rates[0])
     k2 = _euler_rates(_moved(angles, h / 4, (1.0, k1)), rates[1])
     k3 = _euler_rates(_moved(angles, h / 8, (1.0, k1), (1.0, k2)), rates[1])
@@ -145,7 +145,10 @@ def _moved(angles: _Triple, factor: float, *terms: tuple[float, _Triple]) -> _Tr
 
 
 def _euler_rates(angles: _Triple, rate: _Triple) -> _Triple:
-    """:func:`ams.frames.euler_rates_rad_s` for one sample, on plain floats: forty times faster in a loop."""
+    """Return :func:`ams.frames.euler_rates_rad_s` for one sample.
+
+    On plain floats: forty times faster in a loop.
+    """
     _, yaw, roll = angles
     w_x, w_y, w_z = rate
     c_roll, s_roll = cos(roll), sin(roll)
@@ -154,7 +157,7 @@ def _euler_rates(angles: _Triple, rate: _Triple) -> _Triple:
 
 
 def _between(samples: FloatArray, interpolation: Interpolation) -> FloatArray:
-    """Values at the quarters of every interval, (N − 1, 5, 3)."""
+    """Return the values at the quarters of every interval, (N − 1, 5, 3)."""
     at = np.array(_QUARTERS)
     first, last = samples[:-1, None, :], samples[1:, None, :]
     if interpolation == "hold":
@@ -165,7 +168,7 @@ def _between(samples: FloatArray, interpolation: Interpolation) -> FloatArray:
 
 
 def _between_cubic(samples: FloatArray, at: FloatArray) -> FloatArray:
-    """Four-point Lagrange interpolation, one-sided in the first and the last interval."""
+    """Interpolate by Lagrange's four points, one-sided in the first and the last interval."""
     count = samples.shape[0]
     interval = np.arange(count - 1)
     left = np.clip(interval - 1, 0, count - 4)

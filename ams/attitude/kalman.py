@@ -45,7 +45,10 @@ class Estimate:
     """(6, 6): the small turn in reference axes (rad), then the bias in body axes (rad/s)."""
 
     def turn_sd_about(self, reference_direction: FloatArray) -> float:
-        """Standard deviation of the turn about a direction of the reference frame, such as the vertical, rad."""
+        """Return the standard deviation of the turn about a direction of the reference frame, rad.
+
+        Such a direction is the vertical.
+        """
         direction = np.asarray(reference_direction, dtype=float)
         direction = direction / np.linalg.norm(direction)
         return float(np.sqrt(direction @ self.covariance[:3, :3] @ direction))
@@ -63,14 +66,14 @@ class Correction:
 def start_estimate(
     quaternion: FloatArray, turn_sd_rad: float, bias_sd_rad_s: float, bias_rad_s: FloatArray | None = None
 ) -> Estimate:
-    """An estimate to start from; all three turns and all three biases equally uncertain."""
+    """Return an estimate to start from; all three turns and all three biases equally uncertain."""
     covariance = np.diag([turn_sd_rad**2] * 3 + [bias_sd_rad_s**2] * 3)
     bias = np.zeros(3) if bias_rad_s is None else np.asarray(bias_rad_s, dtype=float)
     return Estimate(normalised(np.asarray(quaternion, dtype=float)), bias, covariance)
 
 
 def propagate(estimate: Estimate, gyro_rad_s: FloatArray, interval_s: float, noise: GyroNoise) -> Estimate:
-    """The estimate one interval later, the gyro (3,) taken as constant over it."""
+    """Return the estimate one interval later, the gyro (3,) taken as constant over it."""
     state = state_of(estimate)
     carry(state, tuple(np.asarray(gyro_rad_s, dtype=float).tolist()), interval_s, noise)
     return _estimate(state)
@@ -185,14 +188,14 @@ def _estimate(state: State) -> Estimate:
 
 
 def _half_turn(x: float, y: float, z: float) -> Quadruple:
-    """Quaternion of half the turn, so that its square is the whole."""
+    """Return the quaternion of half the turn, so that its square is the whole."""
     quarter = sqrt(x * x + y * y + z * z) / 4.0
     share = sin(quarter) / quarter / 4.0 if quarter > 1e-9 else 0.25
     return x * share, y * share, z * share, cos(quarter)
 
 
 def _times(p: Quadruple, q: Quadruple) -> Quadruple:
-    """:func:`ams.attitude.quaternion.multiply` on plain numbers: thirty times faster for one."""
+    """Return :func:`ams.attitude.quaternion.multiply` of plain numbers: thirty times faster for one."""
     a, b, c, d = p
     x, y, z, w = q
     return (
@@ -210,7 +213,7 @@ def _unit(q: Quadruple) -> Quadruple:
 
 
 def _matrix(q: Quadruple) -> tuple[Triple, Triple, Triple]:
-    """Body to reference."""
+    """Return the rotation from body to reference."""
     x, y, z, s = q
     return (
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - s * z), 2.0 * (x * z + s * y)),
@@ -220,7 +223,10 @@ def _matrix(q: Quadruple) -> tuple[Triple, Triple, Triple]:
 
 
 def _blocks(first: float, upper: float, R: tuple[Triple, Triple, Triple], lower: float, last: float) -> FloatArray:
-    """(6, 6) of first·1, upper·R, lower·Rᵀ and last·1; one array of plain numbers costs less than four blocks."""
+    """Return (6, 6) of first·1, upper·R, lower·Rᵀ and last·1.
+
+    One array of plain numbers costs less than four blocks.
+    """
     (a, b, c), (d, e, f), (g, h, i) = R
     return np.array(
         (
@@ -235,7 +241,7 @@ def _blocks(first: float, upper: float, R: tuple[Triple, Triple, Triple], lower:
 
 
 def _inverse(matrix: list[list[float]], added: float) -> tuple[Triple, Triple, Triple]:
-    """Inverse of a symmetric (3, 3) matrix with ``added`` on its diagonal."""
+    """Return the inverse of a symmetric (3, 3) matrix with ``added`` on its diagonal."""
     (a, b, c), (_, d, e), (_, _, f) = matrix
     a, d, f = a + added, d + added, f + added
     first, second, third = d * f - e * e, c * e - b * f, b * e - c * d

@@ -18,13 +18,13 @@ IDENTITY: Final = (0.0, 0.0, 0.0, 1.0)
 
 
 def rate_matrix(rate_rad_s: FloatArray) -> FloatArray:
-    """Ω(ω), (4, 4), with q̇ = ½ Ω q, scalar last."""
+    """Return Ω(ω), (4, 4), with q̇ = ½ Ω q, scalar last."""
     x, y, z = rate_rad_s
     return np.array([[0.0, z, -y, x], [-z, 0.0, x, y], [y, -x, 0.0, z], [-x, -y, -z, 0.0]])
 
 
 def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
-    """p ⊗ q (Hamilton's product), (..., 4): the turn q first, then p, both read in the reference frame."""
+    """Return Hamilton's product p ⊗ q, (..., 4): the turn q first, then p, both read in the reference frame."""
     p_v, p_s, q_v, q_s = p[..., :3], p[..., 3:], q[..., :3], q[..., 3:]
     vector = p_s * q_v + q_s * p_v + np.cross(p_v, q_v)
     scalar = p_s * q_s - np.sum(p_v * q_v, axis=-1, keepdims=True)
@@ -32,7 +32,7 @@ def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
 
 
 def from_turn(turn_rad: FloatArray) -> FloatArray:
-    """Quaternion of a turn by |turn| about its direction, (..., 4) of (..., 3)."""
+    """Return the quaternion of a turn by |turn| about its direction, (..., 4) of (..., 3)."""
     half = np.linalg.norm(turn_rad, axis=-1, keepdims=True) / 2.0
     return np.concatenate([turn_rad * np.sinc(half / np.pi) / 2.0, np.cos(half)], axis=-1)
 
@@ -42,12 +42,12 @@ def normalised(q: FloatArray) -> FloatArray:
 
 
 def advance(q: FloatArray, rate_rad_s: FloatArray, interval_s: float) -> FloatArray:
-    """q after one interval of constant body rate: exact, and normalised."""
+    """Return q after one interval of constant body rate: exact, and normalised."""
     return normalised(multiply(q, from_turn(np.asarray(rate_rad_s) * interval_s)))
 
 
 def integrate(body_rate_rad_s: FloatArray, interval_s: float, start: FloatArray | None = None) -> FloatArray:
-    """Quaternions at every sample, (N, 4), from body rates (N, 3), evenly sampled, starting at ``start``.
+    """Integrate body rates (N, 3), evenly sampled, from ``start``: quaternions at every sample, (N, 4).
 
     The rate runs as a cubic through four samples, straight where there are fewer: fourth order in the interval.
     Raises: ObservationsError with fewer than two samples or a rate that is not a number
@@ -60,7 +60,7 @@ def integrate(body_rate_rad_s: FloatArray, interval_s: float, start: FloatArray 
 
 
 def rotation_matrix(q: FloatArray) -> FloatArray:
-    """Body to reference, (..., 3, 3)."""
+    """Return the rotation from body to reference, (..., 3, 3)."""
     x, y, z, s = np.moveaxis(q, -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - s * z), 2 * (x * z + s * y)],
@@ -71,7 +71,10 @@ def rotation_matrix(q: FloatArray) -> FloatArray:
 
 
 def euler_angles_rad(q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Pitch, roll and yaw. Source: SR (2a), (2b), (2c), as atan2; at pitch ±90° roll and yaw merge and are NaN."""
+    """Return pitch, roll and yaw. Source: SR (2a), (2b), (2c), as atan2.
+
+    At pitch ±90° roll and yaw merge and are NaN.
+    """
     q_1, q_2, q_3, q_4 = np.moveaxis(q, -1, 0)
     sine = np.clip(2 * (q_4 * q_2 - q_1 * q_3), -1.0, 1.0)
     roll = np.arctan2(2 * (q_2 * q_3 + q_4 * q_1), 2 * (q_4**2 + q_3**2) - 1)
@@ -81,7 +84,7 @@ def euler_angles_rad(q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]
 
 
 def from_euler(pitch_rad: Any, roll_rad: Any, yaw_rad: Any) -> FloatArray:
-    """Quaternion of yaw, then pitch, then roll, (..., 4)."""
+    """Return the quaternion of yaw, then pitch, then roll, (..., 4)."""
     pitch, roll, yaw = np.broadcast_arrays(*(np.asarray(a, dtype=float) for a in (pitch_rad, roll_rad, yaw_rad)))
     zero = np.zeros_like(pitch)
     about_z = from_turn(np.stack([zero, zero, yaw], axis=-1))

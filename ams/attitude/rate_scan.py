@@ -93,7 +93,7 @@ class RateScan:
             self._waiting = samples[:, known:]
 
     def _held(self, rates: FloatArray) -> FloatArray:
-        """What follows a gap that was too long to be bridged; its own end is held like its beginning."""
+        """Return what follows a gap that was too long to be bridged; its own end is held like its beginning."""
         if not self._is_holding:
             return rates
         good = np.flatnonzero(np.isfinite(rates).all(axis=0))
@@ -181,7 +181,7 @@ def bridge(rates: FloatArray) -> tuple[FloatArray, BoolArray]:
 
 
 def _open_end(is_missing: BoolArray) -> int:
-    """How many samples at the end wait for a rate to come; none where the gap is too long to be bridged."""
+    """Return how many samples at the end wait for a rate to come; none where the gap is too long to be bridged."""
     good = np.flatnonzero(~is_missing)
     if not good.size:
         return is_missing.size
@@ -220,7 +220,10 @@ def _turns(rates: FloatArray, nodes: int, at: int, interval_s: float) -> FloatAr
 
 
 def _moments(rates: FloatArray, nodes: int, at: int) -> tuple[FloatArray, FloatArray]:
-    """∫p and ∫(t − ½)p over the unit interval that starts at node ``at`` of the polynomial p through every window."""
+    """Return ∫p and ∫(t − ½)p over a unit interval of the polynomial p through every window.
+
+    The interval starts at node ``at``.
+    """
     powers = np.arange(nodes)
     vandermonde = (np.arange(nodes)[:, None] - at).astype(float) ** powers
     integrals = np.stack([1.0 / (powers + 1.0), 1.0 / (powers + 2.0) - 0.5 / (powers + 1.0)])

@@ -111,7 +111,7 @@ def _all_agree(k_v_per_g: FloatArray, deviation_v: FloatArray, variance_v2: Floa
 def _followed(
     k_v_per_g: FloatArray, deviation_v: FloatArray, variance_v2: FloatArray, axis: int
 ) -> tuple[float, int, float, float]:
-    """Chi-square, its degrees of freedom, gain and offset of one axis against what the two others say."""
+    """Return chi-square, its degrees of freedom, gain and offset of one axis against what the two others say."""
     others = list(_OTHERS[axis])
     own, pair, squares = k_v_per_g[axis], k_v_per_g[others], variance_v2[others]
     pierced = pierce(pair, deviation_v[others], True, True)
@@ -135,7 +135,7 @@ def _followed(
 
 
 def _prediction_variance(own: FloatArray, pair: FloatArray, force: FloatArray, squares: FloatArray) -> FloatArray:
-    """(n,) of what two outputs predict of a third."""
+    """Return the (n,) variance of what two outputs predict of a third."""
     determinant = np.cross(pair[0], pair[1]) @ force
     by_first, by_second = (
         own @ np.cross(pair[1], force, axisb=0, axisc=0),
@@ -145,7 +145,7 @@ def _prediction_variance(own: FloatArray, pair: FloatArray, force: FloatArray, s
 
 
 def _line(roots: FloatArray, read: FloatArray, variance: FloatArray, gain: float) -> tuple[float, float, float]:
-    """Weighted straight line of readings on the nearer of two predictions: chi-square, gain and offset."""
+    """Fit a weighted straight line to readings on the nearer of two predictions: chi-square, gain and offset."""
     offset, weights = 0.0, 1.0 / variance
     for _ in range(_ROUNDS):
         nearer = np.argmin(np.abs(read - gain * roots - offset), axis=0)
@@ -169,7 +169,7 @@ class Disagreement:
     """Valid readings less the rank of the attitude's Jacobian."""
 
     def is_above(self, calibration_dof: float | FloatArray, level: float = LEVEL) -> BoolArray:
-        """Whether it is more than the covariance allows, which was known with some degrees of freedom itself."""
+        """Return whether χ² is more than the covariance allows, which was known with some degrees of freedom itself."""
         own = np.maximum(self.dof, 1)
         other = np.minimum(np.asarray(calibration_dof, dtype=float), 1e7)
         chance = f_tail(self.chi_square / own, own, other)
@@ -230,7 +230,7 @@ def suspects_in_words(is_suspect: Sequence[bool], axes: Sequence[str], packages:
 
 
 def _patterns(is_valid: BoolArray) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Rows that have the same valid readings, with these."""
+    """Yield rows that have the same valid readings, with these."""
     patterns, place = np.unique(is_valid, axis=0, return_inverse=True)
     for number, pattern in enumerate(patterns):
         yield np.flatnonzero(place.ravel() == number), np.flatnonzero(pattern)

@@ -23,17 +23,17 @@ class UncertainSensor(Protocol):
     """What is not known of one output at (N, 3) specific force."""
 
     def calibration_parts(self, force: FloatArray) -> Sequence[Part]:
-        """(N,) independent parts of the prediction's variance."""
+        """Return the (N,) independent parts of the prediction's variance."""
 
     def reading_variance_v2(self, force: FloatArray) -> FloatArray:
-        """(N,) of a reading where the sensor is used."""
+        """Return the (N,) variance of a reading where the sensor is used."""
 
 
 class PackageErrors(Protocol):
     """What is not known of the outputs of a package together."""
 
     def output_parts(self, force: FloatArray) -> Sequence[Part]:
-        """(N, S, S) independent parts of the covariance of the predictions at (N, 3) specific force."""
+        """Return the (N, S, S) independent parts of the covariance of the predictions at (N, 3) specific force."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class OutputErrors:
     """(N, S)"""
 
     def of_angles(self, gain: FloatArray) -> Spread:
-        """(N, s, S) angles per output."""
+        """Return the spread of angles from (N, s, S) angles per output."""
         calibration = [np.einsum("nsi,nij,nsj->ns", gain, covariance, gain) for covariance, _ in self.calibration]
         dof = [
             np.broadcast_to(np.asarray(d, dtype=float)[..., None], calibration[0].shape) for _, d in self.calibration
@@ -68,7 +68,10 @@ class OutputErrors:
 def output_errors(
     sensors: Sequence[UncertainSensor], force: FloatArray, package: PackageErrors | None = None
 ) -> OutputErrors:
-    """Without a package's covariance every axis' calibration counts as independent of the others'."""
+    """Return the errors of the outputs at (3, n) force.
+
+    Without a package's covariance every axis' calibration counts as independent of the others'.
+    """
     reading = np.stack([sensor.reading_variance_v2(force) for sensor in sensors], axis=-1)
     if package is not None:
         return OutputErrors(package.output_parts(force), reading)
@@ -82,7 +85,9 @@ def output_errors(
 
 
 def weighing_variances(sensors: Sequence[UncertainSensor], K: FloatArray, force: FloatArray) -> FloatArray:
-    """(N, S) variances to weigh outputs by: each reading's own, and of the calibrations their mean in units of g.
+    """Return (N, S) variances to weigh outputs by.
+
+    They are each reading's own, and of the calibrations their mean in units of g.
 
     A calibration's own variance rests on a few replications. Weights by it would prefer the axis that happened to look
     sharp: intervals of pitch by three axes then hold 93 % with four replications. The mean is steadier, and weights
@@ -96,7 +101,7 @@ def weighing_variances(sensors: Sequence[UncertainSensor], K: FloatArray, force:
 
 
 def side_by_side(first: OutputErrors, second: OutputErrors) -> OutputErrors:
-    """Of two packages that were calibrated apart."""
+    """Join the errors of two packages that were calibrated apart."""
     size, more = first.reading.shape[1], second.reading.shape[1]
     padded = [(np.pad(c, ((0, 0), (0, more), (0, more))), dof) for c, dof in first.calibration]
     padded += [(np.pad(c, ((0, 0), (size, 0), (size, 0))), dof) for c, dof in second.calibration]

@@ -77,7 +77,7 @@ class Sensor(UncertainSensor, Protocol):
         """(3,), or (N, 3), in package axes, per local g of specific force."""
 
     def output_variance_v2(self, force: FloatArray) -> FloatArray:
-        """(N,) variance of prediction plus reading at (N, 3) specific force."""
+        """Return the (N,) variance of prediction plus reading at (N, 3) specific force."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class Angles:
 def pitch_with_known_roll(
     sensor: Sensor, output_v: FloatArray, roll_rad: FloatArray, roll_sd_rad: float = 0.0
 ) -> Angles:
-    """Pitch from one sensor near x, roll known (zero for a package without roll). Source: TP (76) to (82).
+    """Find pitch from one sensor near x, roll known (zero for a package without roll). Source: TP (76) to (82).
 
     The branch is the one on which the sensor's own axis stays within 90° of the horizontal; a row in which the other
     one lies within ±90° of pitch as well, or neither does, is flagged.
@@ -129,7 +129,7 @@ def pitch_with_known_roll(
 
 
 def _known_roll_halfwidth(sensor: Sensor, force: FloatArray, by_roll_v2: FloatArray) -> FloatArray:
-    """(N,) volts."""
+    """Return the (N,) half-width in volts where roll is known."""
     parts = sensor.calibration_parts(force)
     reading = sensor.reading_variance_v2(force) + by_roll_v2
     return reading_halfwidth([variance for variance, _ in parts], [dof for _, dof in parts], reading)
@@ -143,7 +143,7 @@ def pitch_roll_from_two(
     right_wing_down: bool = True,
     package: PackageErrors | None = None,
 ) -> Angles:
-    """Pitch and roll from two sensors, ``outputs_v`` (N, 2). Source: TP (83) to (98), solved in closed form.
+    """Find pitch and roll from two sensors, ``outputs_v`` (N, 2). Source: TP (83) to (98), solved in closed form.
 
     Two outputs fit two attitudes. Of these the one with f_z < 0 (roll within ±90°) is taken for ``upright``; where the
     two differ in f_y rather than in f_z (an x-z package), the one with f_y < 0 for ``right_wing_down``. A row in which
@@ -168,7 +168,9 @@ def pitch_roll_from_three(
     *,
     gravity_relative_u: float = 0.0,
 ) -> Angles:
-    """Pitch and roll from three sensors, ``outputs_v`` (N, 3), by weighted least squares. Source: TP (99) to (108).
+    """Find pitch and roll from three sensors, ``outputs_v`` (N, 3). Source: TP (99) to (108).
+
+    They are found by weighted least squares.
 
     Rows whose outputs disagree are flagged, by Student's t at 99.9 %; ``gravity_relative_u`` is the uncertainty of
     gravity where the sensors are used, over gravity.
@@ -246,7 +248,7 @@ class _SampledErrors:
 def onto_unit_sphere(
     K: FloatArray, volts: FloatArray, weights: FloatArray, force: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """Gauss-Newton for the unit f that fits best, in tangent coordinates: regular even at α = ±90°.
+    """Find the unit f that fits best, by Gauss-Newton in tangent coordinates: regular even at α = ±90°.
 
     ``K`` is (S, 3), or (N, S, 3) where every reading is of a package of its own.
     """
@@ -268,12 +270,12 @@ def onto_unit_sphere(
 
 
 def _times(K: FloatArray, vectors: FloatArray) -> FloatArray:
-    """(N, i) from (i, j) or (N, i, j) and (N, j)."""
+    """Return the products (N, i) of (i, j) or (N, i, j) and (N, j)."""
     return np.asarray((K @ vectors[..., None])[..., 0])
 
 
 def tangents(force: FloatArray) -> FloatArray:
-    """Two orthonormal directions across each unit vector, (N, 3, 2)."""
+    """Return two orthonormal directions across each unit vector, (N, 3, 2)."""
     aside = np.zeros_like(force)
     aside[np.arange(force.shape[0]), np.argmin(np.abs(force), axis=1)] = 1.0
     first = np.cross(force, aside)
@@ -282,7 +284,7 @@ def tangents(force: FloatArray) -> FloatArray:
 
 
 def _angles(force: FloatArray, spread: Spread, across: FloatArray, codes: flag_codes.Codes) -> Angles:
-    """The angles of (3, N) unit forces; the spread of roll is that along the parallel, cos α·roll."""
+    """Return the angles of (3, N) unit forces; the spread of roll is that along the parallel, cos α·roll."""
     pitch, roll = np.arctan2(force[0], np.hypot(force[1], force[2])), np.arctan2(-force[1], -force[2])
     pitch_lost, roll_lost = (
         (codes & (flag_codes.LOST | code)) != 0 for code in (flag_codes.PITCH_SINGULAR, flag_codes.ROLL_SINGULAR)

@@ -66,7 +66,7 @@ class AttitudeColumns:
 
     @classmethod
     def empty(cls, rows: int) -> "AttitudeColumns":
-        """Columns to be written block by block; nothing is redundant until it is written."""
+        """Make columns to be written block by block; nothing is redundant until it is written."""
         codes = np.empty(rows, dtype=np.uint16)
         pitch, roll, pitch_sd, roll_sd = np.empty((4, rows))
         return cls(pitch, roll, codes, pitch_sd, roll_sd, np.full(rows, np.nan))
@@ -191,14 +191,17 @@ def onto_unit_sphere(sensed: FloatArray, square: FloatArray, weighing: Weighing)
 
 
 def _is_close(sensed: FloatArray, before: FloatArray, force: FloatArray) -> BoolArray:
-    """Whether another step would be lost in rounding: it is smaller than this one by about |û − f|, ten times that
-    where axes are far from square or far from equally sharp."""
+    """Return whether another step would be lost in rounding.
+
+    It is smaller than this one by about |û − f|, ten times that where axes are far from square or far from equally
+    sharp.
+    """
     moved, away = force - before, sensed - force
     return np.asarray(np.einsum("in,in->n", moved, moved) * np.einsum("in,in->n", away, away) < _ROUNDING**2)
 
 
 def _patiently(sensed: FloatArray, weighing: Weighing) -> tuple[FloatArray, BoolArray]:
-    """The same where outputs are far from any attitude: the length is brought back to one at every step."""
+    """Solve where outputs are far from any attitude: the length is brought back to one at every step."""
     unit = sensed / np.sqrt(np.einsum("in,in->n", sensed, sensed))
     change = np.full(unit.shape[1], np.inf)
     for _ in range(_STEPS_AT_MOST):
@@ -211,7 +214,7 @@ def _patiently(sensed: FloatArray, weighing: Weighing) -> tuple[FloatArray, Bool
 
 
 def _step(sensed: FloatArray, weighing: Weighing, force: FloatArray) -> FloatArray:
-    """One step of f = û − λ C_w f with |f| = 1 held to first order about the last f."""
+    """Take one step of f = û − λ C_w f with |f| = 1 held to first order about the last f."""
     direction = weighing.times(force)
     factor = np.einsum("in,in->n", force, sensed)
     factor -= 0.5
@@ -258,7 +261,7 @@ def judged_into(
 
 
 def _write_flags(codes: Codes, pitch_lost: BoolArray, roll_lost: BoolArray) -> None:
-    """An angle is called singular only where there is a solution to read it off."""
+    """Flag lost angles as singular, only where there is a solution to read them off."""
     for lost, code in ((pitch_lost, flag_codes.PITCH_SINGULAR), (roll_lost, flag_codes.ROLL_SINGULAR)):
         if lost.any():
             codes[lost & ((codes & flag_codes.LOST) == 0)] |= np.uint16(code)
@@ -315,6 +318,6 @@ def _across(force: FloatArray) -> FloatArray:
 
 
 def _squares(force: FloatArray) -> FloatArray:
-    """(5, n) what the elements of a traceless Q multiply."""
+    """Return (5, n) what the elements of a traceless Q multiply."""
     x, y, z = force
     return np.stack([x * x - z * z, 2.0 * x * y, 2.0 * x * z, y * y - z * z, 2.0 * y * z])

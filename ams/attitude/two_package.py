@@ -35,12 +35,15 @@ class EulerAngles:
 
 
 def closed_form(pair: CrPair, sting_v: Mapping[str, FloatArray], model_v: Mapping[str, FloatArray]) -> EulerAngles:
-    """Angles from three sting outputs and three model outputs, each (N,). Source: CR (IV-B.9) to (IV-B.11)."""
+    """Return the angles from three sting outputs and three model outputs, each (N,).
+
+    Source: CR (IV-B.9) to (IV-B.11).
+    """
     return angles_from_gravity(sensed_field(pair.sting, sting_v), sensed_field(pair.model, model_v))
 
 
 def angles_from_gravity(sting: FloatArray, model: FloatArray) -> EulerAngles:
-    """Angles from gravity in sting axes and in model axes, (N, 3) each, in any unit."""
+    """Return the angles from gravity in sting axes and in model axes, (N, 3) each, in any unit."""
     g_x, g_y, g_z = np.moveaxis(np.atleast_2d(sting), -1, 0)
     _, m_y, m_z = np.moveaxis(np.atleast_2d(model), -1, 0)
     total = np.sqrt(g_x**2 + g_y**2 + g_z**2)
@@ -89,7 +92,7 @@ def iterate_dwell(
     sd_v: float,
     start_rad: FloatArray | None = None,
 ) -> DwellAngles:
-    """One attitude from all readings of a dwell, by Gauss-Newton. Source: CR (IV-B.12) to (IV-B.28).
+    """Find one attitude from all readings of a dwell, by Gauss-Newton. Source: CR (IV-B.12) to (IV-B.28).
 
     ``sd_v`` is the standard deviation of one reading, volts. The start is the closed form of the dwell's means unless
     one is given. Unlike CR's two steps the model package's outputs also improve pitch and yaw.
@@ -137,7 +140,7 @@ def _start(pair: CrPair, mean_v: FloatArray) -> FloatArray:
 
 
 def _predict(pair: CrPair, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Six outputs and their (6, 3) derivatives by pitch, yaw and roll."""
+    """Return six outputs and their (6, 3) derivatives by pitch, yaw and roll."""
     pitch, yaw, roll = angles
     s_p, c_p, s_y, c_y = np.sin(pitch), np.cos(pitch), np.sin(yaw), np.cos(yaw)
     gravity = sting_gravity_g(pitch, yaw)

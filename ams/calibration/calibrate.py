@@ -93,8 +93,10 @@ def _in_words(unit: str) -> str:
 
 
 def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[SharedError]]) -> Iterator[Sequence[str]]:
-    """Labels of axes with the same basis, the same shared errors and nothing fixed, which are solved together; every
-    other axis alone."""
+    """Yield the labels of axes that are solved together; every other axis alone.
+
+    They have the same basis, the same shared errors and nothing fixed.
+    """
     groups: dict[Hashable, list[str]] = {}
     for label, choice in choices.items():
         model = choice.model
@@ -107,7 +109,10 @@ def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[Sha
 def _axis(
     label: str, solved: SolvedColumns, row: int, observations: Observations, choice: ModelChoice, *, asked: bool
 ) -> AxisCalibration:
-    """``asked``: for H_E."""
+    """Return the calibration of one axis.
+
+    ``asked``: for H_E.
+    """
     model, primary = choice.model, solved.primary[row]
     output_v = observations.outputs[label]
     is_exact = solved.problem.convergence is None and not model.fixed and observations.rows == solved.layout.rows
@@ -149,7 +154,7 @@ def _curvature(
 
 
 def _sensitive_axis(names: Sequence[str], primary: FloatArray) -> tuple[float, float, float]:
-    """k, V/g per package axis; NaN for a component the model does not have."""
+    """Return k, V/g per package axis; NaN for a component the model does not have."""
     known = dict(zip(names, primary.tolist(), strict=True))
     x, y, z = (known.get(f"k_{axis}_v_per_g", float("nan")) for axis in AXES)
     return x, y, z

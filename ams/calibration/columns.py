@@ -55,7 +55,7 @@ class SolvedColumns:
     """None where nothing was replicated."""
 
     def per_replication(self, row: int) -> Mapping[int, Mapping[str, float]]:
-        """Replication label to the parameters (edge units) of that replication alone, of one axis."""
+        """Return the parameters (edge units) of one axis by replication label, each replication alone."""
         mixed, model = self.mixed, self.problem.models[row]
         assert mixed.sums is not None
         own = self.problem.alone.basis.shape[1]
@@ -90,7 +90,7 @@ def solve_columns(
 
 
 def plots_of(model: Model, rows: Observations, layout: Layout) -> WholePlots:
-    """What the covariance of a model counts: replications, or visits of a temperature plateau."""
+    """Return what the covariance of a model counts: replications, or visits of a temperature plateau."""
     return whole_plots(layout, visits_of(rows), shared_regressors(model, rows))
 
 
@@ -134,7 +134,7 @@ def solve_linearised(
 def _common_errors(
     problem: Linearised, table: TableUncertainty | None, shared: Sequence[SharedError]
 ) -> list[CommonErrors]:
-    """For every axis: columns of errors that many rows share, one standard uncertainty each, volts."""
+    """Return for every axis columns of errors that many rows share, one standard uncertainty each, volts."""
     uncertain = _uncertain(problem.model)
     if table is None and not uncertain and not shared:
         return []
@@ -160,14 +160,17 @@ def _angles_rad(rows: Stimulus) -> Mapping[str, FloatArray]:
 
 
 def _uncertain(model: Model) -> list[tuple[int, float]]:
-    """Places of the fixed primary parameters that have an uncertainty, with it."""
+    """Return the places of the fixed primary parameters that have an uncertainty, with it."""
     return [(model.primary_names.index(name), u) for name, (_, u) in model.fixed.items() if u > 0.0]
 
 
 def _all_primary(
     problem: Linearised, mixed: MixedEstimates, common: Sequence[CommonErrors]
 ) -> tuple[ComponentColumns, ...]:
-    """Components over all primary parameters, fixed ones included with what their uncertainty does to the free ones."""
+    """Return the components over all primary parameters.
+
+    Fixed ones are included with what their uncertainty does to the free ones.
+    """
     placed = []
     for part in mixed.components:
         covariance = problem.placed(part.covariance)
@@ -188,7 +191,7 @@ def _all_primary(
 
 
 def _causes_of_all(problem: Linearised, causes: Causes | None) -> Causes | None:
-    """Over all primary parameters: fixed ones have none."""
+    """Return the causes over all primary parameters: fixed ones have none."""
     size = len(problem.model.primary_names)
     if causes is None or problem.free.size == size:
         return causes
@@ -198,7 +201,10 @@ def _causes_of_all(problem: Linearised, causes: Causes | None) -> Causes | None:
 
 
 def _with_fixed(problem: Linearised, effect: FloatArray) -> FloatArray:
-    """A coefficient too high by u leaves the free parameters too low by the estimator's response to it."""
+    """Return the covariance that fixed coefficients add.
+
+    A coefficient too high by u leaves the free parameters too low by the estimator's response to it.
+    """
     uncertain = _uncertain(problem.model)
     errors = np.zeros((len(problem.model.primary_names), len(uncertain)))
     errors[problem.free] = -effect

@@ -10,7 +10,7 @@ Document = dict[str, object]
 
 
 def to_document(calibration: Calibration) -> Document:
-    """``{"axes": {label: …}}``; warnings and remarks that concern every axis stand in each of them."""
+    """Return ``{"axes": {label: …}}``; warnings and remarks that concern every axis stand in each of them."""
     return {"axes": {label: _axis(axis, calibration) for label, axis in calibration.axes.items()}}
 
 
@@ -31,7 +31,7 @@ def _axis(axis: AxisCalibration, calibration: Calibration) -> Document:
 
 
 def _sensitive_axis(axis: AxisCalibration) -> Document:
-    """k, per g or, for gyros, per °/s."""
+    """Return k, per g or, for gyros, per °/s."""
     rates = dict(zip(axis.primary_names, map(float, axis.primary), strict=True))
     if "k_x_v_per_dps" in rates:
         return {"sensitive_axis_v_per_dps": {name: number(rates[f"k_{name}_v_per_dps"]) for name in "xyz"}}
@@ -76,10 +76,13 @@ def _test(test: FTest) -> Document:
 
 
 def _degrees_of_freedom(dof: float | None) -> float | None:
-    """Null where there is nothing to count: an exact value, or an uncertainty that a certificate states."""
+    """Return the degrees of freedom, null where there is nothing to count.
+
+    That is an exact value, or an uncertainty that a certificate states.
+    """
     return None if dof is None or dof >= INFINITE_DOF else number(dof)
 
 
 def number(value: float | None) -> float | None:
-    """The value as JSON has it: null where it is not finite."""
+    """Return the value as JSON has it: null where it is not finite."""
     return None if value is None or not isfinite(value) else float(value)

@@ -15,8 +15,11 @@ from ams.solve.residual_curvature import ResidualCurvature
 def full_document(
     calibration: Calibration, observations: Observations, budgets: Mapping[str, AxisBudget] | None = None
 ) -> Document:
-    """The document of ``ams.calibration.document`` with model and convention, and for every axis ``advice``, where it
-    was tried or asked for ``extension`` and ``residual_curvature``, and its ``budget`` where one is given."""
+    """Return the document of ``ams.calibration.document`` with model, convention and findings.
+
+    Every axis has ``advice``, where it was tried or asked for ``extension`` and ``residual_curvature``, and its
+    ``budget`` where one is given.
+    """
     base = to_document(calibration)
     sections = base["axes"]
     assert isinstance(sections, dict)
@@ -41,7 +44,7 @@ def _package(package: PackageCovariance) -> Document:
 
 
 def advice_document(advice: Advice) -> Document:
-    """Largest repeating terms, drifting parameters, and both as sentences."""
+    """Return the largest repeating terms, drifting parameters, and both as sentences."""
     return {
         "lack_of_fit": [_term(term) for term in advice.lack_of_fit],
         "drift": [_rate(rate) for rate in advice.drift],
@@ -50,7 +53,7 @@ def advice_document(advice: Advice) -> Document:
 
 
 def noted_findings(axis: AxisCalibration) -> Document:
-    """Of what was asked for and tried: ``extension`` and ``residual_curvature``; nothing where neither was."""
+    """Return what was asked for and tried: ``extension`` and ``residual_curvature``; nothing where neither was."""
     found: Document = {}
     extension, curvature = axis.notes.get("extension"), axis.notes.get("residual_curvature")
     if isinstance(extension, Extension):
@@ -65,7 +68,7 @@ def noted_findings(axis: AxisCalibration) -> Document:
 
 
 def budget_document(budget: AxisBudget) -> Document:
-    """Every source with what it puts into every parameter."""
+    """Return every source with what it puts into every parameter."""
     document: Document = {
         "lines": [
             {

@@ -25,7 +25,7 @@ MOUNTS: Final = {"upright": UPRIGHT, "reversed": REVERSED}
 
 
 def read_mountings(path: str | Path, axes: Mapping[str, str], mount_column: str | None) -> list[Mounting]:
-    """One mounting, or one for each word of the mount column, in the order of their first rows.
+    """Return one mounting, or one for each word of the mount column, in the order of their first rows.
 
     Raises: ObservationsError as :func:`ams.inputs.observations_csv.read_csv`, and for a mount that is none.
     """
@@ -43,8 +43,10 @@ def read_mountings(path: str | Path, axes: Mapping[str, str], mount_column: str 
 
 
 def joint_document(fit: JointFit) -> Document:
-    """``{"axes": …, "nuisances": …, "confounded": […]}``, the axes in the shape of any fit; angles of the table in
-    arc seconds."""
+    """Return ``{"axes": …, "nuisances": …, "confounded": […]}``, the axes in the shape of any fit.
+
+    Angles of the table are in arc seconds.
+    """
     return {
         "axes": {axis: _axis(fit, axis) for axis in fit.axes},
         "nuisances": {nuisance.name: _nuisance(nuisance) for nuisance in fit.nuisances},
@@ -54,7 +56,7 @@ def joint_document(fit: JointFit) -> Document:
 
 
 def _package(fit: JointFit) -> Document:
-    """All axes' primary parameters together, as the table's errors that were left tie them to each other."""
+    """Return the covariance of all axes' primary parameters together, as the table's errors that were left tie them."""
     return {
         "order": [[axis, name] for axis in fit.axes for name in PitchRoll.primary_names],
         "covariance": [[float(cell) if np.isfinite(cell) else None for cell in row] for row in fit.covariance],

@@ -44,7 +44,10 @@ def read_levels(path: str | Path, axes: Mapping[str, str]) -> dict[str, Levels]:
 
 
 def linear_document(levels: Mapping[str, Levels], request: CalibrationRequest) -> Document:
-    """Every axis solved on its own rows: ``{"axes": {…}}``, the shape of a fit with the units of these columns."""
+    """Return the document of axes that are each solved on their own rows.
+
+    ``{"axes": {…}}``, the shape of a fit with the units of these columns.
+    """
     return {"axes": {axis: _axis_document(axis, found, request) for axis, found in levels.items()}}
 
 
@@ -138,7 +141,7 @@ def _axis_document(axis: str, levels: Levels, request: CalibrationRequest) -> Do
 
 
 def _renamed(document: Document, quantities: Mapping[str, str], measured: str) -> Document:
-    """The replication tests keyed by quantity, and sigmas by the unit that they have."""
+    """Return the replication tests keyed by quantity, and sigmas by the unit that they have."""
     replication = document["replication"]
     if not isinstance(replication, dict):
         return document
@@ -153,7 +156,7 @@ def _renamed(document: Document, quantities: Mapping[str, str], measured: str) -
 
 
 def _two_levels(levels: Levels) -> Document:
-    """SR's two equations: exact, and nothing left over to judge the error by."""
+    """Return the solution of SR's two equations: exact, and nothing left over to judge the error by."""
     rows, model = levels.observations, levels.model
     assert rows.reference_level is not None
     line = fit_line(rows.outputs[model.nominal_axis], rows.reference_level).line

@@ -28,7 +28,7 @@ class ModelChoice:
 
 
 def base_model(label: str, observations: Observations, request: CalibrationRequest) -> Model:
-    """The model without extension and temperature terms.
+    """Return the model without extension and temperature terms.
 
     Raises:
         DesignError: there is no such model or axis.
@@ -37,7 +37,7 @@ def base_model(label: str, observations: Observations, request: CalibrationReque
 
 
 def choose_model(label: str, rows: Observations, request: CalibrationRequest) -> ModelChoice:
-    """The model of one sensor axis for the rows that are solved.
+    """Return the model of one sensor axis for the rows that are solved.
 
     Raises:
         DesignError: no such model, or terms that were asked for are not known, not estimable or do not exist for it.

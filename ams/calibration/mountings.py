@@ -19,7 +19,9 @@ from ams.observations import Observations
 
 
 def calibrate_mountings(observations: Observations, request: CalibrationRequest) -> Calibration:
-    """As :func:`ams.calibration.calibrate.calibrate`; where ``observations.mounting`` holds one label, just that.
+    """Calibrate as :func:`ams.calibration.calibrate.calibrate` does, over one mounting or several.
+
+    Where ``observations.mounting`` holds one label, it is just that.
 
     Raises: as there; DesignError also where the model is not ``pitch-roll``.
     """
@@ -52,7 +54,7 @@ def _none_to_spare(observations: Observations, mountings: int) -> Iterator[str]:
 
 
 def _of_last(axis: AxisCalibration, labels: list[int]) -> AxisCalibration:
-    """The axis without what belongs to earlier mountings; that goes into the notes."""
+    """Return the axis without what belongs to earlier mountings; that goes into the notes."""
     kept = np.array([i for i, one in enumerate(axis.parameters) if not is_of_a_mounting(one.name)])
     primary = np.array([i for i, name in enumerate(axis.primary_names) if not is_of_a_mounting(name)])
     square = np.ix_(primary, primary)

@@ -10,7 +10,7 @@ def models_in_c() -> list[str]:
 
 
 def field_function(prefix: str, model: str) -> list[str]:
-    """``…_force``: from the inputs of the model, in degrees and degrees a second, to its field."""
+    """Return the function ``…_force``: from the inputs of the model, in degrees and degrees a second, to its field."""
     inputs, c_field = FIELDS[model].inputs, FIELDS[model].c_field
     assert c_field is not None, "models without C were refused"
     angles = [name.removesuffix("_deg") for name in inputs if name.endswith("_deg")]

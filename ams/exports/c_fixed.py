@@ -82,7 +82,7 @@ class FixedAxis:
     """The error of the angle where the axis is most sensitive to it."""
 
     def counts(self, f: tuple[int, int, int]) -> int:
-        """The output in 2^-26 V, as the C function computes it."""
+        """Return the output in 2^-26 V, as the C function computes it."""
         total = sum(k * one for k, one in zip(self.k, f, strict=True))
         half, whole = 1 << (FORCE_BITS - 1), 1 << FORCE_BITS
         rounded = (total + half) // whole if total >= 0 else -((half - total) // whole)
@@ -90,7 +90,7 @@ class FixedAxis:
 
 
 def to_c_fixed(coefficients: CoefficientSet) -> bytes:
-    """The bytes of the file.
+    """Return a set as the bytes of a C header in fixed point.
 
     Raises: SetError where fixed point has no form of the equations (temperature, the extended model) or a coefficient
     or output does not fit.
@@ -112,7 +112,7 @@ def to_c_fixed(coefficients: CoefficientSet) -> bytes:
 
 
 def from_c_fixed(content: bytes, where: str) -> CoefficientSet:
-    """The set in the bytes of a file: the exact one, out of its comment.
+    """Return the set in the bytes of a header: the exact one, out of its comment.
 
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its words are not those of the document
     in it.
@@ -126,12 +126,12 @@ def from_c_fixed(content: bytes, where: str) -> CoefficientSet:
 
 
 def _prefix(coefficients: CoefficientSet) -> str:
-    """Not that of the floating-point header: a program may take both."""
+    """Return the prefix, not that of the floating-point header: a program may take both."""
     return f"{prefix_of(coefficients)}_fixed"
 
 
 def fixed_axes(coefficients: CoefficientSet) -> list[FixedAxis]:
-    """Every axis in words. Raises: SetError."""
+    """Return the coefficients of every axis as whole numbers. Raises: SetError."""
     check_accelerometers(coefficients, "C header in fixed point")
     check_names(coefficients)
     return [_fixed(coefficients.sensor, numbers) for numbers in coefficients.axes.values()]
@@ -159,7 +159,7 @@ def _fixed(sensor: str, numbers: AxisNumbers) -> FixedAxis:
 
 
 def _word(value: float, bits: int = VOLT_BITS) -> int:
-    """The nearest whole number of 2^-bits, half away from zero, exactly."""
+    """Return the nearest whole number of 2^-bits, half away from zero, exactly."""
     whole: int = math.floor(abs(Fraction(value)) * 2**bits + Fraction(1, 2))
     return -whole if value < 0.0 else whole
 

@@ -126,7 +126,7 @@ CHECK = """
 
 
 def to_c_header(coefficients: CoefficientSet) -> bytes:
-    """The bytes of the file. Raises: SetError where C has no form of the equations here."""
+    """Return a set as the bytes of a C header. Raises: SetError where C has no form of the equations here."""
     model = _model(coefficients)
     prefix = prefix_of(coefficients)
     words = {"PREFIX": prefix, "INPUTS": ", ".join(FIELDS[model].inputs)}
@@ -144,7 +144,7 @@ def to_c_header(coefficients: CoefficientSet) -> bytes:
 
 
 def from_c_header(content: bytes, where: str) -> CoefficientSet:
-    """The set in the bytes of a file.
+    """Return the set in the bytes of a header.
 
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its macros or tables hold other numbers
     than the document in it.
@@ -158,7 +158,7 @@ def from_c_header(content: bytes, where: str) -> CoefficientSet:
 
 
 def _model(coefficients: CoefficientSet) -> str:
-    """The one model of all axes. Raises: SetError where they have several, or one that C has no form of here."""
+    """Return the one model of all axes. Raises: SetError where they have several, or one that C has no form of here."""
     models = sorted({numbers.model for numbers in coefficients.axes.values()})
     check_names(coefficients)
     if len(models) != 1 or models[0] not in models_in_c():
@@ -211,7 +211,7 @@ def _tables(coefficients: CoefficientSet, prefix: str) -> list[str]:
 
 
 def _columns(coefficients: CoefficientSet) -> list[str]:
-    """Inputs in the table of vectors: those of the model, then the temperature (0 where the set needs none)."""
+    """Return inputs in the table of vectors: those of the model, then the temperature (0 where the set needs none)."""
     return [*FIELDS[next(iter(coefficients.axes.values())).model].inputs, "temperature_degc"]
 
 

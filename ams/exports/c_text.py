@@ -21,17 +21,17 @@ Rows = Sequence[Sequence[float]]
 
 
 def c_seal(kind: str, head: str) -> Seal:
-    """The seal of a header: its first line opens the comment, its last is a comment of its own."""
+    """Return the checksum line of a header: its first line opens the comment, its last is a comment of its own."""
     return Seal(kind, f"/* {head}\n".encode(), b"/* sha256 of all bytes above this line: ", b" */\n")
 
 
 def prefix_of(coefficients: CoefficientSet) -> str:
-    """The sensor's name as the beginning of C names, in lower case."""
+    """Return the sensor's name as the beginning of C names, in lower case."""
     return "calrig_" + re.sub(r"[^a-z0-9]", "_", coefficients.sensor.lower())
 
 
 def check_names(coefficients: CoefficientSet) -> None:
-    """Raises: SetError where an axis' name cannot be part of a C name."""
+    """Refuse a set with an axis whose name cannot be part of a C name. Raises: SetError."""
     foreign = [name for name in coefficients.axes if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name)]
     if foreign:
         raise SetError(
@@ -41,7 +41,7 @@ def check_names(coefficients: CoefficientSet) -> None:
 
 
 def check_accelerometers(coefficients: CoefficientSet, what: str) -> None:
-    """Raises: SetError where the equation is not the accelerometer's of pitch and roll."""
+    """Refuse a set whose equation is not the accelerometer's of pitch and roll. Raises: SetError."""
     if coefficients.convention != "TP" or any(numbers.own_output for numbers in coefficients.axes.values()):
         raise SetError(
             f"{coefficients.sensor}: {what}: has no form of this set's equations: got convention "
@@ -51,13 +51,13 @@ def check_accelerometers(coefficients: CoefficientSet, what: str) -> None:
 
 
 def opening(coefficients: CoefficientSet, head: str, extra: list[str]) -> list[str]:
-    """The first comment: what the file is, in words."""
+    """Return the first comment: what the file is, in words."""
     lines = comment_lines([*extra, *statement(coefficients)])
     return [f"/* {head}", *(COMMENT + line for line in lines), " */"]
 
 
 def closing(coefficients: CoefficientSet) -> list[str]:
-    """The last comment: the whole set."""
+    """Return the last comment: the whole set."""
     return [
         "/* The whole set as JSON: join the lines after the bar.",
         *(COMMENT + line for line in document_lines(coefficients)),
@@ -66,25 +66,25 @@ def closing(coefficients: CoefficientSet) -> list[str]:
 
 
 def literal(value: float | None) -> str:
-    """A double that reads back exactly; NAN where there is none."""
+    """Return a double as text that reads back exactly; NAN where there is none."""
     return "NAN" if value is None or math.isnan(value) else repr(float(value))
 
 
 def defined(name: str, value: float | int | str) -> str:
-    """One ``#define``; negative numbers in parentheses."""
+    """Return one ``#define``; negative numbers in parentheses."""
     text = value if isinstance(value, str) else literal(value) if isinstance(value, float) else str(value)
     return f"#define {name.upper()} {f'({text})' if text.startswith('-') else text}"
 
 
 def array(kind: str, name: str, rows: Rows) -> list[str]:
-    """One constant table."""
+    """Return one constant table."""
     size = f"[{len(rows)}][{len(rows[0])}]"
     shown = (", ".join(literal(v) if isinstance(v, float) else str(v) for v in row) for row in rows)
     return [f"static const {kind} {name}{size} = {{", *(f"    {{{row}}}," for row in shown), "};"]
 
 
 def numbers_in(body: bytes) -> dict[str, list[str]]:
-    """Every macro and table of a header: its name and its numbers as they are written."""
+    """Return every macro and table of a header: its name and its numbers as they are written."""
     text = re.sub(r"/\*.*?\*/", "", body.decode("ascii", "replace"), flags=re.DOTALL)
     macros = re.findall(r"^#define (\w+) \(?([-\w.+\"]+)\)?$", text, flags=re.MULTILINE)
     tables = re.findall(r"^static const \w+ (\w+(?:\[\d+\])+) = \{(.*?)\};", text, flags=re.MULTILINE | re.DOTALL)
@@ -95,7 +95,7 @@ def numbers_in(body: bytes) -> dict[str, list[str]]:
 
 
 def primary_lines(prefix: str, numbers: AxisNumbers) -> list[str]:
-    """The macros of one axis' coefficients: b and k always, Q and temperature where the axis has them."""
+    """Return the macros of one axis' coefficients: b and k always, Q and temperature where the axis has them."""
     given = {name: numbers.primary.get(name, numbers.parameters.get(name)) for name in _names(numbers)}
     return [defined(f"{prefix}_{numbers.axis}_{name}", float(value or 0.0)) for name, value in given.items()]
 
@@ -109,7 +109,7 @@ def _names(numbers: AxisNumbers) -> Iterable[str]:
 
 
 def filled(template: str, values: Mapping[str, object]) -> list[str]:
-    """The lines of a template with ``@NAME@`` filled in."""
+    """Return the lines of a template with ``@NAME@`` filled in."""
     for name, value in values.items():
         template = template.replace(f"@{name}@", str(value))
     return template.strip("\n").split("\n")

@@ -13,13 +13,16 @@ UNSEALED = MARK + b"0" * 64
 
 
 def sealed_inside(content: bytes) -> bytes:
-    """The content, which holds ``UNSEALED`` once, with its checksum in place of the zeros."""
+    """Return the content, which holds ``UNSEALED`` once, with its checksum in place of the zeros."""
     assert content.count(UNSEALED) == 1, "the format stores the seal once, as plain bytes"
     return content.replace(UNSEALED, MARK + _sha256(content))
 
 
 def check_inside(content: bytes, magic: bytes, kind: str, where: str) -> None:
-    """Raises: SetError for an empty file, one of another kind, and one that is not the file that was written."""
+    """Refuse content that is not the file that was written.
+
+    Raises: SetError for an empty file, one of another kind, and one that was changed.
+    """
     if not content:
         raise SetError(f"{where}: is empty: got 0 bytes; {INTACT}")
     if not content.startswith(magic):
@@ -37,7 +40,7 @@ def check_inside(content: bytes, magic: bytes, kind: str, where: str) -> None:
 
 
 def check_layout(stated: object, needed: str, where: str) -> None:
-    """Raises: SetError for a file whose numbers stand in other places than this version knows."""
+    """Refuse numbers that stand in other places than this version knows. Raises: SetError."""
     if stated != needed:
         raise SetError(
             f"{where}: file_format: is of another version: got {stated!r}, this calrig reads {needed!r}; "

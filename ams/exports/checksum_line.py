@@ -26,11 +26,14 @@ class Seal:
     """The last line from the checksum on, its line end included."""
 
     def sealed(self, body: bytes) -> bytes:
-        """The file: the body, which begins with the head and ends a line, and its last line."""
+        """Return the file: the body, which begins with the head and ends a line, and its last line."""
         return body + self._line(body)
 
     def checked_body(self, content: bytes, where: str) -> bytes:
-        """What stands above the last line. Raises: SetError for an empty, another, a truncated or a changed file."""
+        """Return what stands above the last line.
+
+        Raises: SetError for an empty, another, a truncated or a changed file.
+        """
         if not content:
             raise SetError(f"{where}: is empty: got 0 bytes; {INTACT}")
         if not content.startswith(self.head):

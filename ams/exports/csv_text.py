@@ -34,7 +34,7 @@ IN_STATED_UNIT = ("value", "standard_uncertainty", "tp_standard_uncertainty", "i
 
 
 def to_csv(coefficients: CoefficientSet) -> bytes:
-    """The bytes of the file."""
+    """Return a set as the bytes of a CSV file."""
     body = io.StringIO()
     writer = csv.writer(body, lineterminator=LINE_END)
     writer.writerow(HEADER)
@@ -43,7 +43,10 @@ def to_csv(coefficients: CoefficientSet) -> bytes:
 
 
 def from_csv(content: bytes, where: str) -> CoefficientSet:
-    """The set in the bytes of a file. Raises: SetError where the file is not whole, was changed, or is no set."""
+    """Return the set in the bytes of a file.
+
+    Raises: SetError where the file is not whole, was changed, or is no set.
+    """
     body = SEAL.checked_body(content, where)
     rows = csv.reader(io.StringIO(body.decode("utf-8"), newline=""))
     leaves = [_leaf(row, f"{where}: row {number}") for number, row in enumerate(rows, 1) if number > 1]
@@ -51,7 +54,7 @@ def from_csv(content: bytes, where: str) -> CoefficientSet:
 
 
 def rows_of(value: Json, path: str = "", unit: str = "") -> Iterator[tuple[str, str, str, str]]:
-    """Path, kind, value and unit of every leaf of the document."""
+    """Yield path, kind, value and unit of every leaf of the document."""
     if isinstance(value, dict) and value:
         for key, inner in value.items():
             name = key.replace("~", "~0").replace("/", "~1").replace("[", "~2")
@@ -65,7 +68,7 @@ def rows_of(value: Json, path: str = "", unit: str = "") -> Iterator[tuple[str, 
 
 
 def unit_below(table: dict[str, Json], key: str, unit: str) -> str:
-    """The unit of an entry: as its table states, else as its name ends, else that of the name it stands under."""
+    """Return the unit of an entry: as its table states, else as its name ends, else that of the name above it."""
     stated = table.get("unit")
     if unit == DIMENSIONLESS or key == "effective_degrees_of_freedom":
         return DIMENSIONLESS
@@ -122,7 +125,7 @@ def _parts(path: str) -> tuple[str | int, ...]:
 
 
 def _tree(leaves: list[Leaf], where: str) -> Json:
-    """The value whose leaves, in order, these are. Raises: SetError where they make no value."""
+    """Return the value whose leaves, in order, these are. Raises: SetError where they make no value."""
     if not leaves[0][0] and len(leaves) == 1:
         return leaves[0][1]
     branches = [

@@ -28,14 +28,14 @@ ATTACHMENT = "id-set"
 
 
 def to_dcc(coefficients: CoefficientSet) -> bytes:
-    """The bytes of the file. Raises: SetError where lxml is missing."""
+    """Return a set as the bytes of a digital calibration certificate. Raises: SetError where lxml is missing."""
     etree = library("lxml.etree", f"{coefficients.sensor}: DCC")
     root = tree(_certificate(coefficients), etree)
     return SEAL.sealed(DECLARATION + etree.tostring(root, pretty_print=True, encoding="UTF-8"))
 
 
 def from_dcc(content: bytes, where: str) -> CoefficientSet:
-    """The set in the bytes of a file: its attachment.
+    """Return the set in the bytes of a file: its attachment.
 
     Raises: SetError where the file is damaged or no set, or lxml is missing; VectorsDisagree where its quantities are
     not those of the attachment.
@@ -84,7 +84,10 @@ def _attachment(coefficients: CoefficientSet) -> Element:
 
 
 def _quantities(root: Any) -> dict[str, list[str]]:
-    """Identifier to the numbers and units of the quantity, without its uncertainty, which is computed for the file."""
+    """Return the numbers and units of every quantity by its identifier.
+
+    Without the uncertainty, which is computed for the file.
+    """
     inside = "si:real/si:value|si:real/si:unit|si:realListXMLList/*"
     return {
         found.get("id"): [str(part.text) for part in found.xpath(inside, namespaces=NAMESPACES)]

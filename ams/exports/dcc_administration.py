@@ -13,7 +13,7 @@ UNKNOWN_COUNTRY = "XX"
 
 
 def administrative_data(coefficients: CoefficientSet) -> Element:
-    """The first ring."""
+    """Return the administrative data, the first ring of a certificate."""
     provenance = coefficients.provenance
     laboratory, job = declared(provenance["laboratory"]), declared(provenance["job"])
     lab = contact("dcc:contact", laboratory.get("name"), laboratory.get("address"))
@@ -37,7 +37,7 @@ def software(coefficients: CoefficientSet) -> Element:
 
 
 def declared(value: Json) -> Document:
-    """What the rig declared, empty where it did not."""
+    """Return what the rig declared, empty where it did not."""
     return {} if value is None else table(value)
 
 
@@ -66,7 +66,7 @@ def _core_data(coefficients: CoefficientSet, laboratory: Document, job: Document
 
 
 def _begun(run_id: Json) -> str | None:
-    """The date that a run's name begins with."""
+    """Return the date that a run's name begins with."""
     found = re.match(r"(\d{4})(\d{2})(\d{2})T\d{6}Z", str(run_id))
     return None if found is None else "-".join(found.groups())
 

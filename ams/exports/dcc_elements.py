@@ -41,13 +41,13 @@ Elements: TypeAlias = list[Element]
 
 
 def clean(text: object) -> str:
-    """The text as the schema's notEmptyString: what XML allows, single spaces, never empty."""
+    """Return the text as the schema's notEmptyString: what XML allows, single spaces, never empty."""
     allowed = re.sub(r"[^\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", " ", str(text))
     return " ".join(allowed.split()) or NOT_STATED
 
 
 def content(tag: str, *texts: object) -> Element:
-    """An element of localised text, in English."""
+    """Return an element of localised text, in English."""
     return Element(tag, [Element("dcc:content", clean(text), {"lang": "en"}) for text in texts])
 
 
@@ -56,7 +56,7 @@ def plain(tag: str, text: object) -> Element:
 
 
 def contact(tag: str, name: object, address: object) -> Element:
-    """Somebody with a place; the schema asks for both."""
+    """Return somebody with a place; the schema asks for both."""
     location = Element("dcc:location", [content("dcc:further", address or NOT_STATED)])
     return Element(tag, [content("dcc:name", name or NOT_STATED), location])
 
@@ -68,12 +68,12 @@ def identification(issuer: str, value: object, name: str) -> Element:
 
 
 def real(value: float, unit: str, uncertainty: Elements | None = None) -> Element:
-    """A number with a unit of a set and, where known, its uncertainty."""
+    """Return a number with a unit of a set and, where known, its uncertainty."""
     return Element("si:real", [Element("si:value", repr(value)), Element("si:unit", D_SI[unit]), *(uncertainty or [])])
 
 
 def expanded(uncertainty: float, factor: float) -> Elements:
-    """Expanded uncertainty for 95 % coverage, coverage factor from Student's distribution."""
+    """Return the expanded uncertainty for 95 % coverage, its coverage factor from Student's distribution."""
     return [
         Element(
             "si:expandedUnc",
@@ -87,7 +87,7 @@ def expanded(uncertainty: float, factor: float) -> Elements:
 
 
 def interval(standard_uncertainty: float, low: float, high: float) -> Elements:
-    """The interval that covers with 95 %."""
+    """Return the interval that covers with 95 %."""
     return [
         Element(
             "si:coverageInterval",
@@ -102,7 +102,7 @@ def interval(standard_uncertainty: float, low: float, high: float) -> Elements:
 
 
 def numbers(values: Sequence[float], units: Sequence[str]) -> Element:
-    """A list of numbers, each with its unit in D-SI already."""
+    """Return a list of numbers, each with its unit in D-SI already."""
     return Element(
         "si:realListXMLList",
         [
@@ -118,14 +118,14 @@ def quantity(name: str, value: Element, identifier: str, *about: object) -> Elem
 
 
 def identifier_of(text: str) -> str:
-    """The text as an XML identifier, another for every text."""
+    """Return the text as an XML identifier, another for every text."""
     return "id-" + "".join(
         letter if letter.isascii() and (letter.isalnum() or letter in "-.") else f"_{ord(letter):x}_" for letter in text
     )
 
 
 def tree(element: Element, etree: Any) -> Any:
-    """The element as lxml knows it."""
+    """Return the element as lxml knows it."""
     made = etree.Element(_qualified(element.tag), element.attributes, nsmap=NAMESPACES)
     if isinstance(element.children, str):
         made.text = element.children

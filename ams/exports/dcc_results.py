@@ -28,7 +28,7 @@ COVERAGE_QUANTILE = 0.975
 
 
 def measurement_result(coefficients: CoefficientSet, attachment: Element) -> Element:
-    """The one measurement of a set."""
+    """Return the one measurement of a set."""
     axes = table(coefficients.document["axes"])
     attached = Element("dcc:data", [attachment])
     results = [
@@ -132,7 +132,7 @@ def _derived(axis: str, name: str, parameter: Document) -> Element:
 
 
 def _covariance(axis: str, title: str, matrix: Json, primary: Document) -> Elements:
-    """One quantity a row; none where an entry is not known."""
+    """Return the matrix as one quantity a row; none where an entry is not known."""
     rows = numeric(listed(matrix))
     order = [str(name) for name in listed(primary["order"])]
     if rows is None or not np.isfinite(rows).all():

@@ -19,7 +19,10 @@ SHOWN_FAULTS = 3
 
 
 def check_against_schemas(path: Path, folder: Path) -> None:
-    """Raises: SetError for a file that the schemas do not allow, with lines, and for schemas that are not there."""
+    """Refuse a file that the schemas do not allow, with its lines.
+
+    Raises: SetError, also for schemas that are not there.
+    """
     etree = library("lxml.etree", str(path))
     try:
         schema = _schema(folder, etree)

@@ -19,7 +19,7 @@ PAIRS = (("*/", "* /"), ("/*", "/ *"), ("$(", "$ ("), ("${", "$ {"), ("??", "? ?
 
 
 def document_lines(coefficients: CoefficientSet) -> list[str]:
-    """The document as comment lines, each beginning with the mark."""
+    """Return the document as comment lines, each beginning with the mark."""
     text = json.dumps(coefficients.document, separators=(",", ":"), allow_nan=False)
     for letter in RISKY:
         text = text.replace(letter, f"\\u{ord(letter):04x}")
@@ -27,7 +27,7 @@ def document_lines(coefficients: CoefficientSet) -> list[str]:
 
 
 def document_from(body: bytes, before: str, where: str) -> CoefficientSet:
-    """The set in the marked lines of a file, each with ``before`` in front. Raises: SetError."""
+    """Return the set in the marked lines of a file, each with ``before`` in front. Raises: SetError."""
     begin = before + MARK
     lines = [line[len(begin) :] for line in body.decode("ascii", "replace").split("\n") if line.startswith(begin)]
     if not lines:
@@ -36,12 +36,15 @@ def document_from(body: bytes, before: str, where: str) -> CoefficientSet:
 
 
 def comment_lines(texts: list[str]) -> list[str]:
-    """The texts as lines for a comment: ASCII, wrapped, without anything that ends a comment or calls a macro."""
+    """Return the texts as lines of a comment.
+
+    They are ASCII, wrapped, without anything that ends a comment or calls a macro.
+    """
     return [line for text in texts for line in textwrap.wrap(harmless(text), LINE_WIDTH, subsequent_indent="    ")]
 
 
 def harmless(text: str) -> str:
-    """The text in printable ASCII on one line, with risky pairs of characters set apart."""
+    """Return the text in printable ASCII on one line, with risky pairs of characters set apart."""
     plain = " ".join(text.split()).encode("ascii", "backslashreplace").decode()
     plain = "".join(letter if letter.isprintable() else "?" for letter in plain)
     for pair, apart in PAIRS:

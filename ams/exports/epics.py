@@ -30,7 +30,7 @@ Field = tuple[str, str]
 
 
 def to_epics(coefficients: CoefficientSet) -> bytes:
-    """The bytes of the file."""
+    """Return a set as the bytes of an EPICS database."""
     lines = [
         HEAD,
         *(f"# {line}" for line in comment_lines([f"Loses: {LOSES}.", *statement(coefficients)])),
@@ -43,7 +43,7 @@ def to_epics(coefficients: CoefficientSet) -> bytes:
 
 
 def from_epics(content: bytes, where: str) -> CoefficientSet:
-    """The set in the bytes of a file.
+    """Return the set in the bytes of a file.
 
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its records hold other values than the
     document in it.
@@ -56,7 +56,7 @@ def from_epics(content: bytes, where: str) -> CoefficientSet:
 
 
 def _values(body: bytes) -> dict[str, str]:
-    """PV name to the value that its record holds."""
+    """Return the value that each record holds, by PV name."""
     text = body.decode("ascii", "replace")
     found = re.findall(r'^record\(\w+, "([^"]+)"\) \{.*?^    field\((?:INP|VAL), "([^"]*)"\)', text, re.M | re.S)
     return dict(found)
@@ -78,7 +78,7 @@ def _records(coefficients: CoefficientSet) -> list[str]:
 
 
 def _with_equations(lines: list[str], coefficients: CoefficientSet) -> list[str]:
-    """The records, the first of them with the equations as info tags."""
+    """Return the records, the first of them with the equations as info tags."""
     tags = [("convention", str(table(coefficients.document["convention"])["text"]))]
     for axis, section in table(coefficients.document["axes"]).items():
         tags.append((f"equation_{axis}", str(table(table(section)["equation"])["primary"])))
@@ -88,7 +88,7 @@ def _with_equations(lines: list[str], coefficients: CoefficientSet) -> list[str]
 
 
 def _numbers(coefficients: CoefficientSet) -> Iterator[tuple[str, float, str, str]]:
-    """Name, value, unit and description of every number."""
+    """Yield name, value, unit and description of every number."""
     document = coefficients.document
     yield "SET:GRAVITY_MPS2", number(table(document["acceleration_unit"])["value_mps2"]), "m/s^2", "local g"
     for name, limits in table(document["validity"]).items():
@@ -127,7 +127,7 @@ def _vector(name: str, vector: Document) -> Iterator[tuple[str, float, str, str]
 
 
 def _if_known(name: str, value: Json, unit: str, what: str) -> Iterator[tuple[str, float, str, str]]:
-    """Nothing for null: a record would have to hold some number."""
+    """Yield the field of a record, nothing for null: a record would have to hold some number."""
     if value is not None:
         yield name, number(value), unit, what
 
@@ -153,7 +153,7 @@ def _record(kind: str, name: str, fields: list[Field]) -> list[str]:
 
 
 def _pv(name: str) -> str:
-    """The name as part of a PV name."""
+    """Return the name as part of a PV name."""
     return re.sub(r"[^A-Z0-9_-]", "_", name.upper())
 
 

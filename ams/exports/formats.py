@@ -50,7 +50,10 @@ def format_of(path: Path) -> Format:
 
 
 def _by_ending(path: Path) -> Format | None:
-    """Raises: SetError where two formats would read the same file."""
+    """Return the format whose ending a file has; None where there is none.
+
+    Raises: SetError where two formats would read the same file.
+    """
     name = path.name.lower()
     fitting = sorted((one for one in FORMATS.values() if name.endswith(one.ending)), key=lambda one: -len(one.ending))
     if len(fitting) > 1 and fitting[0].ending == fitting[1].ending:
@@ -62,7 +65,7 @@ def _by_ending(path: Path) -> Format | None:
 
 
 def load_set(path: Path) -> CoefficientSet:
-    """The set in a file of any format, every check made but the recomputation of the test vectors (``verify``).
+    """Return the set in a file of any format, every check made but the recomputation of the test vectors (``verify``).
 
     Raises: SetError naming the file, what is wrong with it and what to do.
     """

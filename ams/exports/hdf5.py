@@ -33,7 +33,10 @@ HOW_TO_READ = (
 
 
 def to_hdf5(coefficients: CoefficientSet) -> bytes:
-    """The bytes of the file; the same set gives the same bytes. Raises: SetError where h5py is missing."""
+    """Return a set as the bytes of an HDF5 file; the same set gives the same bytes.
+
+    Raises: SetError where h5py is missing.
+    """
     h5py = library("h5py", f"{coefficients.sensor}: HDF5")
     memory = io.BytesIO()
     with h5py.File(memory, "w", libver=("earliest", "v110")) as file:
@@ -49,7 +52,7 @@ def to_hdf5(coefficients: CoefficientSet) -> bytes:
 
 
 def from_hdf5(content: bytes, where: str) -> CoefficientSet:
-    """The set in the bytes of a file.
+    """Return the set in the bytes of a file.
 
     Raises: SetError where the file is damaged or no set, or h5py is missing; VectorsDisagree where its datasets hold
     other numbers than the document in it.
@@ -90,7 +93,7 @@ def _write(group: Any, key: str, value: Json, unit: str) -> None:
 
 
 def _data(value: Json) -> Any:
-    """A leaf as HDF5 knows it: null as an empty dataset, integers as doubles, lists of text as lists of text."""
+    """Return a leaf as HDF5 knows it: null as an empty dataset, integers as doubles, lists of text as lists of text."""
     if value is None:
         from h5py import Empty
 
@@ -130,7 +133,7 @@ def _read(item: Any, h5py: Any) -> Any:
 
 
 def _plain(value: Json) -> Any:
-    """What reading gives of a written value."""
+    """Return what reading gives of a written value."""
     if isinstance(value, dict):
         return {_name(key): _plain(inner) for key, inner in value.items()}
     if value is None:
@@ -143,7 +146,7 @@ def _named(found: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _name(key: str) -> str:
-    """A link name that HDF5 allows, another for every key."""
+    """Return a link name that HDF5 allows, another for every key."""
     escaped = key.replace("~", "~0").replace("/", "~1")
     if not escaped:
         return "~3"

@@ -17,12 +17,12 @@ INTACT = "the set is not used; take an intact copy, or export the set again from
 
 
 def to_json(coefficients: CoefficientSet) -> bytes:
-    """The bytes of the file."""
+    """Return a set as the bytes of a JSON file."""
     return render(coefficients.document)
 
 
 def from_json(content: bytes, where: str) -> CoefficientSet:
-    """The set in the bytes of a file.
+    """Return the set in the bytes of a file.
 
     Raises: SetError that tells truncated, not JSON, not a set, newer, changed and misshapen apart.
     """
@@ -34,7 +34,7 @@ def from_json(content: bytes, where: str) -> CoefficientSet:
 
 
 def parsed(content: bytes, where: str) -> Json:
-    """The value in the bytes. Raises: SetError where it is empty, no text, truncated, not JSON or not finite."""
+    """Return the value in the bytes. Raises: SetError where it is empty, no text, truncated, not JSON or not finite."""
     if not content.strip():
         raise SetError(f"{where}: is empty: got {len(content)} bytes; {INTACT}")
     try:

@@ -48,7 +48,10 @@ class LinearAxis:
 
 
 def to_linear_form(coefficients: CoefficientSet) -> bytes:
-    """The bytes of the file. Raises: SetError for an equation or an axis that has no linear form."""
+    """Return a set in linear form as the bytes of a TOML file.
+
+    Raises: SetError for an equation or an axis that has no linear form.
+    """
     check_accelerometers(coefficients, "linear form")
     comment = comment_lines([f"Loses: {LOSES}.", *statement(coefficients)])
     lines = [HEAD, *(f"# {line}" for line in comment), *_toml(coefficients)]
@@ -56,7 +59,7 @@ def to_linear_form(coefficients: CoefficientSet) -> bytes:
 
 
 def from_linear_form(content: bytes, where: str) -> CoefficientSet:
-    """The set in the bytes of a file: the whole one, out of its key ``document_json``.
+    """Return the set in the bytes of a file: the whole one, out of its key ``document_json``.
 
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its numbers are not those of the
     document in it.
@@ -74,7 +77,10 @@ def from_linear_form(content: bytes, where: str) -> CoefficientSet:
 
 
 def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
-    """Raises: SetError where the axis does not sense along its nominal axis."""
+    """Return an axis inverted for the force along its nominal axis.
+
+    Raises: SetError where the axis does not sense along its nominal axis.
+    """
     numbers = coefficients.axes[name]
     along = "xyz".index(numbers.nominal_axis)
     k = numbers.direction_v_per_g
@@ -95,7 +101,7 @@ def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
 
 
 def _covariance(coefficients: CoefficientSet, name: str, along: int) -> FloatArray:
-    """(2, 2) of offset and k along the nominal axis."""
+    """Return the (2, 2) covariance of offset and k along the nominal axis."""
     primary = table(table(table(coefficients.document["axes"])[name])["primary"])
     order = [str(entry) for entry in listed(primary["order"])]
     rows = [
@@ -160,7 +166,10 @@ def _axis_keys(numbers: AxisNumbers, axis: LinearAxis) -> list[str]:
 
 
 def _keys(**values: object) -> list[str]:
-    """TOML keys; JSON's text of numbers, lists and ASCII strings is TOML's, but for NaN."""
+    """Return TOML keys.
+
+    JSON's text of numbers, lists and ASCII strings is TOML's, but for NaN.
+    """
     return [f"{name} = {_toml_value(value)}" for name, value in values.items()]
 
 
@@ -171,7 +180,7 @@ def _toml_value(value: object) -> str:
 
 
 def _comparable(read: Document) -> Document:
-    """Lists of tables as tables, so that they are compared number for number; without the document."""
+    """Return lists of tables as tables, so that they are compared number for number; without the document."""
     vectors = {str(place): vector for place, vector in enumerate(listed(read.get("test_vectors")))}
     return {**{key: value for key, value in read.items() if key != "document_json"}, "test_vectors": vectors}
 

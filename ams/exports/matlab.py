@@ -32,7 +32,7 @@ HOW_TO_READ = (
 
 
 def to_matlab(coefficients: CoefficientSet) -> bytes:
-    """The bytes of the file; the same set gives the same bytes."""
+    """Return a set as the bytes of a MATLAB file; the same set gives the same bytes."""
     from scipy.io import savemat
 
     file = io.BytesIO()
@@ -42,7 +42,7 @@ def to_matlab(coefficients: CoefficientSet) -> bytes:
 
 
 def from_matlab(content: bytes, where: str) -> CoefficientSet:
-    """The set in the bytes of a file.
+    """Return the set in the bytes of a file.
 
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its struct holds other numbers than the
     document in it.
@@ -98,7 +98,7 @@ def _vectors_struct(section: Document) -> dict[str, Any]:
 
 
 def _columns(vectors: Json) -> Any:
-    """A struct of columns from a list of test vectors; [] where there are none."""
+    """Return a struct of columns from a list of test vectors; [] where there are none."""
     found = columns(vectors)
     return np.zeros((0, 0)) if found is None else _upright(found)
 
@@ -134,7 +134,7 @@ def _matlab_list(values: list[Json]) -> Any:
 
 
 def _name(key: str, taken: Mapping[str, Any]) -> str:
-    """A field name that MATLAB allows and that is not taken."""
+    """Return a field name that MATLAB allows and that is not taken."""
     allowed = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", key) is not None and len(key) <= LONGEST_NAME
     stem = key if allowed else "f_" + re.sub(r"[^A-Za-z0-9_]", "_", key)[: LONGEST_NAME - 6]
     name, number = stem, 2
@@ -144,7 +144,7 @@ def _name(key: str, taken: Mapping[str, Any]) -> str:
 
 
 def _check_numbers(struct: Mapping[str, Any], coefficients: CoefficientSet, where: str) -> None:
-    """What a reader of the struct uses is what the document says. Raises: VectorsDisagree."""
+    """Refuse a struct that tells its reader something else than the document. Raises: VectorsDisagree."""
     check_same(struct["axes"], _matlab(axes_used(coefficients)), "axes", where)
     check_same(struct["test_vectors"], _vectors_struct(coefficients.test_vectors), "test_vectors", where)
 

@@ -7,7 +7,7 @@ from ams.errors import SetError
 
 
 def library(name: str, where: str) -> Any:
-    """The module. Raises: SetError where it is not installed."""
+    """Import an optional library. Raises: SetError where it is not installed."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:

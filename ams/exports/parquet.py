@@ -25,7 +25,10 @@ COLUMNS = ("path", "kind", "number", "value", "unit")
 
 
 def to_parquet(coefficients: CoefficientSet) -> bytes:
-    """The bytes of the file; the same set gives the same bytes. Raises: SetError where pyarrow is missing."""
+    """Return a set as the bytes of a Parquet file; the same set gives the same bytes.
+
+    Raises: SetError where pyarrow is missing.
+    """
     arrow = library("pyarrow", f"{coefficients.sensor}: Parquet")
     parquet = library("pyarrow.parquet", f"{coefficients.sensor}: Parquet")
     schema = arrow.schema([(name, arrow.float64() if name == "number" else arrow.string()) for name in COLUMNS])
@@ -43,7 +46,7 @@ def to_parquet(coefficients: CoefficientSet) -> bytes:
 
 
 def from_parquet(content: bytes, where: str) -> CoefficientSet:
-    """The set in the bytes of a file.
+    """Return the set in the bytes of a file.
 
     Raises: SetError where the file is damaged or no set, or pyarrow is missing; VectorsDisagree where its rows are not
     those of the document in it.

@@ -15,7 +15,7 @@ from ams.sets.coefficients import CoefficientSet
 
 
 def numeric(values: list[Json]) -> FloatArray | None:
-    """The list as (n,) row or (n, m) matrix, None where it holds something else than numbers and nulls."""
+    """Return the list as (n,) row or (n, m) matrix, None where it holds something else than numbers and nulls."""
     rows = [row if isinstance(row, list) else [row] for row in values]
     if not all(entry is None or type(entry) in (int, float) for row in rows for entry in row):
         return None
@@ -41,7 +41,7 @@ def _stacked(rows: list[Document]) -> dict[str, Any]:
 
 
 def used_numbers(section: Document) -> Document:
-    """What somebody takes out of an axis' section to evaluate it."""
+    """Return what somebody takes out of an axis' section to evaluate it."""
     parameters = table(section["parameters"])
     return {
         "nominal_axis": section["nominal_axis"],
@@ -52,7 +52,7 @@ def used_numbers(section: Document) -> Document:
 
 
 def agrees(read: Any, expected: Any) -> bool:
-    """Whether what was read holds at least what is expected, number for number."""
+    """Return whether what was read holds at least what is expected, number for number."""
     if isinstance(expected, Mapping):
         return isinstance(read, Mapping) and all(
             name in read and agrees(read[name], inner) for name, inner in expected.items()
@@ -63,7 +63,10 @@ def agrees(read: Any, expected: Any) -> bool:
 
 
 def check_same(read: Any, expected: Any, part: str, where: str) -> None:
-    """Raises: VectorsDisagree where the format's own numbers are others than those of the document in the file."""
+    """Refuse a format's own numbers that are others than those of the document in the file.
+
+    Raises: VectorsDisagree.
+    """
     if not agrees(read, expected):
         raise VectorsDisagree(
             f"{where}: {part}: the file's own are others than those of the document in the same file; "
@@ -72,5 +75,5 @@ def check_same(read: Any, expected: Any, part: str, where: str) -> None:
 
 
 def axes_used(coefficients: CoefficientSet) -> Document:
-    """``used_numbers`` of every axis."""
+    """Return ``used_numbers`` of every axis."""
     return {name: used_numbers(table(section)) for name, section in table(coefficients.document["axes"]).items()}

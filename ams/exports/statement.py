@@ -8,7 +8,7 @@ from ams.sets.instructions import use_of
 
 
 def statement(coefficients: CoefficientSet) -> list[str]:
-    """Sentences, in the document's own names."""
+    """Return the set's statement as sentences, in the document's own names."""
     document = coefficients.document
     unit, validity = table(document["acceleration_unit"]), table(document["validity"])
     return [

@@ -17,7 +17,7 @@ NO_PITCH = "no pitch gives this output"
 def pitch_by_inverse(
     model: str, nominal_axis: str, own: OwnOutput, sensor: CalibratedSensor, output_v: FloatArray
 ) -> Angles:
-    """Pitch at no roll, NaN where there is none or where the output hardly depends on it."""
+    """Find pitch at no roll, NaN where there is none or where the output hardly depends on it."""
     assert own.pitch_rad is not None, "models without an inverse were refused"
     values = dict(zip(sensor.names, sensor.primary.tolist(), strict=True))
     pitch = np.asarray(own.pitch_rad(values, output_v))

@@ -46,12 +46,12 @@ class CalibratedSensor:
         return np.array([self._value(name) for name in PER_G])
 
     def line_output_v(self, output_v: FloatArray) -> FloatArray:
-        """(N,) what the reading would be at the reference temperature."""
+        """Return (N,) what the reading would be at the reference temperature."""
         offset_tc, _ = (self._value(name) for name in TEMPERATURE_NAMES)
         return np.asarray((output_v - self.offset_v - offset_tc * self.rise_degc) / self._gain() + self.offset_v)
 
     def quadratic_v(self, force: FloatArray) -> FloatArray:
-        """(N,) fᵀQf; zero where the force is not known."""
+        """Return (N,) fᵀQf; zero where the force is not known."""
         q = np.array([self._value(name) for name in Q_NAMES])
         return np.asarray(np.nan_to_num(quadratic_basis(force) @ q))
 
@@ -60,21 +60,24 @@ class CalibratedSensor:
         return not any(self._value(name) for name in Q_NAMES)
 
     def output_variance_v2(self, force: FloatArray) -> FloatArray:
-        """Of :meth:`line_output_v` less its prediction, calibration and reading together. Source: TP (52), (73)."""
+        """Return the variance of :meth:`line_output_v` less its prediction, calibration and reading together.
+
+        Source: TP (52), (73).
+        """
         rows = self.rows(force)
         return np.asarray(_quadratic(rows, self.covariance) + self.reading_variance_v2(force))
 
     def calibration_parts(self, force: FloatArray) -> Sequence[Part]:
-        """(N,) parts of the prediction's variance."""
+        """Return the (N,) parts of the prediction's variance."""
         rows, parts = self.rows(force), self.components or (VarianceComponent("", self.covariance, np.inf),)
         return [(_quadratic(rows, part.covariance), part.dof) for part in parts]
 
     def reading_variance_v2(self, force: FloatArray) -> FloatArray:
-        """(N,)"""
+        """Return the (N,) variance of a reading."""
         return np.broadcast_to((self.reading_sd_v / self._gain()) ** 2, force.shape[:-1])
 
     def rows(self, force: FloatArray) -> FloatArray:
-        """(N, P) derivatives of :meth:`line_output_v` by the primary parameters."""
+        """Return the (N, P) derivatives of :meth:`line_output_v` by the primary parameters."""
         gain, rise = np.broadcast_arrays(self._gain(), self.rise_degc)
         sensed = force @ self.k_v_per_g + self.quadratic_v(force)
         ones = np.ones(force.shape[:-1])
@@ -100,7 +103,7 @@ class CalibratedPackage:
     """(Q, Q) over the primary parameters of all sensors in turn."""
 
     def output_parts(self, force: FloatArray) -> Sequence[Part]:
-        """(N, S, S) parts of the covariance of the predictions."""
+        """Return the (N, S, S) parts of the covariance of the predictions."""
         rows = np.zeros((*force.shape[:-1], len(self.sensors), sum(len(sensor.names) for sensor in self.sensors)))
         start = 0
         for place, sensor in enumerate(self.sensors):
@@ -112,7 +115,7 @@ class CalibratedPackage:
 def package_of_set(
     coefficients: CoefficientSet, axes: Sequence[str], sensors: Sequence[CalibratedSensor]
 ) -> CalibratedPackage | None:
-    """Some axes of a set; None where the set does not state what they have in common."""
+    """Return the package that some axes of a set make; None where the set does not state what they have in common."""
     section = package_of(coefficients.document)
     if section is None or len(axes) < 2:
         return None
@@ -126,7 +129,9 @@ def package_of_set(
 def sensor_of_set(
     coefficients: CoefficientSet, axis: str, reading_sd_v: float | None, temperature_degc: FloatArray | None
 ) -> CalibratedSensor:
-    """One axis of a set; without a reading's standard deviation that of the calibration's rows stands for it.
+    """Return one axis of a set as a sensor.
+
+    Without a reading's standard deviation that of the calibration's rows stands for it.
 
     Raises: OutsideValidity where the set needs a temperature or states no standard error.
     """
@@ -144,12 +149,12 @@ def sensor_of_set(
 
 
 def _senses(coefficients: CoefficientSet, names: Sequence[str]) -> FloatArray:
-    """CR's sets sense gravity: their k change sign."""
+    """Return the signs of the parameters: CR's sets sense gravity, so their k change sign."""
     return np.array([-1.0 if coefficients.convention == "CR" and name in PER_G else 1.0 for name in names])
 
 
 def _components(stated: Mapping[str, Json], places: Sequence[int], sense: FloatArray) -> tuple[VarianceComponent, ...]:
-    """Parts of a covariance for some of its rows; degrees of freedom of null are infinite."""
+    """Return the parts of a covariance for some of its rows; degrees of freedom of null are infinite."""
     parts = []
     for name, value in stated.items():
         part = table(value)

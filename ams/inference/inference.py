@@ -46,11 +46,11 @@ class Package:
         return [sensor_of_set(self.coefficients, axis, reading_sd_v, temperature) for axis in self.columns]
 
     def together(self, sensors: Sequence[CalibratedSensor]) -> CalibratedPackage | None:
-        """What the calibrations of the axes have in common, where the set states it."""
+        """Return what the calibrations of the axes have in common, where the set states it."""
         return package_of_set(self.coefficients, tuple(self.columns), sensors)
 
     def outputs_v(self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]) -> FloatArray:
-        """(N, A) readings brought to the reference temperature."""
+        """Return the (N, A) readings brought to the reference temperature."""
         pairs = zip(sensors, self.columns.values(), strict=True)
         return np.stack([sensor.line_output_v(readings[column]) for sensor, column in pairs], axis=-1)
 
@@ -131,7 +131,7 @@ class Inference:
         return lambda outputs: pitch_with_known_roll(sensors[0], outputs[:, 0], np.deg2rad(roll_deg))
 
     def _flags(self, found: Angles | SpreadAngles, readings: Mapping[str, FloatArray]) -> tuple[str, ...]:
-        """The inference's own flags, and where a set is used beyond its calibration."""
+        """Return the inference's own flags, and where a set is used beyond its calibration."""
         validity = self.package.coefficients.validity
         checked = [("pitch", np.rad2deg(found.pitch_rad), validity.pitch_deg)]
         if isinstance(found, SpreadAngles) and validity.yaw_deg is not None:
@@ -154,7 +154,7 @@ def inference(
     right_wing_down: bool = True,
     intervals: bool = False,
 ) -> Inference:
-    """The inference that the sets allow. Raises: OutsideValidity where they allow none."""
+    """Return the inference that the sets allow. Raises: OutsideValidity where they allow none."""
     if reading_sd_v is not None and not (np.isfinite(reading_sd_v) and reading_sd_v >= 0.0):
         raise OutsideValidity(f"standard deviation of a reading: got {reading_sd_v!r} V, allowed 0 V or more")
     _check_axes(package)
@@ -202,7 +202,7 @@ def _check_pair(sting: Package, model: Package) -> None:
 def _unbent(
     sensors: Sequence[CalibratedSensor], outputs_v: FloatArray, solve: Callable[[FloatArray], Angles]
 ) -> Angles:
-    """Angles with the quadratic terms taken off at the angles themselves, until they stand still."""
+    """Solve for angles with the quadratic terms taken off at the angles themselves, until they stand still."""
     found = solve(outputs_v)
     if all(sensor.is_linear for sensor in sensors):
         return found

@@ -31,17 +31,17 @@ class SensorLine:
     """(4, 4) independent parts of the covariance; empty: it is known as it stands."""
 
     def output_variance_v2(self, force: FloatArray) -> FloatArray:
-        """Variance of prediction plus reading at (N, 3) specific force. Source: TP (52), (73)."""
+        """Return the variance of prediction plus reading at (N, 3) specific force. Source: TP (52), (73)."""
         return self._variance(self.covariance, force) + self.reading_variance_v2(force)
 
     def calibration_parts(self, force: FloatArray) -> Sequence[Part]:
-        """(N,) parts of the prediction's variance."""
+        """Return the (N,) parts of the prediction's variance."""
         if not self.components:
             return [(self._variance(self.covariance, force), np.inf)]
         return [(self._variance(part.covariance, force), part.dof) for part in self.components]
 
     def reading_variance_v2(self, force: FloatArray) -> FloatArray:
-        """(N,)"""
+        """Return the (N,) variance of a reading."""
         return np.full(force.shape[:-1], self.reading_sd_v**2)
 
     def _variance(self, covariance: FloatArray, force: FloatArray) -> FloatArray:
@@ -58,19 +58,21 @@ class PackageLines:
     """(4 S, 4 S) of (b, k_x, k_y, k_z) of every sensor in turn."""
 
     def output_parts(self, force: FloatArray) -> Sequence[Part]:
-        """(N, S, S) parts of the covariance of the predictions."""
+        """Return the (N, S, S) parts of the covariance of the predictions."""
         basis = np.einsum("st,ni->nsti", np.eye(len(self.sensors)), with_one(force))
         rows = basis.reshape(*basis.shape[:2], -1)
         return [(rows @ part.covariance @ np.swapaxes(rows, -1, -2), part.dof) for part in self.components]
 
 
 def with_one(force: FloatArray) -> FloatArray:
-    """(…, 4) one and the specific force."""
+    """Return (…, 4): one and the specific force."""
     return np.concatenate([np.ones((*force.shape[:-1], 1)), force], axis=-1)
 
 
 def sensor_line(solved: AxisCalibration, reading_sd_v: float) -> SensorLine:
-    """The sensor as a calibration found it; ``reading_sd_v`` is that of the place of use, not of the calibration.
+    """Return the sensor as a calibration found it.
+
+    ``reading_sd_v`` is that of the place of use, not of the calibration.
 
     CR's models sense gravity, the opposite of the specific force, so their sensitivities change sign here.
     Raises: DesignError for a model with further terms (extended, temperature), which a straight line cannot hold.
@@ -88,7 +90,7 @@ def sensor_line(solved: AxisCalibration, reading_sd_v: float) -> SensorLine:
 
 
 def package_lines(solved: Calibration, reading_sd_v: float) -> PackageLines:
-    """All axes of a package as a calibration found them. Raises: DesignError as :func:`sensor_line`."""
+    """Return all axes of a package as a calibration found them. Raises: DesignError as :func:`sensor_line`."""
     axes = list(solved.axes.values())
     sensors = [sensor_line(axis, reading_sd_v) for axis in axes]
     turns = [_onto_line(axis) for axis in axes]
@@ -102,7 +104,7 @@ def package_lines(solved: Calibration, reading_sd_v: float) -> PackageLines:
 
 
 def _onto_line(solved: AxisCalibration) -> FloatArray:
-    """(4, P) from primary parameters to (b, k), specific force."""
+    """Return the (4, P) matrix from primary parameters to (b, k), specific force."""
     turn = np.zeros((4, len(solved.primary_names)))
     for column, name in enumerate(solved.primary_names):
         is_gravity = name != "offset_v" and solved.model in FIELDS and FIELDS[solved.model].is_gravity

@@ -45,7 +45,9 @@ class SpreadAngles:
 def angles_from_sting(
     sensors: Sequence[Sensor], outputs_v: FloatArray, package: PackageErrors | None = None
 ) -> SpreadAngles:
-    """Pitch and yaw from three sting outputs, (N, 3); roll does not reach the sting and is NaN, not flagged.
+    """Find pitch and yaw from three sting outputs, (N, 3).
+
+    Roll does not reach the sting and is NaN, not flagged.
 
     The sensors are lines in the specific force, minus gravity. Raises: DesignError where they lie in one plane.
     """
@@ -66,7 +68,7 @@ def angles_from_packages(
     model_v: FloatArray,
     packages: tuple[PackageErrors | None, PackageErrors | None] = (None, None),
 ) -> SpreadAngles:
-    """All three angles from three sting and three model outputs, (N, 3) each, all six weighted together.
+    """Find all three angles from three sting and three model outputs, (N, 3) each, all six weighted together.
 
     Raises: DesignError where the sensors of a package lie in one plane.
     """
@@ -117,7 +119,7 @@ def _variances(sensors: Sequence[Sensor], force: FloatArray) -> FloatArray:
 
 
 def _slopes(gravity: FloatArray) -> FloatArray:
-    """(N, 3, 2) ∂G/∂Θ and ∂G/∂(sin Θ Ψ), sting axes: unit vectors across G, regular everywhere."""
+    """Return (N, 3, 2) ∂G/∂Θ and ∂G/∂(sin Θ Ψ), sting axes: unit vectors across G, regular everywhere."""
     sine = np.hypot(gravity[:, 0], gravity[:, 1])
     sign = np.where(gravity[:, 0] > 0.0, -1.0, 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -129,7 +131,7 @@ def _slopes(gravity: FloatArray) -> FloatArray:
 
 
 def _columns(k_s: FloatArray, k_m: FloatArray, gravity: FloatArray, roll: FloatArray, along: FloatArray) -> FloatArray:
-    """(N, 6, 3) derivatives of the outputs by two turns of gravity and by roll."""
+    """Return the (N, 6, 3) derivatives of the outputs by two turns of gravity and by roll."""
     turned = np.stack([model_gravity_g(along[..., place], roll) for place in range(2)], axis=-1)
     in_model = model_gravity_g(gravity, roll)
     by_roll = np.stack([np.zeros_like(roll), in_model[:, 2], -in_model[:, 1]], axis=-1)
@@ -146,7 +148,7 @@ def _step(columns: FloatArray, weights: FloatArray, residual: FloatArray) -> Flo
 
 
 def _spread(columns: FloatArray, weights: FloatArray, errors: OutputErrors) -> Spread:
-    """Of two turns of gravity and, with a model package, of roll, (N, s).
+    """Return the spread of two turns of gravity and, with a model package, of roll, (N, s).
 
     Where the outputs do not tell a direction, all is put on the last.
     """
@@ -188,7 +190,10 @@ def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAn
 
 
 def _pitch(gravity: FloatArray, pitch_rad: FloatArray) -> FloatArray:
-    """Where gravity lies across the sting its own sign is flagged elsewhere; the size is always known."""
+    """Return the pitch of gravity.
+
+    Where gravity lies across the sting its own sign is flagged elsewhere; the size is always known.
+    """
     size = np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), gravity[:, 2])
     return np.where(np.isnan(pitch_rad), size, pitch_rad)
 

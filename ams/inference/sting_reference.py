@@ -25,7 +25,7 @@ WARNING = (
 
 
 def read_with_sting(path: str | Path, axes: Mapping[str, str], sting: Package) -> Observations:
-    """Observations whose pitch and yaw come from the sting's columns; the file states roll.
+    """Read observations whose pitch and yaw come from the sting's columns; the file states roll.
 
     Raises: ObservationsError as :func:`ams.inputs.observations_csv.read_csv`; OutsideValidity where the set is no
     sting's.

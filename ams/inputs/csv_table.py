@@ -54,7 +54,7 @@ def _read_text(path: Path) -> str:
 
 
 def parse_csv(path: Path) -> CsvTable:
-    """Header and rows of a file. Raises: ObservationsError: it cannot be read or is no CSV file."""
+    """Read header and rows of a file. Raises: ObservationsError: it cannot be read or is no CSV file."""
     text = _read_text(path)
     if "\x00" in text:
         line = text.count("\n", 0, text.index("\x00")) + 1
@@ -109,7 +109,10 @@ def _refuse_shape(table: CsvTable) -> None:
 
 
 def refuse_missing_columns(table: CsvTable, wanted: Sequence[str]) -> None:
-    """Raises: ObservationsError naming the columns that are not there, and those that are."""
+    """Refuse a table without the wanted columns.
+
+    Raises: ObservationsError naming those that are not there, and those that are.
+    """
     missing = [name for name in dict.fromkeys(wanted) if name not in table.columns]
     if missing:
         raise ObservationsError(
@@ -120,7 +123,7 @@ def refuse_missing_columns(table: CsvTable, wanted: Sequence[str]) -> None:
 
 
 def refuse_cell(table: CsvTable, name: str, line: int, cell: str, allowed: str) -> NoReturn:
-    """Raises: ObservationsError naming file, line and column."""
+    """Refuse a cell. Raises: ObservationsError naming file, line and column."""
     what = "the cell is empty" if cell == "" else f"got {cell!r}"
     raise ObservationsError(
         f"{table.file}: line {line}: column {name}: {what}, allowed {allowed}; nothing was solved; "
@@ -129,12 +132,12 @@ def refuse_cell(table: CsvTable, name: str, line: int, cell: str, allowed: str) 
 
 
 def is_number(cell: str) -> bool:
-    """A finite number with a decimal point, nothing around it."""
+    """Return whether a cell is a finite number with a decimal point, nothing around it."""
     return _NUMBER.fullmatch(cell) is not None and bool(np.isfinite(float(cell)))
 
 
 def numbers(table: CsvTable, name: str) -> FloatArray:
-    """(N,) the column as finite numbers. Raises: ObservationsError."""
+    """Return the column as (N,) finite numbers. Raises: ObservationsError."""
     cells = table.column(name)
     for line, cell in zip(table.lines, cells, strict=True):
         if not is_number(cell):
@@ -143,7 +146,7 @@ def numbers(table: CsvTable, name: str) -> FloatArray:
 
 
 def labels(table: CsvTable, name: str) -> IntArray:
-    """(N,) the column as whole numbers from 0. Raises: ObservationsError."""
+    """Return the column as (N,) whole numbers from 0. Raises: ObservationsError."""
     cells = table.column(name)
     for line, cell in zip(table.lines, cells, strict=True):
         if _WHOLE.fullmatch(cell) is None:

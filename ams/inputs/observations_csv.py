@@ -75,7 +75,7 @@ def read_csv(
 
 
 def unit_warnings(observations: Observations, columns: Mapping[str, str] | None = None) -> tuple[str, ...]:
-    """Columns whose numbers can hardly be in the unit of their name, each in a sentence.
+    """Return the columns whose numbers can hardly be in the unit of their name, each in a sentence.
 
     ``columns``: sensor axis to the column that it was read from.
     """
@@ -107,7 +107,7 @@ def unit_warnings(observations: Observations, columns: Mapping[str, str] | None 
 
 
 def _looks_like_radians(angle_deg: FloatArray) -> bool:
-    """Whole degrees come out when the numbers are taken as radians, and do not as they stand."""
+    """Return whether the numbers are whole degrees when they are taken as radians, and are not as they stand."""
     as_radians = np.rad2deg(angle_deg)
     moved = angle_deg[np.abs(angle_deg) > 0.0]
     if moved.size == 0:
@@ -164,7 +164,10 @@ def _refuse_wandering_points(table: CsvTable, point: IntArray, numbers: Mapping[
 
 
 def _refuse_wandering_rates(table: CsvTable, observations: Observations) -> None:
-    """One point is one angular velocity in the package's axes, whatever angle a turning axis has reached."""
+    """Refuse a point whose angular velocity is not one and the same.
+
+    A point is one angular velocity in the package's axes, whatever angle a turning axis has reached.
+    """
     assert observations.euler_rate_rad_s is not None
     assert observations.yaw_rad is not None
     euler = np.stack([observations.pitch_rad, observations.yaw_rad, observations.roll_rad], axis=-1)

@@ -49,12 +49,12 @@ class CalibrationRequest:
     """Sensor axis label to a model of the caller's own, used instead of the one that ``model`` names."""
 
     def axes_of(self, observations: Observations) -> Mapping[str, str]:
-        """Sensor axis label to nominal axis, for the axes to solve."""
+        """Return the nominal axis of every sensor axis to solve, by label."""
         return self.nominal_axes or {label: label for label in observations.outputs}
 
 
 def refuse_unusable(observations: Observations, request: CalibrationRequest) -> None:
-    """Arrays of one length, finite numbers, known axes and weights.
+    """Refuse arrays of several lengths, numbers that are not finite, unknown axes and weights.
 
     Raises:
         ObservationsError: what is wrong, and in which column.
@@ -129,7 +129,7 @@ def _refuse_column(observations: Observations, name: str, values: FloatArray) ->
 
 
 def select_rows(observations: Observations, kept: BoolArray) -> Observations:
-    """The rows where ``kept`` is true."""
+    """Return the rows where ``kept`` is true."""
     return replace(
         observations,
         replication=observations.replication[kept],

@@ -52,7 +52,7 @@ class SharedError:
 def shared_columns(
     errors: Sequence[SharedError], model: Model, primary: FloatArray, rows: Stimulus
 ) -> Mapping[str, FloatArray]:
-    """Name to (N, q) columns, volts; an error that does not reach the model (a level for a gyro) has none."""
+    """Return (N, q) columns by name, volts; an error that does not reach the model (a level for a gyro) has none."""
     effects = {error.name: _columns(error, model, primary, rows) for error in errors}
     return {
         error.name: error.standard_uncertainty * effect
@@ -62,7 +62,7 @@ def shared_columns(
 
 
 def reaches(error: SharedError, model: Model) -> bool:
-    """Whether the model has anything for the error to act on."""
+    """Return whether the model has anything for the error to act on."""
     if error.effect == "level":
         return any(name.startswith("slope_") for name in model.primary_names)
     if error.effect == "temperature":
@@ -81,7 +81,7 @@ def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
 
 
 def _effect(effect: Effect, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
-    """(N,) volts by one unit of the error."""
+    """Return the (N,) volts that one unit of the error makes."""
     if effect == "reading":
         return np.ones_like(rows.pitch_rad)
     if effect == "gain":
@@ -94,7 +94,10 @@ def _effect(effect: Effect, model: Model, primary: FloatArray, rows: Stimulus) -
 
 
 def _tilted(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
-    """A tilt across the pitch axis brings gravity along it: (sin ψ, cos ψ cos R, −cos ψ sin R) in package axes."""
+    """Return what a tilt across the pitch axis adds to the output per radian; None without sensitivities.
+
+    The tilt brings gravity along it: (sin ψ, cos ψ cos R, −cos ψ sin R) in package axes.
+    """
     named = dict(zip(model.primary_names, primary, strict=True))
     k = [named.get(f"k_{axis}_v_per_g", 0.0) for axis in "xyz"]
     if not any(k):
@@ -105,7 +108,7 @@ def _tilted(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | N
 
 
 def _warmed(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
-    """By a thermometer that is wrong by one °C, where the model has temperature terms."""
+    """Return the effect of a thermometer that is wrong by one °C; None where the model has no temperature terms."""
     named = dict(zip(model.primary_names, primary, strict=True))
     if TEMPERATURE_NAMES[0] not in named:
         return None

@@ -43,14 +43,17 @@ class TableUncertainty:
             )
 
     def standard_rad(self) -> Mapping[str, float]:
-        """Standard uncertainty per axis, keyed ``pitch``, ``roll`` and ``yaw``."""
+        """Return the standard uncertainty per axis, keyed ``pitch``, ``roll`` and ``yaw``, rad."""
         divisor = {"limit": np.sqrt(3.0), "standard": 1.0, "expanded": self.coverage_factor}[self.kind]
         stated = {"pitch": self.pitch_rad, "roll": self.roll_rad, "yaw": self.yaw_rad}
         return {name: float(value / divisor) for name, value in stated.items()}
 
 
 def index_members(table: TableUncertainty, angles_rad: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
-    """Angle to (N, indices): the index that a row was taken at, times one standard uncertainty of it, radians."""
+    """Return (N, indices) by angle, radians.
+
+    It is the index that a row was taken at, times one standard uncertainty of it.
+    """
     standard_rad = table.standard_rad()
     return {
         name: standard_rad[name] * _membership(angles_rad[name])
@@ -60,7 +63,10 @@ def index_members(table: TableUncertainty, angles_rad: Mapping[str, FloatArray])
 
 
 def columns_of_members(members: Mapping[str, FloatArray], slopes_v_per_rad: Mapping[str, FloatArray]) -> FloatArray:
-    """(N, q) columns G, one per index in use, from :func:`index_members` and the slopes of one sensor axis."""
+    """Return the (N, q) columns G, one per index in use.
+
+    They come from :func:`index_members` and the slopes of one sensor axis.
+    """
     blocks = [slopes_v_per_rad[name][:, None] * block for name, block in members.items() if name in slopes_v_per_rad]
     rows = next(iter(slopes_v_per_rad.values())).size
     return np.hstack(blocks) if blocks else np.zeros((rows, 0))
@@ -69,13 +75,15 @@ def columns_of_members(members: Mapping[str, FloatArray], slopes_v_per_rad: Mapp
 def index_columns(
     table: TableUncertainty, angles_rad: Mapping[str, FloatArray], slopes_v_per_rad: Mapping[str, FloatArray]
 ) -> FloatArray:
-    """(N, q) columns G, one per index in use: output error that one standard uncertainty of that index causes,
-    volts."""
+    """Return the (N, q) columns G, one per index in use.
+
+    Each is the output error that one standard uncertainty of that index causes, volts.
+    """
     return columns_of_members(index_members(table, angles_rad), slopes_v_per_rad)
 
 
 def _membership(angle_rad: FloatArray) -> FloatArray:
-    """(N, indices) one where the row was taken at that index; whole turns are the same index."""
+    """Return (N, indices) one where the row was taken at that index; whole turns are the same index."""
     full_turn = round(2.0 * np.pi / _INDEX_GRID_RAD)
     index = np.round(angle_rad / _INDEX_GRID_RAD).astype(np.int64) % full_turn
     labels, place = np.unique(index, return_inverse=True)

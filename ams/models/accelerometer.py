@@ -29,13 +29,13 @@ _DEG_PER_RAD = degrees(1.0)
 
 
 def cyclic(nominal_axis: str) -> tuple[int, int, int]:
-    """Indices of e(i), e(i+1), e(i+2) for a nominal axis ``x``, ``y`` or ``z``."""
+    """Return the indices of e(i), e(i+1), e(i+2) for a nominal axis ``x``, ``y`` or ``z``."""
     first = AXES.index(nominal_axis)
     return first, (first + 1) % 3, (first + 2) % 3
 
 
 def vector_from_angles(nominal_axis: str, sensitivity: float, coning_rad: float, azimuth_rad: float) -> FloatArray:
-    """(3,) k = S·u of TP (2), (4), (5)."""
+    """Return (3,) k = S·u of TP (2), (4), (5)."""
     i, j, m = cyclic(nominal_axis)
     k = np.zeros(3, dtype=np.result_type(sensitivity, coning_rad, azimuth_rad, float))
     k[i] = sensitivity * np.cos(coning_rad)
@@ -45,13 +45,16 @@ def vector_from_angles(nominal_axis: str, sensitivity: float, coning_rad: float,
 
 
 def primary_from_parameters(nominal_axis: str, parameters: FloatArray) -> FloatArray:
-    """(4,) primary parameters of (b, S, Ω, A) in volts, V/g and radians."""
+    """Return the (4,) primary parameters of (b, S, Ω, A) in volts, V/g and radians."""
     offset_v, sensitivity, coning_rad, azimuth_rad = parameters
     return np.concatenate([[offset_v], vector_from_angles(nominal_axis, sensitivity, coning_rad, azimuth_rad)])
 
 
 def primary_from_parameters_jacobian(nominal_axis: str, parameters: FloatArray) -> FloatArray:
-    """(4, 4) derivatives of the primary parameters by (b, S, Ω, A), radians; its last column vanishes with Ω."""
+    """Return the (4, 4) derivatives of the primary parameters by (b, S, Ω, A), radians.
+
+    The last column vanishes with Ω.
+    """
     _, sensitivity, coning_rad, azimuth_rad = parameters
     columns = np.zeros((4, 4))
     columns[0, 0] = 1.0
@@ -64,7 +67,7 @@ def primary_from_parameters_jacobian(nominal_axis: str, parameters: FloatArray) 
 
 
 def _not_following(k: FloatArray, covariance: FloatArray, offset_v: float) -> str:
-    """Why angles say nothing: an output that gravity does not move (unplugged, stuck); empty where it does."""
+    """Return why angles say nothing, empty where they do: an output that gravity does not move (unplugged, stuck)."""
     length, u = sqrt(float(k @ k)), sqrt(max(float(np.trace(covariance)), 0.0) / k.size)
     if length > max(_OBSERVABLE_CONING_U * u, _ROUNDING_SENSITIVITY * abs(offset_v)):
         return ""
@@ -133,7 +136,10 @@ class PitchRoll:
         return np.array(rows)
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
-        """Coning and azimuth, where the coning angle is within about five of its standard uncertainties of zero."""
+        """Return coning and azimuth where they cannot be told.
+
+        That is where the coning angle is within about five of its standard uncertainties of zero.
+        """
         if unmoved := _not_following(primary[1:4], covariance[1:4, 1:4], float(primary[0])):
             return dict.fromkeys(("coning_deg", "azimuth_deg"), unmoved)
         i, j, m = (1 + index for index in cyclic(self.nominal_axis))
@@ -201,7 +207,7 @@ class PitchOnly:
         }
 
     def _turned(self, primary: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(S cos φ, S sin φ) for either nominal axis."""
+        """Return (S cos φ, S sin φ) for either nominal axis."""
         if self.nominal_axis == "x":
             return primary[..., 1], primary[..., 2]
         return primary[..., 2], -primary[..., 1]
@@ -273,7 +279,7 @@ def _along_misalignment(nominal_axis: str, angles_rad: FloatArray) -> FloatArray
 
 
 def force_at(attitude: Attitude) -> FloatArray:
-    """(…, 3) specific force, local g. Source: TP (2), (4), (5)."""
+    """Return the (…, 3) specific force, local g. Source: TP (2), (4), (5)."""
     return specific_force(attitude.pitch_rad, attitude.roll_rad)
 
 

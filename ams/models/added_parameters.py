@@ -71,6 +71,6 @@ class Widened(ABC):
         return self.base.undetermined(own, covariance[: own.size, : own.size])
 
     def _split(self, primary: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(…, P) of ``base``, and those that were added."""
+        """Split (…, P) into those of ``base``, and those that were added."""
         count = len(self.added_names)
         return primary[..., :-count], primary[..., -count:]

@@ -34,17 +34,17 @@ class TpSensor:
 
 
 def cr_from_tp(sensor: TpSensor) -> CrSensor:
-    """The same sensor in CR's convention, sensitivity per local g of gravity."""
+    """Return the same sensor in CR's convention, sensitivity per local g of gravity."""
     azimuth = float(wrap_rad(np.asarray(sensor.azimuth_rad + np.pi / 2)))
     return CrSensor(sensor.axis, sensor.offset_v, -sensor.sensitivity_v_per_g, azimuth, sensor.coning_rad)
 
 
 def tp_from_cr(sensor: CrSensor) -> TpSensor:
-    """The same sensor in TP's convention, sensitivity per local g of specific force."""
+    """Return the same sensor in TP's convention, sensitivity per local g of specific force."""
     azimuth = float(wrap_rad(np.asarray(sensor.azimuth_rad - np.pi / 2)))
     return TpSensor(sensor.axis, sensor.bias_v, -sensor.sensitivity, sensor.coning_rad, azimuth)
 
 
 def sensitivity_per_local_g(sensitivity_v_per_standard_g: float, gravity_mps2: float) -> float:
-    """Sensitivity per local g where the sensor is used, from one per 9.80665 m/s²."""
+    """Return the sensitivity per local g where the sensor is used, from one per 9.80665 m/s²."""
     return sensitivity_v_per_standard_g * gravity_mps2 / STANDARD_GRAVITY_MPS2

@@ -47,20 +47,20 @@ class CrSensor:
 
 
 def sting_gravity_g(pitch_rad: Array, yaw_rad: Array) -> Array:
-    """Gravity in sting axes, (N, 3), in units of local g. Source: CR (III-B.6), (IV-B.3) to (IV-B.5)."""
+    """Return gravity in sting axes, (N, 3), in units of local g. Source: CR (III-B.6), (IV-B.3) to (IV-B.5)."""
     pitch, yaw = np.broadcast_arrays(pitch_rad, yaw_rad)
     return np.stack([-np.sin(pitch) * np.cos(yaw), np.sin(pitch) * np.sin(yaw), np.cos(pitch)], axis=-1)
 
 
 def model_gravity_g(sting_g: Array, roll_rad: Array) -> Array:
-    """Gravity in model axes, (N, 3), from gravity in sting axes and roll. Source: CR (III-B.5)."""
+    """Return gravity in model axes, (N, 3), from gravity in sting axes and roll. Source: CR (III-B.5)."""
     g_x, g_y, g_z = np.moveaxis(np.asarray(sting_g), -1, 0)
     c, s = np.cos(roll_rad), np.sin(roll_rad)
     return np.stack([g_x + 0 * c, c * g_y + s * g_z, -s * g_y + c * g_z], axis=-1)
 
 
 def sensitive_axis(axis: str, azimuth_rad: Any, coning_rad: Any) -> Array:
-    """Unit vector of the sensitive axis in package axes, (3,)."""
+    """Return the unit vector of the sensitive axis in package axes, (3,)."""
     i = AXES.index(axis)
     u: list[Any] = [0.0, 0.0, 0.0]
     u[i] = np.cos(coning_rad)
@@ -70,7 +70,7 @@ def sensitive_axis(axis: str, azimuth_rad: Any, coning_rad: Any) -> Array:
 
 
 def predict_v(axis: str, parameters: Array, field: Array) -> Array:
-    """Output in volts, (N,).
+    """Return the output in volts, (N,).
 
     ``parameters`` is (B, S, A, C) in volts, volts per unit of field, radians; ``field`` is (N, 3): gravity in g, or the
     angular velocity in rad/s for a gyro. Source: CR (III-B.27) to (III-B.32), (III-C.16) to (III-C.18).
@@ -80,7 +80,7 @@ def predict_v(axis: str, parameters: Array, field: Array) -> Array:
 
 
 def jacobian(axis: str, parameters: Array, field: Array) -> Array:
-    """Derivatives with respect to (B, S, A, C), (N, 4). Source: CR (IV-A.7) to (IV-A.32), derived anew."""
+    """Return the derivatives by (B, S, A, C), (N, 4). Source: CR (IV-A.7) to (IV-A.32), derived anew."""
     _, sensitivity, azimuth, coning = parameters
     i = AXES.index(axis)
     own, first, second = field[:, i], field[:, (i + 1) % 3], field[:, (i + 2) % 3]
@@ -98,7 +98,7 @@ def jacobian(axis: str, parameters: Array, field: Array) -> Array:
 
 
 def sensor_from_linear(axis: str, linear: FloatArray) -> CrSensor:
-    """The sensor on the branch C ≤ 90° with signed S from (b, k_x, k_y, k_z)."""
+    """Return the sensor on the branch C ≤ 90° with signed S from (b, k_x, k_y, k_z)."""
     i = AXES.index(axis)
     k = np.asarray(linear[1:], dtype=float)
     norm = float(np.linalg.norm(k))
@@ -124,7 +124,7 @@ class SensorFit:
     degrees_of_freedom: int
 
     def standard_uncertainties(self) -> Mapping[str, float | None]:
-        """Of bias, sensitivity, azimuth and coning, in the units of :class:`CrSensor`.
+        """Return those of bias, sensitivity, azimuth and coning, in the units of :class:`CrSensor`.
 
         Azimuth and coning are None where the coning angle is within five of its standard uncertainties of zero: its
         direction cannot be told there, while b and k stay well defined.
@@ -148,7 +148,7 @@ class SensorFit:
         return found
 
     def _turned_axes(self) -> tuple[FloatArray, FloatArray]:
-        """∂k/∂A and ∂k/∂C, (3,) each."""
+        """Return ∂k/∂A and ∂k/∂C, (3,) each."""
         by = jacobian(
             self.sensor.axis,
             np.array([0.0, self.sensor.sensitivity, self.sensor.azimuth_rad, self.sensor.coning_rad]),
@@ -158,7 +158,7 @@ class SensorFit:
 
 
 def fit_sensor(axis: str, field: FloatArray, output_v: FloatArray) -> SensorFit:
-    """Exact, start-free least squares of one sensor from (N, 3) field and (N,) outputs.
+    """Fit one sensor to (N, 3) field and (N,) outputs by exact, start-free least squares.
 
     Raises: DesignError where there are fewer than five rows, or the field does not span three dimensions and an offset.
     """
@@ -186,17 +186,17 @@ def fit_sensor(axis: str, field: FloatArray, output_v: FloatArray) -> SensorFit:
 
 
 def fit_package(field: FloatArray, outputs_v: Mapping[str, FloatArray]) -> dict[str, SensorFit]:
-    """Every sensor of one package, keyed by axis."""
+    """Fit every sensor of one package, keyed by axis."""
     return {axis: fit_sensor(axis, field, output) for axis, output in outputs_v.items()}
 
 
 def calibrate_package(field: FloatArray, outputs_v: Mapping[str, FloatArray]) -> dict[str, CrSensor]:
-    """As :func:`fit_package`, the sensors alone."""
+    """Fit as :func:`fit_package` does; return the sensors alone."""
     return {axis: fit.sensor for axis, fit in fit_package(field, outputs_v).items()}
 
 
 def sensed_field(sensors: Mapping[str, CrSensor], outputs_v: Mapping[str, FloatArray]) -> FloatArray:
-    """The field in package axes, (N, 3), from the outputs of a three-axis package.
+    """Return the field in package axes, (N, 3), from the outputs of a three-axis package.
 
     Source: CR (IV-B.1), (IV-B.2), (IV-D.1). Raises: DesignError where the sensitive axes do not span space.
     """
@@ -224,7 +224,9 @@ def calibrate_pair(
     *,
     gravity_from_sting: bool = False,
 ) -> CrPair:
-    """Two steps: the sting package from pitch and yaw, then the model package from roll and gravity in sting axes.
+    """Calibrate in two steps: the sting package from pitch and yaw, then the model package.
+
+    The latter takes roll and gravity in sting axes.
 
     ``gravity_from_sting`` takes the second step's gravity from the sting package just calibrated instead of from the
     table's angles: what a tunnel does where the sting's own angles are not known. Source: CR IV-A.

@@ -24,5 +24,5 @@ def cr_equation(
 
 
 def along_cr(nominal_axis: str, angles_rad: FloatArray) -> FloatArray:
-    """(3,) unit vector of k from coning and azimuth."""
+    """Return the (3,) unit vector of k from coning and azimuth."""
     return sensitive_axis(nominal_axis, angles_rad[1], angles_rad[0])

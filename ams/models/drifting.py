@@ -68,7 +68,7 @@ class WithTime(Widened):
 
 
 def with_time(base: Model, observations: Observations) -> WithTime:
-    """The drift about the middle of the observations.
+    """Return the model with a drift about the middle of the observations.
 
     Raises: ObservationsError where no times were recorded, or all rows have the same.
     """
@@ -83,8 +83,11 @@ def with_time(base: Model, observations: Observations) -> WithTime:
 
 
 def at_reference_time(axis: AxisCalibration) -> AxisCalibration:
-    """The solution as it stands at its reference time: the drift no longer among the primary parameters, so that
-    nothing evaluates it at another time; it stays among the parameters, with its uncertainty. Unchanged without one."""
+    """Return the solution as it stands at its reference time, unchanged where it has no drift.
+
+    The drift is no longer among the primary parameters, so that nothing evaluates it at another time; it stays among
+    the parameters, with its uncertainty.
+    """
     if DRIFT_NAME not in axis.primary_names:
         return axis
     kept = np.array([place for place, name in enumerate(axis.primary_names) if name != DRIFT_NAME])

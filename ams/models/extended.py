@@ -32,13 +32,13 @@ _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 
 
 def quadratic_basis(force: FloatArray) -> FloatArray:
-    """(N, 5) derivatives of fᵀQf by the elements of ``Q_NAMES``, for (N, 3) specific force."""
+    """Return the (N, 5) derivatives of fᵀQf by the elements of ``Q_NAMES``, for (N, 3) specific force."""
     x, y, z = np.moveaxis(force, -1, 0)
     return np.stack([x * x - z * z, 2 * x * y, 2 * x * z, y * y - z * z, 2 * y * z], axis=-1)
 
 
 def matrix_from_elements(q: FloatArray) -> FloatArray:
-    """(3, 3) symmetric traceless Q from its five elements in the order of ``Q_NAMES``."""
+    """Return the (3, 3) symmetric traceless Q from its five elements in the order of ``Q_NAMES``."""
     xx, xy, xz, yy, yz = q
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
 

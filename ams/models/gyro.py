@@ -28,7 +28,7 @@ _DEG_PER_RAD = degrees(1.0)
 def fit_gyros(
     euler_rad: FloatArray, euler_rate_rad_s: FloatArray, outputs_v: Mapping[str, FloatArray]
 ) -> dict[str, SensorFit]:
-    """Every gyro of the package, keyed by axis, with its covariance; sensitivities in V per (rad/s).
+    """Fit every gyro of the package, keyed by axis, with its covariance; sensitivities in V per (rad/s).
 
     The covariance takes the samples' noise as white; filtered samples have fewer degrees of freedom than rows.
     Raises: DesignError where the motion does not turn the angular velocity in three dimensions.
@@ -87,7 +87,7 @@ class Gyro:
 
 
 def _motion(stimulus: Stimulus) -> tuple[FloatArray, FloatArray]:
-    """(N, 3) pitch, yaw, roll and their rates; without yaw it is zero."""
+    """Return (N, 3) pitch, yaw, roll and their rates; without yaw it is zero."""
     if stimulus.euler_rate_rad_s is None:
         raise ObservationsError(
             "model gyro: the observations have no rates: it needs the columns pitch_rate_dps, yaw_rate_dps and "
@@ -109,7 +109,7 @@ _C_RATES = """
 
 
 def _velocity_dps(attitude: Attitude) -> FloatArray:
-    """(…, 3) angular velocity in package axes."""
+    """Return the (…, 3) angular velocity in package axes."""
     assert attitude.yaw_rad is not None, "the inputs of the model say so"
     assert attitude.euler_rate_rad_s is not None, "the inputs of the model say so"
     euler = np.stack(np.broadcast_arrays(attitude.pitch_rad, attitude.yaw_rad, attitude.roll_rad), axis=-1)

@@ -28,12 +28,12 @@ class Line:
         return self.gain * np.asarray(value, dtype=float) + self.offset
 
     def then(self, following: "Line") -> "Line":
-        """This line first, the following one second."""
+        """Chain two lines: this one first, the following one second."""
         return Line(following.gain * self.gain, following.gain * self.offset + following.offset)
 
 
 def compose(lines: Sequence[Line]) -> Line:
-    """The chain of lines as one, the first applied first."""
+    """Return the chain of lines as one, the first applied first."""
     whole = Line(1.0, 0.0)
     for line in lines:
         whole = whole.then(line)
@@ -51,7 +51,7 @@ class DwellValue:
 
 
 def dwell_value(time_s: FloatArray, samples: FloatArray) -> DwellValue:
-    """The regression over a dwell's samples that SR takes as the measured value.
+    """Return the regression over a dwell's samples, which SR takes as the measured value.
 
     The value at mid-dwell does not depend on the slope, so a slow drift adds to the slope and not to the value.
     Raises: ObservationsError with fewer than three samples or with one time only.
@@ -85,12 +85,12 @@ class LineFit:
     degrees_of_freedom: int
 
     def standard_uncertainty(self, measured: FloatArray) -> FloatArray:
-        """Standard uncertainty of the fitted line at the measured values, (N,)."""
+        """Return the standard uncertainty of the fitted line at the measured values, (N,)."""
         basis = np.column_stack([np.asarray(measured, dtype=float), np.ones(np.size(measured))])
         return np.asarray(np.sqrt(np.einsum("ni,ij,nj->n", basis, self.covariance, basis)), dtype=float)
 
     def half_width(self, measured: FloatArray, level: float = 0.95, new_reading_sd: float | None = None) -> FloatArray:
-        """Half width of the confidence interval of the line, or of the prediction interval for a new reading.
+        """Return the half width of the confidence interval, or of the prediction interval for a new reading.
 
         ``new_reading_sd`` is the standard deviation of the new value in units of the real quantity; None leaves it out.
         Raises: DesignError with two levels, where there are no degrees of freedom.
@@ -105,7 +105,7 @@ class LineFit:
 
 
 def fit_line(measured: FloatArray, real: FloatArray) -> LineFit:
-    """Least squares of real on measured; with two levels it is SR's two-point solution.
+    """Fit real on measured by least squares; with two levels it is SR's two-point solution.
 
     The known quantity is regressed on the measured one, as SR uses it (real = A·measured + B).
     Raises: DesignError with fewer than two different levels.
@@ -143,7 +143,7 @@ class MagnetDifference:
 
 
 def magnet_difference(*, with_magnet: tuple[float, float], without_magnet: tuple[float, float]) -> MagnetDifference:
-    """Levels for :func:`fit_line` from readings in the positive and the negative direction of one axis.
+    """Return levels for :func:`fit_line` from readings in the positive and the negative direction of one axis.
 
     The magnet's field is the mean of the two magnitudes of (with − without); the 'real' value of each direction is the
     reading with the magnet less that mean field, the measured one the reading without it. The field so found is in the

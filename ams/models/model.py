@@ -80,25 +80,34 @@ class Model(Protocol):
         """Two models with the same key have the same :meth:`basis` for the same rows; None where there is none."""
 
     def basis(self, stimulus: Stimulus) -> FloatArray:
-        """(N, P') with v = basis · (free primary parameters) exactly; asked for only where ``basis_key`` is set."""
+        """Return (N, P') with v = basis · (free primary parameters) exactly.
+
+        Asked for only where ``basis_key`` is set.
+        """
 
     def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        """(P,) primary parameters good enough to iterate from; asked for only where there is no basis."""
+        """Return (P,) primary parameters good enough to iterate from; asked for only where there is no basis."""
 
     def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        """(N,) outputs, in ``measured_unit``."""
+        """Return the (N,) outputs, in ``measured_unit``."""
 
     def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        """(N, P) derivatives of :meth:`predict` by every primary parameter, fixed ones included."""
+        """Return the (N, P) derivatives of :meth:`predict` by every primary parameter, fixed ones included."""
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
-        """(N,) derivatives of :meth:`predict` by the angles, volts per radian, keyed ``pitch``, ``roll`` (``yaw``)."""
+        """Return the (N,) derivatives of :meth:`predict` by the angles, volts per radian.
+
+        Keyed ``pitch``, ``roll`` (``yaw``).
+        """
 
     def parameters(self, primary: FloatArray) -> FloatArray:
-        """(…, L) derived parameters of (…, P) primary ones, in the units of their names."""
+        """Return the (…, L) derived parameters of (…, P) primary ones, in the units of their names."""
 
     def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
-        """(L, P) derivatives of :meth:`parameters`; a row that does not exist (azimuth at no coning) is NaN."""
+        """Return the (L, P) derivatives of :meth:`parameters`.
+
+        A row that does not exist (azimuth at no coning) is NaN.
+        """
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
-        """Derived parameters that this estimate cannot state, each with the reason in words."""
+        """Return the derived parameters that this estimate cannot state, each with the reason in words."""

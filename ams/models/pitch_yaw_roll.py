@@ -124,7 +124,7 @@ def _gravity_of_model(attitude: Attitude) -> FloatArray:
 
 
 def _gravity_of_sting(attitude: Attitude) -> FloatArray:
-    """Roll does not reach it."""
+    """Return gravity in the sting's axes, which roll does not reach."""
     level = np.zeros_like(attitude.roll_rad)
     return np.asarray(model_gravity_g(sting_gravity_g(attitude.pitch_rad, _yaw(attitude)), level))
 

@@ -26,7 +26,7 @@ _START_STEPS = 8
 
 
 def is_of_a_mounting(name: str) -> bool:
-    """Whether a parameter belongs to an earlier mounting."""
+    """Return whether a parameter belongs to an earlier mounting."""
     return name.startswith(PREFIX)
 
 
@@ -57,7 +57,7 @@ class Remounted:
         raise NotImplementedError("asked for only where basis_key is set")
 
     def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        """Every mounting alone, and the rotations between them; none where one alone says too little."""
+        """Estimate every mounting alone, and the rotations between them; none where one alone says too little."""
         basis = self._single.basis(stimulus)
         last = self._of(stimulus, None)
         everything = np.asarray(np.linalg.lstsq(basis, output_v, rcond=None)[0], dtype=np.float64)
@@ -115,7 +115,7 @@ class Remounted:
         return PitchRoll(self.nominal_axis)
 
     def _of(self, stimulus: Stimulus, label: int | None) -> BoolArray:
-        """(N,) rows of a mounting; None: of the last, as are rows that name none."""
+        """Return the (N,) rows of a mounting; None: of the last, as are rows that name none."""
         mounting = stimulus.mounting
         if mounting is None:
             return np.full(stimulus.pitch_rad.shape, label is None)
@@ -127,7 +127,7 @@ class Remounted:
         return np.asarray(np.linalg.lstsq(basis, output_v, rcond=None)[0])
 
     def _turns_between(self, k: FloatArray, earlier: FloatArray) -> FloatArray:
-        """The two rotations that bring the direction of k nearest to that of an earlier mounting."""
+        """Return the two rotations that bring the direction of k nearest to that of an earlier mounting."""
         turns, unit = np.zeros(2), k / np.linalg.norm(k)
         wanted = earlier / np.linalg.norm(earlier)
         for _ in range(_START_STEPS):
@@ -142,12 +142,12 @@ class Remounted:
         return k
 
     def _mounted(self, primary: FloatArray, place: int) -> FloatArray:
-        """(4,) offset and k of an earlier mounting."""
+        """Return the (4,) offset and k of an earlier mounting."""
         turned = self._rotation(primary[4 + 2 * place : 6 + 2 * place]) @ primary[1:4]
         return np.concatenate([primary[:1], turned])
 
     def _by_primary(self, primary: FloatArray, place: int) -> FloatArray:
-        """(4, P) derivatives of :meth:`_mounted`."""
+        """Return the (4, P) derivatives of :meth:`_mounted`."""
         own = slice(4 + 2 * place, 6 + 2 * place)
         chain = np.zeros((4, primary.size))
         chain[0, 0] = 1.0
@@ -160,12 +160,12 @@ class Remounted:
         return np.concatenate([self._single.parameters(primary[:4]), *own])
 
     def _rotation(self, turns: FloatArray) -> FloatArray:
-        """(3, 3) first about the next axis but one across the sensor, then about the next."""
+        """Return the (3, 3) rotation, first about the next axis but one across the sensor, then about the next."""
         _, j, m = cyclic(self.nominal_axis)
         return np.asarray(_about(j, turns[0]) @ _about(m, turns[1]))
 
     def _by_turns(self, turns: FloatArray, k: FloatArray) -> FloatArray:
-        """(3, 2) derivatives of the rotated k."""
+        """Return the (3, 2) derivatives of the rotated k."""
         _, j, m = cyclic(self.nominal_axis)
         first = _about(j, turns[0] + 0.5 * np.pi, 0.0) @ _about(m, turns[1]) @ k
         second = _about(j, turns[0]) @ _about(m, turns[1] + 0.5 * np.pi, 0.0) @ k
@@ -173,7 +173,7 @@ class Remounted:
 
 
 def _about(axis: int, angle_rad: float, along: float = 1.0) -> FloatArray:
-    """Rotation about a coordinate axis; with a quarter turn more and nothing ``along``, its derivative."""
+    """Return the rotation about a coordinate axis; with a quarter turn more and nothing ``along``, its derivative."""
     p, q = (axis + 1) % 3, (axis + 2) % 3
     matrix = np.zeros((3, 3), dtype=np.result_type(angle_rad, float))
     cosine, sine = np.cos(angle_rad), np.sin(angle_rad)

@@ -73,7 +73,7 @@ class WithTemperature(Widened):
         return columns
 
     def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        """Each sensitivity gets a slope of its own, then the slopes share one: exact for noise-free data."""
+        """Estimate a slope for each sensitivity, then one that the slopes share: exact for noise-free data."""
         columns, rise = self.base.basis(stimulus), self._rise_degc(stimulus)[:, None]
         free = np.linalg.lstsq(np.hstack([columns, rise, rise * columns[:, 1:]]), output_v, rcond=None)[0]
         size = columns.shape[1]
@@ -108,7 +108,7 @@ class WithTemperature(Widened):
 
 
 def refuse_unless_estimable(observations: Observations) -> None:
-    """Temperature coefficients can be told from offset, sensitivity and time by these observations.
+    """Refuse observations that cannot tell temperature coefficients from offset, sensitivity and time.
 
     Without times the order of the rows stands for time.
 

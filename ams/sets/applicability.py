@@ -20,7 +20,10 @@ Serials: TypeAlias = str | Mapping[str, str]
 def check_belonging(
     coefficients: CoefficientSet, chain_serial: Serials | None, site_gravity_mps2: float | None
 ) -> None:
-    """Raises: OutsideValidity where the set was calibrated with another chain or at another g, or does not say."""
+    """Refuse a set that does not belong to where it is used.
+
+    Raises: OutsideValidity where it was calibrated with another chain or at another g, or does not say.
+    """
     if chain_serial is not None:
         _check_chain(coefficients, chain_serial)
     if site_gravity_mps2 is not None:

@@ -34,7 +34,7 @@ def apply(
     chain_serial: Serials | None = None,
     site_gravity_mps2: float | None = None,
 ) -> dict[str, FloatArray]:
-    """Outputs in volts per axis, of the shape that the inputs broadcast to.
+    """Return the outputs in volts per axis, of the shape that the inputs broadcast to.
 
     CR's sets need ``yaw_rad``, its gyros also the rates of pitch, yaw and roll, (…, 3), ``euler_rate_rad_s``.
 
@@ -64,7 +64,10 @@ def _attitude(
     yaw_rad: ArrayLike | None,
     euler_rate_rad_s: ArrayLike | None,
 ) -> Attitude:
-    """Raises: OutsideValidity for a value that is not finite, or a yaw that the set's model would ignore."""
+    """Return the attitude from the angles and rates given.
+
+    Raises: OutsideValidity for a value that is not finite, or a yaw that the set's model would ignore.
+    """
     named = {"pitch": pitch_rad, "roll": roll_rad, "yaw": 0.0 if yaw_rad is None else yaw_rad}
     angles = dict(zip(named, np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in named.values())), strict=True))
     rates = None if euler_rate_rad_s is None else np.asarray(euler_rate_rad_s, dtype=float)
@@ -86,7 +89,7 @@ def sensed_force(
     chain_serial: Serials | None = None,
     site_gravity_mps2: float | None = None,
 ) -> FloatArray:
-    """(…, 3) specific force in package axes, local g, from the outputs of a three-axis package.
+    """Return the (…, 3) specific force in package axes, local g, from the outputs of a three-axis package.
 
     Raises: OutsideValidity where the set has no three independent axes, an output is missing or a temperature is, and
     for another chain or site than was calibrated (see :func:`apply`).
@@ -146,7 +149,10 @@ def _check_attitude(coefficients: CoefficientSet, attitude: Attitude, fields: Ma
 
 
 def _check_rates(coefficients: CoefficientSet, rate_dps: FloatArray) -> None:
-    """Angles do not matter to a gyro, the angular velocity along its package's axes does."""
+    """Refuse rates beyond the set's validity.
+
+    Angles do not matter to a gyro, the angular velocity along its package's axes does.
+    """
     limits = coefficients.validity.rate_dps
     if limits is not None:
         _check_range(coefficients, "rate", "dps", rate_dps, limits, (rate_dps - limits[0], limits[1] - rate_dps))

@@ -14,7 +14,7 @@ from ams.units import UNITS, unit_of
 
 
 def axis_section(axis: AxisCalibration, sensor: str) -> Document:
-    """The document of one axis. Raises: SetError where a primary parameter is not determined."""
+    """Return the document of one axis. Raises: SetError where a primary parameter is not determined."""
     if not np.isfinite(axis.primary).all():
         raise SetError(
             f"{sensor}: axis {axis.axis}: a primary parameter is not determined: got "
@@ -41,7 +41,7 @@ def axis_section(axis: AxisCalibration, sensor: str) -> Document:
 
 
 def axis_numbers(axis: str, section: Mapping[str, Json], model: str | None = None) -> AxisNumbers:
-    """What the equation takes, read from the section of a checked document."""
+    """Return what the equation takes, read from the section of a checked document."""
     return AxisNumbers(
         axis=axis,
         model=str(table(section["equation"])["name"]) if model is None else model,
@@ -149,5 +149,5 @@ def _matrix(values: FloatArray, size: int, where: str) -> list[Json]:
 
 
 def _number(value: float | None) -> float | None:
-    """The value as a plain float, null where it is not finite."""
+    """Return the value as a plain float, null where it is not finite."""
     return float(value) if value is not None and np.isfinite(value) else None

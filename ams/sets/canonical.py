@@ -26,7 +26,7 @@ LONGEST_TEXT = 100_000
 
 
 def plain(value: object, where: str) -> Json:
-    """The value as JSON knows it: arrays as lists, dates as ISO 8601, a number that is not finite as null.
+    """Return the value as JSON knows it: arrays as lists, dates as ISO 8601, a number that is not finite as null.
 
     Raises: SetError for a value that JSON has no form for.
     """
@@ -46,7 +46,7 @@ def plain(value: object, where: str) -> Json:
 
 
 def plain_text(value: str, where: str) -> str:
-    """Text of a bearable length that has a UTF-8 form and no NUL. Raises: SetError for any other."""
+    """Return text of a bearable length that has a UTF-8 form and no NUL. Raises: SetError for any other."""
     if len(value) > LONGEST_TEXT:
         raise SetError(
             f"{where}: cannot be written into a coefficient set: got a text of {len(value)} characters, "
@@ -61,7 +61,7 @@ def plain_text(value: str, where: str) -> str:
 
 
 def plain_number(value: object, where: str) -> Json:
-    """A number as int, float or, where it is not finite, null. Raises: SetError for anything else."""
+    """Return a number as int, float or, where it is not finite, null. Raises: SetError for anything else."""
     if isinstance(value, np.bool_):
         return bool(value)
     if isinstance(value, int | np.integer):
@@ -75,43 +75,46 @@ def plain_number(value: object, where: str) -> Json:
 
 
 def table(value: Json) -> Document:
-    """The value, known by the schema to be a table."""
+    """Return the value, known by the schema to be a table."""
     assert isinstance(value, dict), "the schema was checked"
     return value
 
 
 def listed(value: Json) -> list[Json]:
-    """The value, known by the schema to be a list or null; null is empty."""
+    """Return the value, known by the schema to be a list or null; null is empty."""
     assert value is None or isinstance(value, list), "the schema was checked"
     return value or []
 
 
 def number(value: Json) -> float:
-    """The value, known by the schema to be a number."""
+    """Return the value, known by the schema to be a number."""
     assert isinstance(value, int | float), "the schema was checked"
     return float(value)
 
 
 def canonical_bytes(value: Json) -> bytes:
-    """The one form that checksums are taken of."""
+    """Return the one form that checksums are taken of."""
     text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return text.encode("utf-8")
 
 
 def checksum(document: Mapping[str, Json]) -> str:
-    """SHA-256 (hex) over everything in the document but its checksum."""
+    """Return the SHA-256 (hex) over everything in the document but its checksum."""
     return hashlib.sha256(canonical_bytes({k: v for k, v in document.items() if k != "checksum"})).hexdigest()
 
 
 def seal(document: Mapping[str, Json]) -> Document:
-    """The document with its checksum as the last entry."""
+    """Return the document with its checksum as the last entry."""
     content: Document = {key: value for key, value in document.items() if key != "checksum"}
     content["checksum"] = {"algorithm": CHECKSUM_ALGORITHM, "sha256": checksum(content)}
     return content
 
 
 def render(document: Mapping[str, Json]) -> bytes:
-    """The document as the bytes of its file: indented by two, whatever fits one line on one line, one newline last."""
+    """Return the document as the bytes of its file.
+
+    Indented by two, whatever fits one line on one line, one newline last.
+    """
     return (_rendered(dict(document), 0, 0) + "\n").encode("utf-8")
 
 

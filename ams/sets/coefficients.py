@@ -80,7 +80,7 @@ class CoefficientSet:
 
 
 def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSet:
-    """The sealed set of one sensor package.
+    """Return the sealed set of one sensor package.
 
     Raises: SetError where the calibration cannot be a set (unknown equation, an undetermined primary parameter,
     temperature terms without a temperature range); VectorsDisagree where its parameter forms contradict each other.
@@ -108,7 +108,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
 
 
 def from_document(value: Json, where: str) -> CoefficientSet:
-    """A set from its document, every check but the test vectors made.
+    """Return a set from its document, every check but the test vectors made.
 
     Raises: SetError naming ``where`` and what does not hold.
     """

@@ -99,13 +99,13 @@ class AxisNumbers:
         return any(self._coefficient(name) != 0.0 for name in TEMPERATURE_NAMES)
 
     def offset_v(self, temperature_degc: FloatArray | None) -> FloatArray:
-        """The offset at the temperature."""
+        """Return the offset at the temperature."""
         return np.asarray(
             self.primary["offset_v"] + self._coefficient("offset_tc_v_per_degc") * self._above(temperature_degc)
         )
 
     def gain(self, temperature_degc: FloatArray | None) -> FloatArray:
-        """What the sensitivity is multiplied by at the temperature."""
+        """Return what the sensitivity is multiplied by at the temperature."""
         return np.asarray(1.0 + self._coefficient("sensitivity_tc_per_degc") * self._above(temperature_degc))
 
     def _coefficient(self, name: str) -> float:
@@ -125,7 +125,7 @@ class AxisNumbers:
 
 
 def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArray | None) -> FloatArray:
-    """The output of the axis at the field (…, 3) that its model senses, from the primary parameters."""
+    """Return the output of the axis at the field (…, 3) that its model senses, from the primary parameters."""
     own = numbers.own_output
     if own is not None:
         return np.asarray(own.value_v(numbers.primary, f))
@@ -136,7 +136,7 @@ def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArra
 
 
 def derived_direction(numbers: AxisNumbers) -> FloatArray | None:
-    """(3,) k from sensitivity and angles; None where one of them is null, or the model has no such angles."""
+    """Return (3,) k from sensitivity and angles; None where one of them is null, or the model has no such angles."""
     form = FIELDS[numbers.model]
     sensitivity = numbers.parameters.get(form.sensitivity)
     angles_deg = [numbers.parameters.get(name) for name in form.angles]
@@ -146,7 +146,7 @@ def derived_direction(numbers: AxisNumbers) -> FloatArray | None:
 
 
 def equation_of(model: str, nominal_axis: str, with_temperature: bool) -> PrintedEquation:
-    """The printed equation. Raises: SetError for a model or an axis that no set has an equation for."""
+    """Return the printed equation. Raises: SetError for a model or an axis that no set has an equation for."""
     found = FIELDS[model].equation(nominal_axis) if model in FIELDS else None
     if found is None:
         raise SetError(
@@ -159,7 +159,7 @@ def equation_of(model: str, nominal_axis: str, with_temperature: bool) -> Printe
 
 
 def check_numbers(numbers: AxisNumbers, where: str) -> None:
-    """Raises: SetError where the equation does not take these numbers."""
+    """Refuse numbers that the equation does not take. Raises: SetError."""
     equation_of(numbers.model, numbers.nominal_axis, numbers.needs_temperature)
     form = FIELDS[numbers.model]
     if form.output is not None:

@@ -39,7 +39,7 @@ def use_section(
     chain: Mapping[str, object] | None,
     temperature_conversion: Mapping[str, object] | None,
 ) -> Document:
-    """The document's section ``use``."""
+    """Return the document's section ``use``."""
     conversion = plain(temperature_conversion, "temperature_conversion")
     return {
         "polarity": {name: polarity(numbers) for name, numbers in axes.items()},
@@ -57,13 +57,13 @@ def use_section(
 
 
 def use_of(document: Document) -> Document | None:
-    """The section, None in a set that was written before there was one."""
+    """Return the section ``use``, None in a set that was written before there was one."""
     section = document.get("use")
     return None if section is None else table(section)
 
 
 def polarity(numbers: AxisNumbers) -> int:
-    """+1 or -1: the sign of the sensitivity; where the model names none, of k along the nominal axis.
+    """Return +1 or -1: the sign of the sensitivity; where the model names none, of k along the nominal axis.
 
     CR's accelerometers sense gravity, which points the other way than the specific force that a turn upwards makes.
     """
@@ -74,7 +74,7 @@ def polarity(numbers: AxisNumbers) -> int:
 
 
 def fixture_to_package(mount: Mapping[str, object]) -> list[Json] | None:
-    """Rows of the signed permutation that the mount declares, None where it declares none."""
+    """Return the rows of the signed permutation that the mount declares, None where it declares none."""
     named = [str(mount.get(axis, "")) for axis in "xyz"]
     if not all(re.fullmatch(r"[+-][xyz]", name) for name in named):
         return None
@@ -82,14 +82,14 @@ def fixture_to_package(mount: Mapping[str, object]) -> list[Json] | None:
 
 
 def _corrections(chain: Mapping[str, object]) -> Document:
-    """``chain_corrections``, where there are any: what readings were divided by before the set was made."""
+    """Return ``chain_corrections``, where there are any: what readings were divided by before the set was made."""
     found = {str(name): _correction(declared) for name, declared in chain.items() if isinstance(declared, Mapping)}
     made: dict[str, Json] = {name: correction for name, correction in found.items() if correction}
     return {"chain_corrections": made, "chain_corrections_text": CORRECTIONS_TEXT} if made else {}
 
 
 def _correction(declared: Mapping[str, object]) -> Document:
-    """Of one channel: its supply, its load resistor, or both."""
+    """Return the correction of one channel: for its supply, its load resistor, or both."""
     correction: Document = {}
     nominal_v = declared.get("supply_nominal_v") or _middle(declared.get("supply_band_v"))
     if declared.get("ratiometric") and nominal_v is not None:
@@ -107,6 +107,6 @@ def _middle(band: object) -> float | None:
 
 
 def _serial(declared: object) -> str | None:
-    """The serial in what is declared of a channel's chain."""
+    """Return the serial in what is declared of a channel's chain."""
     serial = declared.get("serial") if isinstance(declared, Mapping) else None
     return str(serial) if serial else None

@@ -18,7 +18,7 @@ TEXT = (
 
 
 def package_section(package: PackageCovariance) -> Document:
-    """The section of a package of two axes or more."""
+    """Return the section of a package of two axes or more."""
     kept = [place for place, (_, name) in enumerate(package.order) if name != DRIFT_NAME]
     square = np.ix_(kept, kept)
     return {
@@ -35,7 +35,7 @@ def package_section(package: PackageCovariance) -> Document:
 
 
 def package_of(document: Document) -> Document | None:
-    """The section, None where the set has none."""
+    """Return the section ``package``, None where the set has none."""
     section = document.get("package")
     return None if section is None else table(section)
 

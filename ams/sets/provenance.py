@@ -88,12 +88,12 @@ def _check_range(sensor: str, name: str, limits: tuple[float, float]) -> None:
 
 
 def utc_text(moment: datetime) -> str:
-    """ISO 8601 in UTC, such as ``2026-03-01T06:20:00+00:00``."""
+    """Return a moment as ISO 8601 in UTC, such as ``2026-03-01T06:20:00+00:00``."""
     return moment.astimezone(UTC).isoformat()
 
 
 def origin_sections(provenance: Provenance) -> Document:
-    """Who and with what right: the document's sections before the coefficients."""
+    """Return the document's sections before the coefficients: who calibrated and with what right."""
     return {
         "sensor": {
             "name": provenance.sensor,
@@ -123,7 +123,7 @@ def _further_ranges(provenance: Provenance) -> Document:
 
 
 def record_sections(provenance: Provenance) -> Document:
-    """How it came about: the document's sections after the coefficients."""
+    """Return the document's sections after the coefficients: how they came about."""
     declared = ("mount", "level", "chain", "job", "acceptance", "laboratory")
     return {
         "environment": plain(provenance.environment, "environment"),

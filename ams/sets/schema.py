@@ -21,12 +21,12 @@ VERSION = 2
 
 
 def version_of(convention: str) -> int:
-    """The oldest version that can hold a set of this convention, so that older readers read what they can."""
+    """Return the oldest version that can hold a set of this convention, so that older readers read what they can."""
     return 2 if convention == "CR" else 1
 
 
 def check_document(value: Json, where: str) -> Document:
-    """The value as a document of version 1 or 2.
+    """Return the value as a document of version 1 or 2.
 
     Raises: SetError where it is something else, newer, damaged or misshapen.
     """

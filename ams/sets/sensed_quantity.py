@@ -36,7 +36,7 @@ FIELDS: Mapping[str, SetForm] = _Forms()
 
 
 def field_at(model: str, attitude: Attitude) -> FloatArray:
-    """(…, 3) the field in package axes: local g, or °/s for gyros.
+    """Return the (…, 3) field in package axes: local g, or °/s for gyros.
 
     Raises: OutsideValidity where the model needs a yaw or rates that are not given.
     """

@@ -68,7 +68,7 @@ class VectorAgreement:
 
 
 def make_vectors(axes: Mapping[str, AxisNumbers], validity: Validity) -> Document:
-    """The document's section ``test_vectors``, computed from the numbers."""
+    """Return the document's section ``test_vectors``, computed from the numbers."""
     with_temperature = any(numbers.needs_temperature for numbers in axes.values())
     forward = [_forward(axes, validity, fractions, with_temperature) for fractions in SPREAD]
     inverse = [vector for vector in forward if _is_invertible(axes, vector)]
@@ -97,7 +97,7 @@ def check_vectors(axes: Mapping[str, AxisNumbers], section: Mapping[str, Json], 
 def inferred_force(
     axes: Mapping[str, AxisNumbers], outputs_v: Mapping[str, FloatArray], temperature_degc: FloatArray | None
 ) -> FloatArray:
-    """(…, 3) specific force from the outputs of three axes, local g."""
+    """Return the (…, 3) specific force from the outputs of three axes, local g."""
     above = [
         (outputs_v[name] - numbers.offset_v(temperature_degc)) / numbers.gain(temperature_degc)
         for name, numbers in axes.items()
@@ -106,13 +106,13 @@ def inferred_force(
 
 
 def angles_of(f: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pitch in [−π/2, π/2] and roll in (−π, π] of a specific force of any length."""
+    """Return pitch in [−π/2, π/2] and roll in (−π, π] of a specific force of any length."""
     x, y, z = np.moveaxis(f, -1, 0)
     return np.arctan2(x, np.hypot(y, z)), np.arctan2(-y, -z)
 
 
 def is_package(axes: Mapping[str, AxisNumbers]) -> bool:
-    """Whether three linear axes in TP's convention together determine the specific force, well conditioned."""
+    """Return whether three linear axes in TP's convention determine the specific force, well conditioned."""
     return (
         len(axes) == 3
         and all(FIELDS[numbers.model].convention == "TP" for numbers in axes.values())
@@ -145,7 +145,7 @@ def _forward(
 
 
 def _between(limits: tuple[float, float], fraction: float) -> float:
-    """A point of the range, rounded to a micro-unit but never beyond an end."""
+    """Return a point of the range, rounded to a micro-unit but never beyond an end."""
     return min(max(round(limits[0] + fraction * (limits[1] - limits[0]), 6), limits[0]), limits[1])
 
 

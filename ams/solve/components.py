@@ -26,7 +26,7 @@ class Causes:
     fit): two axes' are correlated as their signs are. None: the cause is one and the same for all (an index)."""
 
     def of(self, row: int) -> FloatArray:
-        """(P, r) of one estimate."""
+        """Return the (P, r) effects of one estimate."""
         effects = self.effects if self.effects.ndim == 2 else self.effects[row]
         return np.asarray(self.scale[row] * effects)
 
@@ -45,7 +45,7 @@ class ComponentColumns:
 
 
 def components_of(columns: Sequence[ComponentColumns], place: int) -> tuple[VarianceComponent, ...]:
-    """Those of one estimate; a part that is not there (no lack of fit) is left out."""
+    """Return the components of one estimate; a part that is not there (no lack of fit) is left out."""
     return tuple(
         VarianceComponent(part.name, part.covariance[place], float(part.dof[place]))
         for part in columns

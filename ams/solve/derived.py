@@ -38,7 +38,7 @@ class DerivedParameters:
     """(m, L, P) derivatives by the primary parameters."""
 
     def estimates(self, row: int) -> tuple[ParameterEstimate, ...]:
-        """Those of one sensor axis."""
+        """Return the parameters of one sensor axis."""
         arrays = (
             self.values, self.standard_uncertainties, self.tp_standard_uncertainties, self.dof, self.halfwidths_95
         )  # fmt: skip
@@ -79,7 +79,7 @@ def derive(
 
 
 def _parameters(models: Sequence[Model], primary: FloatArray) -> FloatArray:
-    """(m, L) at one stroke for every model that several rows have."""
+    """Return the (m, L) parameters at one stroke for every model that several rows have."""
     places: dict[int, list[int]] = {}
     for place, model in enumerate(models):
         places.setdefault(id(model), []).append(place)
@@ -90,7 +90,9 @@ def _parameters(models: Sequence[Model], primary: FloatArray) -> FloatArray:
 
 
 def halfwidths_95(names: Sequence[str], propagated: FloatArray) -> FloatArray:
-    """(…, L) from Student's factor times the standard uncertainty: an azimuth's as it is, the others as to first order.
+    """Return the (…, L) half-widths, Student's factor times the standard uncertainty.
+
+    An azimuth's as it is, the others as to first order.
 
     A vector of length a across the axis turns by δ under an error h of its own that stands across it, a·sin δ = h
     (Fieller). At five standard uncertainties that is a twentieth more; to first order 94 % would hold the truth.

@@ -107,7 +107,7 @@ def _point_means(observations: Observations, label: str, table: TableUncertainty
 
 
 def angles_of_points(observations: Observations, layout: Layout) -> tuple[FloatArray, FloatArray]:
-    """(K,) pitch and roll of the points, radians."""
+    """Return the (K,) pitch and roll of the points, radians."""
     first = np.unique(layout.point, return_index=True)[1]
     return observations.pitch_rad[first], observations.roll_rad[first]
 
@@ -119,7 +119,7 @@ def _slopes(primary: FloatArray, pitch: FloatArray, roll: FloatArray) -> dict[st
 def without_drift(
     basis: FloatArray, output: FloatArray, layout: Layout, readings: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Outputs brought to the mean parameters of all replications, and the variance of a reading.
+    """Return the outputs brought to the mean parameters of all replications, and the variance of a reading.
 
     The departures of the replications' parameters are found with every point's own effect taken out, so that a
     replication that lacks points is not bent by their lack of fit.
@@ -177,7 +177,10 @@ def _generalised(joined: FloatArray, means: _PointMeans) -> _Generalised:
 
 
 def _scatter_variance(generalised: _Generalised, precision_v2: float, dof: int) -> float:
-    """The variance of a reading at which χ² is its degrees of freedom, not below the precision of the replications."""
+    """Return the variance of a reading at which χ² is its degrees of freedom.
+
+    It is not below the precision of the replications.
+    """
     upper = float(generalised.gram[_TERMS, _TERMS]) / dof
     lower = max(precision_v2, 1e-12 * upper, float(np.finfo(float).tiny))
     if upper <= lower or generalised.at(lower)[2] <= dof:
@@ -195,7 +198,7 @@ def _all_rows(observations: Observations, label: str) -> tuple[FloatArray, Float
 
 
 def _standard_error(rows: tuple[FloatArray, FloatArray], size: int) -> float:
-    """S_E of TP (48) with the first ``size`` columns."""
+    """Return S_E of TP (48) with the first ``size`` columns."""
     joined, output = rows
     left = output - joined[:, :size] @ np.linalg.lstsq(joined[:, :size], output, rcond=None)[0]
     return float(np.sqrt(left @ left / (output.size - size)))

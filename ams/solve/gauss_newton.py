@@ -115,7 +115,7 @@ def gauss_newton(
     iterations: int = 50,
     residual_curvature: bool = False,
 ) -> GaussNewtonResult:
-    """Least squares from a start.
+    """Find the least squares from a start.
 
     ``covariance`` is U_Y: None, (N,) variances, or (N, N); relative (rescaled by S_E²) unless absolute.
     ``residual_curvature`` puts H_E of TP (45) into the covariance of the estimate: R = F_cᵀ U_Y⁻¹ F_c − H_E. It counts
@@ -147,7 +147,10 @@ def gauss_newton(
 
 
 def _residual_curvature(problem: "_Problem", estimate: FloatArray, uncertainty: FloatArray) -> FloatArray:
-    """H_E of TP (45): the residuals against the second derivatives, these by central differences of the Jacobian."""
+    """Return H_E of TP (45): the residuals against the second derivatives.
+
+    These are central differences of the Jacobian.
+    """
     residuals = problem.residuals(estimate)
     columns = []
     for place, size in enumerate(np.maximum(np.abs(estimate), uncertainty)):
@@ -160,7 +163,7 @@ def _residual_curvature(problem: "_Problem", estimate: FloatArray, uncertainty: 
 
 
 def _with_curvature(unscaled: FloatArray, curvature: FloatArray, names: Sequence[str]) -> FloatArray:
-    """R⁻¹ with R = F_cᵀ U_Y⁻¹ F_c − H_E, the second derivative of half the sum of squares.
+    """Return R⁻¹ with R = F_cᵀ U_Y⁻¹ F_c − H_E, the second derivative of half the sum of squares.
 
     Print has R = F_cᵀ U_Y⁻¹ F_c + H_E in TP (44), with the H_E of (45): the sign of the residuals is lost there.
     """
@@ -192,7 +195,10 @@ class _Problem:
             return self.whiten(self.jacobian(parameters))
 
     def unscaled_covariance(self, parameters: FloatArray, largest: FloatArray) -> FloatArray:
-        """R⁻¹ of TP (50); ``largest`` holds the largest slope that each parameter has had on the way."""
+        """Return R⁻¹ of TP (50).
+
+        ``largest`` holds the largest slope that each parameter has had on the way.
+        """
         gradient = self.gradient(parameters)
         length = np.linalg.norm(gradient, axis=0)
         flat = [
@@ -216,7 +222,7 @@ class _Problem:
 
 
 def _iterate(problem: _Problem, start: FloatArray, limit: int) -> tuple[FloatArray, FloatArray, Convergence]:
-    """The answer, the largest slope that each parameter has had on the way, and how it ended."""
+    """Return the answer, the largest slope that each parameter has had on the way, and how it ended."""
     estimate, damping, damped_steps, relative = start, 0.0, 0, np.inf
     length = np.zeros(start.size)
     residuals = problem.residuals(estimate)
@@ -247,7 +253,10 @@ def _iterate(problem: _Problem, start: FloatArray, limit: int) -> tuple[FloatArr
 def _refuse_stall(
     problem: _Problem, estimate: FloatArray, residuals: FloatArray, gradient: FloatArray, length: FloatArray
 ) -> float:
-    """The step that is left over where none lowers the sum of squares; an answer only where that step is negligible."""
+    """Return the step that is left over where none lowers the sum of squares.
+
+    Raises: SolveError unless that step is negligible.
+    """
     step = _damped_step(gradient, residuals, length, 0.0)
     relative = _step_in_uncertainties(gradient, residuals, step)
     floor = ROUNDING_FLOOR * float(np.linalg.norm(problem.whiten(problem.observed)))
@@ -268,7 +277,7 @@ def _descend(
     length: FloatArray,
     damping: float,
 ) -> tuple[FloatArray | None, bool, float, int]:
-    """A step that earns a fair part of the reduction it promises.
+    """Return a step that earns a fair part of the reduction it promises.
 
     With it: whether it is undamped, the damping to go on with, and how many steps were tried in vain. No step at all:
     nothing more is to be gained in double precision.
@@ -298,7 +307,7 @@ def _square(residuals: FloatArray) -> float:
 def _step_on_trust(
     problem: _Problem, estimate: FloatArray, residuals: FloatArray, gradient: FloatArray, length: FloatArray
 ) -> FloatArray | None:
-    """The full step, unless it makes the fit visibly worse."""
+    """Return the full step, unless it makes the fit visibly worse."""
     step = _damped_step(gradient, residuals, length, 0.0)
     size, reached = np.linalg.norm(residuals), np.linalg.norm(problem.residuals(estimate + step))
     floor = ROUNDING_FLOOR * float(np.linalg.norm(problem.whiten(problem.observed)))
@@ -314,7 +323,7 @@ def _next_damping(damping: float, gain: float) -> float:
 
 
 def _damped_step(gradient: FloatArray, residuals: FloatArray, length: FloatArray, damping: float) -> FloatArray:
-    """Marquardt's step, every parameter scaled by the largest slope it has had."""
+    """Return Marquardt's step, every parameter scaled by the largest slope it has had."""
     length = np.where(length > 0.0, length, 1.0)
     scaled, right = gradient / length, residuals
     if damping > 0.0:
@@ -325,7 +334,7 @@ def _damped_step(gradient: FloatArray, residuals: FloatArray, length: FloatArray
 
 
 def _step_in_uncertainties(gradient: FloatArray, residuals: FloatArray, step: FloatArray) -> float:
-    """The largest step over its parameter's standard uncertainty; infinite where that is not defined."""
+    """Return the largest step over its parameter's standard uncertainty; infinite where that is not defined."""
     dof = residuals.size - step.size
     length = np.linalg.norm(gradient, axis=0)
     if not np.all(length > 0.0):

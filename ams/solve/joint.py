@@ -171,7 +171,7 @@ def _part(number: int, mounting: Mounting, axes: tuple[str, ...], names: list[st
 
 
 def _drift(basis: FloatArray, output: FloatArray, replication: IntArray, variance: float) -> FloatArray:
-    """(P, P) what the spread of the replications' own parameters adds to the mean, beyond their precision.
+    """Return (P, P): what the spread of the replications' own parameters adds to the mean, beyond their precision.
 
     Nothing where that spread is no larger than the precision explains at 95 %: a few replications scatter, and adding
     whatever is above the mean would count the noise twice.
@@ -206,7 +206,7 @@ def _refuse_rank_deficiency(rows: _Rows) -> None:
 
 
 def _ordinary(rows: _Rows, errors: FloatArray) -> FloatArray:
-    """(A, 1 + c)"""
+    """Return the ordinary estimates, (A, 1 + c)."""
     force = rows.force + rows.effects @ errors
     basis = np.column_stack([np.ones(force.shape[0]), force])
     return np.asarray(np.linalg.lstsq(basis, rows.output_v, rcond=None)[0].T)
@@ -215,7 +215,7 @@ def _ordinary(rows: _Rows, errors: FloatArray) -> FloatArray:
 def _system(
     rows: _Rows, primary: FloatArray, errors: FloatArray, sd: FloatArray, prior_rad: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Whitened Jacobian and right-hand side: all axes' rows, then one row per prior."""
+    """Return the whitened Jacobian and right-hand side: all axes' rows, then one row per prior."""
     count, size = primary.shape
     points = rows.force.shape[0]
     force = rows.force + rows.effects @ errors
@@ -233,7 +233,10 @@ def _system(
 
 
 def _widened(rows: _Rows, primary: FloatArray, errors: FloatArray, sd: FloatArray, q: FloatArray) -> FloatArray:
-    """(N, A) standard deviations of the means: the replications' precision, raised to the scatter that is there."""
+    """Return the (N, A) standard deviations of the means.
+
+    They are the replications' precision, raised to the scatter that is there.
+    """
     points = rows.force.shape[0]
     residuals = _residuals(rows, primary, errors) / sd
     raised = np.empty_like(sd)
@@ -288,7 +291,7 @@ def _result(
 def _with_unexcited(
     primary: FloatArray, covariance: FloatArray, excited: NDArray[np.intp]
 ) -> tuple[FloatArray, FloatArray]:
-    """(A, 4) and (4 A, 4 A), NaN where a component was never excited."""
+    """Return the estimates (A, 4) and their covariance (4 A, 4 A), NaN where a component was never excited."""
     count = primary.shape[0]
     own = np.concatenate([[0], 1 + excited])
     every = (4 * np.arange(count)[:, None] + own).ravel()
@@ -300,7 +303,7 @@ def _with_unexcited(
 
 
 def _confounded(names: list[str], prior_rad: FloatArray, spread: FloatArray) -> tuple[str, ...]:
-    """Directions in the space of whole-table errors that the rows leave at their prior."""
+    """Return the directions in the space of whole-table errors that the rows leave at their prior."""
     whole = [n for n, name in enumerate(names) if " tooth " not in name]
     if not whole:
         return ()

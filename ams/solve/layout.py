@@ -44,7 +44,7 @@ class Layout:
         return None if np.all(key[1:] > key[:-1]) else np.argsort(key)
 
     def missing(self) -> dict[int, tuple[int, ...]]:
-        """Replication label to the labels of the points that it lacks."""
+        """Return the labels of the points that each replication lacks, by its label."""
         if self.is_complete:
             return {}
         present = np.zeros((self.replications, self.points), dtype=bool)
@@ -57,15 +57,15 @@ class Layout:
         }
 
     def sum_by_replication(self, values: FloatArray) -> FloatArray:
-        """(n, …) sums of (N, …) values."""
+        """Return the (n, …) sums of (N, …) values."""
         return _sum_by(self.replication, values, self.replications)
 
     def sum_by_point(self, values: FloatArray) -> FloatArray:
-        """(K, …) sums of (N, …) values."""
+        """Return the (K, …) sums of (N, …) values."""
         return _sum_by(self.point, values, self.points)
 
     def mean_by_point(self, values: FloatArray) -> FloatArray:
-        """(K, …) means of (N, …) values."""
+        """Return the (K, …) means of (N, …) values."""
         return np.asarray((self.sum_by_point(values).T / np.bincount(self.point)).T)
 
 
@@ -100,7 +100,7 @@ def layout_of(observations: Observations) -> Layout:
 
 
 def _indexed(labels: IntArray) -> tuple[IntArray, IntArray]:
-    """Sorted distinct labels, and the place of every label among them."""
+    """Return sorted distinct labels, and the place of every label among them."""
     low, span = int(labels.min()), int(labels.max()) - int(labels.min()) + 1
     if span > 16 * labels.size:
         distinct, place = np.unique(labels, return_inverse=True)

@@ -66,7 +66,7 @@ def factor(
 
 
 def repeated(form: LinearForm, times: int) -> LinearForm:
-    """The same basis that many times, one block below the other."""
+    """Return the same basis that many times, one block below the other."""
     if times == 1:
         return form
     assert form.weights is None
@@ -76,7 +76,10 @@ def repeated(form: LinearForm, times: int) -> LinearForm:
 
 
 def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> float:
-    """The condition number of the columns at unit length, where every parameter is determined."""
+    """Return the condition number of the columns at unit length.
+
+    Raises: DesignError where a parameter is not determined.
+    """
     length = np.linalg.norm(r, axis=0)
     scaled = r / np.where(length > _ROUNDING * length.max(), length, np.inf)
     _, singular, directions = np.linalg.svd(scaled)

@@ -26,7 +26,7 @@ SHARED = MappingProxyType({**dict.fromkeys(TEMPERATURE_NAMES, "temperature_degc"
 
 
 def is_shared(name: str) -> bool:
-    """Whether a parameter is seen across replications only."""
+    """Return whether a parameter is seen across replications only."""
     return name in SHARED or is_of_a_mounting(name)
 
 
@@ -55,11 +55,11 @@ class Linearised:
         return _free(self.model)
 
     def complete(self, free_values: FloatArray) -> FloatArray:
-        """(…, P) primary parameters from the free ones: the fixed ones put in their places."""
+        """Return the (…, P) primary parameters from the free ones: the fixed ones put in their places."""
         return _complete(self.model, self.free, free_values)
 
     def placed(self, free_covariance: FloatArray) -> FloatArray:
-        """(…, P, P) from (…, F, F): fixed parameters have none."""
+        """Return (…, P, P) from (…, F, F): fixed parameters have none."""
         size = len(self.model.primary_names)
         if self.free.size == size:
             return free_covariance
@@ -75,7 +75,9 @@ def linearise(
     outputs: FloatArray,
     weights: FloatArray | None,
 ) -> Linearised:
-    """Models alike but for the nominal axis and their (N, m) outputs; one axis at a time where there is no basis.
+    """Linearise models alike but for the nominal axis and their (N, m) outputs.
+
+    It is one axis at a time where there is no basis.
 
     Raises:
         DesignError: too few rows, or the points leave a direction of the parameters undetermined.
@@ -114,7 +116,7 @@ def _columns(stimulus: Attitude) -> dict[str, NDArray[Any]]:
 
 
 def _repeats(stimulus: Attitude, layout: Layout) -> bool:
-    """The rows stand replication by replication, each with the same points at exactly the same stimulus."""
+    """Return whether each replication has the same points in order at exactly the same stimulus."""
     if not layout.is_complete or layout.order is not None:
         return False
     blocks = (values.reshape(layout.replications, -1) for values in _columns(stimulus).values())
@@ -126,7 +128,7 @@ def _first(stimulus: Attitude, count: int) -> Attitude:
 
 
 def shared_regressors(model: Model, rows: Observations) -> tuple[FloatArray, ...]:
-    """(N,) columns of the rows that estimated parameters go with which a replication does not determine by itself."""
+    """Return the (N,) columns of the rows for estimated parameters that no replication determines by itself."""
     columns = {SHARED[name] for name in model.primary_names if name in SHARED and name not in model.fixed}
     shared = [np.asarray(getattr(rows, column)) for column in sorted(columns)]
     if rows.mounting is not None and any(map(is_of_a_mounting, model.primary_names)):
@@ -157,7 +159,10 @@ def _at_solution(
     output_v: FloatArray,
     weights: FloatArray | None,
 ) -> tuple[FloatArray, FloatArray, Convergence]:
-    """Gauss-Newton, TP (43) to (50), from the model's own start; the rest of the story is told at its answer."""
+    """Iterate by Gauss-Newton, TP (43) to (50), from the model's own start.
+
+    The rest of the story is told at its answer.
+    """
     result = gauss_newton(
         lambda values: model.predict(_complete(model, free, values), rows),
         lambda values: model.jacobian(_complete(model, free, values), rows)[:, free],

@@ -61,7 +61,7 @@ class MixedEstimates:
 
     @property
     def covariance(self) -> FloatArray:
-        """(m, P, P)"""
+        """The (m, P, P) covariance of all components together."""
         return np.asarray(sum(component.covariance for component in self.components))
 
 
@@ -73,7 +73,7 @@ def estimate(
     common: Sequence[CommonErrors],
     plots: WholePlots,
 ) -> MixedEstimates:
-    """Estimates from (N, m) outputs.
+    """Estimate from (N, m) outputs.
 
     ``alone`` is the part of the model that every replication determines by itself: ``form``, or its leading columns
     where further parameters (temperature coefficients) are only seen across replications. ``common`` is empty, or has
@@ -108,7 +108,10 @@ def _unreplicated(
     common: Sequence[CommonErrors],
     joined: Sequence[FloatArray],
 ) -> MixedEstimates:
-    """One replication (or none to spare): precision and lack of fit cannot be told apart; the residuals hold both."""
+    """Estimate from one replication (or none to spare).
+
+    Precision and lack of fit cannot be told apart; the residuals hold both.
+    """
     weights = np.ones(layout.rows) if form.weights is None else form.weights
     ordinary = form.solve(outputs)
     ss_ordinary = _square(form, outputs - form.basis @ ordinary)
@@ -128,7 +131,10 @@ def _unreplicated(
 
 
 def _split(form: LinearForm, alone: LinearForm, outputs: FloatArray) -> tuple[FloatArray | None, FloatArray]:
-    """The ordinary fit, and the outputs less what only several replications together determine; None: nothing is."""
+    """Return the ordinary fit, and the outputs less what only several replications together determine.
+
+    None: there is nothing of that kind.
+    """
     own = alone.basis.shape[1]
     if own == form.basis.shape[1]:
         return None, outputs
@@ -144,7 +150,7 @@ def _square(form: LinearForm, residuals: FloatArray) -> FloatArray:
 def _variances(
     alone: LinearForm, layout: Layout, sums: ReplicatedSums, joined: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(m,) precision, lack of fit beyond the common errors (volts²), and the latter's degrees of freedom.
+    """Return (m,) precision, lack of fit beyond the common errors (volts²), and the latter's degrees of freedom.
 
     Those are the degrees of freedom of the points' scatter: counting the subtraction of precision as well would leave
     fewer than one where the lack of fit is small, and widen intervals that hold without it (97 % for 95 %, simulated).
@@ -165,8 +171,10 @@ def _variances(
 
 
 def _own_variance(form: LinearForm, layout: Layout, precision: float, beyond: float) -> FloatArray:
-    """(N,) variance of each row for the weights, over the repeats; a point's lack of fit counts once, however often it
-    was read."""
+    """Return the (N,) variance of each row for the weights, over the repeats.
+
+    A point's lack of fit counts once, however often it was read.
+    """
     readings = layout.sum_by_point(np.ones(layout.rows))[layout.point]
     return (precision / (1.0 if form.weights is None else form.weights) + readings * beyond) / form.repeats
 
@@ -178,7 +186,7 @@ def _weighted(
     own: Sequence[FloatArray],
     joined: Sequence[FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
-    """The estimator, and (P, m) estimates: the ordinary ones where no errors are common."""
+    """Return the estimator, and (P, m) estimates: the ordinary ones where no errors are common."""
     if not joined:
         return form.estimator, ordinary
     basis = form.basis[: joined[0].shape[0]]
@@ -189,8 +197,10 @@ def _weighted(
 
 
 def _generalised(basis: FloatArray, own: FloatArray, joined: FloatArray) -> FloatArray:
-    """(m, P, N) generalised least squares for the row covariances diag(own) + joined·joinedᵀ, (m, N) and (m, N, q), by
-    Woodbury's identity."""
+    """Return the (m, P, N) generalised least squares estimator, by Woodbury's identity.
+
+    The row covariances are diag(own) + joined·joinedᵀ, (m, N) and (m, N, q).
+    """
     own = np.maximum(own, _SMALLEST_OWN_VARIANCE * np.mean(np.sum(joined**2, axis=-1), axis=-1)[:, None])[..., None]
     weighted_basis, weighted, turned = basis / own, joined / own, np.swapaxes(joined, -1, -2)
     inner = np.eye(joined.shape[-1]) + turned @ weighted
@@ -207,7 +217,7 @@ def _spread(
     sums: ReplicatedSums,
     plots: WholePlots,
 ) -> ComponentColumns:
-    """Precision and drift, from what differs between replications, or between visits of a plateau."""
+    """Return precision and drift, from what differs between replications, or between visits of a plateau."""
     dof = np.full(own_v.shape[1], float(plots.dof))
     if plots.absorbed > 0:
         effects = _response(estimator, alone, _departures(form, alone, layout, sums, plots), plots)
@@ -226,7 +236,10 @@ def _of_effects(name: str, effects: FloatArray, scale: float, dof: FloatArray) -
 
 
 def _contributions(estimator: FloatArray, alone: LinearForm, left: FloatArray, plots: WholePlots) -> FloatArray:
-    """(m, groups, P) of each group to the estimate, point effects taken out; balanced: its departure / n."""
+    """Return the (m, groups, P) part of each group in the estimate, point effects taken out.
+
+    Balanced: its departure / n.
+    """
     own = alone.basis.shape[1]
     shared = np.einsum("...pn,nm->pm" if estimator.ndim == 2 else "mpn,nm->pm", estimator[..., :own, :], left)
     left = left - alone.basis @ shared
@@ -236,8 +249,9 @@ def _contributions(estimator: FloatArray, alone: LinearForm, left: FloatArray, p
 def _departures(
     form: LinearForm, alone: LinearForm, layout: Layout, sums: ReplicatedSums, plots: WholePlots
 ) -> FloatArray:
-    """(m, groups, P) departures of the groups' own parameters, whose squares add up to the covariance of one group, for
-    parameters that are shared and found from the groups.
+    """Return the (m, groups, P) departures of the groups' own parameters, for those shared and found from the groups.
+
+    Their squares add up to the covariance of one group.
 
     A shared parameter takes a contrast from the directions that it moves (a sensitivity's temperature coefficient: from
     those along the sensor's axis) and from no other: each direction is divided by what is left to it.
@@ -250,7 +264,9 @@ def _departures(
 
 
 def _contrasts_left(form: LinearForm, alone: LinearForm, plots: WholePlots, root: FloatArray) -> FloatArray:
-    """(P, P) in units of ``root``: how many contrasts between the groups the shared parameters leave each direction.
+    """Return how many contrasts between the groups the shared parameters leave each direction.
+
+    (P, P), in units of ``root``.
 
     Departures d of the groups move the shared parameters by E X d, and the groups' own estimates by what the basis of
     the shared ones looks like to them.
@@ -266,14 +282,17 @@ def _contrasts_left(form: LinearForm, alone: LinearForm, plots: WholePlots, root
 
 
 def _inverse_root(matrix: FloatArray) -> FloatArray:
-    """Of a symmetric positive definite matrix."""
+    """Return the inverse square root of a symmetric positive definite matrix."""
     values, vectors = np.linalg.eigh(matrix)
     return np.asarray((vectors / np.sqrt(values)) @ vectors.T)
 
 
 def _response(estimator: FloatArray, alone: LinearForm, departures: FloatArray, plots: WholePlots) -> FloatArray:
-    """(m, P, groups²) effects where shared parameters are found from the groups' own: each group may have any of the
-    departures that the groups show, and moves the estimate as the estimator responds to that group."""
+    """Return the (m, P, groups²) effects where shared parameters are found from the groups' own.
+
+    Each group may have any of the departures that the groups show, and moves the estimate as the estimator responds to
+    that group.
+    """
     rows = np.einsum("ng,ni->gni", plots.membership, alone.basis)
     response = np.expand_dims(estimator, -3) @ rows
     effects = response @ np.swapaxes(departures, -1, -2)[:, None]

@@ -33,13 +33,13 @@ class SolvedAxis:
         return next((part for part in self.components if part.name == name), None)
 
     def shares(self, name: str, other: "SolvedAxis") -> bool:
-        """Whether a part has the same causes in another axis; a load resistor is each channel's own."""
+        """Return whether a part has the same causes in another axis; a load resistor is each channel's own."""
         own, others = ([e for e in axis.shared_errors if e.name == name] for axis in (self, other))
         return own == others and not any(error.is_of_one_channel for error in own)
 
 
 def package_covariance(axes: Sequence[SolvedAxis]) -> PackageCovariance | None:
-    """Of all axes of a package; None where there is one axis only."""
+    """Return the covariance of all axes of a package; None where there is one axis only."""
     if len(axes) < 2:
         return None
     names = dict.fromkeys(part.name for axis in axes for part in axis.components)
@@ -62,7 +62,7 @@ def _component(name: str, axes: Sequence[SolvedAxis]) -> VarianceComponent:
 
 
 def _between(one: ComponentColumns, row: int, other: ComponentColumns, other_row: int) -> FloatArray:
-    """(P, P') covariance of two axes' estimates from the same causes; zero where they are not the same."""
+    """Return the (P, P') covariance of two axes' estimates from the same causes; zero where they are not the same."""
     nothing = np.zeros((one.covariance.shape[-1], other.covariance.shape[-1]))
     if one.causes is None or other.causes is None:
         return nothing
@@ -74,7 +74,7 @@ def _between(one: ComponentColumns, row: int, other: ComponentColumns, other_row
 
 
 def _correlation(signs: FloatArray | None, row: int, others: FloatArray | None, other_row: int) -> float:
-    """Of how the causes came out for two axes; 1 where they are one and the same."""
+    """Return how the causes' outcomes for two axes correlate; 1 where they are one and the same."""
     if signs is None or others is None:
         return 1.0
     a, b = signs[:, row], others[:, other_row]

@@ -51,7 +51,7 @@ def solve_pitch_roll(
 
 
 def _on_branch(model: PitchRoll, primary: FloatArray) -> FloatArray:
-    """(b, S, Ω, A) in radians with 0 ≤ Ω ≤ 90°: the same sensor has three other names outside it."""
+    """Return (b, S, Ω, A) in radians with 0 ≤ Ω ≤ 90°: the same sensor has three other names outside it."""
     parameters = model.parameters(primary)
     parameters[2:] = np.deg2rad(parameters[2:])
     return parameters

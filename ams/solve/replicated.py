@@ -47,7 +47,10 @@ class ReplicatedSums:
     """(m,) SS_prec of TP 8; with ``ss_pooled_bias`` the whole sum of squares of the pooled fit."""
 
     def contrast_squares(self, directions: FloatArray) -> FloatArray:
-        """(m, q) sums of squares of the contrasts along (m, q, P) directions, in units of the variance of a row."""
+        """Return the (m, q) sums of squares of the contrasts along (m, q, P) directions.
+
+        They are in units of the variance of a row.
+        """
         along = np.einsum("nim,mqi->mqn", self.contrasts, directions)
         if self.is_balanced:
             n = along.shape[-1]
@@ -59,19 +62,19 @@ class ReplicatedSums:
         return np.asarray(np.sum(along * np.linalg.solve(covariance, along[..., None])[..., 0], axis=-1))
 
     def departures(self, form: LinearForm, layout: Layout, outputs: FloatArray) -> FloatArray:
-        """(N, m) residuals of the pooled fit with the point effects taken out: drift and precision."""
+        """Return the (N, m) residuals of the pooled fit with the point effects taken out: drift and precision."""
         return np.asarray(outputs - form.basis @ self.pooled - self.point_effects[layout.point])
 
 
 def replicated_sums(form: LinearForm, layout: Layout, outputs: FloatArray) -> ReplicatedSums:
-    """Sums of squares and estimates of (N, m) outputs; every replication must determine the model alone."""
+    """Return the sums of squares and estimates of (N, m) outputs; every replication must determine the model alone."""
     if _same_everywhere(form, layout):
         return _balanced(form, layout, outputs, layout.order)
     return _unbalanced(form, layout, outputs)
 
 
 def _same_everywhere(form: LinearForm, layout: Layout) -> bool:
-    """Every replication holds every point at the same attitudes."""
+    """Return whether every replication holds every point at the same attitudes."""
     if form.weights is not None or not layout.is_complete:
         return False
     if form.repeats == layout.replications and layout.order is None:
@@ -81,7 +84,7 @@ def _same_everywhere(form: LinearForm, layout: Layout) -> bool:
 
 
 def _by_replication(values: FloatArray, layout: Layout, order: IntArray | None) -> FloatArray:
-    """(n, K, …) rows sorted by replication and point."""
+    """Return (n, K, …) rows sorted by replication and point."""
     ordered = values if order is None else values[order]
     return ordered.reshape(layout.replications, layout.points, -1)
 
@@ -150,7 +153,7 @@ def _unbalanced(form: LinearForm, layout: Layout, outputs: FloatArray) -> Replic
 
 
 def _separate_fits(basis: FloatArray, layout: Layout, outputs: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(n, P, m) estimates and (m,) sum of squares of the residuals, of weighted rows."""
+    """Return (n, P, m) estimates and (m,) sum of squares of the residuals, of weighted rows."""
     estimates, squares = [], np.zeros(outputs.shape[1])
     for replication in range(layout.replications):
         here = layout.replication == replication
@@ -163,8 +166,11 @@ def _separate_fits(basis: FloatArray, layout: Layout, outputs: FloatArray) -> tu
 def _contrasts(
     blocks: FloatArray, layout: Layout, outputs: FloatArray, weights: FloatArray
 ) -> tuple[FloatArray, FloatArray, int]:
-    """Least squares of the rows, free of point effects, on the replications' own (N, n, P) bases, the contrasts adding
-    up to nothing: what all replications have in common belongs to the points. With Gram inverse and rank."""
+    """Find the least squares of the rows, free of point effects, on the replications' own (N, n, P) bases.
+
+    The contrasts add up to nothing: what all replications have in common belongs to the points. With Gram inverse and
+    rank.
+    """
     n, size = blocks.shape[1:]
     apart = np.linalg.qr(np.eye(n) - 1.0 / n)[0][:, :-1]
     free = np.einsum("rni,nk->rki", blocks, apart).reshape(layout.rows, -1)
@@ -178,6 +184,6 @@ def _contrasts(
 
 
 def _point_means(layout: Layout, values: FloatArray, weights: FloatArray) -> FloatArray:
-    """(N, …) weighted mean over the readings of the same point, given back to every row."""
+    """Return the (N, …) weighted mean over the readings of the same point, given back to every row."""
     sums = layout.sum_by_point(weights[:, None] * values)
     return np.asarray((sums / layout.sum_by_point(weights)[:, None])[layout.point])

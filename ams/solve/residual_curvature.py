@@ -29,7 +29,7 @@ class ResidualCurvature:
 
 
 def residual_curvature(model: Model, primary: FloatArray, rows: Stimulus, residuals_v: FloatArray) -> ResidualCurvature:
-    """H_E for (N,) residuals about the solution."""
+    """Return H_E for (N,) residuals about the solution."""
     free = [place for place, name in enumerate(model.primary_names) if name not in model.fixed]
     names = tuple(model.primary_names[place] for place in free)
     h_e = np.zeros((len(free), len(free)))

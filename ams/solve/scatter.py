@@ -38,8 +38,11 @@ class Scatter:
 def own_scatter(
     basis: FloatArray, outputs: FloatArray, common: FloatArray, weights: FloatArray, few_points: float = np.inf
 ) -> Scatter:
-    """From (K, P), (K, m), (m, K, q) and (K,); NaN where no degrees of freedom are left. With ``few_points`` degrees of
-    freedom or less the whole scatter counts where the common errors drown the points' own."""
+    """Return the scatter from (K, P), (K, m), (m, K, q) and (K,); NaN where no degrees of freedom are left.
+
+    With ``few_points`` degrees of freedom or less the whole scatter counts where the common errors drown the points'
+    own.
+    """
     dof, size = basis.shape[0] - basis.shape[1], outputs.shape[1]
     if dof <= 0:
         return Scatter(np.full(size, np.nan), np.full(size, np.nan))
@@ -63,14 +66,16 @@ def own_scatter(
 
 
 def _across(q: FloatArray, columns: FloatArray) -> FloatArray:
-    """What is left of (…, K, n) columns when those of the orthonormal q are taken out, twice for rounding."""
+    """Return what is left of (…, K, n) columns when those of the orthonormal q are taken out, twice for rounding."""
     once = columns - q @ (q.T @ columns)
     return np.asarray(once - q @ (q.T @ once))
 
 
 def _principal(common: FloatArray, residuals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(m, q) variances along the principal directions of the common errors, and the residuals' squares along them;
-    infinite and zero for directions that are none."""
+    """Return (m, q) variances along the principal directions of the common errors, and the residuals' squares.
+
+    They are infinite and zero for directions that are none.
+    """
     turned = np.swapaxes(common, -1, -2)
     variances, vectors = np.linalg.eigh(turned @ common)
     none = variances <= _NEGLIGIBLE * variances[:, -1:]
@@ -80,7 +85,7 @@ def _principal(common: FloatArray, residuals: FloatArray) -> tuple[FloatArray, F
 
 
 def _balance(spread: FloatArray, along: FloatArray, rest: FloatArray, square: FloatArray, free: IntArray) -> FloatArray:
-    """(m,) the t at which the restricted likelihood has no slope; 0 where it falls from there on."""
+    """Return (m,) the t at which the restricted likelihood has no slope; 0 where it falls from there on."""
     low = _NEGLIGIBLE * square
     falls = _slope(low, spread, along, rest, free) <= 0.0
     high = square + np.max(np.where(np.isfinite(spread), spread, 0.0), axis=1)
@@ -92,6 +97,6 @@ def _balance(spread: FloatArray, along: FloatArray, rest: FloatArray, square: Fl
 
 
 def _slope(variance: FloatArray, spread: FloatArray, along: FloatArray, rest: FloatArray, free: IntArray) -> FloatArray:
-    """(m,) twice the slope of the restricted log-likelihood by the variance."""
+    """Return (m,) twice the slope of the restricted log-likelihood by the variance."""
     whole = variance[:, None] + spread
     return np.asarray(np.sum(along / whole**2 - 1.0 / whole, axis=1) + (rest / variance - free) / variance)

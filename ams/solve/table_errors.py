@@ -49,7 +49,10 @@ class Mounting:
 
 
 def nuisances_of(mountings: Sequence[Mounting], priors: TablePriors) -> tuple[list[str], FloatArray]:
-    """Names of all errors that have a prior, and the priors, radians: teeth, whole-table errors, seats."""
+    """Return the names of all errors that have a prior, and the priors, radians.
+
+    They are teeth, whole-table errors, seats.
+    """
     named: list[tuple[str, float]] = []
     for axis, prior in (("pitch", priors.pitch_tooth_rad), ("roll", priors.roll_tooth_rad)):
         indices = np.unique(np.concatenate([_indices(m.observations, axis) for m in mountings]))
@@ -73,7 +76,7 @@ def _indices(observations: Observations, axis: str) -> IntArray:
 
 
 def table_effects(pitch: FloatArray, roll: FloatArray, names: list[str]) -> FloatArray:
-    """(K, 3, q) change of specific force in table axes by one radian of each nuisance."""
+    """Return the (K, 3, q) change of specific force in table axes by one radian of each nuisance."""
     by_pitch, by_roll = specific_force_by_pitch(pitch, roll), specific_force_by_roll(pitch, roll)
     zero = np.zeros_like(pitch)
     across = np.stack([zero, -np.cos(roll), np.sin(roll)], axis=-1)
@@ -98,7 +101,7 @@ def table_effects(pitch: FloatArray, roll: FloatArray, names: list[str]) -> Floa
 
 
 def seat_effects(force: FloatArray, names: list[str], number: int) -> FloatArray:
-    """Small turns of the package on its seat: f becomes f − θ × f."""
+    """Return the effects of small turns of the package on its seat: f becomes f − θ × f."""
     effects = np.zeros((force.shape[0], 3, len(names)))
     for axis, unit in zip("xyz", np.eye(3), strict=True):
         name = f"seat {number + 1} about {axis}"

@@ -10,7 +10,7 @@ from ams.solve.layout import Layout
 
 
 def standing_rows(observations: Observations, layout: Layout, model: Model) -> tuple[BoolArray, tuple[str, ...]]:
-    """(N,) rows of the replications that can be solved alone, and a warning for each replication that is left out.
+    """Return the (N,) rows of the replications that can be solved alone, and a warning for each that is left out.
 
     Where no replication stands alone every row is kept: then nothing is to be said about replication anyway.
     """

@@ -49,7 +49,7 @@ class WholePlots:
         return np.eye(self.count)[self.index]
 
     def of_replication(self, layout: Layout) -> FloatArray:
-        """(n, groups) one where the replication is of the group."""
+        """Return (n, groups) one where the replication is of the group."""
         first = np.unique(layout.replication, return_index=True)[1]
         return self.membership[first]
 
@@ -65,7 +65,7 @@ class Visits:
 
 
 def visits_of(observations: Observations) -> Visits | None:
-    """Visits of plateaus; None where the temperature was not held at two or more well apart."""
+    """Return the visits of plateaus; None where the temperature was not held at two or more well apart."""
     temperature = observations.temperature_degc
     if temperature is None or observations.rows == 0:
         return None
@@ -85,7 +85,7 @@ def visits_of(observations: Observations) -> Visits | None:
 
 
 def whole_plots(layout: Layout, visits: Visits | None, shared: Sequence[FloatArray]) -> WholePlots:
-    """The groups, with the (N,) regressors of parameters that are only seen across replications."""
+    """Return the groups, with the (N,) regressors of parameters that are only seen across replications."""
     index, count, is_replications = layout.replication, layout.replications, True
     if visits is not None and _hold_replications(layout, visits):
         index, count, is_replications = visits.index, len(visits.plateau_degc), False
@@ -94,7 +94,7 @@ def whole_plots(layout: Layout, visits: Visits | None, shared: Sequence[FloatArr
 
 
 def visit_warnings(layout: Layout, visits: Visits) -> tuple[str, ...]:
-    """What the order of the visits cannot tell."""
+    """Return warnings of what the order of the visits cannot tell."""
     warnings = []
     once = sorted({degc for degc in visits.plateau_degc if visits.plateau_degc.count(degc) == 1})
     if len(visits.plateau_degc) == len(once):
@@ -116,7 +116,7 @@ def visit_warnings(layout: Layout, visits: Visits) -> tuple[str, ...]:
 
 
 def _one_sided(plateau_degc: Sequence[float]) -> set[float]:
-    """Plateaus that were reached from one side only, or were where the run began."""
+    """Return the plateaus that were reached from one side only, or were where the run began."""
     sides: dict[float, set[bool]] = {degc: set() for degc in plateau_degc}
     for before, after in pairwise(plateau_degc):
         sides[after].add(after > before)
@@ -124,12 +124,12 @@ def _one_sided(plateau_degc: Sequence[float]) -> set[float]:
 
 
 def _hold_replications(layout: Layout, visits: Visits) -> bool:
-    """Each replication lies inside one visit, and there are fewer visits than replications."""
+    """Return whether each replication lies inside one visit, and there are fewer visits than replications."""
     pairs = np.unique(layout.replication * len(visits.plateau_degc) + visits.index)
     return pairs.size == layout.replications > len(visits.plateau_degc)
 
 
 def _varies_between(regressor: FloatArray, index: IntArray) -> bool:
-    """Mostly from group to group, not inside them."""
+    """Return whether a regressor varies mostly from group to group, not inside them."""
     means = np.bincount(index, weights=regressor) / np.bincount(index)
     return bool(np.var(means[index]) > _MOSTLY * np.var(regressor))

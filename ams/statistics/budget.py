@@ -38,7 +38,9 @@ class Input:
 def type_b(
     name: str, value: float, stated: float, kind: Kind, coverage_factor: float = 2.0, degrees_of_freedom: float = np.inf
 ) -> Input:
-    """An input as a certificate states it: ``stated`` is the half-width of a limit, or an expanded uncertainty.
+    """Return an input as a certificate states it.
+
+    ``stated`` is the half-width of a limit, or an expanded uncertainty.
 
     Source: GUM 4.3.3 to 4.3.9.
     """
@@ -47,7 +49,7 @@ def type_b(
 
 
 def type_a(name: str, readings: Sequence[float]) -> Input:
-    """The mean of repeated readings. Source: GUM 4.2.3. Raises: SolveError for a single reading."""
+    """Return the mean of repeated readings. Source: GUM 4.2.3. Raises: SolveError for a single reading."""
     values = np.asarray(readings, dtype=float)
     if values.size < 2:
         raise SolveError(
@@ -88,7 +90,10 @@ class Budget:
         return np.asarray(self.covariance / np.outer(u, u))
 
     def expanded(self, level: float = 0.95) -> FloatArray:
-        """(m,) expanded uncertainties t_p(ν_eff)·u_c; ν_eff is truncated to the integer below as GUM G.4.1 has it."""
+        """Return the (m,) expanded uncertainties t_p(ν_eff)·u_c.
+
+        ν_eff is truncated to the integer below as GUM G.4.1 has it.
+        """
         tail = 0.5 + level / 2.0
         floor = np.maximum(np.floor(np.where(np.isfinite(self.degrees_of_freedom), self.degrees_of_freedom, 1.0)), 1.0)
         factors = np.where(np.isfinite(self.degrees_of_freedom), student_t_quantile(tail, floor), normal_quantile(tail))
@@ -117,7 +122,7 @@ def combine(
 
 
 def correlation_matrix(names: Sequence[str], correlations: Mapping[tuple[str, str], float]) -> FloatArray:
-    """(n, n) from pairs of names. Raises: SolveError where it is not possible."""
+    """Return the (n, n) correlations from pairs of names. Raises: SolveError where it is not possible."""
     r = np.eye(len(names))
     for (first, second), value in correlations.items():
         if first not in names or second not in names or first == second or not -1.0 <= value <= 1.0:
@@ -144,7 +149,7 @@ def _sensitivities(function: Function, x: FloatArray, u: FloatArray) -> FloatArr
 
 
 def _derivative(function: Function, x: FloatArray, i: int, u: float) -> FloatArray:
-    """Central difference of fourth order over a fifth of the standard uncertainty to either side."""
+    """Return the central difference of fourth order over a fifth of the standard uncertainty to either side."""
     h = 0.1 * u if u > 0.0 else 1e-4 * max(abs(float(x[i])), 1.0)
     move = np.zeros_like(x)
     move[i] = h

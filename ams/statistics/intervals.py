@@ -40,7 +40,10 @@ NO_TEST = FTest(float("nan"), float("nan"), float("nan"), float("nan"), float("n
 
 
 def t_quantile(level: float, dof: float | FloatArray) -> FloatArray:
-    """Half-width of the two-sided interval of the level (0.95), in standard uncertainties; NaN where dof is NaN."""
+    """Return the half-width of the two-sided interval of the level (0.95), in standard uncertainties.
+
+    NaN where dof is NaN.
+    """
     share = 0.5 * (1.0 + level)
     dof = np.asarray(dof, dtype=float)
     finite = np.where(dof < INFINITE_DOF, dof, 1.0)
@@ -63,7 +66,7 @@ class FTestColumns:
     """(m,)"""
 
     def of(self, column: int) -> FTest:
-        """The test of one axis; all NaN where there is none."""
+        """Return the test of one axis; all NaN where there is none."""
         t = float(self.t[column])
         if np.isnan(t):
             return NO_TEST
@@ -74,7 +77,7 @@ class FTestColumns:
 def f_tests(
     variance_ratios: Mapping[str, FloatArray], numerator_dof: float, denominator_dof: float, level: float = 0.95
 ) -> dict[str, FTestColumns]:
-    """(m,) variance ratios by name against their limit, significance before any correction for several tests."""
+    """Test (m,) variance ratios by name against their limit, significance before any correction for several tests."""
     if not (variance_ratios and numerator_dof > 0 and denominator_dof > 0):
         return {name: _no_tests(ratios.size) for name, ratios in variance_ratios.items()}
 
@@ -93,13 +96,15 @@ def _no_tests(size: int) -> FTestColumns:
 
 
 def f_test(variance_ratio: float, numerator_dof: float, denominator_dof: float, level: float = 0.95) -> FTest:
-    """One variance ratio against its limit."""
+    """Test one variance ratio against its limit."""
     return f_tests({"": np.array([variance_ratio])}, numerator_dof, denominator_dof, level)[""].of(0)
 
 
 def holm(p_values: FloatArray, level: float = 0.05) -> BoolArray:
-    """(m, q) which of q tests are significant when the chance of any false alarm among them is to stay at ``level``.
-    NaN never is."""
+    """Return (m, q) which of q tests are significant; NaN never is.
+
+    The chance of any false alarm among them is to stay at ``level``.
+    """
     ascending = np.sort(p_values, axis=-1)
     known = p_values.shape[-1] - np.isnan(p_values).sum(axis=-1, keepdims=True)
     remaining = np.maximum(known - np.arange(p_values.shape[-1]), 1)
@@ -108,7 +113,7 @@ def holm(p_values: FloatArray, level: float = 0.05) -> BoolArray:
 
 
 def after_holm(tests: Mapping[str, FTestColumns]) -> dict[str, FTestColumns]:
-    """The same tests, their significance after Holm's correction over all of them, axis by axis."""
+    """Return the same tests, their significance after Holm's correction over all of them, axis by axis."""
     if not tests:
         return {}
     flags = holm(np.stack([test.p_value for test in tests.values()], axis=-1)).T
@@ -119,7 +124,10 @@ def after_holm(tests: Mapping[str, FTestColumns]) -> dict[str, FTestColumns]:
 
 
 def effective_dof(directions: FloatArray, components: Sequence[Component]) -> FloatArray:
-    """(m,) effective degrees of freedom of gᵀ·estimate for every row g of (m, P); NaN where the variance is zero."""
+    """Return the (m,) effective degrees of freedom of gᵀ·estimate for every row g of (m, P).
+
+    NaN where the variance is zero.
+    """
     return combined_dof(
         np.stack([_quadratic(directions, component.covariance) for component in components]),
         np.stack([np.asarray(component.dof, dtype=float) for component in components]),
@@ -127,7 +135,7 @@ def effective_dof(directions: FloatArray, components: Sequence[Component]) -> Fl
 
 
 def combined_dof(variances: FloatArray, dof: FloatArray) -> FloatArray:
-    """Effective degrees of freedom of sums of (c, …) variances estimated with (c,) or (c, …) degrees of freedom.
+    """Return the effective degrees of freedom of sums of (c, …) variances with (c,) or (c, …) degrees of freedom.
 
     Welch-Satterthwaite, GUM (G.2b). It is too generous where a part has one or two degrees of freedom (two or three
     replications: 95 % intervals cover 86 to 93 %): there Student's factors are averaged with the variances as weights
@@ -148,7 +156,7 @@ def combined_dof(variances: FloatArray, dof: FloatArray) -> FloatArray:
 
 
 def confidence_halfwidth(directions: FloatArray, components: Sequence[Component], level: float = 0.95) -> FloatArray:
-    """TP (72): half-width for gᵀ·estimate, every row g of (m, P), from all variance components.
+    """Return the half-width of TP (72) for gᵀ·estimate, every row g of (m, P), from all variance components.
 
     Components of k estimates at once, (k, P, P), give (k, m) half-widths.
     """
@@ -164,7 +172,7 @@ def prediction_halfwidth(
     roll_slope_v_per_rad: FloatArray | None = None,
     roll_standard_uncertainty_rad: float = 0.0,
 ) -> FloatArray:
-    """TP (73), and TP (74) where the roll angle is known on its own: half-width for a new reading.
+    """Return the half-width for a new reading: TP (73), and TP (74) where the roll angle is known on its own.
 
     The reading's own variance is that of the place where the calibration is used, not of the calibration.
     """
@@ -184,7 +192,9 @@ def reading_halfwidth(
     reading_dof: float = np.inf,
     known_variance: float | FloatArray = 0.0,
 ) -> FloatArray:
-    """Half-width from the parts of a calibration's variance and that of a reading; ``known_variance`` besides.
+    """Return the half-width from the parts of a calibration's variance and that of a reading.
+
+    ``known_variance`` counts besides.
 
     A reading brings degrees of freedom with it: where the calibration has one or two, Student's factor would fall
     faster than the variance grows, and a reading would be told better than its mean. It never is.

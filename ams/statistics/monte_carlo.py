@@ -53,7 +53,7 @@ def propagate(
 
 
 def summarise(results: FloatArray, level: float = 0.95) -> MonteCarlo:
-    """What (m, M) trials of m results say. Source: S1 7.5 to 7.7."""
+    """Return what (m, M) trials of m results say. Source: S1 7.5 to 7.7."""
     ordered = np.sort(results, axis=1)
     tails = np.quantile(ordered, [0.5 - level / 2, 0.5 + level / 2], axis=1).T
     shortest = np.stack([_shortest(row, level) for row in ordered])
@@ -70,7 +70,7 @@ def summarise(results: FloatArray, level: float = 0.95) -> MonteCarlo:
 def draw(
     inputs: Sequence[Input], rng: np.random.Generator, trials: int, correlations: Mapping[tuple[str, str], float]
 ) -> FloatArray:
-    """(n, trials) draws of the inputs. Source: S1 6.4."""
+    """Draw (n, trials) values of the inputs. Source: S1 6.4."""
     together = {name for pair in correlations for name in pair}
     unfit = [i.name for i in inputs if i.name in together and not _is_normal(i)]
     if unfit:

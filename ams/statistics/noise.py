@@ -25,7 +25,7 @@ class AllanDeviation:
 
 
 def allan_deviation(values: FloatArray, interval_s: float, factors: Sequence[int] | None = None) -> AllanDeviation:
-    """Overlapping Allan deviation of values (N,) at averaging times of ``factors`` sample intervals.
+    """Return the overlapping Allan deviation of values (N,) at averaging times of ``factors`` sample intervals.
 
     ``factors`` defaults to powers of two up to N/4. Source: NIST SP 1065 (2008), eq. 11, for frequency-like data.
     Raises: ObservationsError for fewer than 3 values, values that are not finite, or a factor outside 1 to N/2.
@@ -50,13 +50,13 @@ def _octaves(count: int) -> list[int]:
 
 
 def _overlapping(sums: FloatArray, m: int) -> float:
-    """√(½ mean of squared differences of adjacent means over m values)."""
+    """Return √(½ mean of squared differences of adjacent means over m values)."""
     second = sums[2 * m :] - 2.0 * sums[m:-m] + sums[: -2 * m]
     return float(np.sqrt(np.mean(second**2) / 2.0) / m)
 
 
 def _white_dof(count: int, m: int) -> float:
-    """Degrees of freedom for white frequency noise. Source: NIST SP 1065, table 5 (white FM)."""
+    """Return the degrees of freedom for white frequency noise. Source: NIST SP 1065, table 5 (white FM)."""
     n = count + 1
     return max(1.0, (3.0 * (n - 1) / (2.0 * m) - 2.0 * (n - 2) / n) * 4.0 * m**2 / (4.0 * m**2 + 5.0))
 
@@ -75,7 +75,7 @@ class NoiseCoefficients:
 
 
 def read_coefficients(allan: AllanDeviation) -> NoiseCoefficients:
-    """Random walk and bias instability from an Allan deviation. Source: IEEE Std 952, annex C."""
+    """Read random walk and bias instability from an Allan deviation. Source: IEEE Std 952, annex C."""
     lowest = int(np.argmin(allan.deviation))
     white = allan.deviation * np.sqrt(allan.tau_s)
     until = max(1, (lowest + 1) // 2)

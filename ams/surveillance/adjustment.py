@@ -111,7 +111,7 @@ def adjust(
     acceptance: Acceptance,
     usage_pitch_deg: tuple[float, float] | None = None,
 ) -> Adjustment:
-    """As found by the previous set, as left by the new one, both on the data of the new run.
+    """Judge a sensor as found by the previous set and as left by the new one, both on the data of the new run.
 
     Raises: OutsideValidity where even the new set tells no angle (gyros, CR's packages).
     """
@@ -126,7 +126,7 @@ def adjust(
 
 
 def acceptance_of(declared: Mapping[str, Json] | None) -> Acceptance:
-    """From a set's ``provenance.acceptance``, the rig file's ``[acceptance]``."""
+    """Return the acceptance from a set's ``provenance.acceptance``, the rig file's ``[acceptance]``."""
     given = declared or {}
     limits = {
         angle: number(value) for angle in ("pitch", "roll") if (value := given.get(f"{angle}_limit_deg")) is not None
@@ -135,7 +135,7 @@ def acceptance_of(declared: Mapping[str, Json] | None) -> Acceptance:
 
 
 def judge(errors: AngleErrors, limit_deg: float, rule: Rule) -> Judgement:
-    """One angle against its limit by the rule."""
+    """Judge one angle against its limit by the rule."""
     size, expanded = np.abs(errors.error_deg), errors.expanded_deg
     if rule == "simple":
         place = int(np.argmax(size))
@@ -190,7 +190,7 @@ def _condition(
 
 
 def to_document(adjustment: Adjustment) -> Document:
-    """As plain JSON values."""
+    """Return the adjustment as plain JSON values."""
     return {
         "sensor": adjustment.sensor,
         "usage_pitch_deg": None if adjustment.usage_pitch_deg is None else list(adjustment.usage_pitch_deg),
@@ -202,7 +202,7 @@ def to_document(adjustment: Adjustment) -> Document:
 
 
 def from_document(document: Document) -> Adjustment:
-    """Back from :func:`to_document`."""
+    """Return the adjustment back from :func:`to_document`."""
     usage, accepted = document["usage_pitch_deg"], table(document["acceptance"])
     acceptance = acceptance_of(
         {f"{angle}_limit_deg": limit for angle, limit in table(accepted["limits_deg"]).items()}

@@ -64,7 +64,7 @@ def errors_of(
     observations: Observations,
     usage_pitch_deg: tuple[float, float] | None = None,
 ) -> Mapping[str, AngleErrors]:
-    """Errors of the set ``applied`` at the points of a run, by angle.
+    """Return the errors of the set ``applied`` at the points of a run, by angle.
 
     ``measured_by`` is the set solved from this very run: its covariance is the uncertainty of what the run says.
     ``usage_pitch_deg`` limits the points. Empty where no point tells any angle.
@@ -98,6 +98,12 @@ def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observati
             f"{applied.sensor}: errors in degrees need sets of pitch and roll: got convention {applied.convention}, "
             f"measured by {measured_by.convention}, needed TP; nothing was computed"
         )
+    own = next((axis for one in (applied, measured_by) for axis in one.axes.values() if axis.own_output), None)
+    if own is not None:
+        raise OutsideValidity(
+            f"{applied.sensor}: errors in degrees are told for sets of the form v = b + k·f, this one has an equation "
+            "of its own; nothing was computed; compare its outputs at the test vectors instead"
+        )
     if lacking:
         raise OutsideValidity(
             f"{applied.sensor}: axis {', '.join(lacking)} of the set was not measured: the run has "
@@ -122,7 +128,7 @@ def _predicted_v(
 def _gain(
     applied: CoefficientSet, axes: tuple[str, ...], pitch: FloatArray, roll: FloatArray, temperature: FloatArray | None
 ) -> FloatArray:
-    """(N, s, A) radians per volt, s angles; NaN rows where the outputs do not tell an angle."""
+    """Return (N, s, A) radians per volt, s angles; NaN rows where the outputs do not tell an angle."""
 
     def slope(by_pitch: float, by_roll: float) -> FloatArray:
         ahead, behind = (
@@ -141,7 +147,10 @@ def _gain(
 
 
 def _resolved(relative: FloatArray, amplification: FloatArray) -> BoolArray:
-    """(N, s) whether each angle is told: some slope is there, no other angle hides it, noise is not blown up."""
+    """Return (N, s) whether each angle is told.
+
+    Some slope is there, no other angle hides it, noise is not blown up.
+    """
     columns = np.linalg.norm(relative, axis=1)
     cosine = np.zeros(columns.shape[0])
     if columns.shape[1] == 2:
@@ -160,7 +169,10 @@ def _variance_v2(
     temperature: FloatArray | None,
     observations: Observations,
 ) -> FloatArray:
-    """(N, A) of the mean output of a point: the new calibration's covariance and its dwells' scatter."""
+    """Return the (N, A) variance of the mean output of a point.
+
+    The new calibration's covariance and its dwells' scatter.
+    """
     force = specific_force(pitch, roll)
     replications = max(len(np.unique(observations.replication)), 1)
     columns = []
@@ -172,8 +184,10 @@ def _variance_v2(
 
 
 def _coverage_factor(measured_by: CoefficientSet) -> float:
-    """Student's at the fewest effective degrees of freedom of any coefficient; that of the normal distribution where
-    all are stated by certificates."""
+    """Return Student's factor at the fewest effective degrees of freedom of any coefficient.
+
+    It is that of the normal distribution where all are stated by certificates.
+    """
     sections = [table(section) for section in table(measured_by.document["axes"]).values()]
     stated = [table(table(section["primary"])["effective_degrees_of_freedom"]) for section in sections]
     dof = [number(value) for axis in stated for value in axis.values() if value is not None]
@@ -186,7 +200,7 @@ def _at_points(
     rows: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     coverage_factor: float,
 ) -> AngleErrors:
-    """Means over the rows of each point; a point is left out where any of its rows is."""
+    """Return the means over the rows of each point; a point is left out where any of its rows is."""
     labels, index = np.unique(points, return_inverse=True)
     counts = np.bincount(index)
     pitch, roll, error, variance = (np.bincount(index, weights=column) / counts for column in rows)

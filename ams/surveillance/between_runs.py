@@ -42,7 +42,7 @@ class Scatter:
     """(p,) what it counts for beside a sensor's own."""
 
     def with_own(self, squares: FloatArray, differences: int) -> "Scatter":
-        """Weighed with the sum of d² / 2 of a sensor's own differences, (p,)."""
+        """Return the scatter weighed with the sum of d² / 2 of a sensor's own differences, (p,)."""
         own_dof = DIFFERENCE_EFFICIENCY * differences
         dof = self.prior_dof + own_dof
         own = squares * (own_dof / differences) if differences else np.zeros_like(self.variance)
@@ -51,7 +51,10 @@ class Scatter:
 
 
 def pooled_scatter(population: Population, leave_out: str | None = None) -> Scatter:
-    """The scatter of a kind of package from all its sensors but one, the same for all characteristics of a kind."""
+    """Return the scatter of a kind of package from all its sensors but one.
+
+    It is the same for all characteristics of a kind.
+    """
     same = np.diff(population.sensor_index) == 0
     kept = same & np.array(
         [label.sensor != leave_out and not label.is_check for label in population.labels[1:]], dtype=bool
@@ -76,7 +79,7 @@ def _of_kind(halves: FloatArray) -> tuple[float, float]:
 
 
 def _prior_dof(halves: FloatArray, sensors: IntArray) -> float:
-    """Degrees of freedom of the distribution from which the sensors' own variances seem to be drawn."""
+    """Return the degrees of freedom of the distribution from which the sensors' own variances seem to be drawn."""
     counts = np.bincount(sensors)
     told = np.flatnonzero(counts >= DIFFERENCES_TO_TELL)
     if told.size < SENSORS_TO_TELL:

@@ -72,7 +72,7 @@ class Characteristics:
 
 
 def numbers_of(coefficients: CoefficientSet) -> PackageNumbers:
-    """The primary parameters of one set, n = 1; a component that the model lacks is zero and exact."""
+    """Return the primary parameters of one set, n = 1; a component that the model lacks is zero and exact."""
     axes = table(coefficients.document["axes"])
     rows = [_axis_rows(table(section), coefficients.axes[name].model) for name, section in axes.items()]
     primary, covariance, scatter = (np.stack(part)[None] for part in zip(*rows, strict=True))
@@ -82,7 +82,7 @@ def numbers_of(coefficients: CoefficientSet) -> PackageNumbers:
 
 
 def characteristics_of(numbers: PackageNumbers) -> Characteristics:
-    """Offsets, sensitivities and angles between axes, with their standard uncertainties."""
+    """Return the offsets, sensitivities and angles between axes, with their standard uncertainties."""
     axes, size = numbers.axes, np.abs(numbers.sensitivity)
     units, n = numbers.directions, numbers.primary.shape[0]
     names = [*(f"offset_v.{axis}" for axis in axes), *(f"{numbers.sensitivity_name}.{axis}" for axis in axes)]
@@ -98,7 +98,7 @@ def characteristics_of(numbers: PackageNumbers) -> Characteristics:
 
 
 def rotations_rad(directions: FloatArray, reference: FloatArray) -> FloatArray:
-    """(n, 3) rotation vector that turns the (A, 3) reference onto each of (n, A, 3) directions."""
+    """Return the (n, 3) rotation vector that turns the (A, 3) reference onto each of (n, A, 3) directions."""
     total = np.broadcast_to(np.eye(3), (directions.shape[0], 3, 3))
     for _ in range(6):
         turned = np.einsum("nij,aj->nai", total, reference)
@@ -113,7 +113,7 @@ def rotations_rad(directions: FloatArray, reference: FloatArray) -> FloatArray:
 
 
 def cross_matrices(vectors: FloatArray) -> FloatArray:
-    """(…, 3, 3): [v]× w = v × w."""
+    """Return (…, 3, 3) with [v]× w = v × w."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     zero = np.zeros_like(x)
     return np.stack([np.stack(row, axis=-1) for row in ((zero, -z, y), (z, zero, -x), (-y, x, zero))], axis=-2)
@@ -140,7 +140,7 @@ def _axis_rows(section: Document, model: str) -> tuple[FloatArray, FloatArray, F
 
 
 def _placed(matrix: Json, places: Sequence[tuple[int, int]]) -> FloatArray:
-    """The (4, 4) of b and k out of a covariance in the order of the set, null as zero."""
+    """Return the (4, 4) of b and k out of a covariance in the order of the set, null as zero."""
     rows = [listed(row) for row in listed(matrix)]
     placed = np.zeros((_COLUMNS, _COLUMNS))
     for row, at in places:
@@ -151,13 +151,13 @@ def _placed(matrix: Json, places: Sequence[tuple[int, int]]) -> FloatArray:
 
 
 def _angle_deg(first: FloatArray, second: FloatArray) -> FloatArray:
-    """(n,) between two unit vectors; exact near 90 degrees, where it is needed."""
+    """Return the (n,) angle between two unit vectors; exact near 90 degrees, where it is needed."""
     sine = np.linalg.norm(np.cross(first, second), axis=-1)
     return np.asarray(np.degrees(np.arctan2(sine, np.einsum("ni,ni->n", first, second))))
 
 
 def _uncertainties(numbers: PackageNumbers, covariance: FloatArray, pairs: Sequence[tuple[int, int]]) -> FloatArray:
-    """(n, p) by the law of propagation; axes are taken as independent."""
+    """Return (n, p) uncertainties by the law of propagation; axes are taken as independent."""
     units = numbers.directions
     offset = np.sqrt(np.maximum(covariance[..., 0, 0], 0.0))
     of_k = covariance[..., 1:, 1:]
@@ -171,7 +171,10 @@ def _uncertainties(numbers: PackageNumbers, covariance: FloatArray, pairs: Seque
 
 
 def _pair_variance(units: FloatArray, covariance: FloatArray, moving: int, fixed: int) -> FloatArray:
-    """(n,) of the angle as the direction of one axis varies: along the part of the other that is across it."""
+    """Return the (n,) variance of the angle as the direction of one axis varies.
+
+    It varies along the part of the other that is across it.
+    """
     cosine = np.einsum("ni,ni->n", units[:, moving], units[:, fixed])[:, None]
     across = units[:, fixed] - cosine * units[:, moving]
     length = np.linalg.norm(across, axis=1, keepdims=True)
@@ -180,7 +183,7 @@ def _pair_variance(units: FloatArray, covariance: FloatArray, moving: int, fixed
 
 
 def _exponential(vectors: FloatArray) -> FloatArray:
-    """(n, 3, 3) rotation matrices, Rodrigues."""
+    """Return the (n, 3, 3) rotation matrices, Rodrigues."""
     angle = np.linalg.norm(vectors, axis=-1)[:, None, None]
     matrix = cross_matrices(vectors)
     half = 0.5 * angle
@@ -188,7 +191,7 @@ def _exponential(vectors: FloatArray) -> FloatArray:
 
 
 def _logarithm(matrices: FloatArray) -> FloatArray:
-    """(n, 3) rotation vectors, below half a turn."""
+    """Return the (n, 3) rotation vectors, below half a turn."""
     axial = 0.5 * np.stack(
         [
             matrices[:, 2, 1] - matrices[:, 1, 2],

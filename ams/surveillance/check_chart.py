@@ -1,4 +1,4 @@
-"""The check sensor's chart: when it changes, was it the sensor, the table, or the meter?
+"""The check sensor's chart: it tells whether a change was the sensor's, the table's or the meter's.
 
 A permanent check sensor is never taken off its mount and is calibrated in every run. Its characteristics are read as
 
@@ -66,7 +66,7 @@ class CheckHistory:
 
 
 def check_history(population: Population, sensor: str) -> CheckHistory:
-    """The chart of a check sensor. Raises: ArchiveUnknown where it is not among the population."""
+    """Return the chart of a check sensor. Raises: ArchiveUnknown where it is not among the population."""
     rows = population.rows_of(sensor)
     if rows.start == rows.stop:
         raise ArchiveUnknown(f"history: check sensor {sensor!r}: has no calibration here; name one that has")
@@ -79,12 +79,12 @@ def check_history(population: Population, sensor: str) -> CheckHistory:
 
 
 def check_sensors(population: Population, rig: str) -> tuple[str, ...]:
-    """The check sensors of a rig."""
+    """Return the check sensors of a rig."""
     return tuple(dict.fromkeys(label.sensor for label in population.labels if label.is_check and label.rig == rig))
 
 
 def _components(population: Population, rows: slice) -> dict[str, FloatArray]:
-    """Name to (n,) radians, or (n, m) of what is judged together."""
+    """Return (n,) radians by name, or (n, m) of what is judged together."""
     change = population.coordinates[rows] - population.coordinates[rows][0]
     kinds = np.array(population.kinds)
     gains, offsets = change[:, _is_gain(kinds)], change[:, kinds == "offset_v"]
@@ -117,7 +117,7 @@ def _is_gain(kinds: NDArray[np.str_]) -> BoolArray:
 
 
 def _chart(name: str, values: FloatArray, level: float) -> ComponentChart:
-    """Every run against the one before, with the scatter of the differences before it; a step begins anew."""
+    """Chart every run against the one before, with the scatter of the differences before it; a step begins anew."""
     low, high = np.full(values.size, np.nan), np.full(values.size, np.nan)
     alarms = np.zeros(values.size, dtype=bool)
     squares, differences, last = 0.0, 0, 0
@@ -158,7 +158,7 @@ def _explained(population: Population, at: PointLabel, component: str, change: f
 def _asked(
     population: Population, at: PointLabel, component: str, change: float, spread: float, when: str
 ) -> tuple[Cause, str]:
-    """What the other sensors of the same run say."""
+    """Ask the other sensors of the same run: return the cause and a sentence for it."""
     told = _witnesses_deg(population, at, component)
     if told.size == 0:
         return "open", f"{when}: the meter or the check sensor: no other sensor of that run was calibrated before"
@@ -173,7 +173,10 @@ def _asked(
 
 
 def _witnesses_deg(population: Population, at: PointLabel, component: str) -> FloatArray:
-    """(m,) what every other sensor of the run changed alike in its axes since its own last calibration, degrees."""
+    """Return (m,) what every other sensor of the run changed alike in its axes, degrees.
+
+    It is the change since the sensor's own last calibration.
+    """
     kinds = np.array(population.kinds)
     columns = _is_gain(kinds) if component == METER_GAIN else kinds == "offset_v"
     rows = [

@@ -77,7 +77,10 @@ class Comparison:
 
 
 def compare(old: CoefficientSet, new: CoefficientSet) -> Comparison:
-    """What changed from ``old`` to ``new``. Raises: SetError where they are not of the same axes and equations."""
+    """Return what changed from ``old`` to ``new``.
+
+    Raises: SetError where they are not of the same axes and equations.
+    """
     _check_comparable(old, new)
     before, after = _at_one_gravity(numbers_of(old), old, new), numbers_of(new)
     scatter = before.scatter[0] + after.scatter[0]
@@ -117,7 +120,7 @@ class _Rotation:
 
     @staticmethod
     def fitted(before: FloatArray, after: FloatArray, covariance: FloatArray) -> "_Rotation":
-        """Generalised least squares of the (A, 3) tangential changes; the start takes most of a large rotation."""
+        """Fit the (A, 3) tangential changes by generalised least squares; the start takes most of a large rotation."""
         start = rotations_rad(after[None], before)[0]
         turned = _turned(before, start)
         basis = _tangents(turned)
@@ -148,7 +151,7 @@ class _Rotation:
         )
 
     def changes_deg(self) -> dict[str, Change | None]:
-        """About each axis; None where more than a trace of it lies in what cannot be told."""
+        """Return the change about each axis; None where more than a trace of it lies in what cannot be told."""
         told = np.diag(self.told) > 1.0 - 1e-3
         spread = np.degrees(np.sqrt(np.maximum(np.diag(self.covariance), 0.0)))
         return {
@@ -175,7 +178,7 @@ def _nominal(coefficients: CoefficientSet) -> str:
 
 
 def _at_one_gravity(numbers: PackageNumbers, old: CoefficientSet, new: CoefficientSet) -> PackageNumbers:
-    """Sensitivities per g are brought to the g of the newer set; rates know no g."""
+    """Bring sensitivities per g to the g of the newer set; rates know no g."""
     if numbers.sensitivity_name != "sensitivity_v_per_g":
         return numbers
     ratio = _gravity_mps2(new) / _gravity_mps2(old)
@@ -215,7 +218,7 @@ def _direction(fit: _Rotation, place: int, component: int) -> Change:
 
 
 def _turned(directions: FloatArray, vector: FloatArray) -> FloatArray:
-    """Directions turned by a rotation vector (Rodrigues)."""
+    """Return the directions turned by a rotation vector (Rodrigues)."""
     angle = float(np.linalg.norm(vector))
     if angle == 0.0:
         return directions
@@ -226,7 +229,7 @@ def _turned(directions: FloatArray, vector: FloatArray) -> FloatArray:
 
 
 def _tangents(directions: FloatArray) -> FloatArray:
-    """(A, 2, 3) two unit vectors across each direction."""
+    """Return (A, 2, 3) two unit vectors across each direction."""
     _, _, frames = np.linalg.svd(directions[:, None, :])
     return np.asarray(frames[:, 1:, :])
 

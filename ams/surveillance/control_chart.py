@@ -114,24 +114,29 @@ class _Watch:
         return self.prior.with_own(self.squares, self.differences)
 
     def difference_variance(self, place: int) -> FloatArray:
-        """(p,) of a calibration less the last one: the scatter between runs, or what the two calibrations themselves
-        cannot tell where that is more."""
+        """Return the (p,) variance of a calibration less the last one.
+
+        It is the scatter between runs, or what the two calibrations themselves cannot tell where that is more.
+        """
         stated = self.drawn_rad[place] ** 2 + self.drawn_rad[self.regime[-1]] ** 2
         return np.asarray(np.maximum(2.0 * self.scatter.variance, stated))
 
     def accept(self, place: int) -> None:
-        """The next of an unchanged sensor."""
+        """Add the next calibration of an unchanged sensor."""
         self.squares = self.squares + 0.5 * (self.coordinates[place] - self.coordinates[self.regime[-1]]) ** 2
         self.differences += 1
         self.regime.append(place)
 
     def begin_anew(self, place: int) -> None:
-        """The first after a step."""
+        """Start a new regime with the first calibration after a step."""
         self.regime = [place]
 
 
 def history_of(population: Population, sensor: str) -> History:
-    """The history of one sensor among all of its kind. Raises: ArchiveUnknown where it is not among them."""
+    """Return the history of one sensor among all of its kind.
+
+    Raises: ArchiveUnknown where it is not among them.
+    """
     rows = population.rows_of(sensor)
     if rows.start == rows.stop:
         raise ArchiveUnknown(f"history: sensor {sensor!r}: has no calibration here; name one that has")
@@ -173,14 +178,14 @@ def history_of(population: Population, sensor: str) -> History:
 
 
 def rates(years: FloatArray, coordinates: FloatArray, scatter: Scatter) -> tuple[FloatArray, FloatArray]:
-    """(p,) slopes per year and their standard uncertainties, by least squares under a known scatter."""
+    """Return the (p,) slopes per year and their standard uncertainties, by least squares under a known scatter."""
     centred = years - years.mean()
     spread = float(centred @ centred)
     return centred @ coordinates / spread, np.sqrt(scatter.variance / spread)
 
 
 def _drifting(watch: _Watch) -> BoolArray:
-    """(p,) which slopes since the last step are real."""
+    """Return (p,) which slopes since the last step are real."""
     width = watch.coordinates.shape[1]
     scatter = watch.scatter
     if len(watch.regime) < LEAST_POINTS_OF_DRIFT:
@@ -191,7 +196,7 @@ def _drifting(watch: _Watch) -> BoolArray:
 
 
 def _whose(population: Population, rows: slice, place: int, watch: _Watch) -> str | None:
-    """The sensor whose characteristics these are; None where they are nobody's, or not so far from its own.
+    """Return the sensor whose characteristics these are; None where they are nobody's, or not so far from its own.
 
     Another sensor is what the median of its last three calibrations before this one says, so that its own mix-up at
     the same time does not hide it.
@@ -213,7 +218,7 @@ def _whose(population: Population, rows: slice, place: int, watch: _Watch) -> st
 
 
 def _others(population: Population, label: PointLabel) -> list[tuple[int, int]]:
-    """First row and the row after the last of every other sensor's calibrations before this one."""
+    """Return the first row and the row after the last of every other sensor's calibrations before this one."""
     ends = [*population.starts[1:].tolist(), len(population.labels)]
     now = label.created_utc.timestamp() / SECONDS_PER_YEAR
     found = []
@@ -259,7 +264,10 @@ def _strongest(population: Population, strength: FloatArray, count: int) -> tupl
 
 
 def _settled(population: Population, findings: Sequence[Finding], watch: _Watch) -> tuple[Finding, ...]:
-    """With the whole history at hand: steps of what goes up steadily are one drift, seen when it was first seen."""
+    """Settle the findings with the whole history at hand.
+
+    Steps of what goes up steadily are one drift, seen when it was first seen.
+    """
     steps = [finding for finding in findings if finding.kind == "step"]
     if not steps:
         return tuple(findings)
@@ -279,7 +287,7 @@ def _settled(population: Population, findings: Sequence[Finding], watch: _Watch)
 
 
 def _is_steady(years: FloatArray, values: FloatArray) -> bool:
-    """Whether a straight line leaves less than the best single step does."""
+    """Return whether a straight line leaves less than the best single step does."""
     line = np.polynomial.polynomial.polyfit(years - years.mean(), values, 1)
     of_line = float(((values - np.polynomial.polynomial.polyval(years - years.mean(), line)) ** 2).sum())
     halves = ((values[:cut], values[cut:]) for cut in range(1, values.size))

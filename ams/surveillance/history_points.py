@@ -17,14 +17,14 @@ _DOUBLES = 4 + 16 + 16
 
 
 def pack(numbers: PackageNumbers) -> bytes:
-    """One calibration as bytes."""
+    """Return one calibration as bytes."""
     axes = len(numbers.axes)
     rows = [numbers.primary[0], numbers.covariance[0].reshape(axes, 16), numbers.scatter[0].reshape(axes, 16)]
     return np.concatenate(rows, axis=1).astype("<f8").tobytes()
 
 
 def unpack(axes: Sequence[str], packed: Sequence[bytes], sensitivity_name: str) -> PackageNumbers:
-    """Calibrations of packages with the same axes."""
+    """Return the calibrations of packages with the same axes."""
     count = len(packed)
     flat = np.frombuffer(b"".join(packed), dtype="<f8").reshape(count, len(axes), _DOUBLES)
     square = (count, len(axes), 4, 4)
@@ -33,7 +33,7 @@ def unpack(axes: Sequence[str], packed: Sequence[bytes], sensitivity_name: str) 
 
 
 def point_row(coefficients: CoefficientSet, *, is_check: bool) -> dict[str, Any]:
-    """The row of the table ``points``."""
+    """Return the row of the table ``points``."""
     numbers = numbers_of(coefficients)
     return {
         "sha256": coefficients.sha256,

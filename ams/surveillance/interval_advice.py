@@ -28,8 +28,11 @@ class IntervalAdvice:
 
 
 def advise_interval(history: History, limit_deg: float) -> IntervalAdvice | None:
-    """Advice for a largest allowed error in degrees; None with fewer than two calibrations, or where they follow one
-    another in less than a month: then they are repetitions and say nothing of an interval."""
+    """Return advice for a largest allowed error in degrees; None with fewer than two calibrations.
+
+    None too where they follow one another in less than a month: then they are repetitions and say nothing of an
+    interval.
+    """
     times = np.array([label.created_utc.timestamp() for label in history.labels]) / SECONDS_PER_YEAR
     if times.size < 2:
         return None

@@ -46,8 +46,10 @@ class Population:
 
     @cached_property
     def coordinates(self) -> FloatArray:
-        """(N, p) characteristics as small angles, radians; sensitivities and offsets against the first of the sensor's
-        calibrations."""
+        """(N, p) characteristics as small angles, radians.
+
+        Sensitivities and offsets are against the first of the sensor's calibrations.
+        """
         found = self.characteristics
         return found.value / found.scale[self.starts[self.sensor_index]]
 
@@ -58,7 +60,7 @@ class Population:
 
     @cached_property
     def sensor_index(self) -> IntArray:
-        """(N,) 0 for the rows of the first sensor, 1 for those of the second …"""
+        """(N,) 0 for the rows of the first sensor, 1 for those of the second, and so on."""
         names = [label.sensor for label in self.labels]
         changes = [0, *(int(now != before) for before, now in pairwise(names))]
         return np.cumsum(changes, dtype=np.int64)
@@ -79,17 +81,20 @@ class Population:
         return tuple(name.partition(".")[0] for name in self.characteristics.names)
 
     def rows_of(self, sensor: str) -> slice:
-        """The rows of one sensor, empty where it has none."""
+        """Return the rows of one sensor, empty where it has none."""
         rows = [place for place, label in enumerate(self.labels) if label.sensor == sensor]
         return slice(rows[0], rows[-1] + 1) if rows else slice(0, 0)
 
     def rotation_deg(self, rows: slice) -> FloatArray:
-        """(n, 3) how the package sat on the table, turned against its first calibration."""
+        """Return (n, 3) how the package sat on the table, turned against its first calibration."""
         directions = self.numbers.directions[rows]
         return np.degrees(rotations_rad(directions, directions[0]))
 
     def _at_latest_gravity(self) -> PackageNumbers:
-        """Per the g of each sensor's latest calibration: one that was calibrated at two sites has one sensitivity."""
+        """Return the numbers per the g of each sensor's latest calibration.
+
+        A sensor that was calibrated at two sites has one sensitivity.
+        """
         if self.numbers.sensitivity_name != "sensitivity_v_per_g":
             return self.numbers
         gravity = np.array([label.gravity_mps2 for label in self.labels])

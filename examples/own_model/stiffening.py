@@ -76,14 +76,14 @@ class StiffeningClinometer:
 
 
 def _value_v(primary: Mapping[str, float], f: FloatArray) -> FloatArray:
-    """The same equation as a function of the specific force: s = f_x cos φ + f_z sin φ at no roll."""
+    """Return the same equation as a function of the specific force: s = f_x cos φ + f_z sin φ at no roll."""
     b, S, C, phi = (primary[name] for name in NAMES)
     s = f[..., 0] * np.cos(np.deg2rad(phi)) + f[..., 2] * np.sin(np.deg2rad(phi))
     return np.asarray(b + S * s + C * s**3)
 
 
 def _pitch_rad(primary: Mapping[str, float], output_v: FloatArray) -> FloatArray:
-    """The root of C·s³ + S·s = v − b near (v − b)/S, by Newton's method."""
+    """Return the root of C·s³ + S·s = v − b near (v − b)/S, by Newton's method."""
     b, S, C, phi = (primary[name] for name in NAMES)
     s = (output_v - b) / S
     for _ in range(20):

@@ -1,5 +1,6 @@
 """How an alert gets out: a local command, apprise, a heartbeat. Each call may block; the desk gives it a deadline."""
 
+import re
 import subprocess
 import urllib.request
 from collections.abc import Sequence
@@ -7,6 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from procedures.alerts.settings import is_web
+
+SHORTEST_SECRET = 6
+"""Letters; what is shorter is a word that would be found everywhere."""
 
 
 class NotDelivered(Exception):
@@ -28,8 +32,10 @@ def by_command(command: Sequence[str], message: Message, deadline_s: float) -> N
             list(command), input=f"{message.subject}\n\n{message.text}\n", text=True, capture_output=True,
             timeout=deadline_s, check=False,
         )  # fmt: skip
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise NotDelivered(f"command {command[0]}: {error}") from None
+    except subprocess.TimeoutExpired:
+        raise NotDelivered(f"command {command[0]}: did not end within {deadline_s:g} s") from None
+    except (OSError, ValueError) as error:
+        raise NotDelivered(f"command {command[0]}: {getattr(error, 'strerror', None) or error}") from None
     if done.returncode:
         raise NotDelivered(f"command {command[0]}: exit status {done.returncode}: {done.stderr.strip()[:200]}")
 
@@ -47,6 +53,15 @@ def by_apprise(urls: Sequence[str], message: Message) -> None:
             raise NotDelivered(f"apprise: {service}://… is no address that it knows")
         if not sender.notify(title=message.subject, body=message.text):
             raise NotDelivered(f"apprise: {service}://… did not take the message")
+
+
+def without_secrets(text: str, secrets: Sequence[str]) -> str:
+    """Return the text without any argument or address of the settings, whole or in parts: it goes into a journal."""
+    parts = {part for secret in secrets for part in (secret, *re.split(r"[/:@?&=#,\s]+", secret))}
+    for part in sorted(parts, key=len, reverse=True):
+        if len(part) >= SHORTEST_SECRET:
+            text = text.replace(part, "…")
+    return text
 
 
 def beat(target: str, deadline_s: float) -> None:

@@ -4,8 +4,9 @@ It is an observer in front of another one. Every message leaves in a thread of i
 it is handed to the engine at its next look, which journals it. A dead computer cannot ring: the heartbeat goes out
 only while the engine looks, so whoever waits for it outside learns of a hung or dead run.
 
-An alarm (held, tripped, failed) is told again until somebody acknowledges it, says continue, or it is over; after a
-while others are told as well. A run that has ended cannot ring by itself, so :meth:`AlertDesk.ring_out` goes on for it.
+An alarm (whatever stands still though nobody asked for it) is told again until somebody acknowledges it, says
+continue, or it is over; after a while others are told as well. A run that has ended cannot ring by itself, so
+:meth:`AlertDesk.ring_out` goes on for it.
 """
 
 from collections import deque
@@ -13,14 +14,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from threading import Thread
 
-from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command
+from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command, without_secrets
 from procedures.alerts.settings import AlertSettings, Escalation
 from procedures.records.progress import Progress, RunObserver, line_of
-from procedures.records.states import State
+from procedures.records.states import State, is_unasked
 from rig.clock import Clock
 
-ALARMS = (State.HELD, State.TRIPPED, State.FAILED)
-TOLD = (State.HELD, State.TRIPPED, State.FINISHED, State.FAILED, State.STOPPED, State.ABORTED)
+TOLD = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.ABORTED, State.INTERRUPTED)
+"""At once. That a run has finished is told when it is known what it came to: :meth:`AlertDesk.tell_end`."""
 MOST_UNDER_WAY = 8
 """Threads that wait for a server at once; more are not started and said to be lost."""
 RING_S = 1.0
@@ -57,17 +58,24 @@ class AlertDesk:
         self._last_failure = ""
 
     def on_event(self, progress: Progress) -> None:
-        self._then.on_event(progress)
+        """People first, the screen second: it may be gone."""
         self._last = progress
         if progress.event == "ack":
             self._alarm = None
         if progress.event == "dropped":
             self._tell(Message(f"calrig: {self._title}: a sensor was dropped", _text(progress)), progress.message)
+        if progress.event == "terminal":
+            self._tell(Message(f"calrig: {self._title}: the terminal was closed", _text(progress)), progress.message)
         if progress.event == "state":
             self._heard_state(progress)
+        self._then.on_event(progress)
+
+    def tell_end(self, word: str, text: str) -> None:
+        """What a run came to: said once, when everything is delivered or is known not to be."""
+        self._post(Message(f"calrig: {self._title}: {word}", text))
 
     def _heard_state(self, progress: Progress) -> None:
-        now_s, is_alarm = self._clock.monotonic_s(), progress.state in ALARMS
+        now_s, is_alarm = self._clock.monotonic_s(), is_unasked(progress.state, progress.asked_by)
         self._alarm = _Alarm(progress, now_s, now_s) if is_alarm else None
         if progress.state in TOLD:
             text = f"{_text(progress)}\ncalrig ack {self._run} ends the repeats." if is_alarm else _text(progress)
@@ -165,9 +173,9 @@ class AlertDesk:
             return
         if is_beat:
             self._last_failure = failure
-        self._outcomes.append({"what": what, "failed": failure})
+        self._outcomes.append({"what": what, "failed": without_secrets(failure, self._settings.secrets)})
 
 
 def _text(progress: Progress) -> str:
-    is_unasked = progress.state in (State.HELD, State.TRIPPED, State.FAILED)
-    return line_of(progress) + ("\nThe run's folder holds why.txt and why.html." if is_unasked else "")
+    has_page = is_unasked(progress.state, progress.asked_by)
+    return line_of(progress) + ("\nThe run's folder holds why.txt and why.html." if has_page else "")

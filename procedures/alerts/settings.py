@@ -51,6 +51,12 @@ class AlertSettings(StrictTable):
     deadline_s: Annotated[float, Field(gt=0.0, le=300.0)] = 30.0
     """So long a message may take before it counts as lost."""
 
+    @property
+    def secrets(self) -> tuple[str, ...]:
+        """What may hold a token or an address; the name of a program is told."""
+        others = self.escalate or AlertSettings()
+        return (*self.urls, *self.command[1:], *others.urls, *others.command[1:], self.heartbeat or "")
+
     @field_validator("urls", "command", mode="before")
     @classmethod
     def _lists_are_tuples(cls, value: object) -> object:

@@ -158,6 +158,7 @@ def publish(
     /,
     *,
     override: str | None = None,
+    supersede: str | None = None,
     operator: Operator = None,
     out: RunsFolder = RUNS,
     archive: Archive = None,
@@ -169,12 +170,21 @@ def publish(
     ----------
     override
         Why an expired standard is accepted all the same; needs --operator.
+    supersede
+        Why this journal takes the place of another one of the same run, as of a copy; needs --operator.
     """
-    if (override is None) != (operator is None):
-        raise RequestError("an override needs --override REASON and --operator NAME together; nothing was published")
-    word = Override(operator, override) if override is not None and operator is not None else None
+    if (override is None and supersede is None) != (operator is None):
+        raise RequestError(
+            "an override needs --override REASON and --operator NAME together, a supersession --supersede REASON and "
+            "--operator NAME; nothing was published"
+        )
+    word, succession = (
+        Override(operator, why) if why is not None and operator is not None else None for why in (override, supersede)
+    )
     folder = find_run(run, out)
-    url, published = publish_folder(folder, lambda simulated: archive_of(folder, archive, is_simulated=simulated), word)
+    url, published = publish_folder(
+        folder, lambda simulated: archive_of(folder, archive, is_simulated=simulated), word, succession
+    )
     if json:
         sets = [plain(asdict(one)) for one in published.publications]
         found = {name: plain(asdict(one)) for name, one in published.adjustments.items()}

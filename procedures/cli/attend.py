@@ -12,6 +12,7 @@ from procedures.alerts.dispatcher import AlertDesk
 from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
 from procedures.cli.output import note
 from procedures.cli.places import login_name
+from procedures.errors import ProcedureError
 from procedures.journal.corrections import acknowledge, is_acknowledged
 from procedures.records.progress import RunObserver
 from procedures.run.progress import shown_on
@@ -36,9 +37,17 @@ class Attendance:
         if self.desk is None:
             return
         try:
-            _tell_losses(self.desk.ring_out(lambda: is_acknowledged(folder)))
+            _tell_losses(self.desk.ring_out(lambda: _is_known(folder)))
         except KeyboardInterrupt:
-            acknowledge(folder, login_name(), "Ctrl-C")
+            try:
+                acknowledge(folder, login_name(), "Ctrl-C")
+            except ProcedureError as error:
+                note(f"acknowledged, but not on record: {error}")
+
+    def tell_end(self, word: str, text: str) -> None:
+        """What the run came to, to whoever is told of its end."""
+        if self.desk is not None:
+            self.desk.tell_end(word, text)
 
 
 @contextmanager
@@ -75,6 +84,14 @@ def _told(title: str, alerts: Path | None, run: Path, opened: ExitStack) -> tupl
         return [*due, *desk.pulse()]
 
     return desk, pulse
+
+
+def _is_known(folder: Path) -> bool:
+    """A journal that cannot be read tells of nobody who knows."""
+    try:
+        return is_acknowledged(folder)
+    except ProcedureError:
+        return False
 
 
 def _tell_losses(outcomes: Sequence[Mapping[str, object]]) -> None:

@@ -12,6 +12,7 @@ from platformdirs import user_state_path
 from ams.errors import AmsError, ArchiveError, ArchiveForbids, ArchiveUnknown, SolveError, VectorsDisagree, WriteFailed
 from procedures.errors import ExitStatus, ProcedureError
 from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
+from rig.plain_text import one_line
 
 WRONG_REQUEST = (DescriptionError, RequestRefused, ArchiveUnknown, ArchiveForbids)
 FAILED = (SolveError, VectorsDisagree, ArchiveError, WriteFailed)
@@ -40,7 +41,7 @@ def tell(error: BaseException) -> None:
         return
     with suppress(OSError):  # nobody reads it where the terminal is gone; the status is told all the same
         for line in _sentence(error).splitlines():
-            print(f"calrig: {line}", file=sys.stderr, flush=True)  # noqa: T201
+            print(f"calrig: {one_line(line)}", file=sys.stderr, flush=True)  # noqa: T201
 
 
 def _sentence(error: BaseException) -> str:

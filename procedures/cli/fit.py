@@ -15,7 +15,7 @@ from ams.inference.inference import Package
 from ams.inference.sting_reference import WARNING, read_with_sting
 from ams.inputs.observations_csv import read_csv, unit_warnings
 from ams.inputs.request import CalibrationRequest
-from ams.models.registry import MODELS
+from ams.models.registry import MODELS, names_asked_for
 from ams.models.thermal import TemperatureCoefficients
 from ams.sets.sensed_quantity import FIELDS
 from procedures.cli.attitude import package_of
@@ -36,20 +36,12 @@ from rig.description.rig_file import RigDescription, Sensor
 Named = Annotated[list[str] | None, Parameter(negative=())]
 Value = TypeVar("Value")
 
-FAMILIES = ("pitch-yaw-roll", "linear")
-"""Asked for by a name that stands for several models: CR's two packages, straight lines against known levels."""
-
-
-def model_names() -> list[str]:
-    """Return what ``--model`` allows."""
-    return [*(name for name, model in MODELS.items() if model.is_asked_for), *FAMILIES]
-
 
 def fit(
     file: Path,
     /,
     *,
-    model: Annotated[str, Parameter(help=f"One of {', '.join(model_names())}.")] = "pitch-roll",
+    model: Annotated[str, Parameter(help=f"One of {', '.join(names_asked_for())}.")] = "pitch-roll",
     package: Literal["sting", "model"] | None = None,
     axis: Named = None,
     sting: Path | None = None,
@@ -229,8 +221,8 @@ def _refuse_shared(columns: Mapping[str, str]) -> None:
 
 def _model_name(model: str, package: str | None) -> str:
     """The name that the mathematics knows: CR's two packages are two models."""
-    if model not in model_names():
-        raise RequestError(f"--model: got {model!r}, allowed are {', '.join(model_names())}; nothing was solved")
+    if model not in names_asked_for():
+        raise RequestError(f"--model: got {model!r}, allowed are {', '.join(names_asked_for())}; nothing was solved")
     if model != "pitch-yaw-roll":
         if package is not None:
             raise RequestError(f"--package {package}: belongs to --model pitch-yaw-roll, not to --model {model}")

@@ -1,13 +1,15 @@
 """``calrig``: the command. Commands are loaded when they are called, so that ``--help`` stays quick."""
 
 import io
+import os
 import sys
 from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError, Group
 
 from procedures.cli.failure import status_of, tell
-from procedures.errors import ExitStatus
+from procedures.errors import ExitStatus, RequestError
+from rig.plain_text import hidden_in, one_line
 
 HELP = """Calibrate attitude sensors: drive the rig, record every dwell, solve with honest uncertainty, archive, export.
 
@@ -22,18 +24,20 @@ GROUPS = {
     ),
     "Run": (
         ("run", "run:run", "Run a procedure on a rig, then solve, archive, report and export."),
-        ("resume", "run:resume", "Continue a run after a crash, a stop or a trip."),
+        ("resume", "run:resume", "Continue a run after a crash, a stop, an abort or a trip."),
         ("void", "people:void", "Take back a dwell and everything after it; a resume measures it again."),
         ("redo", "people:redo", "Take back one replication; a resume measures it again."),
+        ("close", "steer:close", "Close a run that is never to be resumed."),
         ("salvage", "people:salvage", "Take what is intact out of a damaged journal, into a new folder."),
     ),
     "Steer": (
         ("status", "steer:status", "Look at a run, also from another process, or list all runs."),
+        ("attach", "steer:attach", "Show a running run again, with its keys."),
         ("handover", "people:handover", "The whole state of a run on one page."),
         ("pause", "steer:pause", "Pause a run after the dwell in progress."),
         ("continue", "steer:continue_", "Continue a paused or held run."),
         ("stop", "steer:stop", "Stop a run after the dwell in progress."),
-        ("abort", "steer:abort", "Abort a run: axes stop now."),
+        ("abort", "steer:abort", "Abort a run: axes stop now; it can be resumed."),
         ("note", "people:note", "Write a note into the journal of a run."),
         ("ack", "people:ack", "Acknowledge the alarm of a run: repeats and escalation end."),
     ),
@@ -88,6 +92,7 @@ def run_command(arguments: Sequence[str]) -> int:
     """Run one command; every error becomes a sentence on standard error and a status."""
     _speak_utf8()
     try:
+        _require_seen(arguments)
         app = make_app(arguments[0] if arguments else "")
         result = app(list(arguments), exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()
@@ -99,6 +104,20 @@ def run_command(arguments: Sequence[str]) -> int:
         tell(error)
         return status_of(error)
     return int(result) if isinstance(result, int) else ExitStatus.DONE
+
+
+def _require_seen(arguments: Sequence[str]) -> None:
+    """What is typed hides nothing, whatever option it stands behind; a file that is there may be named anyhow.
+
+    Raises: RequestError for a control or a bidirectional character.
+    """
+    for argument in arguments:
+        found = hidden_in(argument)
+        if found and not os.path.lexists(argument):
+            raise RequestError(
+                f"{one_line(argument)[:80]}: holds {', '.join(found)}, which acts on a screen instead of being seen "
+                "there; nothing was done; leave it out"
+            )
 
 
 def _speak_utf8() -> None:

@@ -34,6 +34,10 @@ Alerts = Annotated[
         "configuration."
     ),
 ]
+Detach = Annotated[
+    bool,
+    Parameter(negative=(), help="Give the shell back when the run has begun; calrig attach shows it again."),
+]
 AllowNetworkFolder = Annotated[
     bool,
     Parameter(negative=(), help="Keep the journal on a network or synchronised folder, against all advice."),

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
+from rig.plain_text import shown
+
 
 def print_json(document: Mapping[str, Any]) -> None:
     """One JSON document, strict (no NaN), UTF-8, ended by a newline."""
@@ -15,13 +17,13 @@ def print_json(document: Mapping[str, Any]) -> None:
 
 def say(text: str = "") -> None:
     """A line for a person, on standard output."""
-    print(text)  # noqa: T201
+    print(shown(text))  # noqa: T201
 
 
 def note(text: str) -> None:
     """A line for a person that is no result, on standard error."""
     with suppress(OSError):  # a closed terminal must not end what is being done
-        print(text, file=sys.stderr, flush=True)  # noqa: T201
+        print(shown(text), file=sys.stderr, flush=True)  # noqa: T201
 
 
 def finite(value: float | None) -> float | None:

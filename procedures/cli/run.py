@@ -1,5 +1,6 @@
 """``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
 
+from contextlib import ExitStack
 from pathlib import Path
 
 from rich.console import Console
@@ -8,13 +9,15 @@ from ams.archive.refusals import without_password
 from ams.whole_file import replace_file
 from procedures.alerts.settings import read_alerts
 from procedures.cli.archive_url import require_archive_url
-from procedures.cli.attend import attended
+from procedures.cli.attend import Attendance, attended
 from procedures.cli.choose_run import only_one
+from procedures.cli.detach import detached
 from procedures.cli.options import (
     RUNS,
     Alerts,
     AllowNetworkFolder,
     Archive,
+    Detach,
     Flag,
     Json,
     OnlyRun,
@@ -30,7 +33,8 @@ from procedures.cli.places import (
     login_name,
     new_run_folder,
 )
-from procedures.delivery.deliver import Delivery, deliver, run_document, solve_run
+from procedures.cli.terminal import outlived
+from procedures.delivery.deliver import DONE, Delivery, deliver, run_document, solve_run
 from procedures.delivery.publish import history_findings
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.header import make_header
@@ -39,8 +43,8 @@ from procedures.journal.location import require_local
 from procedures.journal.status import status
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
-from procedures.records.states import RESUMABLE, State
-from procedures.report.summary import print_summary
+from procedures.records.states import ANSWERED_FOR, RESUMABLE, State
+from procedures.report.summary import print_summary, worst_uncertainty
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.resume import resume as resume_run
@@ -60,12 +64,13 @@ def run(
     archive: Archive = None,
     alerts: Alerts = None,
     allow_network_folder: AllowNetworkFolder = False,
+    detach: Detach = False,
     json: Json = False,
 ) -> int:
     """Run a procedure on a rig, then solve, archive, report and export.
 
-    Ctrl-C stops after the dwell in progress, a second one aborts. The run's folder is told first, on standard error.
-    A simulated run is archived beside itself unless --archive is given.
+    Ctrl-C stops after the dwell in progress, a second one aborts. A terminal that is closed ends nothing. The run's
+    folder is told first, on standard error. A simulated run is archived beside itself unless --archive is given.
 
     Parameters
     ----------
@@ -81,23 +86,27 @@ def run(
         require_local(out)
     asked_archive = archive if archive is not None or performed.is_simulated else default_archive_url()
     _require_what_the_end_needs(asked_archive, alerts)
-    with open_rig(performed, rig_file=None if rehearse else rig, purpose="run", write=replace_file) as opened:
-        opened.identities()  # a device that is silent is told before anything is written
-        now = SystemClock().now_utc()
-        folder = new_run_folder(out, plan.title, now)
-        opened.belongs_to(folder)
-        header = make_header(
-            folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
-        )
-        is_virtual = isinstance(opened.clock, VirtualClock)
-        with (
-            left_out_where_empty(folder),
-            attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance,
-        ):
-            outcome = begin(folder, header, plan, opened, attendance.observer, care=attendance.care)
-    exit_status = conclude(folder, outcome, archive, json=json)
-    attendance.ring_out(folder)
-    return exit_status
+    if detach:
+        options = {"--rig": rig, "--out": out, "--operator": operator, "--archive": archive, "--alerts": alerts}
+        flags = {"--rehearse": rehearse, "--allow-network-folder": allow_network_folder}
+        return detached("run", [str(procedure)], options, flags, out, json=json)
+    with outlived(), ExitStack() as at_last:
+        with open_rig(performed, rig_file=None if rehearse else rig, purpose="run", write=replace_file) as opened:
+            opened.identities()  # a device that is silent is told before anything is written
+            now = SystemClock().now_utc()
+            folder = new_run_folder(out, plan.title, now)
+            opened.belongs_to(folder)
+            header = make_header(
+                folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
+            )
+            is_virtual = isinstance(opened.clock, VirtualClock)
+            with (
+                left_out_where_empty(folder),
+                attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance,
+            ):
+                at_last.callback(attendance.ring_out, folder)
+                outcome = begin(folder, header, plan, opened, attendance.observer, care=attendance.care)
+        return conclude(folder, outcome, archive, attendance, json=json)
 
 
 def resume(
@@ -113,9 +122,9 @@ def resume(
     allow_network_folder: AllowNetworkFolder = False,
     json: Json = False,
 ) -> int:
-    """Continue a run after a crash, a stop or a trip: home, measure the check set again, compare, go on.
+    """Continue a run after a crash, a stop, an abort or a trip: home, measure the check set again, compare, go on.
 
-    After a trip --operator and --reason are needed.
+    After a trip and after an abort --operator and --reason are needed.
 
     Parameters
     ----------
@@ -124,24 +133,25 @@ def resume(
         The run keeps its own plan; of the rig file only ports and interlocks are taken over.
     """
     folder = only_one(run, out, RESUMABLE, "resumed")
-    if operator is None and status(folder).state is State.TRIPPED:
-        raise RequestError(f"{folder}: the run is tripped: a person must answer for it; give --operator and --reason")
+    state = status(folder).state
+    if operator is None and state in ANSWERED_FOR:
+        raise RequestError(f"{folder}: the run is {state}: a person must answer for it; give --operator and --reason")
     if not allow_network_folder:
         require_local(folder)
     _require_what_the_end_needs(archive, alerts)
     title, is_virtual = title_and_time(folder)
-    with attended(title, alerts, folder, is_virtual=is_virtual) as attendance:
-        outcome = resume_run(
-            folder,
-            operator or ("" if accept_changes else login_name()),
-            reason or "",
-            attendance.observer,
-            care=attendance.care,
-            accepts_changes=accept_changes,
-        )
-    exit_status = conclude(folder, outcome, archive, json=json)
-    attendance.ring_out(folder)
-    return exit_status
+    with outlived(), ExitStack() as at_last:
+        with attended(title, alerts, folder, is_virtual=is_virtual) as attendance:
+            at_last.callback(attendance.ring_out, folder)
+            outcome = resume_run(
+                folder,
+                operator or ("" if accept_changes else login_name()),
+                reason or "",
+                attendance.observer,
+                care=attendance.care,
+                accepts_changes=accept_changes,
+            )
+        return conclude(folder, outcome, archive, attendance, json=json)
 
 
 def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> None:
@@ -159,12 +169,18 @@ def title_and_time(folder: Path) -> tuple[str, bool]:
         return reader.header.title, isinstance(clock, VirtualClock)
 
 
-def conclude(folder: Path, outcome: Outcome, archive: str | None, *, json: bool) -> int:
+def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: Attendance, *, json: bool) -> int:
     """Deliver what there is to deliver, tell it, and return the exit status of the run."""
-    solved = solve_run(folder)
-    delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated))
     if outcome.reason:
         note(f"run {folder.name}: {outcome.state}: {outcome.reason}")
+    try:
+        solved = solve_run(folder)
+        delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated))
+    except BaseException as error:
+        attendance.tell_end(f"{outcome.state}, and nothing delivered", f"{error}\ncalrig solve {folder} delivers it.")
+        raise
+    if outcome.state is State.FINISHED:
+        attendance.tell_end(*_last_word(delivery))
     for failure in solved.failures if solved.is_finished else ():
         note(failure)
     if delivery.archived is not None and delivery.archive_url is not None:
@@ -174,9 +190,19 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, *, json: bool)
         print_json(run_document(delivery))
     else:
         tell(delivery)
-    require_archived(delivery)
-    failed = solved.is_finished and solved.failures
+    tell_failures(delivery)
+    failed = delivery.failures or (solved.is_finished and solved.failures)
     return ExitStatus.FAILED if failed else outcome.exit_status
+
+
+def _last_word(delivery: Delivery) -> tuple[str, str]:
+    """What the run came to, for who is told of its end: usable or not, the worst uncertainty, where it is."""
+    missing = [f"{part}: {told}" for part, told in delivery.failures.items()]
+    if delivery.view is None:
+        return "finished, but without a report", "\n".join(missing)
+    worst = worst_uncertainty(delivery.view)
+    lines = (delivery.view.verdict.sentence, worst, *missing, delivery.report.resolve().as_uri())
+    return f"finished: {delivery.view.verdict.trust}", "\n".join(line for line in lines if line)
 
 
 def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
@@ -186,19 +212,25 @@ def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
     return f"sqlite:///{folder.parent / 'archive.sqlite'}" if is_simulated else default_archive_url()
 
 
-def require_archived(delivery: Delivery) -> None:
-    """Asked when everything else is told. Raises: ArchiveError as the archive refused the run."""
-    if delivery.refusal is not None:
+def tell_failures(delivery: Delivery) -> None:
+    """What of the run's results is missing, a line each, and how it is made."""
+    for part, told in delivery.failures.items():
+        note(f"{part}: {told}")
+    if delivery.failures.keys() == {"archive"}:
         note(f"not archived; everything else is written; calrig archive publish {delivery.run.folder} does it later")
-        raise delivery.refusal
+    elif delivery.failures:
+        note(f"everything else is written; calrig solve {delivery.run.folder} makes what is missing")
 
 
 def tell(delivery: Delivery) -> None:
     """The outcome for a person: coefficients, verdict, and where everything is."""
-    print_summary(delivery.view, Console())
-    say()
-    say(f"report       {delivery.report}")
-    say(f"on paper     {delivery.report.with_suffix('.pdf')}")
+    if delivery.view is not None:
+        print_summary(delivery.view, Console())
+        say()
+    if delivery.parts["html"] == DONE:
+        say(f"report       {delivery.report}")
+    if delivery.parts["pdf"] == DONE:
+        say(f"on paper     {delivery.report.with_suffix('.pdf')}")
     for name, path in delivery.sets.items():
         say(f"coefficients {path}   ({name})")
     for path in delivery.exports:

@@ -7,14 +7,21 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from procedures.cli.choose_run import alive_or_latest
-from procedures.cli.options import RUNS, AnyRun, Json, Operator, RunsFolder
+from procedures.cli.choose_run import alive_or_latest, only_one
+from procedures.cli.follow import attach_to, shown_until_left
+from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Operator, RunsFolder
 from procedures.cli.output import print_json, say
 from procedures.cli.places import login_name
-from procedures.errors import RequestError
+from procedures.errors import ExitStatus, RequestError
+from procedures.journal.corrections import Word, close_run
+from procedures.journal.guard_record import guard_told, read_guard_record
 from procedures.journal.run_list import ListedRun, RunList
 from procedures.journal.spool import ask
 from procedures.journal.status import status as look
+from procedures.records.states import RESUMABLE
+from procedures.run.progress import PlainLines
+from rig.clock import SystemClock
+from rig.plain_text import one_line
 
 
 def status(
@@ -24,26 +31,39 @@ def status(
     all_: Annotated[
         bool, Parameter(name="--all", negative=(), help="List every run of the folder of runs, the latest first.")
     ] = False,
+    follow: Annotated[bool, Parameter(negative=(), help="Go on telling until the run ends; Ctrl-C leaves it.")] = False,
     out: RunsFolder = RUNS,
     json: Json = False,
-) -> None:
+) -> int:
     """Look at a run: state, dwells done, when it should end; or list all of them."""
     if all_:
         _list(run, out, json=json)
-        return
-    found = look(alive_or_latest(run, out))
+        return ExitStatus.DONE
+    folder = alive_or_latest(run, out)
+    found = look(folder)
     if json:
         print_json(found.to_document())
-        return
+        return ExitStatus.DONE
     say(f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells")
     if found.eta_utc is not None:
         say(f"should end {found.eta_utc:%Y-%m-%d %H:%M} UTC")
     if found.held_by is not None:
-        say(f"held by: {found.held_by}")
-    if found.guard:
-        say(found.guard)
+        say(f"held by: {one_line(found.held_by)}")
+    elif found.why:
+        say(f"because: {one_line(found.why)}")
+    if (guarded := read_guard_record(folder)) is not None:
+        say(one_line(guard_told(guarded)))
     for name, line in found.lines.items():
         say(f"line of {name}: {line.told()}")
+    if not follow:
+        return ExitStatus.DONE
+    observer = PlainLines(say, parts=None)
+    return shown_until_left(folder, observer, lambda: False, SystemClock())
+
+
+def attach(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> int:
+    """Show a run that another process runs, with its keys; leaving the screen ends nothing."""
+    return attach_to(alive_or_latest(run, out), operator or login_name())
 
 
 def pause(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:
@@ -62,8 +82,22 @@ def stop(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = 
 
 
 def abort(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:
-    """Abort a run: axes stop now, the run has ended."""
+    """Abort a run: axes stop now; `calrig resume` goes on with a name and a reason."""
     _ask(run, out, "abort", operator)
+
+
+def close(
+    run: OnlyRun = None,
+    /,
+    *,
+    reason: NeededReason,
+    operator: Operator = None,
+    out: RunsFolder = RUNS,
+) -> None:
+    """Close a run that is not to be resumed, ever. What was measured stays, and its report can be made."""
+    folder = only_one(run, out, RESUMABLE, "closed")
+    close_run(folder, Word(operator or login_name(), reason))
+    say(f"{folder}: closed; nothing resumes it")
 
 
 def _ask(

@@ -5,11 +5,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from procedures.run.steering import job_control_ignored
 from rig.clock import Clock
 from rig.devices.abilities import Wait
 from rig.errors import WaitEnded
 
-ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+ENDS = (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP)
 
 
 @contextmanager
@@ -33,7 +34,8 @@ def stoppable_wait(clock: Clock) -> Iterator[Wait]:
     heeded = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # nohup means it
     before = {number: signal.signal(number, ask) for number in heeded}
     try:
-        yield wait
+        with job_control_ignored():
+            yield wait
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -1,18 +1,20 @@
 """From a run's journal to everything it leaves behind: solution, coefficient sets, archive, report, exports.
 
 A pure function of the journal but for the files: delivering twice writes the same bytes and publishes nothing new.
-Only a finished run leaves coefficient sets; any run leaves a report that says what it is.
+Only a finished run leaves coefficient sets; any run leaves a report that says what it is. Its parts are independent:
+what hinders one is told and hinders no other, and delivering again makes what is missing.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from ams.archive.histories import history
 from ams.archive.runs import Override, PublishedRun
 from ams.calibration.findings_document import full_document
+from ams.calibration_result import Calibration
 from ams.errors import AmsError, ArchiveError, OutsideValidity
 from ams.exports import dcc, json_text
 from ams.exports.formats import export_set, format_named
@@ -22,17 +24,20 @@ from ams.sets.sensed_quantity import FIELDS
 from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust
 from procedures.delivery.publish import publish_solved
 from procedures.errors import RequestError
+from procedures.journal.audit_trail import clock_words
 from procedures.journal.journal_reader import JournalReader
 from procedures.kinds.solve import solve_record
 from procedures.records.states import State
 from procedures.report.paper.pdf import Attachment
 from procedures.report.view import Past, RunView
-from procedures.report.write import view_of, write_report
+from procedures.report.write import REPORT_FILE, draw_report, view_of, write_paper, write_screen
 from procedures.solution.lines import lines_document
 from procedures.solution.provenance import provenance_of
 from procedures.solution.record import RunRecord, read_record
 from procedures.solution.request import SolvedSensor
 from rig.crash_points import CrashPoint, crash_point
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -58,13 +63,24 @@ class SolvedRun:
         return [f"{name}: {solved.failure}" for name, solved in self.sensors.items() if solved.failure is not None]
 
 
+PARTS = ("set", "archive", "exports", "html", "pdf")
+"""What a run leaves, in the order in which it is made; each part succeeds or fails by itself."""
+DONE = "done"
+NOT_DUE = "not due"
+"""How the word for a part begins that the run does not leave."""
+
+
 @dataclass(frozen=True)
 class Delivery:
-    """What was written."""
+    """What was written, and what became of each part."""
 
     run: SolvedRun
-    view: RunView
+    parts: Mapping[str, str]
+    """Each of ``PARTS``: done, not due, or the sentence of what failed."""
+    view: RunView | None
+    """None where even the page's content could not be put together."""
     report: Path
+    """Where the page is, or would be."""
     sets: Mapping[str, Path]
     """Sensor to its coefficient file; empty unless the run is finished."""
     exports: Sequence[Path]
@@ -72,8 +88,11 @@ class Delivery:
     """Where the sets were published; None where they were not."""
     archived: PublishedRun | None = None
     """As found and as left of every sensor, as the archive has them."""
-    refusal: AmsError | None = None
-    """Why the archive did not take the run; everything else was written."""
+
+    @property
+    def failures(self) -> Mapping[str, str]:
+        """The parts that are missing, each with its sentence; `calrig solve` makes them."""
+        return {name: told for name, told in self.parts.items() if told != DONE and not told.startswith(NOT_DUE)}
 
 
 def solve_run(folder: Path) -> SolvedRun:
@@ -84,37 +103,100 @@ def solve_run(folder: Path) -> SolvedRun:
 
 
 def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
-    """Write report and figures; of a finished run also coefficient sets and exports, and publish them.
+    """Set, archive, exports, page and paper, in this order: what hinders one hinders no other, and nothing is raised.
 
-    Raises: ams.errors.AmsError where a set cannot be built or written; what the archive refuses is told in the result.
+    Only a finished run leaves sets; any run leaves a page and a paper.
     """
     crash_point(CrashPoint.SOLVED)
-    sets = sets_of(run) if run.is_finished else {}
-    paths = {name: _write(one, run.folder / "coefficients", "json") for name, one in sets.items()}
+    parts = _Parts()
+    built = parts.made("set", lambda: sets_of(run)) if run.is_finished else {}
+    sets: Mapping[str, CoefficientSet] = built or {}
+    if built is not None and not sets:
+        parts.leave_out(("set", "archive", "exports"), _why_no_set(run))
+    if built is None:
+        parts.fail(("archive", "exports"), "there is no set")
+    paths = parts.made("set", lambda: _written_sets(run, sets)) if sets else {}
     crash_point(CrashPoint.SETS_WRITTEN)
-    archived, refusal = _published(run, sets, archive_url)
+    archived = None
+    if sets and archive_url is not None:
+        url = archive_url
+        archived = parts.made("archive", lambda: publish_solved(url, run.folder, run.record, run.sensors, sets))
+    elif sets:
+        parts.leave_out(("archive",), "no archive is asked for")
     crash_point(CrashPoint.PUBLISHED)
-    view = view_of(run.record, run.sensors, _past(run, sets, archived, archive_url))
-    report = write_report(view, run.folder, [attached for one in sets.values() for attached in attachments(one)])
+    exports = parts.made("exports", lambda: _exported(run, sets)) if sets else ()
+    view = parts.made("html", lambda: view_of(run.record, run.sensors, _past(run, sets, archived, archive_url)))
+    drawn = None if view is None else parts.made("html", lambda: draw_report(view))
+    if drawn is None:
+        parts.fail(("pdf",), "there is no page to print")
+    else:
+        parts.made("html", lambda: write_screen(drawn, run.folder))
+        parts.made("pdf", lambda: write_paper(drawn, run.folder, _attached(sets)))
     crash_point(CrashPoint.REPORTED)
-    # Last: a format that has no form of a set refuses it, and everything else is delivered by then.
-    exports = [
-        _write(one, run.folder / "exports", kind) for one in sets.values() for kind in run.record.plan.export_formats
-    ]
-    published_to = archive_url if sets and refusal is None else None
-    return Delivery(run, view, report, paths, exports, published_to, archived, refusal)
+    published_to = archive_url if archived is not None else None
+    page = run.folder / REPORT_FILE
+    return Delivery(run, parts.told(), view, page, paths or {}, exports or (), published_to, archived)
 
 
-def _published(
-    run: SolvedRun, sets: Mapping[str, CoefficientSet], archive_url: str | None
-) -> tuple[PublishedRun | None, AmsError | None]:
-    """What the archive has of the run, or why it refuses: the rest is delivered all the same."""
-    if not sets or archive_url is None:
-        return None, None
-    try:
-        return publish_solved(archive_url, run.folder, run.record, run.sensors, sets), None
-    except AmsError as refusal:
-        return None, refusal
+class _Parts:
+    """What became of each part so far."""
+
+    def __init__(self) -> None:
+        self._told: dict[str, str] = {}
+
+    def made(self, part: str, make: Callable[[], Made]) -> Made | None:
+        """What was made; None where it failed, which is kept as a sentence."""
+        try:
+            made = make()
+        except AmsError as error:
+            self._told[part] = str(error)
+        except OSError as error:
+            self._told[part] = f"{error.filename or part}: {error.strerror or error}; calrig solve makes it"
+        except Exception as error:  # noqa: BLE001  a rim: a defect in one part takes no other part from the laboratory
+            self._told[part] = f"a defect of calrig: {type(error).__name__}: {error}; send the run's folder"
+        else:
+            self._told.setdefault(part, DONE)
+            return made
+        return None
+
+    def leave_out(self, parts: Iterable[str], why: str) -> None:
+        self._told |= dict.fromkeys(parts, f"{NOT_DUE}: {why}")
+
+    def fail(self, parts: Iterable[str], why: str) -> None:
+        self._told |= dict.fromkeys(parts, f"not made: {why}")
+
+    def told(self) -> dict[str, str]:
+        return {name: self._told.get(name, DONE) for name in PARTS}
+
+
+def _why_no_set(run: SolvedRun) -> str:
+    return "no sensor has a set" if run.is_finished else f"the run is {run.record.state}"
+
+
+def _written_sets(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> dict[str, Path]:
+    return {name: _write(one, run.folder / "coefficients", "json") for name, one in sets.items()}
+
+
+def _exported(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> list[Path]:
+    """Every format of every set; those that have no form of a set are told when all others are written.
+
+    Raises: the first refusal.
+    """
+    paths: list[Path] = []
+    refusals: list[AmsError] = []
+    for one in sets.values():
+        for kind in run.record.plan.export_formats:
+            try:
+                paths.append(_write(one, run.folder / "exports", kind))
+            except AmsError as error:
+                refusals.append(error)
+    if refusals:
+        raise type(refusals[0])("; ".join(dict.fromkeys(map(str, refusals))))
+    return paths
+
+
+def _attached(sets: Mapping[str, CoefficientSet]) -> list[Attachment]:
+    return [attached for one in sets.values() for attached in attachments(one)]
 
 
 def _past(
@@ -170,16 +252,23 @@ def run_document(delivery: Delivery) -> dict[str, Any]:
         "sensors": sensors_document(run),
         "report": str(delivery.report),
         "sets": [str(path) for path in delivery.sets.values()],
+        "delivery": dict(delivery.parts),
     }
 
 
 def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
     """Sensor to the set of its solution; a sensor without one is missing. Raises: ams.errors.SetError."""
     return {
-        name: build_set(solved.calibration, provenance_of(solved, run.record))
+        name: build_set(_with_words(solved.calibration, run.record), provenance_of(solved, run.record))
         for name, solved in run.sensors.items()
         if solved.calibration is not None and solved.calibration.model in FIELDS
     }
+
+
+def _with_words(calibration: Calibration, record: RunRecord) -> Calibration:
+    """What a user of the set should know of its run."""
+    words = tuple(dict.fromkeys(clock_words(record.events)))
+    return replace(calibration, warnings=(*calibration.warnings, *words)) if words else calibration
 
 
 def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
@@ -207,7 +296,10 @@ def attachments(coefficients: CoefficientSet) -> list[Attachment]:
 
 
 def publish_folder(
-    folder: Path, archive_of: Callable[[bool], str], override: Override | None = None
+    folder: Path,
+    archive_of: Callable[[bool], str],
+    override: Override | None = None,
+    supersede: Override | None = None,
 ) -> tuple[str, PublishedRun]:
     """A finished run out of its journal, solved again and published; returns where, and what is there now.
 
@@ -223,4 +315,4 @@ def publish_folder(
     if not sets:
         raise RequestError(f"{folder}: no sensor has a solution: {'; '.join(run.failures)}; nothing was published")
     url = archive_of(run.record.is_simulated)
-    return url, publish_solved(url, folder, run.record, run.sensors, sets, override)
+    return url, publish_solved(url, folder, run.record, run.sensors, sets, override, supersede)

@@ -19,6 +19,7 @@ def publish_solved(
     solved: Mapping[str, SolvedSensor],
     sets: Mapping[str, CoefficientSet],
     override: Override | None = None,
+    supersede: Override | None = None,
 ) -> PublishedRun:
     """Publishing again changes nothing; of several solutions of one run the one published last counts.
 
@@ -28,7 +29,10 @@ def publish_solved(
     measured = measured_sensors(record, solved, sets)
     usage = record.plan.usage_pitch_deg
     now = SystemClock().now_utc()
-    return publish_run(archive_url, entry, measured, now, usage_pitch_deg=usage, override=override)
+    return publish_run(
+        archive_url, entry, measured, now, usage_pitch_deg=usage, override=override,
+        lineage=record.lineage, supersede=supersede,
+    )  # fmt: skip
 
 
 def measured_sensors(

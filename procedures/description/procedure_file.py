@@ -21,6 +21,7 @@ from pydantic import (
 )
 
 from ams.exports.formats import FORMATS
+from ams.models.registry import names_asked_for
 from procedures.description.design_kinds import DESIGNS
 from procedures.errors import PlanError
 from rig.description.device_settings import NotNegative, Positive
@@ -202,10 +203,16 @@ class KnownTemperature(StrictTable):
     reference_temperature_degc: float
 
 
+def _is_a_model(name: str) -> str:
+    if name not in names_asked_for():
+        raise ValueError(f"allowed are {', '.join(names_asked_for())}")
+    return name
+
+
 class Solve(StrictTable):
     """``[solve]``: which model, and what is done about temperature."""
 
-    model: Literal["pitch-roll", "pitch-only", "pitch-yaw-roll", "linear", "gyro"] = "pitch-roll"
+    model: Annotated[str, AfterValidator(_is_a_model)] = "pitch-roll"
     packages: dict[str, Literal["sting", "model"]] = {}
     """For pitch-yaw-roll: sensor to CR's package; one that is not named is a model package."""
     temperature: Literal["none", "apply", "estimate"] = "none"

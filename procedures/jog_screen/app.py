@@ -118,7 +118,8 @@ class JogApp(App[None]):
         """A lost terminal (HUP) or a request to end stops every axis first. A suspended process could not: refused."""
         for number in _LOST:
             signal.signal(number, self._lost)
-        signal.signal(signal.SIGTSTP, signal.SIG_IGN)
+        for number in (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
+            signal.signal(number, signal.SIG_IGN)
 
     def _lost(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002  the signature of a handler
         self.bench.guard.lose(f"{signal.Signals(number).name}: the operator is gone")

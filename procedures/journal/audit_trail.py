@@ -7,7 +7,7 @@ from datetime import datetime
 from procedures.records.dwells import Event
 
 GOING = "running"
-NOT_GOING = ("paused", "held", "stopped", "tripped", "aborted", "failed", "interrupted")
+NOT_GOING = ("paused", "held", "stopped", "tripped", "aborted", "failed", "interrupted", "closed")
 
 
 @dataclass(frozen=True)
@@ -70,9 +70,34 @@ def missing_in(events: Iterable[Event]) -> tuple[str, ...]:
     )
 
 
+def clock_steps_s(events: Iterable[Event], before: int) -> float:
+    """How far the computer's clock was set, all told, before an event: stamps from then on are that much ahead.
+
+    The clock with which a run began counts, and the time that passed by a clock that nobody sets: what was done to the
+    clock in the night moves no date of a result.
+    """
+    steps = (event for event in events if event.kind == "clock_step" and event.sequence < before)
+    return sum(float(str(event.detail.get("step_s", 0.0))) for event in steps)
+
+
+def clock_words(events: Iterable[Event]) -> tuple[str, ...]:
+    """A sentence for every time that the computer's clock was set during the run."""
+    return tuple(_word(event) for event in events if event.kind == "clock_step")
+
+
 def _word(event: Event) -> str:
     match event.kind:
+        case "clock_step":
+            step_s = float(str(event.detail.get("step_s", 0.0)))
+            return (
+                f"the computer's clock was set by {step_s:+.1f} s during the run; its dates are those of the clock "
+                "with which it began and of the time that passed since"
+            )
+        case "held_up":
+            return str(event.detail.get("text", ""))
         case "note":
+            return str(event.detail.get("text", ""))
+        case "terminal":
             return str(event.detail.get("text", ""))
         case "ack":
             return f"acknowledged. {event.detail.get('text', '')}".strip()

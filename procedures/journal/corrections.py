@@ -11,11 +11,11 @@ from pathlib import Path
 from procedures.errors import RequestError
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.owner import owning
+from procedures.journal.owner import is_owned, owning
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.journal.voids import KIND, void_detail
 from procedures.records.dwells import DwellRecord
-from procedures.records.states import ACTIVE, RESUMABLE, State, require_transition
+from procedures.records.states import ACTIVE, RESUMABLE, State, is_unasked, require_transition
 from rig.clock import Clock, SystemClock
 
 TAKES_BACK = (*ACTIVE, *RESUMABLE, State.FINISHED)
@@ -75,10 +75,38 @@ def acknowledge(run_dir: Path, operator: str, text: str, clock: Clock | None = N
 def is_acknowledged(run_dir: Path) -> bool:
     """Whether somebody acknowledged the last state of a run, or took the run up again."""
     with JournalReader.open(run_dir) as reader:
-        state, known = reader.last_event("state"), reader.last_event("ack")
-        is_alarm = reader.state() in (State.HELD, State.TRIPPED, State.FAILED)
-    assert state is not None
-    return not is_alarm or (known is not None and known.sequence > state.sequence)
+        last, known = reader.last_event("state"), reader.last_event("ack")
+    assert last is not None
+    if known is not None and known.sequence > last.sequence:
+        return True
+    state = State(str(last.detail["to"]))
+    if state in ACTIVE:  # its end could not be written; who owns it now has taken it up
+        return is_owned(run_dir)
+    return not is_unasked(state, str(last.detail.get("by", "")))
+
+
+def close_run(run_dir: Path, word: Word, clock: Clock | None = None) -> None:
+    """Never to be resumed. Raises: RequestError (a process runs the run, it has ended, no reason), JournalError,
+    StorageFailed."""
+    if not word.reason.strip():
+        raise RequestError(f"{run_dir}: close needs a reason, got {word.reason!r}; nothing was changed; give --reason")
+    clock = clock or SystemClock()
+    with _owned_journal(run_dir, clock) as journal:
+        with JournalReader.open(run_dir) as reader:
+            state = reader.state()
+        if state in ACTIVE:  # nobody owns it: its process died
+            _enter(journal, state, State.INTERRUPTED, "", "the process ended without a last line", clock)
+            state = State.INTERRUPTED
+        if state not in RESUMABLE:
+            raise RequestError(
+                f"{run_dir}: the run is {state}, and close takes {', '.join(RESUMABLE)}; nothing was changed"
+            )
+        _enter(journal, state, State.CLOSED, word.operator, word.reason, clock)
+
+
+def _enter(journal: Journal, source: State, target: State, by: str, reason: str, clock: Clock) -> None:
+    require_transition(source, target)
+    journal.append_event("state", {"from": source, "to": target, "by": by, "reason": reason}, clock)
 
 
 def _accepted(run_dir: Path) -> list[DwellRecord]:
@@ -103,9 +131,7 @@ def _take_back(run_dir: Path, dwells: list[DwellRecord], cause: str, word: Word,
         detail = void_detail(dwells, word.operator, word.reason, cause, is_remounted=word.is_remounted)
         journal.append_event(KIND, detail, clock)
         if state is State.FINISHED:
-            require_transition(state, State.STOPPED)
-            told = {"from": state, "to": State.STOPPED, "by": word.operator, "reason": f"{cause}: {word.reason}"}
-            journal.append_event("state", told, clock)
+            _enter(journal, state, State.STOPPED, word.operator, f"{cause}: {word.reason}", clock)
     return len(dwells)
 
 

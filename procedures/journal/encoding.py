@@ -101,6 +101,11 @@ def decode_dwell(
         raise JournalError(f"journal: a dwell cannot be read: {error}; the journal was left as it is") from None
 
 
+def channels_of(text: str) -> list[tuple[str, int]]:
+    """Every channel of a stored dwell with the number of its samples, in the order in which they lie."""
+    return [(channel, count) for channel, count, _, _ in json.loads(text)["readings"]]
+
+
 def _motion(document: dict[str, Any]) -> MotionRecord:
     return MotionRecord(**{**document, "streams": tuple(StreamTiming(**stream) for stream in document["streams"])})
 

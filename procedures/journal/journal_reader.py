@@ -1,7 +1,7 @@
 """The journal as everybody but the engine sees it: read-only, in short transactions, verified on demand."""
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -72,9 +72,9 @@ class JournalReader:
     def close(self) -> None:
         self._connection.close()
 
-    def events(self, kind: str | None = None) -> Iterator[Event]:
-        """Events in their order, all or those of one kind."""
-        for row in self._rows(_EVENTS if kind is None else _EVENTS_OF, () if kind is None else (kind,)):
+    def events(self, kind: str | None = None, after: int = 0) -> Iterator[Event]:
+        """Events in their order, all or those of one kind, ``after`` a sequence number."""
+        for row in self._rows(_EVENTS if kind is None else _EVENTS_OF, () if kind is None else (kind,), after):
             yield decode_event(*row)
 
     def last_event(self, kind: str | None = None) -> Event | None:
@@ -104,6 +104,11 @@ class JournalReader:
             dwell = _as_it_stands(row, voided, self._units, with_samples)
             if dwell is not None and (dwell.accepted or not accepted_only):
                 yield dwell
+
+    def stored_dwells(self, after: int = 0) -> Iterator[tuple[int, str, bytes, str]]:
+        """Dwells ``after`` a number, as they are stored: number, text, samples, SHA-256."""
+        for number, *_, text, samples, digest in self._rows(_DWELLS, (), after):
+            yield number, text, samples, digest
 
     def quarantined(self) -> tuple[str, ...]:
         """Dwells that are not as they were written, or were left out when the journal was salvaged, by name."""
@@ -143,12 +148,24 @@ class JournalReader:
 
         Notes and acknowledgements behind the last other event change nothing of what was measured.
         """
-        digest = hashlib.sha256(self._one("SELECT sha256 FROM header")[0].encode())  # type: ignore[index]
         events = list(self._rows(_EVENTS))
         while events and events[-1][3] in AFTERTHOUGHTS:
             events.pop()
-        for row in (*events, *self._rows(_DWELLS_WITHOUT_SAMPLES)):
-            digest.update(row[-1].encode())
+        return self._digest([row[-1] for row in events], [row[-1] for row in self._rows(_DWELLS_WITHOUT_SAMPLES)])
+
+    def earlier_contents(self) -> tuple[str, ...]:
+        """The :meth:`sha256_of_content` that the journal had at each end before the present one."""
+        rows, dwells = list(self._rows(_EVENTS)), [row[-1] for row in self._rows(_DWELLS_WITHOUT_SAMPLES)]
+        ends = [place for place, row in enumerate(rows) if row[3] == "state" and _is_finish(row)]
+        return tuple(
+            self._digest([row[-1] for row in rows[: end + 1]], dwells[: sum(row[3] == "dwell" for row in rows[:end])])
+            for end in ends[:-1]
+        )
+
+    def _digest(self, events: Sequence[str], dwells: Sequence[str]) -> str:
+        digest = hashlib.sha256(self._one("SELECT sha256 FROM header")[0].encode())  # type: ignore[index]
+        for one in (*events, *dwells):
+            digest.update(one.encode())
         return digest.hexdigest()
 
     def _read_header(self) -> RunHeader:
@@ -202,9 +219,8 @@ class JournalReader:
         if found != len(told):
             raise JournalError(f"{self.path}: {len(told)} dwells were committed, {found} are there; {_LEFT}")
 
-    def _rows(self, query: str, bindings: tuple[object, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    def _rows(self, query: str, bindings: tuple[object, ...] = (), last: int = 0) -> Iterator[tuple[Any, ...]]:
         """All rows of a query that ends in ``> ? … LIMIT ?`` over its first column, a short transaction a chunk."""
-        last = 0
         while True:
             with told_as(self.path):
                 rows = self._connection.execute(query, (last, *bindings, _CHUNK)).fetchall()
@@ -226,6 +242,10 @@ def _key(*parts: object) -> Key:
 
 def _name(step: int, attempt: int, epoch: int) -> str:
     return f"step {step}, attempt {attempt}, epoch {epoch}"
+
+
+def _is_finish(row: tuple[Any, ...]) -> bool:
+    return decode_event(*row).detail.get("to") == State.FINISHED
 
 
 def _is_whole(row: tuple[Any, ...]) -> bool:

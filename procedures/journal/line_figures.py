@@ -1,7 +1,7 @@
 """What happened on every line, for the record: kept every hundred dwells, before lines are opened anew, at the end."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from procedures.records.dwells import Event
 from rig.link.counts import ExchangeCounts
@@ -31,22 +31,40 @@ def link_detail(counts: Mapping[str, ExchangeCounts]) -> dict[str, object]:
     return {name: [one.asked, one.errors, one.stale_bytes] for name, one in counts.items()}
 
 
-def lines_in(events: Iterable[Event]) -> dict[str, LineFigures]:
-    """Over all connections of a run: counts begin from 0 with every one."""
-    total: dict[str, LineFigures] = {}
-    since: dict[str, LineFigures] = {}
-    process: object = None
-    for event in events:
+@dataclass(slots=True)
+class LineTally:
+    """Over all connections of a run, event by event: counts begin from 0 with every connection."""
+
+    _total: dict[str, LineFigures] = field(default_factory=dict)
+    _since: dict[str, LineFigures] = field(default_factory=dict)
+    _process: object = None
+
+    def take(self, event: Event) -> None:
         if event.kind == KIND:
             now = {name: _figures(numbers) for name, numbers in event.detail.items()}
-            if any(one.asked < since[name].asked for name, one in now.items() if name in since):
-                total = _added(total, since)
-            since = now
+            if any(one.asked < self._since[name].asked for name, one in now.items() if name in self._since):
+                self._total = _added(self._total, self._since)
+            self._since = now
         elif event.kind == "reconnect" and not event.detail.get("failed"):
-            total, since = _added(total, since), {}
-        elif event.kind == "opened" and event.detail.get("pid") != process:
-            total, since, process = _added(total, since), {}, event.detail.get("pid")
-    return _added(total, since)
+            self._begin_anew()
+        elif event.kind == "opened" and event.detail.get("pid") != self._process:
+            self._begin_anew()
+            self._process = event.detail.get("pid")
+
+    def figures(self) -> dict[str, LineFigures]:
+        """Of every line, so far."""
+        return _added(self._total, self._since)
+
+    def _begin_anew(self) -> None:
+        self._total, self._since = self.figures(), {}
+
+
+def lines_in(events: Iterable[Event]) -> dict[str, LineFigures]:
+    """Of every line over a whole run."""
+    tally = LineTally()
+    for event in events:
+        tally.take(event)
+    return tally.figures()
 
 
 def _figures(numbers: object) -> LineFigures:

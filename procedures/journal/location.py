@@ -4,11 +4,13 @@ SQLite's write-ahead log needs shared memory and locks that network file systems
 copies or replaces a file behind the engine's back tears journal and log apart.
 """
 
+import platform
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from procedures.errors import RequestError
+from procedures.journal.storage import JOURNAL_FILE
 
 NETWORK = frozenset(
     (
@@ -66,6 +68,26 @@ def require_local(folder: Path, mounts: Path = MOUNTS) -> None:
             f"{folder}: {keeper} is kept by a synchroniser, which can tear a journal; nothing was written; give a "
             "folder outside it and copy the finished run, or insist with --allow-network-folder"
         )
+
+
+def place_of(run_dir: Path) -> dict[str, object]:
+    """Where the journal of a run lies, as it is kept in it: a copy lies elsewhere and is another file."""
+    found = (run_dir / JOURNAL_FILE).stat()
+    return {"path": str(run_dir.resolve()), "inode": found.st_ino, "host": platform.node()}
+
+
+def is_copy(run_dir: Path, before: Mapping[str, object]) -> bool:
+    """Whether this is another file than the one that was written to last, and not the same that was moved.
+
+    Where the other place holds no journal any more, the run was brought here whole.
+    """
+    now, this = place_of(run_dir), run_dir / JOURNAL_FILE
+    other = Path(str(before.get("path"))) / JOURNAL_FILE
+    if now["path"] == before.get("path"):
+        return now["inode"] != before.get("inode")
+    if now["inode"] != before.get("inode") and now["host"] != before.get("host"):
+        return True
+    return other.exists() and not other.samefile(this)
 
 
 def file_system(folder: Path, mounts: Path = MOUNTS) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
-from procedures.journal.status import derived_state
+from procedures.journal.standing import derived_state
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount
 from procedures.records.states import State
 from rig.clock import Clock, SystemClock

@@ -4,6 +4,9 @@ from procedures.kinds.kind import PlanRequest, Schedule
 from procedures.plan.attitudes import environment_of, make_design, plateaus_of, seed_of, steps_at_attitudes
 from procedures.plan.order import visits
 
+OF_ATTITUDES = ("pitch-roll", "pitch-only", "pitch-yaw-roll", "linear")
+"""calrig's own models that attitudes at rest determine."""
+
 
 def schedule_of_attitudes(request: PlanRequest) -> Schedule:
     """Return the design in the order asked for, at every plateau. Raises: PlanError for a design that cannot be."""

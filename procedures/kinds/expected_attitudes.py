@@ -17,11 +17,12 @@ from ams.models.registry import model_named
 from ams.solve.linear_form import factor
 from ams.units import RAD_PER_ARCSEC
 from procedures.description.procedure_file import ProcedureDescription
+from procedures.kinds.attitudes import OF_ATTITUDES
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import DesignFigures, Forecast
 from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
-from procedures.plan.refusals import basis, model_parameters
+from procedures.plan.refusals import basis, model_parameters, nominal_jacobian
 from procedures.plan.specific_force import attitudes_rad
 from procedures.solution.request import model_name, table_uncertainty
 from rig.description.rig_file import AxisTruth, RigDescription
@@ -90,6 +91,11 @@ def _expected_axis(
     pitch_rad, roll_rad = attitudes_rad(plan.design)
     if plan.solve.model == "pitch-only":
         values = expected_without_roll(pitch_rad, plan.replications, noise_v, sensitivity, axis, table=table)
+    elif plan.solve.model not in OF_ATTITUDES:
+        columns = nominal_jacobian(plan.solve.model, axis, plan.design, plan.sensors[serial])
+        covariance = noise_v**2 / plan.replications * np.linalg.inv(columns.T @ columns)
+        names = model_named(plan.solve.model, axis).primary_names
+        values = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     elif plan.solve.model in ("linear", "pitch-yaw-roll"):
         values = _expected_on_gimbal(plan, serial, axis, noise_v, (sensitivity, coning_deg, azimuth_deg), table)
     else:

@@ -23,6 +23,7 @@ def procedure_form() -> type[ProcedureDescription]:
 def read_procedure(path: Path) -> ProcedureDescription:
     """Read and check a procedure file. Raises: rig.errors.DescriptionError naming every mistake."""
     file = read_toml(path)
+    file.require_seen()
     description = file.validate(procedure_form())
     complaints = [file.complaint(key, text) for key, text in disagreements(description)]
     if complaints:

@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 
+from ams.models.registry import own_models_at_rest
 from procedures.description.design_kinds import DESIGNS
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
-from procedures.kinds.attitudes import schedule_of_attitudes
+from procedures.kinds.attitudes import OF_ATTITUDES, schedule_of_attitudes
 from procedures.kinds.expected_attitudes import forecast_of_design
 from procedures.kinds.expected_lines import forecast_of_points
 from procedures.kinds.kind import Forecast, Key, PlanRequest, Schedule
@@ -27,7 +28,10 @@ class Tumble:
 
     name = "tumble"
     table: tuple[str, type[StrictTable]] | None = None
-    models: tuple[str, ...] = ("pitch-roll", "pitch-only", "pitch-yaw-roll", "linear")
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        return (*OF_ATTITUDES, *own_models_at_rest())
 
     def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
         if not DESIGNS[procedure.design.kind].is_tumble:

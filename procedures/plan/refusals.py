@@ -8,6 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.frames import Attitude
+from ams.models.registry import model_named
 from procedures.description.procedure_file import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
 from procedures.plan.channels import temperature_source
@@ -32,6 +34,7 @@ TEMPERATURE_PARAMETERS = ("offset temperature coefficient", "sensitivity tempera
 TIME_PARAMETERS = ("offset drift",)
 YAWED_MODELS = ("pitch-yaw-roll", "linear")
 """Models that know what a yaw does to a package."""
+_ANGLES = ("pitch_deg", "roll_deg", "yaw_deg")
 RANK_TOLERANCE = 1e-9
 LEAST_TEMPERATURE_SPAN_DEGC = 5.0
 """Below it temperature terms are not estimated (mathematics, section 2)."""
@@ -119,7 +122,7 @@ def _undetermined(
 ) -> Iterator[PlanError]:
     names = model_parameters(procedure)
     attitudes = {(point.pitch_deg, point.yaw_deg, point.roll_deg) for point in design.points}
-    linear = PARAMETERS[procedure.solve.model]
+    linear = parameters_of(procedure.solve.model)
     if len(attitudes) < len(linear):
         yield procedure.error(
             ("design",),
@@ -140,7 +143,12 @@ def model_parameters(procedure: ProcedureDescription) -> tuple[str, ...]:
     """Names of what is estimated for each sensor axis."""
     further = TEMPERATURE_PARAMETERS if procedure.solve.temperature == "estimate" else ()
     with_time = TIME_PARAMETERS if procedure.solve.time_term == "linear" else ()
-    return (*PARAMETERS[procedure.solve.model], *further, *with_time)
+    return (*parameters_of(procedure.solve.model), *further, *with_time)
+
+
+def parameters_of(model: str) -> tuple[str, ...]:
+    """Return the parameters of a sensor axis in words; those of another distribution's model by its own names."""
+    return PARAMETERS[model] if model in PARAMETERS else model_named(model, "x").parameter_names
 
 
 def basis(model: str, points: Sequence[DesignPoint], package: str = "model", axis: str = "x") -> FloatArray:
@@ -181,6 +189,9 @@ def _rank_deficient(
     if model == "linear":
         yield from _level_lines(sensors, procedure, design)
         return
+    if model not in LINEAR_PARAMETERS:
+        yield from _own_model_undetermined(sensors, procedure, design)
+        return
     package = "sting" if "sting" in procedure.solve.packages.values() else "model"
     lost = _lost(basis(model, design.points, package), LINEAR_PARAMETERS[model])
     if not lost:
@@ -197,6 +208,35 @@ def _rank_deficient(
         ("design",),
         f"these attitudes cannot tell {', '.join(lost)} of model {model} apart; add pitch or roll values between",
     )
+
+
+def _own_model_undetermined(
+    sensors: Mapping[str, Sensor], procedure: ProcedureDescription, design: Design
+) -> Iterator[PlanError]:
+    """Judge another distribution's model by its own Jacobian at what a nominal sensor would read."""
+    for serial, sensor in sensors.items():
+        for axis in map(str, sensor.channels):
+            lost = _lost(nominal_jacobian(procedure.solve.model, axis, design, sensor), _names(procedure, axis))
+            if lost:
+                yield procedure.error(
+                    ("design",),
+                    f"these attitudes cannot tell {', '.join(lost)} of model {procedure.solve.model} apart for "
+                    f"{serial}.{axis}; add pitch or roll values between",
+                )
+
+
+def nominal_jacobian(name: str, axis: str, design: Design, sensor: Sensor) -> FloatArray:
+    """Return (K, P) the columns of a model at the points, for a sensor that reads as it nominally should."""
+    model = model_named(name, axis)
+    attitude = Attitude(*(np.deg2rad([getattr(point, key) for point in design.points]) for key in _ANGLES))
+    nominal_v = sensor.nominal_sensitivity_v_per_g * felt_force(design.points)[:, "xyz".index(axis)]
+    if model.basis_key is not None:
+        return model.basis(attitude)
+    return model.jacobian(model.start(attitude, nominal_v), attitude)
+
+
+def _names(procedure: ProcedureDescription, axis: str) -> tuple[str, ...]:
+    return model_named(procedure.solve.model, axis).primary_names
 
 
 def _lost(columns: FloatArray, names: Sequence[str]) -> list[str]:

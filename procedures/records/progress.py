@@ -5,6 +5,7 @@ from datetime import datetime
 from typing import Protocol
 
 from procedures.records.states import State
+from rig.plain_text import one_line
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +24,8 @@ class Progress:
     """Design dwells a minute of rig time in this epoch; None before the first."""
     eta_utc: datetime | None
     message: str
+    asked_by: str = ""
+    """Who or what asked for the state; empty where the run itself decided."""
 
 
 class RunObserver(Protocol):
@@ -40,4 +43,4 @@ def line_of(progress: Progress) -> str:
         parts.append(f"{progress.rate_per_min:.3g} dwells/min")
     if progress.eta_utc is not None and progress.state is State.RUNNING:
         parts.append(f"ends {progress.eta_utc:%Y-%m-%d %H:%M} UTC")
-    return " · ".join([*parts, progress.message] if progress.message else parts)
+    return " · ".join([*parts, one_line(progress.message)] if progress.message else parts)

@@ -24,6 +24,7 @@ class State(StrEnum):
     INTERRUPTED = "interrupted"
     FINISHED = "finished"
     FAILED = "failed"
+    CLOSED = "closed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,23 +42,36 @@ def _from(sources: tuple[State, ...], target: State, cause: str) -> tuple[Transi
 
 ACTIVE = (State.PLANNED, State.CHECKING, State.RUNNING, State.PAUSED, State.HELD)
 """A living process owns a run in one of these."""
-RESUMABLE = (State.STOPPED, State.INTERRUPTED, State.TRIPPED)
-_WORKING = (State.CHECKING, State.RUNNING)
+RESUMABLE = (State.STOPPED, State.INTERRUPTED, State.TRIPPED, State.ABORTED)
+GOING = (State.CHECKING, State.RUNNING)
+STANDING_STILL = (
+    State.PAUSED,
+    State.HELD,
+    State.TRIPPED,
+    State.STOPPED,
+    State.ABORTED,
+    State.FAILED,
+    State.CLOSED,
+)
+"""There is a reason for each, or somebody who asked for it."""
+ANSWERED_FOR = (State.TRIPPED, State.ABORTED)
+"""Resumed only with a name and a reason: something happened that a person should have looked at."""
 
 TRANSITIONS: tuple[Transition, ...] = (
     Transition(State.PLANNED, State.CHECKING, "the command"),
     Transition(State.CHECKING, State.RUNNING, "rig and check set are sound"),
     Transition(State.RUNNING, State.PAUSED, "pause, after the dwell"),
     Transition(State.PAUSED, State.RUNNING, "continue"),
-    *_from(_WORKING, State.HELD, "suspect dwell, interlock, lost link or position"),
+    *_from(GOING, State.HELD, "suspect dwell, interlock, lost link or position"),
     Transition(State.HELD, State.CHECKING, "continue, or it cleared itself"),
     Transition(State.HELD, State.RUNNING, "continue, or it cleared itself"),
-    *_from((*_WORKING, State.PAUSED, State.HELD), State.TRIPPED, "a person must look"),
-    *_from((*_WORKING, State.PAUSED, State.HELD), State.STOPPED, "stop, after the dwell"),
+    *_from((*GOING, State.PAUSED, State.HELD), State.TRIPPED, "a person must look"),
+    *_from(ACTIVE, State.STOPPED, "stop, after the dwell; SIGTERM, now"),
     *_from(ACTIVE, State.ABORTED, "abort, now"),
     *_from(ACTIVE, State.FAILED, "cannot go on"),
     *_from(ACTIVE, State.INTERRUPTED, "its owner died"),
     *_from(RESUMABLE, State.CHECKING, "resume"),
+    *_from(RESUMABLE, State.CLOSED, "close, for good"),
     Transition(State.RUNNING, State.FINISHED, "last dwell"),
     Transition(State.FINISHED, State.STOPPED, "void or redo"),
 )
@@ -82,6 +96,18 @@ def require_transition(source: State, target: State) -> None:
         raise RequestError(f"run: cannot go from {source} to {target} (allowed: {allowed}); nothing was changed")
 
 
+def is_unasked(state: State, by: str) -> bool:
+    """Whether a run stands still though nobody asked for it: an alarm, until somebody knows of it."""
+    return state in (State.HELD, State.TRIPPED, State.FAILED, State.INTERRUPTED) or (
+        state in (State.STOPPED, State.ABORTED) and not by
+    )
+
+
+def told_of_state(reason: str, by: str) -> str:
+    """Why a run is in a state and who or what asked for it, in one phrase; empty where neither is known."""
+    return f"{reason} (asked for by {by})" if reason and by else f"asked for by {by}" if by else reason
+
+
 def diagram() -> str:
     """The table as the text of ``docs/run-states.md``: a Mermaid diagram and the same lines in words."""
     pairs = "\n".join(f"    {line.source} --> {line.target}: {line.cause}" for line in TRANSITIONS)
@@ -91,8 +117,10 @@ def diagram() -> str:
         "Drawn from `procedures/records/states.py`; write it anew with `python -m procedures.records.states`.\n\n"
         f"```mermaid\nstateDiagram-v2\n    [*] --> {State.PLANNED}\n{pairs}\n```\n\n"
         f"| from | to | by |\n|---|---|---|\n{rows}\n\n"
-        f"`resume` takes {', '.join(RESUMABLE)}. `interrupted` is derived: the journal says the run is active, but no "
-        "process owns it.\nNeither stop nor abort skips the standstill check and the journal's last line.\n"
+        f"`resume` takes {', '.join(RESUMABLE)}; {' and '.join(ANSWERED_FOR)} only with a name and a reason. "
+        "`interrupted` is derived: the journal says the run is active, but no process owns it.\n"
+        "Neither stop nor abort skips the standstill check and the journal's last line. A terminal that closes ends "
+        "nothing.\n"
     )
 
 

@@ -42,6 +42,13 @@ LABELS = {
 }
 
 
+def sensitivity_of(calibration: AxisCalibration) -> float:
+    """Return what turns volts into angles: |k|, or the largest parameter per g of a model without a k of its own."""
+    along = float(np.linalg.norm(np.nan_to_num(calibration.sensitive_axis_v_per_g)))
+    per_g = (one.value for one in calibration.parameters if one.name.endswith("_v_per_g") and one.value is not None)
+    return along or max(map(abs, per_g), default=along)
+
+
 def axis_view(
     axis: str,
     channel: str,
@@ -51,7 +58,7 @@ def axis_view(
     budget: AxisBudget | None = None,
 ) -> AxisView:
     """Everything that is said about one axis. ``truth``: parameter name to the twin's value; empty at the bench."""
-    sensitivity = float(np.linalg.norm(np.nan_to_num(calibration.sensitive_axis_v_per_g)))
+    sensitivity = sensitivity_of(calibration)
     rows = tuple(parameter_row(estimate, sensitivity, truth.get(estimate.name)) for estimate in calibration.parameters)
     tests = () if calibration.replication is None else _tests(calibration, calibration.replication, observations)
     return AxisView(
@@ -191,7 +198,7 @@ def repeating_v(replication: Replication) -> float:
 
 
 def _tests(calibration: AxisCalibration, replication: Replication, observations: Observations) -> tuple[TestRow, ...]:
-    sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
+    sensitivity = sensitivity_of(calibration)
     size = f"{two_digits(arcsec(repeating_v(replication), sensitivity))}″"
     tp = (replication.tp.t_bias, replication.tp.f_bias_95)
     sentence = _lack_of_fit_sentence(calibration, replication, observations, size)
@@ -211,7 +218,7 @@ def _lack_of_fit_sentence(
         return "No lack of fit found."
     pitch, roll, residual = mean_residuals(calibration, observations)
     worst = int(np.argmax(np.abs(residual)))
-    sensitivity = float(np.linalg.norm(calibration.sensitive_axis_v_per_g))
+    sensitivity = sensitivity_of(calibration)
     return (
         f"The residuals repeat from replication to replication: {size} (standard deviation over the attitudes), most "
         f"at pitch {angle(float(pitch[worst]))}, roll {angle(float(roll[worst]))} with "

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from jinja2 import Environment
 
-from ams.whole_file import write_whole
 from procedures.numbers import to_place
 from procedures.pages import own_style, page_environment
 from procedures.report.figures import Figures
@@ -33,16 +32,6 @@ def render_page(view: RunView, figures: Figures) -> str:
         contents={anchor: title for section in shown for anchor, title in section.contents(view).items()},
         sections=[section.rendered(environment, view, figures) for section in shown],
     )
-
-
-def write_page(view: RunView, figures: Figures, path: Path) -> str:
-    """Render and write whole: a reader sees the old page or the new one, never half of one. Returns the page's text.
-
-    Raises: WriteFailed where the file cannot be written.
-    """
-    page = render_page(view, figures)
-    write_whole(path, page.encode("utf-8"))
-    return page
 
 
 def report_environment(*folders: Path) -> Environment:

@@ -1,5 +1,7 @@
 """The run's outcome for the terminal: coefficients with their intervals, beside the twin's truth when simulated."""
 
+from collections.abc import Sequence
+
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
@@ -24,6 +26,26 @@ def print_summary(view: RunView, console: Console) -> None:
     console.print(Text(view.verdict.sentence, style=VERDICT_COLOURS[view.verdict.trust]))
     for ground in view.verdict.grounds:
         console.print(Text(f"  • {ground}"), highlight=False)
+
+
+def worst_uncertainty(view: RunView) -> str:
+    """The offset that is known worst, as an angle or in parts; empty where no offset has an interval."""
+    offsets = [
+        (
+            row.expanded_uncertainty / abs(sensitivity),
+            f"{sensor.name} {axis.axis}: offset ± {row.in_other_terms} (95 %)",
+        )
+        for sensor in view.sensors
+        for axis in sensor.axes
+        for sensitivity in (_value(axis.parameters, "sensitivity"),)
+        for row in axis.parameters
+        if row.name == "offset_v" and row.expanded_uncertainty is not None and sensitivity
+    ]
+    return f"worst: {max(offsets)[1]}" if offsets else ""
+
+
+def _value(rows: Sequence[ParameterRow], name: str) -> float | None:
+    return next((row.value for row in rows if row.name.startswith(name)), None)
 
 
 def text_table(name: str, told: TextTable) -> Table:

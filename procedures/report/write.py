@@ -1,13 +1,14 @@
 """From a run's journal to its report: the one call that the command makes."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import hypot
 from pathlib import Path
 
 from ams.whole_file import write_whole
 from procedures.report.assemble import assemble_view
-from procedures.report.figures import draw_figures, write_figures
-from procedures.report.page import write_page
+from procedures.report.figures import Figures, draw_figures, write_figures
+from procedures.report.page import render_page
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 from procedures.report.view import Past, RunView
 from procedures.solution.record import RunRecord
@@ -25,16 +26,40 @@ def view_of(record: RunRecord, solved: Mapping[str, SolvedSensor], past: Past | 
     return assemble_view(record, solved, _table_arcsec(record.rig), past)
 
 
-def write_report(view: RunView, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:
-    """``report.html``, the same on paper with the attachments inside, and ``figures/``; returns the page's path.
+@dataclass(frozen=True)
+class Drawn:
+    """A report before it is written: its page's text and the figures on it."""
 
-    Raises: WriteFailed where the folder cannot be written.
-    """
+    view: RunView
+    figures: Figures
+    page: str
+
+
+def draw_report(view: RunView) -> Drawn:
+    """Figures and page; nothing is written."""
     figures = draw_figures(view)
-    write_figures(figures, folder / FIGURES_FOLDER)
-    page = write_page(view, figures, folder / REPORT_FILE)
-    write_whole(folder / PAPER_FILE, paper_of(page, _imprint(view), attachments))
+    return Drawn(view, figures, render_page(view, figures))
+
+
+def write_screen(drawn: Drawn, folder: Path) -> Path:
+    """``report.html`` and ``figures/``; returns the page's path. Raises: WriteFailed."""
+    write_figures(drawn.figures, folder / FIGURES_FOLDER)
+    write_whole(folder / REPORT_FILE, drawn.page.encode("utf-8"))
     return folder / REPORT_FILE
+
+
+def write_paper(drawn: Drawn, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:
+    """``report.pdf``: the same page with the attachments inside; returns its path. Raises: WriteFailed."""
+    write_whole(folder / PAPER_FILE, paper_of(drawn.page, _imprint(drawn.view), attachments))
+    return folder / PAPER_FILE
+
+
+def write_report(view: RunView, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:
+    """Page, figures and paper; returns the page's path. Raises: WriteFailed where the folder cannot be written."""
+    drawn = draw_report(view)
+    path = write_screen(drawn, folder)
+    write_paper(drawn, folder, attachments)
+    return path
 
 
 def _imprint(view: RunView) -> Imprint:

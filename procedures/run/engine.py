@@ -14,7 +14,9 @@ Whatever happens, the rig is brought to its safe state and the journal gets its 
 import os
 import platform
 import traceback
-from contextlib import closing
+from collections import deque
+from collections.abc import Mapping
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
@@ -24,11 +26,12 @@ from procedures.journal.guard_record import forget_guard_record, read_guard_reco
 from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.location import place_of
 from procedures.journal.owner import owned_since
 from procedures.journal.spool import Spool
 from procedures.plan.plan import Plan
 from procedures.records.progress import RunObserver
-from procedures.records.states import ACTIVE, RESUMABLE, State
+from procedures.records.states import ACTIVE, RESUMABLE, State, told_of_state
 from procedures.run.context import Conduct
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import PROCESS, STORAGE, Ending, Outcome, RunEnds
@@ -40,6 +43,7 @@ from procedures.run.progress_log import Trail
 from procedures.run.services import Care
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import UNASKED, explain
+from procedures.run.watch.clock_watch import GapWatch
 from procedures.run.watch.safe_state import make_safe, resting_deg
 from procedures.run.watch.watch import Watch, lost_link
 from procedures.run.watch.watchdogs import Watchdogs
@@ -96,28 +100,41 @@ def run(
     counts = (done, len(plan.design_dwells), plan.replications)
     trail = Trail(journal, rig.clock, observer or SilentObserver(), start.state, counts)
 
+    unwritten: deque[Mapping[str, object]] = deque()
+
+    gaps = GapWatch(rig.clock)
+
     def pulse() -> float:
-        for told in care.pulse():
-            trail.event("alert", told)
+        if (gap_s := gaps.look()) > 0.0:
+            told = f"this process did not run for {gap_s:.0f} s: stopped by a signal, or starved"
+            trail.event("held_up", {"gap_s": round(gap_s, 1), "text": told})
+        unwritten.extend(care.pulse())
+        with suppress(StorageFailed):  # what became of an alert ends no run; a dwell that finds no room does
+            while unwritten:
+                trail.event("alert", unwritten[0])
+                unwritten.popleft()
         return watchdogs.feed()
 
     watchdogs = Watchdogs(rig, trail.event)
-    steering = Steering(spool, rig.clock, idle_clock or SystemClock(), trail.request, pulse)
+    steering = Steering(spool, rig.clock, idle_clock or SystemClock(), trail.request, pulse, trail.terminal_closed)
     watch = Watch(rig, care.precautions, steering, trail.event)
     is_attended = idle_clock is not None or not isinstance(rig.clock, VirtualClock)
 
     def tell_why() -> None:
-        explain(trail.folder, positions_deg=resting_deg(rig))
+        explain(trail.folder, positions_deg=resting_deg(rig), second_place=care.second_place)
 
     conduct = Conduct(plan, rig, trail, steering, watch, care, tell_why, watchdogs, is_attended)
     with signals_steer(steering):
         try:
             outcome = _closed(journal, _Engine(conduct, start, history))
         except BaseException:
-            explain(trail.folder)  # a defect of ours: the rig is safe, the page tells of it, and it goes on its way
+            # A defect of ours: the rig is safe, the page tells of it, and it goes on its way.
+            explain(trail.folder, second_place=care.second_place)
             raise
         if outcome.state in UNASKED or outcome.cause in (STORAGE, PROCESS):
-            explain(trail.folder, outcome.reason, outcome.positions_deg)
+            page = explain(trail.folder, outcome.reason, outcome.positions_deg, care.second_place)
+            if page is not None and page.parent != trail.folder:
+                return replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
         return outcome
 
 
@@ -151,8 +168,8 @@ class _Engine:
             ending = Ending(State.FINISHED)
         except RunEnds as asked:
             ending = asked.ending
-        except WaitEnded as asked_too:
-            ending = Ending(State.ABORTED, str(asked_too), self._wait.abort.by if self._wait.abort else "")
+        except WaitEnded:
+            ending = self._wait.ending()
         except StorageFailed as error:
             ending = Ending(State.STOPPED, f"{error}{self._copied()}", cause=STORAGE)
         except (DeviceFault, DeviceRefused, RequestRefused) as error:
@@ -160,7 +177,7 @@ class _Engine:
         except (RigError, ProcedureError) as error:
             ending = Ending(State.FAILED, str(error))
         except KeyboardInterrupt:
-            ending = Ending(State.ABORTED, "interrupted from the keyboard")
+            ending = Ending(State.ABORTED, "interrupted from the keyboard", "Ctrl-C")
         except BaseException as error:  # noqa: BLE001  the rim: to the safe state and the journal, then on its way
             defect, ending = error, Ending(State.FAILED, f"a defect of calrig: {type(error).__name__}: {error}")
         outcome = self._end(ending, defect)
@@ -179,20 +196,29 @@ class _Engine:
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
         if safe.failures:
             state, reasons = _without_safety(state), [*reasons, *safe.failures]
-        if state is State.STOPPED and self._trail.state is State.PLANNED:
-            state = State.FAILED
+        told = told_of_state("; ".join(reasons), ending.by)
+        is_left_as_it_was = self._trail.state in RESUMABLE
+        if not is_left_as_it_was or cause == STORAGE:
+            self._announce(state, "; ".join(reasons), ending.by)
         try:
             if defect is not None:
                 self._trail.event("defect", {"traceback": "".join(traceback.format_exception(defect))})
-            if self._trail.state not in RESUMABLE:
+            if not is_left_as_it_was:
                 self._conduct.watchdogs.disarm()
                 self._conduct.record_lines()
                 self._trail.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
-                self._trail.enter(state, "; ".join(reasons), ending.by, cause)
+                self._trail.enter(state, "; ".join(reasons), ending.by, cause, is_told=True)
         except StorageFailed as error:
-            state, reasons, cause = State.INTERRUPTED, list(dict.fromkeys([*reasons, str(error)])), STORAGE
+            told = "; ".join(dict.fromkeys([*reasons, str(error)]))
+            if cause != STORAGE:
+                self._announce(State.INTERRUPTED, told, "")
+            state, cause = State.INTERRUPTED, STORAGE
         done, planned = self._trail.dwells_done, self._trail.dwells_planned
-        return Outcome(state, "; ".join(reasons), done, planned, cause, safe.positions_deg)
+        return Outcome(state, told, done, planned, cause, safe.positions_deg)
+
+    def _announce(self, state: State, reason: str, by: str) -> None:
+        with suppress(Exception):  # the rim: a screen that fails keeps no run from its last line
+            self._trail.announce(state, reason, by)
 
     def _work(self) -> None:
         """Epochs, until nothing is left."""
@@ -232,7 +258,7 @@ class _Engine:
         start = self._start
         opened = {"operator": start.operator, "reason": regained or start.reason, "epoch": self._history.epoch}
         process = {"pid": os.getpid(), "host": platform.node(), "calrig": calrig_version()}
-        self._trail.event("opened", opened | process)
+        self._trail.event("opened", opened | process | {"place": place_of(self._trail.folder)})
         if (guarded := read_guard_record(self._trail.folder)) is not None:
             self._trail.event(GUARDED, guarded)
             forget_guard_record(self._trail.folder)
@@ -286,4 +312,4 @@ class _Engine:
 
 def _without_safety(state: State) -> State:
     """A run whose axes are not known to rest is for a person to look at, then to take up where that is possible."""
-    return State.TRIPPED if state in (State.FINISHED, State.STOPPED, State.TRIPPED) else State.FAILED
+    return State.FAILED if state is State.FAILED else State.TRIPPED

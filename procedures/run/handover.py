@@ -7,8 +7,9 @@ from pathlib import Path
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
 from procedures.records.dwells import DwellRecord, Event
-from procedures.records.states import ACTIVE, State
+from procedures.records.states import ACTIVE, ANSWERED_FOR, State, told_of_state
 from procedures.run.stop_advice import advice
+from rig.plain_text import one_line
 
 _MOST = 8
 
@@ -22,18 +23,19 @@ def handover(run_dir: Path) -> str:
     last = next(event for event in reversed(events) if event.kind == "state")
     cause = str(last.detail.get("cause", ""))
     lines = [
-        f"{header.title}",
+        one_line(header.title),
         f"run        {run_dir}",
         f"state      {stands.state} since {last.utc:%Y-%m-%d %H:%M} UTC{_reason(last)}",
         f"progress   {stands.dwells_done} of {stands.dwells_planned} dwells of the design",
         *([f"ends       {stands.eta_utc:%Y-%m-%d %H:%M} UTC, as it goes now"] if stands.eta_utc else []),
-        f"operator   {header.operator} began it {header.created_utc:%Y-%m-%d %H:%M} UTC"
+        f"operator   {one_line(header.operator)} began it {header.created_utc:%Y-%m-%d %H:%M} UTC"
         f"{', simulated' if header.is_simulated else ''}",
         f"mounting   {max((dwell.mounting for dwell in dwells), default=1)}",
         *_temperatures(dwells),
         *_rejected(dwells),
         *[f"damaged    {name}" for name in quarantined],
-        *_listed("stops", [event for event in events if event.kind == "state" and event.detail.get("cause")]),
+        *_listed("stops", [event for event in events if _is_stop(event)]),
+        *_listed("terminal", [event for event in events if event.kind == "terminal"]),
         *_listed("notes", [event for event in events if event.kind == "note"]),
         *_listed("taken back", [event for event in events if event.kind == "voided"]),
         *_listed("dropped", [event for event in events if event.kind == "dropped"]),
@@ -48,6 +50,8 @@ def handover(run_dir: Path) -> str:
 def _next(run_dir: Path, state: State, cause: str) -> str:
     if state in (State.HELD, State.TRIPPED):
         return advice(cause).replace("RUN", str(run_dir))
+    if state in ANSWERED_FOR:
+        return f"calrig resume {run_dir} --operator NAME --reason TEXT; calrig close {run_dir} --reason TEXT ends it"
     if state is State.PAUSED:
         return f"calrig continue {run_dir}"
     if state in ACTIVE:
@@ -57,8 +61,15 @@ def _next(run_dir: Path, state: State, cause: str) -> str:
     return f"calrig solve {run_dir}" if state is State.FINISHED else "this run has ended; begin a new one"
 
 
+def _is_stop(event: Event) -> bool:
+    """Whoever or whatever asked for it."""
+    ends = event.detail.get("to") in (State.STOPPED, State.ABORTED, State.CLOSED)
+    return event.kind == "state" and bool(event.detail.get("cause") or ends)
+
+
 def _reason(event: Event) -> str:
-    return f": {event.detail['reason']}" if event.detail.get("reason") else ""
+    told = told_of_state(str(event.detail.get("reason", "")), str(event.detail.get("by", "")))
+    return one_line(f": {told}") if told else ""
 
 
 def _temperatures(dwells: Iterable[DwellRecord]) -> Iterable[str]:
@@ -93,4 +104,4 @@ def _listed(name: str, events: list[Event]) -> Iterable[str]:
     for event in events[-_MOST:]:
         told = event.detail.get("text") or event.detail.get("reason") or event.detail.get("to") or ""
         by = f" {event.detail['by']}:" if event.detail.get("by") else ""
-        yield f"  {event.utc:%m-%d %H:%M}{by} {told}"
+        yield one_line(f"  {event.utc:%m-%d %H:%M}{by} {told}")

@@ -1,16 +1,18 @@
 """How far a run is, told to whoever draws it: a Rich bar in a terminal, plain lines elsewhere."""
 
+import io
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import timedelta
-from typing import TextIO
+from typing import TextIO, cast
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 
 from procedures.records.progress import Progress, RunObserver, line_of
+from rig.plain_text import one_line
 
 
 class SilentObserver:
@@ -57,19 +59,47 @@ class Lines:
             self._is_gone = True
 
 
+class Unbreakable(io.TextIOBase):
+    """A stream on which nothing raises once the terminal behind it has gone away."""
+
+    def __init__(self, stream: TextIO) -> None:
+        super().__init__()
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        with suppress(OSError, ValueError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        with suppress(OSError, ValueError):
+            self._stream.flush()
+
+    def isatty(self) -> bool:
+        return self._stream.isatty()
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        return self._stream.encoding
+
+    def fileno(self) -> int:
+        return self._stream.fileno()
+
+
 class PlainLines:
     """One line a state, a rejection, and a twentieth of the run."""
 
-    def __init__(self, write: Callable[[str], None], parts: int = 20) -> None:
+    def __init__(self, write: Callable[[str], None], parts: int | None = 20) -> None:
+        """``parts``: None tells every dwell."""
         self._write = write
         self._parts = parts
         self._told = -1
 
     def on_event(self, progress: Progress) -> None:
-        part = self._parts * progress.dwells_done // max(progress.dwells_planned, 1)
-        if progress.event == "dwell" and part == self._told:
-            return
-        if progress.event == "dwell":
+        if progress.event == "dwell" and self._parts is not None:
+            part = self._parts * progress.dwells_done // max(progress.dwells_planned, 1)
+            if part == self._told:
+                return
             self._told = part
         self._write(line_of(progress))
 
@@ -87,7 +117,8 @@ def shown_on(stream: TextIO) -> Iterator[RunObserver]:
 @contextmanager
 def _bar_on(stream: TextIO) -> Iterator[RunObserver]:
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[told]}"))
-    with Bar(*columns, TimeElapsedColumn(), console=Console(file=stream), refresh_per_second=5) as bar:
+    console = Console(file=cast(TextIO, Unbreakable(stream)))
+    with Bar(*columns, TimeElapsedColumn(), console=console, refresh_per_second=5) as bar:
         task = bar.add_task("planned", total=None, told="")
 
         class Drawn:
@@ -101,6 +132,6 @@ def _bar_on(stream: TextIO) -> Iterator[RunObserver]:
                     told="" if progress.event in ("rejected", "void") else told,
                 )
                 if progress.event in ("rejected", "void"):
-                    bar.console.print(progress.message, markup=False, highlight=False)
+                    bar.console.print(one_line(progress.message), markup=False, highlight=False)
 
         yield Drawn()

@@ -8,9 +8,13 @@ from procedures.journal.spool import Taken
 from procedures.journal.voids import KIND as VOIDED
 from procedures.records.dwells import DwellRecord
 from procedures.records.progress import Progress, RunObserver
-from procedures.records.states import State, require_transition
+from procedures.records.states import State, is_unasked, require_transition, told_of_state
 from procedures.run.progress import Pace
 from rig.clock import Clock
+
+TERMINAL = "terminal"
+"""Kind of an event, and what observers are told."""
+TERMINAL_CLOSED = "the terminal was closed; the run goes on"
 
 
 class Trail:
@@ -29,17 +33,33 @@ class Trail:
         self.unsaved: DwellRecord | None = None
         """Measured, but refused by the disk."""
 
-    def enter(self, state: State, reason: str = "", by: str = "", cause: str = "") -> None:
-        """Go to another state. Raises: RequestError where the table does not allow it."""
+    def enter(self, state: State, reason: str = "", by: str = "", cause: str = "", *, is_told: bool = False) -> None:
+        """Go to another state. ``is_told``: :meth:`announce` has told of it.
+
+        Raises: RequestError where the table does not allow it, StorageFailed.
+        """
         require_transition(self.state, state)
+        if is_unasked(state, by) and not is_told:
+            self.announce(state, reason, by)
+            is_told = True
         detail = {"from": self.state, "to": state, "by": by, "reason": reason}
         self.event("state", detail | ({"cause": cause} if cause else {}))
         self.state = state
-        self.tell("state", reason)
+        if not is_told:
+            self.announce(state, reason, by)
+
+    def announce(self, state: State, reason: str, by: str) -> None:
+        """Tell of a state that is being entered, before the disk is asked: a full one must not keep it from people."""
+        self.tell("state", told_of_state(reason, by), state, by)
 
     def event(self, kind: str, detail: Mapping[str, object]) -> None:
         """One line of the audit trail."""
         self._journal.append_event(kind, detail, self._clock)
+
+    def terminal_closed(self) -> None:
+        """Nobody looks at the screen any more; that ends nothing."""
+        self.event(TERMINAL, {"text": TERMINAL_CLOSED})
+        self.tell(TERMINAL, TERMINAL_CLOSED)
 
     def request(self, taken: Taken) -> None:
         """A request that was taken; a note and an acknowledgement are events of their own."""
@@ -82,13 +102,14 @@ class Trail:
         """Count the rate from now on; ``planned_s`` a design dwell by the plan."""
         self._pace = Pace(planned_s, self._clock.monotonic_s())
 
-    def tell(self, event: str, message: str) -> None:
+    def tell(self, event: str, message: str, state: State | None = None, by: str = "") -> None:
+        """``state``: the one that is being entered; otherwise the present one."""
         now_s, pace = self._clock.monotonic_s(), self._pace
         left = self.dwells_planned - self.dwells_done
         self._observer.on_event(
             Progress(
                 event=event,
-                state=self.state,
+                state=state or self.state,
                 dwells_done=self.dwells_done,
                 dwells_planned=self.dwells_planned,
                 replication=self._replication,
@@ -96,5 +117,6 @@ class Trail:
                 rate_per_min=None if pace is None else pace.rate_per_min(now_s),
                 eta_utc=None if pace is None else self._clock.now_utc() + pace.remaining(left, now_s),
                 message=message,
+                asked_by=by,
             )
         )

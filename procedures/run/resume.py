@@ -1,4 +1,4 @@
-"""Take a run up again after a stop, a trip or the death of its process.
+"""Take a run up again after a stop, an abort, a trip or the death of its process.
 
 Nothing is re-used across a break in trust: every axis is homed anew, the six-attitude check set is measured again and
 compared with the one from the start, and only then the first missing dwell is measured. Changed files or software
@@ -17,12 +17,14 @@ from procedures.journal.changes import Change, changes_since, require_unchanged,
 from procedures.journal.header import RunHeader
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.location import is_copy
 from procedures.journal.owner import owning
 from procedures.journal.spool import Spool
 from procedures.journal.storage import JOURNAL_FILE
+from procedures.journal.voids import QUARANTINED
 from procedures.plan.plan import Plan
 from procedures.records.progress import RunObserver
-from procedures.records.states import ACTIVE, RESUMABLE, State
+from procedures.records.states import ACTIVE, ANSWERED_FOR, RESUMABLE, State
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
@@ -71,7 +73,8 @@ def resume(
     """Continue a run on its own rig, as the journal describes it, with its own plan.
 
     ``accepts_changes``: go on though files or software changed; of the rig file ports and interlocks are taken over.
-    Raises: RequestError (owner alive, not resumable, files or software changed, a trip without name and reason),
+    Raises: RequestError (owner alive, not resumable, files or software changed, a trip or an abort without
+    name and reason),
     JournalError (damaged), RigBusy and other rig errors before the first move.
     """
     word = Word(operator, reason, accepts_changes)
@@ -151,8 +154,20 @@ def _read(run_dir: Path) -> Interrupted:
             state=reader.state(),
             identities={key: str(value) for key, value in identities.detail.items()} if identities else None,
             history=read_history(reader, plan),
-            changes=changes_since(reader.header),
+            changes=(*changes_since(reader.header), *_copied(run_dir, reader)),
             answered=tuple(_answered(reader)),
+        )
+
+
+def _copied(run_dir: Path, reader: JournalReader) -> Iterator[Change]:
+    """A run that goes on in two places is two runs under one name: somebody has to answer for the second."""
+    opened, salvaged = reader.last_event("opened"), reader.last_event(QUARANTINED)
+    if opened is None or (salvaged is not None and salvaged.sequence > opened.sequence):
+        return  # a salvaged run lies elsewhere by its nature
+    before = opened.detail.get("place")
+    if isinstance(before, dict) and is_copy(run_dir, before):
+        yield Change(
+            "run folder (this is a copy, and both could go on)", str(before.get("path")), str(run_dir.resolve())
         )
 
 
@@ -169,8 +184,8 @@ def _require_resumable(run_dir: Path, found: Interrupted, operator: str, reason:
             f"{run_dir}: the run is {found.state}, and resume takes {', '.join(RESUMABLE)}; nothing was changed; "
             "begin a new run"
         )
-    if found.state is State.TRIPPED and not (operator and reason.strip()):
+    if found.state in ANSWERED_FOR and not (operator and reason.strip()):
         raise RequestError(
-            f"{run_dir}: the run is tripped, so a person has to look first: operator got {operator!r}, reason got "
-            f"{reason!r}, both are needed; nothing was changed; give --operator and --reason"
+            f"{run_dir}: the run is {found.state}, so a person has to look first: operator got {operator!r}, "
+            f"reason got {reason!r}, both are needed; nothing was changed; give --operator and --reason"
         )

@@ -1,9 +1,9 @@
 """Steering: every wait of a run looks here for requests and signals, at least every tenth of a second.
 
 ``abort`` ends the wait at once; ``pause`` and ``stop`` are remembered until the dwell is done. The first SIGINT is a
-stop, the second an abort, SIGTERM is an abort, SIGHUP (the terminal closed) is a stop; a signal that was ignored when
-the run began (``nohup``) stays ignored. Signals only leave a mark, so none can interrupt a commit or
-the stop of the axes.
+stop, the second an abort, and so is SIGQUIT. SIGTERM, as a shutdown sends it, is a stop that does not wait for the
+dwell. SIGHUP (the terminal closed) ends nothing: it is told, and the run goes on. A signal that was ignored when the
+run began (``nohup``) stays ignored. Signals only leave a mark, so none can interrupt a commit or the stop of the axes.
 """
 
 import signal
@@ -15,12 +15,24 @@ from datetime import datetime
 from math import inf
 from types import FrameType
 
-from procedures.journal.spool import Kind, Request, Spool, Taken
+from procedures.journal.spool import Request, Spool, Taken
+from procedures.records.states import State
+from procedures.run.ending import Ending
 from rig.clock import Clock
 from rig.errors import WaitEnded
 
 _REST_S = 0.05
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_SIGNALS = (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP)
+JOB_CONTROL = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU)
+_ASKED_BY = {
+    signal.SIGINT: "Ctrl-C",
+    signal.SIGQUIT: "Ctrl-\\",
+    signal.SIGTERM: "told to end, as by a shutdown, systemd or kill",
+}
+
+
+def _nobody_is_told() -> None:
+    return None
 
 
 class Steering:
@@ -33,6 +45,7 @@ class Steering:
         idle_clock: Clock,
         record: Callable[[Taken], None],
         pulse: Callable[[], float] = lambda: inf,
+        hung_up: Callable[[], None] = _nobody_is_told,
     ) -> None:
         self._spool = spool
         self._clock = clock
@@ -42,16 +55,20 @@ class Steering:
         self._pulse = pulse
         """Told at every look that the engine lives; says within how many rig seconds it must be told again."""
         self._pulse_within_s = inf
+        self._hung_up = hung_up
+        """Told, at the next look, that the terminal was closed."""
         self._signals: deque[int] = deque()
         self._interrupts = 0
         self.pause: Request | None = None
         self.stop: Request | None = None
         self.abort: Request | None = None
+        self.terminated: Request | None = None
+        """A stop that does not wait for the dwell."""
         self.continued: Request | None = None
         """The newest ``continue``; whoever waits for one clears it first."""
 
     def __call__(self, duration_s: float) -> None:
-        """Let rig time pass. Raises: WaitEnded as soon as an abort was asked for."""
+        """Let rig time pass. Raises: WaitEnded as soon as the axes are to stop at once."""
         self.look()
         ends_s = self._clock.monotonic_s() + duration_s
         while (left_s := ends_s - self._clock.monotonic_s()) > (slice_s := self._slice_s):
@@ -69,12 +86,20 @@ class Steering:
         """Take what was asked meanwhile. Raises: WaitEnded."""
         self._pulse_within_s = self._pulse()
         while self._signals:
-            self._take(Taken("", self._of_signal(self._signals.popleft())))
+            self._take_signal(signal.Signals(self._signals.popleft()))
         for taken in self._spool.take():
             self._take(taken)
             self._spool.remove(taken)
         if self.abort is not None:
             raise WaitEnded(f"abort, asked for by {self.abort.by}")
+        if self.terminated is not None:
+            raise WaitEnded(f"stop at once, asked for by {self.terminated.by}")
+
+    def ending(self) -> Ending:
+        """How a wait that ended at once ends the run: aborted, or stopped where the process was told to end."""
+        if self.abort is None and self.terminated is not None:
+            return Ending(State.STOPPED, self.terminated.text, self.terminated.by)
+        return Ending(State.ABORTED, self.abort.text if self.abort else "", self.abort.by if self.abort else "")
 
     @property
     def _slice_s(self) -> float:
@@ -108,11 +133,17 @@ class Steering:
             case Request(kind="abort"):
                 self.abort = taken.request
 
-    def _of_signal(self, number: int) -> Request:
-        self._interrupts += number == signal.SIGINT
-        is_gentle = number == signal.SIGHUP or (number == signal.SIGINT and self._interrupts == 1)
-        kind: Kind = "stop" if is_gentle else "abort"
-        return Request(kind, f"signal {signal.Signals(number).name}", self._idle_clock.now_utc().isoformat())
+    def _take_signal(self, number: signal.Signals) -> None:
+        if number is signal.SIGHUP:
+            self._hung_up()
+            return
+        self._interrupts += number is signal.SIGINT
+        is_stop = number is signal.SIGTERM or (number is signal.SIGINT and self._interrupts == 1)
+        at_utc = self._idle_clock.now_utc().isoformat()
+        request = Request("stop" if is_stop else "abort", f"signal {number.name}", at_utc, _ASKED_BY[number])
+        self._take(Taken("", request))
+        if number is signal.SIGTERM:
+            self.terminated = request
 
 
 def _is_asked_since(request: Request, since: datetime | None) -> bool:
@@ -129,7 +160,30 @@ def signals_steer(steering: Steering) -> Iterator[None]:
         yield
         return
     heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, steering.on_signal) for number in heeded}
+    outer_hang_up = signal.getsignal(signal.SIGHUP)
+
+    def on_hang_up(number: int, frame: FrameType | None) -> None:
+        steering.on_signal(number, frame)
+        if callable(outer_hang_up):  # what the command does about its own screen
+            outer_hang_up(number, frame)
+
+    handlers = {signal.SIGHUP: on_hang_up}
+    before = {number: signal.signal(number, handlers.get(number, steering.on_signal)) for number in heeded}
+    try:
+        with job_control_ignored():
+            yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def job_control_ignored() -> Iterator[None]:
+    """While a rig is open, no key and no background may freeze the process that watches its axes.
+
+    Ignored for good, and not by a handler: a read in the background would ask for the signal again and again.
+    """
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in JOB_CONTROL}
     try:
         yield
     finally:

@@ -4,6 +4,7 @@ Cause, moment, that nothing moved since, what to do, and the last minutes of eve
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -19,6 +20,8 @@ from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
 from procedures.run.sparkline import Sparkline, sparkline
 from procedures.run.stop_advice import advice
+from rig.clock import SystemClock
+from rig.plain_text import one_line
 
 if TYPE_CHECKING:
     pass
@@ -49,18 +52,48 @@ class Why:
     events: Sequence[tuple[datetime, str, str]]
 
 
-def explain(run_dir: Path, reason: str = "", positions_deg: Mapping[str, float] | None = None) -> None:
-    """Write both; a page that cannot be written never keeps a run from its safe state.
+def explain(
+    run_dir: Path,
+    reason: str = "",
+    positions_deg: Mapping[str, float] | None = None,
+    second_place: Path | None = None,
+) -> Path | None:
+    """Write both, where the disk of the run refuses them in a folder of the run's name in ``second_place``.
 
-    ``reason``: where the journal could not take it. ``positions_deg``: read back at rest.
+    Returns the page; None where no place took it: that never keeps a run from its safe state. ``reason``: where the
+    journal could not take it. ``positions_deg``: read back at rest.
     """
+    positions_deg = positions_deg or {}
     try:
-        why = read_why(run_dir, reason, positions_deg or {})
-        page = page_environment(TEMPLATES).get_template("why.html.j2").render(why=why)
-        write_whole(run_dir / PAGE, page.encode("utf-8"))
-        write_whole(run_dir / TEXT, text_of(why).encode("utf-8"))
-    except (ProcedureError, WriteFailed):
-        return  # the disk that refused the page has refused the journal, too: that is told by the outcome
+        why = read_why(run_dir, reason, positions_deg)
+    except ProcedureError as error:
+        why = _unread(run_dir, reason or str(error), positions_deg)
+    page = page_environment(TEMPLATES).get_template("why.html.j2").render(why=why)
+    for place in (run_dir, *([] if second_place is None else [second_place / run_dir.name])):
+        with suppress(WriteFailed, OSError):
+            place.mkdir(parents=True, exist_ok=True)
+            write_whole(place / TEXT, text_of(why).encode("utf-8"))
+            write_whole(place / PAGE, page.encode("utf-8"))
+            return place / PAGE
+    return None
+
+
+def _unread(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> Why:
+    """What can be said where the journal cannot even be read."""
+    return Why(
+        run=str(run_dir),
+        title=run_dir.name,
+        state="not known: the journal cannot be read",
+        cause="storage",
+        reason=reason,
+        utc=SystemClock().now_utc(),
+        progress="not known",
+        positions=_positions(positions_deg),
+        advice=advice("storage"),
+        traces=(),
+        dwells=(),
+        events=(),
+    )
 
 
 def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> Why:
@@ -92,16 +125,16 @@ def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> 
 def text_of(why: Why) -> str:
     """The same for a terminal or a mail."""
     lines = [
-        f"{why.title}: {why.state}",
+        one_line(f"{why.title}: {why.state}"),
         f"run      {why.run}",
         f"when     {why.utc:%Y-%m-%d %H:%M:%S} UTC",
-        f"cause    {why.reason}",
+        one_line(f"cause    {why.reason}"),
         f"so far   {why.progress}",
         f"axes     {why.positions}",
         f"to do    {why.advice}",
         "",
         "last events:",
-        *(f"  {utc:%H:%M:%S}  {kind:<11} {told}" for utc, kind, told in why.events),
+        *(one_line(f"  {utc:%H:%M:%S}  {kind:<11} {told}") for utc, kind, told in why.events),
     ]
     return "\n".join(lines) + "\n"
 

@@ -1,7 +1,6 @@
 """What a coefficient set says about where it comes from, read out of the journal's header, the rig and the dwells."""
 
-from collections.abc import Iterable, Sequence
-from datetime import datetime
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
         yaw_range_deg=_yaw_range(solved),
         rate_range_dps=_rate_range(solved),
-        created_utc=_last_end(record.dwells, record.created_utc),
+        created_utc=record.measured_utc,
         software_version=record.versions["calrig"],
         rig=rig.rig.name,
         procedure=plan.title,
@@ -86,10 +85,6 @@ def _rate_range(solved: SolvedSensor) -> tuple[float, float] | None:
         return None
     euler = np.stack([rows.pitch_rad, rows.yaw_rad, rows.roll_rad], axis=-1)
     return _range(np.rad2deg(body_rates_rad_s(euler, rows.euler_rate_rad_s)))
-
-
-def _last_end(dwells: Sequence[DwellRecord], default: datetime) -> datetime:
-    return max((dwell.ended_utc for dwell in dwells if dwell.accepted), default=default)
 
 
 def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 
+from procedures.journal.audit_trail import clock_steps_s
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
 from procedures.plan.plan import Plan
@@ -29,11 +30,35 @@ class RunRecord:
     hashes: Mapping[str, str]
     """What was hashed (``journal content``, ``plan``, ``rig file`` …) to its SHA-256."""
     versions: Mapping[str, str]
+    lineage: Sequence[str] = ()
+    """Contents of the journal when the run had finished before, and something was taken back since."""
 
     @property
     def ended_utc(self) -> datetime:
         """When the run came to its last state: people write notes into the journal long afterwards."""
-        return max((event.utc for event in self.events if event.kind == "state"), default=self.created_utc)
+        ends = (
+            event.utc - timedelta(seconds=clock_steps_s(self.events, event.sequence))
+            for event in self.events
+            if event.kind == "state"
+        )
+        return max(ends, default=self.created_utc)
+
+    @property
+    def measured_utc(self) -> datetime:
+        """When its last accepted dwell ended: the date of what was measured."""
+        last = max((dwell for dwell in self.dwells if dwell.accepted), key=lambda dwell: dwell.ended_utc, default=None)
+        if last is None:
+            return self.created_utc
+        if not any(event.kind == "clock_step" for event in self.events):
+            return last.ended_utc
+        told = [event for event in self.events if event.kind == "dwell" and event.detail.get("accepted")]
+        ended = {(event.detail["step"], event.detail["attempt"], event.detail["epoch"]): event for event in told}
+        moments = (
+            dwell.ended_utc - timedelta(seconds=clock_steps_s(self.events, event.sequence))
+            for dwell in self.dwells
+            if dwell.accepted and (event := ended.get((dwell.step, dwell.attempt, dwell.epoch))) is not None
+        )
+        return max(moments, default=last.ended_utc)
 
 
 def read_record(reader: JournalReader) -> RunRecord:
@@ -61,6 +86,7 @@ def read_record(reader: JournalReader) -> RunRecord:
             "procedure file": header.procedure_sha256,
         },
         versions=header.software,
+        lineage=reader.earlier_contents(),
     )
 
 

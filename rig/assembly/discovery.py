@@ -41,7 +41,7 @@ class Asked:
 
 
 def serial_ports(by_id: Path = BY_ID) -> list[SerialPort]:
-    """All serial ports, in the order of their paths. Nothing is opened."""
+    """Return all serial ports, in the order of their paths. Nothing is opened."""
     stable = stable_paths(by_id)
     return [
         SerialPort(
@@ -55,7 +55,7 @@ def serial_ports(by_id: Path = BY_ID) -> list[SerialPort]:
 
 
 def identify_each(description: RigDescription, rig_file: Path) -> list[Asked]:
-    """Every device of a rig asked who it is, line by line: one that does not answer keeps no other from being asked.
+    """Ask every device of a rig who it is, line by line: one that does not answer keeps no other from being asked.
 
     Nothing moves. Raises: RigBusy where somebody owns the rig.
     """
@@ -65,7 +65,7 @@ def identify_each(description: RigDescription, rig_file: Path) -> list[Asked]:
 
 
 def _lines(description: RigDescription) -> Iterator[RigDescription]:
-    """The rig with the devices of one line only, for every line."""
+    """Yield the rig with the devices of one line only, for every line."""
     nothing: dict[str, object] = {"axes": {}, "readouts": {}, "environment": {}, "streams": {}, "field": {}}
     for names in axis_lines(description.axes):
         only: dict[str, object] = {"axes": {name: description.axes[name] for name in names}}
@@ -76,7 +76,7 @@ def _lines(description: RigDescription) -> Iterator[RigDescription]:
 
 
 def _asked(line: RigDescription) -> list[Asked]:
-    """The devices of one line; where the line itself cannot be opened, that is what each of them has to say."""
+    """Ask the devices of one line; where it cannot be opened, that is what each of them has to say."""
     try:
         with open_rig(line) as rig:
             return [_answer(key, device) for key, device in rig.by_table().items()]
@@ -102,14 +102,17 @@ def _judged(asked: Asked, expected_of: dict[str, str]) -> Asked:
 
 
 def stable_paths(by_id: Path) -> dict[str, str]:
-    """Device path to its link under ``by_id``; empty where the system keeps none."""
+    """Return the link under ``by_id`` of each device path; empty where the system keeps none."""
     if not by_id.is_dir():
         return {}
     return {str(link.resolve()): str(link) for link in sorted(by_id.iterdir())}
 
 
 def visa_resources(library: str = "") -> list[str] | None:
-    """Names of the instruments a VISA library knows; None when there is no VISA here. Nothing is opened."""
+    """Return the names of the instruments a VISA library knows; None when there is no VISA here.
+
+    Nothing is opened.
+    """
     try:
         manager = open_manager(library, "visa")
     except RequestRefused:

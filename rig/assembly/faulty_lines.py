@@ -14,7 +14,7 @@ from rig.twins.world import World
 
 
 def drivers_of(description: RigDescription) -> dict[str, str]:
-    """Every table of the rig file that has a line (``axes.pitch``) to its driver."""
+    """Return the driver of every table of the rig file that has a line (``axes.pitch``)."""
     return (
         {f"axes.{name}": axis.driver for name, axis in description.axes.items()}
         | {f"readouts.{name}": readout.driver for name, readout in description.readouts.items()}
@@ -26,7 +26,10 @@ def drivers_of(description: RigDescription) -> dict[str, str]:
 def with_faults(
     lines: Sequence[TwinLine], plan: FaultPlan, world: World, starts_s: float, tell: Callable[[str], None]
 ) -> list[TwinLine]:
-    """The same lines, each with its share of the plan. ``starts_s``: rig seconds from which ``at_s`` counts."""
+    """Return the same lines, each with its share of the plan.
+
+    ``starts_s``: rig seconds from which ``at_s`` counts.
+    """
     by_key: dict[str, FaultyTwin] = {}
     faulty = []
     for line in lines:

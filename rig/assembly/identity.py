@@ -18,12 +18,18 @@ class Identifiable(Protocol):
 
 
 def expected(description: RigDescription) -> dict[str, str]:
-    """What devices must say, by table (``axes.pitch``). Twins have no serial numbers: nothing is expected of them."""
+    """Return what devices must say, by table (``axes.pitch``).
+
+    Twins have no serial numbers: nothing is expected of them.
+    """
     return {} if description.is_simulated else dict(_stated(description))
 
 
 def require_expected(expected: Mapping[str, str], told: Mapping[str, str]) -> None:
-    """Raises: RequestRefused naming every device that is another one, and whose it is where that can be told."""
+    """Refuse devices that are not the expected ones.
+
+    Raises: RequestRefused naming every device that is another one, and whose it is where that can be told.
+    """
     wrong = [_sentence(key, expected, told) for key in told if key in expected and expected[key] not in told[key]]
     if wrong:
         raise RequestRefused(f"{'; '.join(wrong)}; nothing moved; put the cables right, or correct the rig file")

@@ -117,8 +117,10 @@ class Rig:
         return self._devices.chance
 
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
-        """What happened on every line since it was opened, by the table that it belongs to (``axes.pitch``), and by
-        device where several share one (``axes.pitch, unit 2``)."""
+        """Return what happened on every line since it was opened, by the table that it belongs to (``axes.pitch``).
+
+        Where several devices share a line it is by device (``axes.pitch, unit 2``).
+        """
         return self._devices.counts()
 
     def reconnect(self) -> None:
@@ -144,7 +146,7 @@ class Rig:
             self._guard.belongs_to(run_dir)
 
     def identities(self) -> dict[str, str]:
-        """Who every device says it is, by table (``axes.pitch``).
+        """Return who every device says it is, by table (``axes.pitch``).
 
         Raises: DeviceSilent, DeviceNonsense, LinkLost, RequestRefused where one is not the one that the file means.
         """
@@ -154,8 +156,10 @@ class Rig:
         return told
 
     def _lock_devices(self, identities: Iterable[str]) -> None:
-        """A device that tells its serial number is this rig's by whatever port others reach it. Twins tell those of
-        others. Raises: RigBusy."""
+        """Lock every device that tells its serial number: it is this rig's by whatever port others reach it.
+
+        Twins tell those of others. Raises: RigBusy.
+        """
         if self.description.is_simulated:
             return
         wanted = {serial for told in identities if (serial := serial_of(told)) is not None} - self._locked
@@ -168,7 +172,7 @@ class Rig:
         require_expected(stated, {key: devices[key].identify() for key in stated})
 
     def by_table(self) -> dict[str, Identifiable]:
-        """Every device by its table in the rig file (``axes.pitch``)."""
+        """Return every device by its table in the rig file (``axes.pitch``)."""
         tables: dict[str, Mapping[str, Axis | Readout | Environment | Stream | Field]] = {
             "axes": dict(self.axes),
             "readouts": dict(self.readouts),
@@ -179,8 +183,10 @@ class Rig:
         return {f"{table}.{name}": device for table, devices in tables.items() for name, device in devices.items()}
 
     def close(self) -> None:
-        """Give ports and locks back; closing twice is harmless. Nothing is moved; what is not known to stand is
-        stopped."""
+        """Give ports and locks back; closing twice is harmless.
+
+        Nothing is moved; what is not known to stand is stopped.
+        """
         try:
             if self._guard is not None:
                 self._guard.close()
@@ -189,7 +195,7 @@ class Rig:
             self._held.close()
 
     def _close_lines(self) -> None:
-        """A port that is gone cannot be closed properly, and need not be."""
+        """Close the lines; a port that is gone cannot be closed properly, and need not be."""
         with suppress(LinkLost):
             self._devices.lines.close()
 
@@ -248,7 +254,7 @@ def _connected(
     guard: StopGuard | None,
     write: WriteFile | None,
 ) -> Connected:
-    """Every device over lines of its own, or none open."""
+    """Open every device over lines of its own, or none."""
     with ExitStack() as opened:
         lines = Lines(clock, twins, line_source, opened)
         found: dict[str, Axis] = {}
@@ -277,7 +283,7 @@ def _connected(
 
 
 def _guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines: Lines) -> tuple[GuardedLine, ...]:
-    """A port is one line, whatever its names; axes that nobody else can stop, such as those of hand, are on none."""
+    """Return the lines of axes that somebody else can stop; a port is one line, whatever its names."""
     found: dict[str, GuardedLine] = {}
     for name, axis in axes.items():
         port = description.axes[name].port
@@ -303,7 +309,10 @@ def stop_guard(description: RigDescription, rig_file: Path | None, purpose: str)
 
 
 def guarded(axis: Axis, description: RigDescription, name: str, write: WriteFile | None) -> Axis:
-    """An axis whose cables wind up remembers how far. Raises: DescriptionError where the memory cannot be read."""
+    """Return an axis that remembers how far its cables are wound, where they wind up.
+
+    Raises: DescriptionError where the memory cannot be read.
+    """
     settings = description.axes[name]
     if settings.wrap_turns is None or settings.turning != "revolves":
         return axis
@@ -312,7 +321,10 @@ def guarded(axis: Axis, description: RigDescription, name: str, write: WriteFile
 
 
 def choose_clock(description: RigDescription) -> Clock:
-    """Virtual, real or scaled, as ``[twin] time`` says. Raises: DescriptionError for virtual time at real ports."""
+    """Return a clock, virtual, real or scaled, as ``[twin] time`` says.
+
+    Raises: DescriptionError for virtual time at real ports.
+    """
     twin = description.twin
     if twin is None or not description.is_simulated:
         return SystemClock()
@@ -329,7 +341,7 @@ def choose_clock(description: RigDescription) -> Clock:
 
 
 def real_ports(description: RigDescription) -> list[str]:
-    """Every port that will really be opened, each once."""
+    """Return every port that will really be opened, each once."""
     ports = [axis.port for axis in description.axes.values()]
     ports += [chamber.port for chamber in description.environment.values()]
     ports += [stream.port for stream in description.streams.values()]
@@ -341,7 +353,7 @@ def real_ports(description: RigDescription) -> list[str]:
 
 
 def lock_rig(description: RigDescription, rig_file: Path | None, purpose: str, held: ExitStack) -> RigLock:
-    """Every real port and the rig file, until ``held`` closes. Raises: RigBusy naming the owner."""
+    """Lock every real port and the rig file, until ``held`` closes. Raises: RigBusy naming the owner."""
     resources = real_ports(description) + ([str(rig_file)] if rig_file is not None else [])
     return held.enter_context(acquire(resources, purpose))
 

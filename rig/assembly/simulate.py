@@ -102,7 +102,7 @@ def write_rig(
 
 
 def _with_address(text: str, key: str, address: str, original: Path) -> str:
-    """``port`` or ``resource`` of the table ``key`` replaced."""
+    """Return the text with ``port`` or ``resource`` of the table ``key`` replaced."""
     found = _table(text, key)
     if found is not None:
         body, count = re.subn(
@@ -129,6 +129,6 @@ def _with_twin(text: str, control: str, time: float | str) -> str:
 
 
 def _table(text: str, key: str) -> re.Match[str] | None:
-    """The lines of a table from its header to the next header."""
+    """Return the lines of a table from its header to the next header."""
     name = r"\s*\.\s*".join(rf"""["']?{re.escape(part)}["']?""" for part in key.split(".", 1))
     return re.search(rf"(?m)^\s*\[\s*{name}\s*\][^\n]*\n(?P<body>(?:(?!\s*\[)[^\n]*\n?)*)", text)

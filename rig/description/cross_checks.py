@@ -14,7 +14,7 @@ OVER_RANGE = 1.2
 
 
 def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable[str]:
-    """What no single table can know: references between tables and to other files."""
+    """Yield what no single table can know: mistakes in references between tables and to other files."""
     channels = {f"{name}.{channel}" for name, readout in rig.readouts.items() for channel in readout.channel_names()}
     streamed = {f"{name}.{channel}" for name, stream in rig.streams.items() for channel in stream.channel_names()}
     if not channels | streamed:
@@ -38,7 +38,10 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
 
 
 def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str], sensed: set[str]) -> Iterable[str]:
-    """``sensed``: what a sensor's output may be, streams included."""
+    """Yield references to channels that are not there.
+
+    ``sensed``: what a sensor's output may be, streams included.
+    """
     allowed, allowed_outputs = ", ".join(sorted(known)), ", ".join(sorted(sensed))
     taken: dict[str, str] = {}
     for serial, sensor in rig.sensors.items():
@@ -76,7 +79,7 @@ def _names_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
 
 
 def _undeclared_sensitivities(file: TomlFile, rig: RigDescription, voltages: set[str]) -> Iterable[str]:
-    """The polarity of an accelerometer that is read in volts is declared, never guessed."""
+    """Yield sensors without a declared polarity: that of an accelerometer read in volts is never guessed."""
     for serial, sensor in rig.sensors.items():
         read_in_volts = voltages & set(sensor.channels.values())
         if sensor.measures == "acceleration" and read_in_volts and sensor.nominal_sensitivity_v_per_g == 0.0:
@@ -98,7 +101,7 @@ def _unusable_reference(file: TomlFile, rig: RigDescription, streamed: set[str])
 
 
 def _ranges_too_small(file: TomlFile, rig: RigDescription) -> Iterable[str]:
-    """One g must fit into the range, which never changes inside a run."""
+    """Yield ranges that one g does not fit into; a range never changes inside a run."""
     for serial, sensor in rig.sensors.items():
         for axis, channel in sensor.channels.items():
             readout, _, name = channel.partition(".")
@@ -140,7 +143,7 @@ def _unknown_standards(file: TomlFile, rig: RigDescription) -> Iterable[str]:
 
 
 def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
-    """Two axes of one controller need two numbers; two twins without numbers are two controllers."""
+    """Yield axes of one controller with the same number; two twins without numbers are two controllers."""
     taken: dict[tuple[str, str, int], str] = {}
     for name, axis in rig.axes.items():
         address = (axis.driver, axis.port, axis.axis)
@@ -165,7 +168,7 @@ def _missing_truth(file: TomlFile, rig: RigDescription) -> Iterable[str]:
 
 
 def _unusable_dialects(file: TomlFile, rig: RigDescription) -> Iterable[str]:
-    """A table's grammar is read before any port is opened."""
+    """Yield dialects that cannot be used, read before any port is opened."""
     for name, axis in rig.axes.items():
         if "dialect" not in type(axis).model_fields:
             continue

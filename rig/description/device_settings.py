@@ -55,7 +55,7 @@ class AxisSettings(StrictTable):
         return "no"
 
     def refuse_rate(self, name: str, rate_dps: float) -> None:
-        """What the file can tell of a rate before any port is opened. Raises: RequestRefused."""
+        """Refuse what the file can tell of a rate before any port is opened. Raises: RequestRefused."""
         raise RequestRefused(
             f"{name}: turn at {rate_dps:g} deg/s: the axis only goes to positions; nothing moved; use an axis that"
             f" turns (axes.{name}: top_rate_dps where the driver has it)"
@@ -69,11 +69,11 @@ class AxisSettings(StrictTable):
         return self
 
     def table_deg(self, attitude_deg: float) -> float:
-        """What the machine is told for an attitude."""
+        """Return what the machine is told for an attitude."""
         return self.sign * attitude_deg + self.zero_deg
 
     def attitude_deg(self, table_deg: float) -> float:
-        """What the machine's own angle is as an attitude."""
+        """Return what the machine's own angle is as an attitude."""
         return self.sign * (table_deg - self.zero_deg)
 
 
@@ -86,11 +86,11 @@ class ReadoutSettings(StrictTable):
     """As of an axis."""
 
     def channel_names(self) -> tuple[str, ...]:
-        """Names of the channels this readout offers."""
+        """Return the names of the channels this readout offers."""
         raise NotImplementedError
 
     def reading_s(self, nplc: float | None = None) -> float:
-        """Expected seconds for one reading; ``nplc`` None: the description's."""
+        """Return the expected seconds for one reading; ``nplc`` None: the description's."""
         raise NotImplementedError
 
 
@@ -111,7 +111,7 @@ class EnvironmentSettings(StrictTable):
         return as_tuple(value)
 
     def refuse_beyond_limits(self, name: str, setpoint_degc: float) -> None:
-        """Raises: RequestRefused."""
+        """Refuse a setpoint beyond the limits. Raises: RequestRefused."""
         low, high = self.limits_degc
         if not low <= setpoint_degc <= high:
             raise RequestRefused(
@@ -130,15 +130,15 @@ class StreamSettings(StrictTable):
     """As of an axis."""
 
     def channel_names(self) -> tuple[str, ...]:
-        """Names of the channels this stream offers."""
+        """Return the names of the channels this stream offers."""
         raise NotImplementedError
 
     def channel_units(self) -> dict[str, str]:
-        """Channel to its unit as it is written in a key, such as ``g`` or ``dps``."""
+        """Return the unit of each channel as it is written in a key, such as ``g`` or ``dps``."""
         raise NotImplementedError
 
     def samples_hz(self) -> float:
-        """Samples a second."""
+        """Return the samples a second."""
         raise NotImplementedError
 
 

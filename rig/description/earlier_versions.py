@@ -11,7 +11,7 @@ DROPPED: Mapping[str, tuple[str, ...]] = {"readouts": ("settle_nplc",)}
 
 
 def as_stored_now(text: str) -> str:
-    """The same description in the keys of this version; text that is no JSON object is left to its reader."""
+    """Return the same description in the keys of this version; text that is no JSON object is left to its reader."""
     try:
         document = json.loads(text)
     except ValueError:

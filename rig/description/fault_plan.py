@@ -128,7 +128,7 @@ class FaultPlan(StrictTable):
     fault: dict[str, FaultRule] = Field(min_length=1)
 
     def of_line(self, keys: Iterable[str]) -> dict[str, FaultRule]:
-        """The rules of a line that carries the devices ``keys``, by name."""
+        """Return the rules of a line that carries the devices ``keys``, by name."""
         named = (EVERY_LINE, *keys)
         return {name: rule for name, rule in self.fault.items() if rule.line in named}
 
@@ -151,7 +151,7 @@ def read_faults(path: Path, drivers: Mapping[str, str]) -> FaultPlan:
 
 
 def _strangers(rule: FaultRule, drivers: Mapping[str, str]) -> Iterable[tuple[str, str]]:
-    """Keys of a rule that do not fit the rig, each with what is wrong."""
+    """Yield the keys of a rule that do not fit the rig, each with what is wrong."""
     for key, line in (("line", rule.line), ("other", rule.other)):
         if line not in (None, EVERY_LINE) and line not in drivers:
             yield key, f"got {line!r}, allowed {', '.join(drivers)}" + (f" and {EVERY_LINE}" if key == "line" else "")

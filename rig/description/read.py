@@ -28,6 +28,7 @@ from rig.wire.table_dialect import dialect_name
 def read_rig(path: Path) -> RigDescription:
     """Read and check a rig file. Raises: DescriptionError naming file, line and key of every mistake."""
     file = read_toml(path)
+    file.require_seen()
     description = file.validate(_file_model(file.values))
     complaints = list(complaints_about_references(file, description))
     if complaints:
@@ -36,7 +37,7 @@ def read_rig(path: Path) -> RigDescription:
 
 
 def _file_model(values: Mapping[str, Any]) -> type[RigDescription]:
-    """RigDescription with the tables of the drivers that the values name in place of their bases."""
+    """Return RigDescription with the tables of the drivers that the values name in place of their bases."""
     fields: dict[str, Any] = {}
     for table, ability in TABLES.items():
         classes = classes_for(ability, values.get(table, {}))
@@ -51,7 +52,7 @@ def _one_of(classes: Sequence[type]) -> Any:
 
 
 def _dialects_found(axes: dict[str, AxisSettings], folder: Path) -> dict[str, AxisSettings]:
-    """A dialect file is named relative to the rig file."""
+    """Return the axes with dialect files named from the rig file's folder."""
     return {
         name: axis.model_copy(update={"dialect": dialect_name(dialect, folder)})
         if (dialect := getattr(axis, "dialect", None))
@@ -61,7 +62,7 @@ def _dialects_found(axes: dict[str, AxisSettings], folder: Path) -> dict[str, Ax
 
 
 def rig_from_json(text: str) -> RigDescription:
-    """A description that ``model_dump_json`` wrote, as a journal keeps it. Raises: DescriptionError."""
+    """Return a description that ``model_dump_json`` wrote, as a journal keeps it. Raises: DescriptionError."""
     try:
         stored = as_stored_now(text)
         return _file_model(_values_in(stored)).model_validate_json(stored)
@@ -74,7 +75,7 @@ def rig_from_json(text: str) -> RigDescription:
 
 
 def _values_in(text: str) -> dict[str, Any]:
-    """The tables of a stored description; none where it is no JSON object, which its validation tells."""
+    """Return the tables of a stored description; none where it is no JSON object, which its validation tells."""
     try:
         document = json.loads(text)
     except ValueError:

@@ -223,7 +223,7 @@ class RigDescription(StrictTable):
         }
 
     def all_on_twins(self) -> "RigDescription":
-        """The same rig with every device replaced by its twin, in virtual time: what ``--rehearse`` runs on."""
+        """Return the same rig with every device replaced by its twin, in virtual time: what ``--rehearse`` runs on."""
         twin = (self.twin or TwinSection()).model_copy(update={"time": "virtual", "control": None})
         return self.model_copy(
             update={
@@ -255,7 +255,10 @@ def _on_twin(device: BaseModel) -> BaseModel:
 
 
 def _truth_or_nominal(sensors: dict[str, Sensor], truth: dict[str, dict[Any, AxisTruth]]) -> dict[str, Any]:
-    """A rehearsal needs a truth: the file's, or the nominal sensor with a small misalignment and noise."""
+    """Return the truth that a rehearsal needs.
+
+    It is the file's, or the nominal sensor with a small misalignment and noise.
+    """
     return {
         serial: {axis: truth.get(serial, {}).get(axis) or _nominal(sensor) for axis in sensor.channels}
         for serial, sensor in sensors.items()
@@ -263,7 +266,10 @@ def _truth_or_nominal(sensors: dict[str, Sensor], truth: dict[str, dict[Any, Axi
 
 
 def _nominal(sensor: Sensor) -> AxisTruth:
-    """One of the channel's units for one of what is measured, where nothing is declared."""
+    """Return the truth of a nominal sensor.
+
+    Where nothing is declared, that is one of the channel's units for one of what is measured.
+    """
     sensitivity_v_per_g = sensor.nominal_sensitivity_v_per_g
     if sensitivity_v_per_g == 0.0:
         return AxisTruth(reading=ReadingTruth(per_unit=1.0, noise=0.01), coning_deg=0.3, azimuth_deg=40.0)

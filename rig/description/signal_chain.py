@@ -59,7 +59,7 @@ class Chain(StrictTable):
         return self.ratiometric or (self.load_resistor_at is not None and self.load_resistor_tc_per_degc != 0.0)
 
     def factor(self, supply_v: float | None, resistor_degc: float | None) -> float:
-        """What a reading has more than it would have by declaration: divide it by this."""
+        """Return what a reading has more than it would have by declaration: divide it by this."""
         nominal_v = self.reference_supply_v
         by_supply = supply_v / nominal_v if self.ratiometric and supply_v is not None and nominal_v else 1.0
         warmer_degc = 0.0 if resistor_degc is None else resistor_degc - self.load_resistor_degc

@@ -97,8 +97,10 @@ class RateAxis(Protocol):
         """Start turning after :meth:`check_rate` and a homed check; returns at the acknowledgement."""
 
     def turn_look(self, clock: Clock) -> TurnLook:
-        """Ask for the cumulative angle, timed by the rig's clock. The measured rate is the angle between two looks
-        over their time."""
+        """Ask for the cumulative angle, timed by the rig's clock.
+
+        The measured rate is the angle between two looks over their time.
+        """
 
     def state(self) -> AxisState:
         """Ask the device for position and state."""
@@ -114,10 +116,10 @@ class Remembering(Protocol):
     name: str
 
     def state(self) -> AxisState:
-        """As of an :class:`Axis`."""
+        """Return the state, as :meth:`Axis.state` does."""
 
     def home_mark(self) -> Mapping[str, float]:
-        """What the machine will be compared with; asked of an axis that rests homed."""
+        """Return what the machine will be compared with; asked of an axis that rests homed."""
 
     def resume_home(self, mark: Mapping[str, float], away_s: float) -> str:
         """Take over the home that a connection saw ``away_s`` rig seconds ago; empty, or why the machine disproves it.
@@ -135,8 +137,10 @@ class Watchdog(Protocol):
     """So long a silence is allowed, rig seconds; None where the rig file declares none, then nothing here is called."""
 
     def arm_watchdog(self, wait: Wait) -> str:
-        """Set the time-out where it can be set, then be silent at rest until the machine must have noticed, and see
-        that it has; what was seen, for the record. Positions may be lost by it: home afterwards.
+        """Arm the watchdog and prove it; return what was seen, for the record.
+
+        The time-out is set where it can be, then silence is kept at rest until the machine must have noticed. Positions
+        may be lost by it: home afterwards.
 
         Raises: DeviceFault where the machine did not notice, or noticed too early.
         """
@@ -145,7 +149,7 @@ class Watchdog(Protocol):
         """Speak to the machine. Raises: DeviceSilent, DeviceNonsense, LinkLost."""
 
     def disarm_watchdog(self) -> None:
-        """The machine is left at rest: where it can be told so, it need not notice."""
+        """Leave the machine at rest: where it can be told so, it need not notice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +190,7 @@ class Stoppable(Protocol):
     name: str
 
     def stop_steps(self) -> Sequence[StopStep]:
-        """What stops it, in order; harmless when it is at rest and when it is sent again."""
+        """Return what stops it, in order; harmless when it is at rest and when it is sent again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,20 +217,22 @@ class Readout(Protocol):
     channels: tuple[str, ...]
 
     def identify(self) -> str:
-        """Identity of every box behind the readout, one line."""
+        """Return the identity of every box behind the readout, one line."""
 
     def prepare(self) -> None:
         """Clear, reset and configure for the run; read back what can be read back."""
 
     def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
-        """Read ``samples`` readings of ``channel`` (``nplc`` None: the description's). The channel that is closed
-        is read back before the first reading. Cleared and left quiet when ``wait`` raises."""
+        """Read ``samples`` readings of ``channel`` (``nplc`` None: the description's).
+
+        The channel that is closed is read back before the first reading. Cleared and left quiet when ``wait`` raises.
+        """
 
     def reading_s(self, nplc: float | None = None) -> float:
-        """Expected seconds for one reading."""
+        """Return the expected seconds for one reading."""
 
     def checks(self) -> Mapping[str, float]:
-        """Slow own readings for the record, such as ``{"meter_temperature_degc": 36.1}``."""
+        """Return slow own readings for the record, such as ``{"meter_temperature_degc": 36.1}``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,7 +273,7 @@ class SelfChecking(Protocol):
     check_action: Literal["hold", "trip"]
 
     def needs_check(self) -> bool:
-        """Whether it should be checked before its time, since its own temperature has moved."""
+        """Return whether it should be checked before its time, since its own temperature has moved."""
 
     def check_itself(self, wait: Wait) -> MeterLook:
         """Calibrate where the rig file asks for it, then read short and reference. Raises: RigError, WaitEnded."""
@@ -316,13 +322,13 @@ class Stream(Protocol):
     rate_hz: float
 
     def identify(self) -> str:
-        """Raises: DeviceSilent, DeviceNonsense, LinkLost."""
+        """Return who the device says it is. Raises: DeviceSilent, DeviceNonsense, LinkLost."""
 
     def start(self) -> None:
         """Let it send; what was under way before is dropped, a first line that is not whole as well."""
 
     def poll(self) -> StreamBlock:
-        """Everything that came since the last poll; never waits.
+        """Return everything that came since the last poll; never waits.
 
         Raises: DeviceNonsense (nothing that comes is a sample), DeviceFault (the device says so), LinkLost.
         """
@@ -400,7 +406,9 @@ class TwinChance(Protocol):
     """
 
     def announce(self, step: int, phase: str, attempt: int, replications: float) -> None:
-        """``phase`` is one of ``settle``, ``read``, ``check`` or another name: each has numbers of its own.
+        """Announce a place in the run.
+
+        ``phase`` is one of ``settle``, ``read``, ``check`` or another name: each has numbers of its own.
 
         ``replications`` are those completed so far: the twins' drift follows it.
         """

@@ -68,7 +68,10 @@ class CableGuard:
         self._axis.check_rate(rate_dps)
 
     def require_room(self, turn_deg: float) -> None:
-        """Raises: RequestRefused where the cables do not bear a turn of so many degrees (signed) from here."""
+        """Refuse a turn of so many degrees (signed) from here that the cables do not bear.
+
+        Raises: RequestRefused.
+        """
         state = self.state()
         self._require_known(state)
         end_deg = self.wound_deg + turn_deg
@@ -80,7 +83,7 @@ class CableGuard:
             )
 
     def unwinding_plan(self) -> str:
-        """How the cables come free again, in words."""
+        """Return how the cables come free again, in words."""
         return (
             f"move the axis to 0 deg (calrig jog --axis {self.name} --to 0), which turns it back by"
             f" {-self.wound_deg / TURN_DEG:+.2f} revolutions in {abs(self.wound_deg) / self.speed_dps:.0f} s"
@@ -93,7 +96,10 @@ class CableGuard:
         self._axis.start_move(target_deg)
 
     def start_rate(self, rate_dps: float) -> None:
-        """Raises also: RequestRefused where the cables are at their end that way, or nobody knows how far."""
+        """Start to turn.
+
+        Raises also: RequestRefused where the cables are at their end that way, or nobody knows how far.
+        """
         self._axis.check_rate(rate_dps)
         if self._rate_dps == 0.0:
             self.require_room(SPARE_DEG if rate_dps > 0.0 else -SPARE_DEG)
@@ -102,13 +108,19 @@ class CableGuard:
         self._rate_dps = rate_dps
 
     def turn_look(self, clock: Clock) -> TurnLook:
-        """Raises also: DeviceFault where the cables are at their end; the axis was told to stop."""
+        """Look at a turning axis.
+
+        Raises also: DeviceFault where the cables are at their end; the axis was told to stop.
+        """
         look = self._axis.turn_look(clock)
         self._saw(look.angle_deg)
         return look
 
     def home(self) -> None:
-        """The reference move; a wound axis unwinds first. Poll :meth:`state` until homed and at rest."""
+        """Start the reference move; a wound axis unwinds first.
+
+        Poll :meth:`state` until homed and at rest.
+        """
         state = self.state()
         if state.is_homed and self._offset_deg is not None and abs(self.wound_deg) > TURN_DEG / 2.0:
             self.start_move(0.0)
@@ -156,7 +168,7 @@ class CableGuard:
         return self.wrap_turns * TURN_DEG
 
     def _saw(self, read_deg: float) -> None:
-        """A trusted read-back. Raises: DeviceFault."""
+        """Take note of a trusted read-back. Raises: DeviceFault."""
         if self._offset_deg is None:
             self._offset_deg = self._offset_from(read_deg)
             if self._offset_deg is None:
@@ -173,7 +185,7 @@ class CableGuard:
             )
 
     def _offset_from(self, read_deg: float) -> float | None:
-        """The first trusted read-back of this process against what was kept.
+        """Compare the first trusted read-back of this process with what was kept; return the offset, None if unknown.
 
         The same count: it goes on from there, however far it has turned meanwhile. Another count of an axis that
         rested unwound: it was homed anew. Anything else nobody knows.

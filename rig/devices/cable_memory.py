@@ -41,10 +41,13 @@ class CableMemory(Protocol):
     """Where it is kept, for messages."""
 
     def read(self) -> Winding | None:
-        """None where nothing was ever kept. Raises: DescriptionError where it cannot be read."""
+        """Return what was kept, None where nothing ever was.
+
+        Raises: DescriptionError where it cannot be read.
+        """
 
     def write(self, winding: Winding) -> None:
-        """Raises: DescriptionError where it cannot be kept."""
+        """Keep how far the cables are wound. Raises: DescriptionError where it cannot be kept."""
 
 
 class Unkept:

@@ -129,11 +129,11 @@ class CsvImuSettings(StreamSettings):
         return self.rate_hz
 
     def shape(self) -> RowShape:
-        """How a line is written."""
+        """Return how a line is written."""
         return RowShape(len(self.columns), self.separator.encode("ascii"), self.prefix.encode("ascii"), self.checksum)
 
     def counts(self, column: str, value: float) -> float:
-        """What the board sends in ``column`` for a value in the channel's unit; 0 where no channel is."""
+        """Return what the board sends in ``column`` for a value in the channel's unit; 0 where no channel is."""
         entry = self.channels.get(column)
         return 0.0 if entry is None else value / entry.scale + entry.zero_counts
 
@@ -157,7 +157,7 @@ class CsvImu:
         self._last_time: float | None = None
 
     def identify(self) -> str:
-        """A board of this kind cannot be asked."""
+        """Return what is known of the board: one of this kind cannot be asked."""
         return f"lines of {len(self._settings.columns)} columns at {self._stream.name}; it cannot be asked who it is"
 
     def start(self) -> None:
@@ -181,7 +181,7 @@ class CsvImu:
         )
 
     def stop(self) -> None:
-        """It cannot be told to be quiet."""
+        """Do nothing: the board cannot be told to be quiet."""
 
     def _parse(self, piece: bytes) -> Rows:
         return parse_rows(piece, self._shape)
@@ -192,7 +192,7 @@ class CsvImu:
         return measured
 
     def _timed(self, values: Floats) -> tuple[Floats, tuple[StreamGap, ...]]:
-        """Device time, seconds, and the gaps that it shows."""
+        """Return device time, seconds, and the gaps that it shows."""
         column = self._settings.time
         if column is None or not len(values):
             return np.full(len(values), np.nan), ()
@@ -204,7 +204,7 @@ class CsvImu:
         return times * column.unit_s, gaps
 
     def _gaps(self, rows: Rows, by_time: tuple[StreamGap, ...]) -> tuple[StreamGap, ...]:
-        """By the count where there is one, else by the time, else by the lines that were refused."""
+        """Find the gaps by the count where there is one, else by the time, else by the lines that were refused."""
         column = self._settings.count
         if column is None:
             return by_time if self._settings.time else refusal_gaps(rows.refused)
@@ -218,5 +218,5 @@ class CsvImu:
 
 
 def connect(name: str, settings: CsvImuSettings, stream: ByteStream, clock: Clock) -> CsvImu:
-    """The board behind a stream."""
+    """Return the board behind a stream."""
     return CsvImu(name, settings, stream, clock)

@@ -75,19 +75,22 @@ class Esp301Controller:
             return self._read_errors()
 
     def take_errors(self, axis: int) -> list[ErrorRecord]:
-        """Errors of one axis that came since they were last taken, and not from a command of ours."""
+        """Return the errors of one axis that came since they were last taken, and not from a command of ours."""
         with self.turn:
             self._file(self._read_errors())
             return self._errors.pop(axis, [])
 
     def stamp(self) -> int:
-        """The controller's own clock, in its cycles since power came on."""
+        """Return the controller's own clock, in its cycles since power came on."""
         with self.turn:
             self._file(self._read_errors())
             return self._stamp
 
     def resynchronise(self) -> None:
-        """After a doubt: silence, then the version, whatever numbers come before it, then silence again."""
+        """Bring the line to a known state after a doubt.
+
+        Silence, then the version, whatever numbers come before it, then silence again.
+        """
         self._exchange.wait_for_quiet()
         self._exchange.stream.write(wire.encode(wire.ask("VE")))
         line = self._exchange.read_line(self._exchange.patience.timeout_s, b"VE?")
@@ -105,7 +108,7 @@ class Esp301Controller:
             ) from None
 
     def _read_errors(self) -> list[ErrorRecord]:
-        """The queue, read until it is empty."""
+        """Read the error queue until it is empty."""
         errors: list[ErrorRecord] = []
         for _ in range(wire.QUEUE_LENGTH + 1):
             error = self._next_error()
@@ -120,7 +123,10 @@ class Esp301Controller:
         )
 
     def _next_error(self) -> ErrorRecord:
-        """Reading takes a record out of the queue: where the question was repeated, one may be lost."""
+        """Read one record, which takes it out of the queue.
+
+        Where the question was repeated, one may be lost.
+        """
         repeated = self._exchange.counts.repeated
         error = self._ask(wire.ask("TB"), wire.decode_error, "an error record")
         self.doubts += self._exchange.counts.repeated > repeated
@@ -161,7 +167,7 @@ class Esp301Axis:
         self._travel_deg: tuple[float, float] | None = None
 
     def identify(self) -> str:
-        """Also tells the controller's own limits, which may be wider than the file's."""
+        """Return the controller's version and its own limits, which may be wider than the file's."""
         version = self._controller.version()
         low_deg, high_deg = self._verified()
         return f"{version}, axis {self._settings.axis}, own limits {low_deg:g} to {high_deg:g} deg"
@@ -220,7 +226,10 @@ class Esp301Axis:
         return {"stamp": float(self._controller.stamp())}
 
     def resume_home(self, mark: Mapping[str, float], away_s: float) -> str:
-        """Where the motor is still on and the controller's clock ran on as long as ours, power was never lost."""
+        """Trust the home that was left where power was never lost; else return why not.
+
+        The motor is still on and the controller's clock ran on as long as ours.
+        """
         ran_s = (self._controller.stamp() - mark["stamp"]) * wire.CYCLE_S
         if not self._controller.ask_flag("MO", self._settings.axis):
             return "the motor is off; home it"
@@ -236,7 +245,10 @@ class Esp301Axis:
         self._home = self._home if on else "none"
 
     def _position_deg(self) -> tuple[float, bool]:
-        """Table angle of an axis that says it rests, asked until two answers agree; whether they did."""
+        """Return the table angle of an axis that says it rests, and whether two answers agreed.
+
+        It is asked until they do.
+        """
         position_deg = self._controller.ask_number("TP", self._settings.axis)
         for _ in range(_LOOKS):
             before_deg, position_deg = position_deg, self._controller.ask_number("TP", self._settings.axis)
@@ -245,7 +257,7 @@ class Esp301Axis:
         return position_deg, False
 
     def _judge(self, errors: list[ErrorRecord], *, is_moving: bool, is_on: bool) -> None:
-        """What errors, motor and time stamps say about the home."""
+        """Judge the home by errors, motor and time stamps."""
         losses, doubts = self._controller.losses, self._controller.doubts
         if errors:
             self._fault = "; ".join(f"error {error.code} {error.text}" for error in errors)
@@ -259,7 +271,9 @@ class Esp301Axis:
             self._home = "found"
 
     def _verified(self) -> tuple[float, float]:
-        """The controller's limits, table degrees; unit and limits are compared with the file when first asked.
+        """Return the controller's limits, table degrees.
+
+        Unit and limits are compared with the file when first asked.
 
         Raises: RequestRefused.
         """
@@ -301,7 +315,7 @@ class Esp301Axis:
 
 
 def connect(axes: Mapping[str, Esp301Settings], stream: ByteStream) -> dict[str, Esp301Axis]:
-    """The axes of one controller, which share its line."""
+    """Return the axes of one controller, which share its line."""
     patience = Patience(timeout_s=next(iter(axes.values())).reply_timeout_s)
     exchange = Exchange(
         stream,

@@ -87,14 +87,14 @@ class Hp3458aSettings(ReadoutSettings):
         return self
 
     def ranges_v(self) -> list[float]:
-        """Every range that a channel uses, as often as it does."""
+        """Return every range that a channel uses, as often as it does."""
         return [channel.range_v for channel in self.channels.values()]
 
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
 
     def reading_s(self, nplc: float | None = None) -> float:
-        """Autozero takes a second conversion for every reading."""
+        """Return the seconds for one reading: autozero takes a second conversion for each."""
         return 2.0 * (self.nplc if nplc is None else nplc) / self.line_frequency_hz
 
 
@@ -163,7 +163,10 @@ class Hp3458aReadout:
         return self._settings.checks.autocalibrate and self._has_drifted(self.meter.temperature_degc())
 
     def check_itself(self, wait: Wait) -> MeterLook:
-        """The scanner opens everything before the meter calibrates itself: its inputs must not be driven."""
+        """Check the meter by known voltages, calibrated anew where it has drifted.
+
+        The scanner opens everything before the meter calibrates itself: its inputs must not be driven.
+        """
         checks, degc = self._settings.checks, self.meter.temperature_degc()
         is_calibrated_anew = checks.autocalibrate and self._has_drifted(degc)
         if is_calibrated_anew:
@@ -194,7 +197,7 @@ class Hp3458aReadout:
 
     @contextmanager
     def _quiet_unless_done(self) -> Iterator[None]:
-        """Whatever ends a burst early leaves the meter cleared and everything to be set up again."""
+        """Leave the meter cleared and everything to be set up again, whatever ends a burst early."""
         needs_clear = True
         try:
             yield
@@ -215,13 +218,16 @@ def _scanner_channel(number: int) -> int:
 
 
 def _scanner_channels(settings: Hp3458aSettings) -> list[int]:
-    """All that are used, those of the checks included."""
+    """Return all scanner channels that are used, those of the checks included."""
     sensors = [entry.scanner_channel for entry in settings.channels.values()]
     return [*sensors, *(place for place in settings.checks.places().values() if place is not None)]
 
 
 def scanner_resource(settings: Hp3458aSettings) -> GpibResource:
-    """Where the scanner is: by default on the meter's own controller, address 9. Raises: RequestRefused."""
+    """Return where the scanner is: by default on the meter's own controller, address 9.
+
+    Raises: RequestRefused.
+    """
     if settings.scanner_resource is None:
         return replace(parse_resource(settings.resource, wire.DEFAULT_ADDRESS), address=scanner_wire.DEFAULT_ADDRESS)
     return parse_resource(settings.scanner_resource, scanner_wire.DEFAULT_ADDRESS)

@@ -95,7 +95,7 @@ class Hp3458aMeter:
         self._setup = setup
 
     def burst(self, setup: Setup, wait: Wait) -> tuple[NDArray[np.float64], float]:
-        """All readings of one burst, volts, shape (samples,), and when it was triggered, rig seconds.
+        """Read one burst: all readings, volts, shape (samples,), and when it was triggered, rig seconds.
 
         Raises: DeviceSilent, DeviceNonsense, and what ``wait`` raises.
         """
@@ -112,7 +112,10 @@ class Hp3458aMeter:
         return INTEGRATIONS_PER_READING * nplc / self._line_frequency_hz + OVERHEAD_S
 
     def require_undisturbed(self) -> None:
-        """A meter that met an error or lost power since it was set up says so. Raises: DeviceRefused, DeviceFault."""
+        """Refuse a meter that met an error or lost power since it was set up.
+
+        Raises: DeviceRefused, DeviceFault.
+        """
         status = self._bus.serial_poll(self._address)
         if status & Status.ERROR:
             told = ", ".join(text for _, text in self._errors())
@@ -156,12 +159,12 @@ class Hp3458aMeter:
         self._bus.clear(self._address)
 
     def forget(self) -> None:
-        """Nothing is known about its settings any more: the next burst sends them all."""
+        """Forget the meter's settings: the next burst sends them all."""
         self._is_configured = False
         self._setup = None
 
     def _reading(self, due_s: float, reading_s: float, wait: Wait) -> tuple[float, int]:
-        """The next reading, volts, and its length in characters; waited for in rig time, then fetched."""
+        """Return the next reading, volts, and its length in characters; waited for in rig time, then fetched."""
         ahead_s = due_s - self._clock.monotonic_s()
         if ahead_s > 0.0:
             wait(ahead_s)
@@ -183,7 +186,7 @@ class Hp3458aMeter:
         )
 
     def _require_one_shape(self, lengths: set[int]) -> None:
-        """All readings have one length, so a cut one shows."""
+        """Refuse readings of several lengths: all have one, so a cut one shows."""
         if len(lengths) > 1:
             raise DeviceNonsense(
                 f"{self.name}: meter: readings of {sorted(lengths)} characters in one burst, one length is allowed;"
@@ -191,7 +194,10 @@ class Hp3458aMeter:
             )
 
     def _require_nothing_unasked(self, unasked: int) -> None:
-        """Readings carry no number: bytes too many mean that one may have been taken twice, another not at all."""
+        """Refuse bytes that nobody asked for.
+
+        Readings carry no number: bytes too many mean that one may have been taken twice, another not at all.
+        """
         if unasked:
             raise DeviceNonsense(
                 f"{self.name}: meter: {unasked} bytes nobody asked for came with the readings, none is allowed;"
@@ -199,7 +205,7 @@ class Hp3458aMeter:
             )
 
     def _configure(self) -> None:
-        """Everything that no burst changes, read back, and no error left behind."""
+        """Set up everything that no burst changes, read it back, and leave no error behind."""
         self._bus.send(self._address, b"END ALWAYS")
         self._bus.send(self._address, CONFIGURATION)
         self._bus.send(self._address, b"LFREQ %d" % self._line_frequency_hz)
@@ -225,7 +231,7 @@ class Hp3458aMeter:
             )
 
     def _earlier_errors(self) -> tuple[str, ...]:
-        """What the meter's registers still held; refused only where it speaks of the meter itself."""
+        """Return what the meter's registers still held; refused only where it speaks of the meter itself."""
         errors = self._errors()
         harmful = [text for number, text in errors if wire.is_harmful(number)]
         if harmful:

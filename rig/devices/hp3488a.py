@@ -33,7 +33,7 @@ class Hp3488aScanner:
         self._is_known = False
 
     def identify(self) -> str:
-        """Identity and the card in every slot that is used. Raises: DeviceSilent, DeviceNonsense."""
+        """Return the identity and the card in every slot that is used. Raises: DeviceSilent, DeviceNonsense."""
         identity = self._bus.ask(self._address, b"ID?", wire.parse_identity, idempotent=True)
         return ", ".join([identity, *(f"{card} in slot {slot}" for slot, card in self._cards().items())])
 
@@ -77,7 +77,7 @@ class Hp3488aScanner:
         self._require(channel, closed=True)
 
     def forget(self) -> None:
-        """The state is in doubt: the next :meth:`select` starts from all relays open."""
+        """Forget the state, which is in doubt: the next :meth:`select` starts from all relays open."""
         self._is_known = False
 
     def _open(self, wait: Wait) -> None:
@@ -122,7 +122,7 @@ class Hp3488aScanner:
             )
 
     def _require_cards(self) -> None:
-        """A channel that no card has answers nothing at all: say which, before it is waited for."""
+        """Refuse a channel that no card has: it answers nothing at all, so say which before it is waited for."""
         cards = self._cards()
         for channel in self._channels:
             slot = wire.slot_of(channel)
@@ -133,7 +133,7 @@ class Hp3488aScanner:
                 )
 
     def _cards(self) -> dict[int, str]:
-        """Model of the card in every slot that is used."""
+        """Return the model of the card in every slot that is used."""
         return {
             slot: self._bus.ask(self._address, wire.card_type(slot), wire.parse_card_type, idempotent=True)
             for slot in sorted({wire.slot_of(channel) for channel in self._channels})

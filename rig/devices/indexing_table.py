@@ -118,7 +118,7 @@ class IndexingTableAxis:
         return state.is_moving or is_there
 
     def _ask(self, command: Command) -> Reply:
-        """A question that the line damaged on its way is refused, and asked again; a command is sent once."""
+        """Ask anew where the line damaged a question on its way and it was refused; a command is sent once."""
         is_question = isinstance(command, AskState | AskPosition | Identify)
         refusal = ""
         for _ in range(_TIMES_REFUSED if is_question else 1):
@@ -146,7 +146,7 @@ class IndexingTableAxis:
 
 
 def connect(axes: Mapping[str, IndexingTableSettings], stream: ByteStream) -> dict[str, IndexingTableAxis]:
-    """The axes of one controller, which share its line. Raises: DescriptionError (its dialect)."""
+    """Return the axes of one controller, which share its line. Raises: DescriptionError (its dialect)."""
     finest = min(axes.values(), key=lambda settings: settings.increment_deg)
     codec = TableCodec(load_dialect(finest.dialect, finest.increment_deg))
     patience = Patience(timeout_s=codec.dialect.reply_timeout_s)

@@ -103,7 +103,10 @@ class MaestroSettings(AxisSettings):
 
 
 def refuse_speed(name: str, settings: MaestroSettings, rate_dps: float) -> None:
-    """The controller knows whole units of speed, one at least. Raises: RequestRefused."""
+    """Refuse a rate below one unit of speed, the controller's smallest.
+
+    Raises: RequestRefused.
+    """
     rates.check_rate(name, rate_dps, settings.speed_dps)
     units = speed_units(settings, PulseCalibration(settings.points), abs(rate_dps))
     if round(units, 6) < 1.0:
@@ -114,7 +117,7 @@ def refuse_speed(name: str, settings: MaestroSettings, rate_dps: float) -> None:
 
 
 def speed_units(settings: MaestroSettings, calibration: PulseCalibration, rate_dps: float | None = None) -> float:
-    """The controller's units of speed for a rate, by default ``speed_dps``, where the servo turns farthest."""
+    """Return the controller's units of speed for a rate, by default ``speed_dps``, where the servo turns farthest."""
     rate_dps = settings.speed_dps if rate_dps is None else rate_dps
     quarters_per_s = rate_dps * calibration.smallest_us_per_deg * wire.QUARTERS_PER_US
     return quarters_per_s * wire.unit_s(settings.period_ms)
@@ -165,7 +168,10 @@ class MaestroController:
         return self.proof
 
     def position(self, channel: int, marks: int) -> int:
-        """Quarter-microseconds; 0 is no pulse. ``marks``: times the script's state is asked behind it, at least 1."""
+        """Return quarter-microseconds; 0 is no pulse.
+
+        ``marks``: times the script's state is asked behind it, at least 1.
+        """
         requests = [wire.get_position(channel), *[Request(wire.GET_SCRIPT_STATUS)] * marks]
         return self._ask(requests, 2 + marks, _decode_marked, wire.HIGHEST_NUMBER)
 
@@ -173,7 +179,10 @@ class MaestroController:
         return self._ask([Request(wire.GET_SCRIPT_STATUS)], 1, wire.decode_word, _STOPPED) != _STOPPED
 
     def resynchronise(self) -> None:
-        """After a doubt: silence, then an answer of one byte, which no late answer of two can be, then silence."""
+        """Bring the line to a known state after a doubt.
+
+        Silence, then an answer of one byte, which no late answer of two can be, then silence.
+        """
         self._exchange.wait_for_quiet()
         question = self.codec.encode(Request(wire.GET_SCRIPT_STATUS))
         self._exchange.stream.write(question)
@@ -198,11 +207,14 @@ class MaestroController:
 
 
 class MaestroAxis:
-    """One servo: an :class:`rig.devices.abilities.Axis`, a :class:`rig.devices.abilities.SweepAxis` and a
-    :class:`rig.devices.abilities.Watchdog`."""
+    """Drive one servo, as an axis that can sweep and has a watchdog.
+
+    It is an :class:`rig.devices.abilities.Axis`, a :class:`rig.devices.abilities.SweepAxis` and a
+    :class:`rig.devices.abilities.Watchdog`.
+    """
 
     def __init__(self, name: str, settings: MaestroSettings, controller: MaestroController, place: int) -> None:
-        """``place`` among the axes of the controller, from 1."""
+        """Make the axis; ``place`` is that among the axes of the controller, from 1."""
         self.name = name
         self.limits_deg = settings.limits_deg
         self.increment_deg = settings.increment_deg
@@ -222,7 +234,7 @@ class MaestroAxis:
         """The controller's failures when the servo was homed; None before."""
 
     def identify(self) -> str:
-        """The controller has no words of its own: what is told is that it answers, and whether a script runs."""
+        """Return that the controller answers, and whether a script runs: it has no words of its own."""
         script = "running" if self._controller.is_script_running() else "stopped"
         return f"Maestro ({self._settings.model}), channel {self._settings.axis}, script {script}"
 
@@ -236,7 +248,7 @@ class MaestroAxis:
         self._start(target_deg, self._speed)
 
     def start_sweep(self, target_deg: float, rate_dps: float) -> None:
-        """As :meth:`start_move`, at a rate; the controller takes the whole units of speed below it."""
+        """Start to move at a rate; the controller takes the whole units of speed below it."""
         self.check_rate(rate_dps)
         self._start(target_deg, math.floor(speed_units(self._settings, self._calibration, abs(rate_dps)) + 1e-6))
 
@@ -289,7 +301,7 @@ class MaestroAxis:
             self._controller.tell(wire.set_target(self._settings.axis, position))
 
     def stop_steps(self) -> Sequence[StopStep]:
-        """A servo has no stop: what its controller sends now is made its target."""
+        """Return the question whose answer becomes the target: a servo has no other stop."""
         codec, channel = self._controller.codec, self._settings.axis
         question = codec.encode(wire.get_position(channel))
         return (StopStep(question, aim=ServoAim(channel, codec.device, codec.has_crc)),)
@@ -298,7 +310,10 @@ class MaestroAxis:
         return {"pulse": float(self._controller.position(self._settings.axis, self._place))}
 
     def resume_home(self, mark: Mapping[str, float], away_s: float) -> str:  # noqa: ARG002 pulses tell no time
-        """Where the very pulse is sent that was left, without an error since, nothing happened to the servo."""
+        """Trust the position that was left where nothing happened to the servo; else return why not.
+
+        That is so where the very pulse is sent that was left, without an error since.
+        """
         failures = self._controller.failures
         self._controller.poll_errors()
         position = self._controller.position(self._settings.axis, self._place)
@@ -313,7 +328,7 @@ class MaestroAxis:
         return ""
 
     def arm_watchdog(self, wait: Wait) -> str:
-        """The controller's settings cannot be written by its serial line: that its time-out acts is seen, once."""
+        """See once that the controller's time-out acts: its settings cannot be written by its serial line."""
         assert self.watchdog_s is not None
         return self._controller.prove_timeout(self.name, self.watchdog_s, wait)
 
@@ -321,10 +336,10 @@ class MaestroAxis:
         self._controller.poll_errors()
 
     def disarm_watchdog(self) -> None:
-        """It cannot be told; the servos go to their homes."""
+        """Do nothing: the controller cannot be told; the servos go to their homes."""
 
     def _aim(self, target_deg: float, speed: int) -> None:
-        """Speed and acceleration go along every time: a controller that lost power forgot them."""
+        """Aim with speed and acceleration every time: a controller that lost power forgot them."""
         channel = self._settings.axis
         limits = self._quarters(self.limits_deg[0]), self._quarters(self.limits_deg[1])
         target = nearest_step(self._quarters(target_deg), limits)
@@ -344,7 +359,7 @@ class MaestroAxis:
 
 
 def connect(axes: Mapping[str, MaestroSettings], stream: ByteStream) -> dict[str, MaestroAxis]:
-    """The servos of one controller, which share its line. Raises: LinkLost."""
+    """Return the servos of one controller, which share its line. Raises: LinkLost."""
     first = next(iter(axes.values()))
     if first.detect_baud:
         stream.write(bytes([wire.START]))
@@ -361,7 +376,7 @@ def connect(axes: Mapping[str, MaestroSettings], stream: ByteStream) -> dict[str
 
 
 def _decode_marked(reply: bytes) -> int:
-    """A position with the script's state behind it, once or more."""
+    """Return a position with the script's state behind it, once or more."""
     marks = set(reply[2:])
     if len(marks) != 1 or max(marks) > _STOPPED:
         raise DeviceNonsense(f"the marks behind the position are {sorted(marks)}, allowed is one of 0 and 1")

@@ -47,7 +47,10 @@ class Prompt:
         self._say(order)
 
     def answer(self) -> str | None:
-        """The line that was typed since the question, None while there is none. Raises: LinkLost, DeviceNonsense."""
+        """Return the line that was typed since the question, None while there is none.
+
+        Raises: LinkLost, DeviceNonsense.
+        """
         while more := self._stream.read(self._stream.clock.monotonic_s()):
             self._typed += more
         if len(self._typed) > _LONGEST_ANSWER:
@@ -144,6 +147,6 @@ class ManualAxis:
 
 
 def connect(axes: Mapping[str, ManualSettings], stream: ByteStream) -> dict[str, ManualAxis]:
-    """The axes that one operator sets."""
+    """Return the axes that one operator sets."""
     prompt = Prompt(stream)
     return {name: ManualAxis(name, settings, prompt) for name, settings in axes.items()}

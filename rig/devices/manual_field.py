@@ -73,5 +73,5 @@ class ManualField:
 
 
 def connect(name: str, settings: FieldSettings, stream: ByteStream) -> ManualField:
-    """The field that one operator applies."""
+    """Return the field that one operator applies."""
     return ManualField(name, settings, Prompt(stream))

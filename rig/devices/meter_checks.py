@@ -30,7 +30,7 @@ class MeterChecks(StrictTable):
     """What a reading beyond its limit does: ``hold`` goes on when a person says so and the next reading is good."""
 
     def places(self) -> dict[str, int | None]:
-        """``short`` and ``reference`` to where they are, None where there is none."""
+        """Return where ``short`` and ``reference`` are, None where there is none."""
         raise NotImplementedError
 
     @property
@@ -48,7 +48,10 @@ class MeterChecks(StrictTable):
         return self
 
     def refuse_conflicts(self, used: Iterable[int], ranges_v: Iterable[float]) -> None:
-        """Raises: ValueError where a check's channel is a sensor's, or no used range holds the reference."""
+        """Refuse checks that conflict with the channels in use.
+
+        Raises: ValueError where a check's channel is a sensor's, or no used range holds the reference.
+        """
         taken = set(used)
         for name, place in self.places().items():
             if place in taken:
@@ -59,7 +62,7 @@ class MeterChecks(StrictTable):
 
 
 def reference_range_v(reference_v: float, ranges_v: Iterable[float]) -> float | None:
-    """The smallest used range that holds the reference."""
+    """Return the smallest used range that holds the reference."""
     return min((range_v for range_v in ranges_v if OVER_RANGE * range_v >= abs(reference_v)), default=None)
 
 

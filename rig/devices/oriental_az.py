@@ -78,7 +78,7 @@ class OrientalAzAxis:
         self._has_sentinel = False
 
     def identify(self) -> str:
-        """The driver tells no name: what is told is its unit and that its registers answer."""
+        """Return the driver's unit and that its registers answer: it tells no name."""
         return f"Oriental AZ, unit {self._settings.axis}, current {self._current() / 10:g} %"
 
     def check_target(self, target_deg: float) -> None:
@@ -101,8 +101,11 @@ class OrientalAzAxis:
         self._start(lambda: self._operate(operation), lambda: False)
 
     def home(self) -> None:
-        """Return to home at speed (ZHOME). The alarm of a host that fell silent is reset, since its cause is known,
-        and what is left of that host's watchdog is taken away."""
+        """Return to home at speed (ZHOME).
+
+        The alarm of a host that fell silent is reset, since its cause is known, and what is left of that host's
+        watchdog is taken away.
+        """
         if self._has_noticed() and self.watchdog_s is not None:
             self.disarm_watchdog()
         self._require_no_alarm("home")
@@ -125,7 +128,7 @@ class OrientalAzAxis:
         self._input(wire.STOP, idempotent=True)
 
     def stop_steps(self) -> Sequence[StopStep]:
-        """The input switched on, and off again, as :meth:`stop` does."""
+        """Return the frames that switch the input on, and off again, as :meth:`stop` does."""
         return tuple(
             StopStep(self._modbus.write_frame(wire.INPUTS, wire.words(bits)), GAP_S) for bits in (wire.STOP, 0)
         )
@@ -135,7 +138,10 @@ class OrientalAzAxis:
         self._input(wire.ALARM_RESET, idempotent=True)
 
     def arm_watchdog(self, wait: Wait) -> str:
-        """A silence of an earlier host that died has left its alarm: that one is reset, any other is a fault."""
+        """Arm and prove the watchdog.
+
+        A silence of an earlier host that died has left its alarm: that one is reset, any other is a fault.
+        """
         assert self.watchdog_s is not None
         self._has_noticed()
         self._require_no_alarm("arm the watchdog")
@@ -154,7 +160,7 @@ class OrientalAzAxis:
         self._write_silence(0.0)
 
     def _has_noticed(self) -> bool:
-        """Whether the alarm of a silent master stands; it is reset."""
+        """Return whether the alarm of a silent master stands; it is reset."""
         if self._status()[1] != wire.SILENCE_ALARM:
             return False
         self.reset_alarm()
@@ -202,7 +208,7 @@ class OrientalAzAxis:
             raise DeviceFault(f"{self.name}: {task}: {_told(alarm)}; nothing moved; find its cause and reset it")
 
     def _status(self) -> tuple[int, int]:
-        """Outputs and alarm."""
+        """Return outputs and alarm."""
         outputs, alarm = self._read(wire.OUTPUTS, 2)
         return outputs, alarm
 
@@ -210,7 +216,7 @@ class OrientalAzAxis:
         return self._read(wire.POSITION, 3)[0]
 
     def _current(self) -> int:
-        """The operating current; the first look makes it the line's sentinel."""
+        """Return the operating current; the first look makes it the line's sentinel."""
         (current,) = self._read(wire.CURRENT, 1)
         if not self._has_sentinel:
             self._modbus.set_sentinel(wire.CURRENT + 1, current & 0xFFFF)
@@ -218,7 +224,10 @@ class OrientalAzAxis:
         return current
 
     def _read(self, address: int, values: int) -> list[int]:
-        """So many values of 32 bits. Every question here has a number of its own: a late answer fits no other."""
+        """Read so many values of 32 bits.
+
+        Every question here has a number of its own: a late answer fits no other.
+        """
         with self._turn:
             words = self._modbus.read_holding(address, 2 * values)
         return [wire.value_of(words[place], words[place + 1]) for place in range(0, 2 * values, 2)]
@@ -237,7 +246,7 @@ class OrientalAzAxis:
 
 
 def connect(axes: Mapping[str, OrientalAzSettings], stream: ByteStream) -> dict[str, OrientalAzAxis]:
-    """The drivers of one line."""
+    """Return the drivers of one line."""
     turn = RLock()
     return {name: OrientalAzAxis(name, settings, _master(settings, stream), turn) for name, settings in axes.items()}
 

@@ -56,7 +56,7 @@ def look(ask_angle_deg: Callable[[], float], clock: Clock) -> TurnLook:
 
 
 def measured_rate(first: TurnLook, last: TurnLook) -> MeasuredRate:
-    """The mean rate between two looks. Raises: RequestRefused where no time passed between them."""
+    """Return the mean rate between two looks. Raises: RequestRefused where no time passed between them."""
     elapsed_s = last.taken_s - first.taken_s
     if not elapsed_s > 0.0:
         raise RequestRefused(f"measured rate: {elapsed_s:g} s between the two looks; look again later")

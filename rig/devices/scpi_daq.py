@@ -124,7 +124,7 @@ class ScpiDaqSettings(ReadoutSettings):
         return self
 
     def ranges_v(self) -> list[float]:
-        """Every range that a channel uses, as often as it does."""
+        """Return every range that a channel uses, as often as it does."""
         return [entry.range_v for entry in self.channels.values()]
 
     def channel_names(self) -> tuple[str, ...]:
@@ -197,7 +197,7 @@ class ScpiDaqReadout:
         return self._settings.reading_s(nplc)
 
     def checks(self) -> Mapping[str, float]:
-        """Nothing: the unit offers no temperature of its own."""
+        """Return nothing: the unit offers no temperature of its own."""
         return {}
 
     def needs_check(self) -> bool:
@@ -233,7 +233,10 @@ class ScpiDaqReadout:
         return cycles
 
     def _configure(self) -> None:
-        """What no burst changes: readings without unit, time and alarm, with their channel; swept at once."""
+        """Set up what no burst changes.
+
+        Readings without unit, time and alarm, with their channel; swept at once.
+        """
         echo = self._settings.channel_echo
         for command, state in ((b"UNIT", 0), (b"TIME", 0), (b"ALAR", 0), (b"CHAN", int(echo))):
             self._line.tell(b"FORM:READ:%s %d" % (command, state))
@@ -264,7 +267,7 @@ class ScpiDaqReadout:
         self._set_up_for = wanted
 
     def _scan(self, channel: int, cycles: float, samples: int, wait: Wait) -> tuple[NDArray[np.float64], float]:
-        """All readings of one burst, volts, shape (samples,), and when it was started, rig seconds."""
+        """Read one burst: all readings, volts, shape (samples,), and when it was started, rig seconds."""
         self._line.tell(b"INIT")
         started_s = self._clock.monotonic_s()
         burst_s = samples * self._settings.reading_s(cycles)
@@ -347,7 +350,7 @@ class ScpiDaqReadout:
 
     @contextmanager
     def _quiet_unless_done(self) -> Iterator[None]:
-        """Whatever ends a burst early leaves the unit at rest and everything to be set up again."""
+        """Leave the unit at rest and everything to be set up again, whatever ends a burst early."""
         needs_stop = True
         try:
             yield

@@ -29,8 +29,11 @@ class RowReader:
         self._foreign = 0
 
     def begin(self, received: bytes | None = None) -> None:
-        """Count from here. ``received`` starts with a whole line; None: what waits is dropped, and so is everything
-        up to the first line feed."""
+        """Count from here.
+
+        ``received`` starts with a whole line; None: what waits is dropped, and so is everything up to the first line
+        feed.
+        """
         self.rows = self._foreign = 0
         self._is_aligned = received is not None
         self._received = received or b""
@@ -38,7 +41,7 @@ class RowReader:
             self._stream.discard_input()
 
     def take(self) -> Rows:
-        """What came since. Raises: DeviceNonsense where nothing that comes is a row, LinkLost."""
+        """Return what came since. Raises: DeviceNonsense where nothing that comes is a row, LinkLost."""
         self._received += self._stream.discard_input()
         if not self._is_aligned:
             begun, feed, rest = self._received.partition(b"\n")
@@ -73,7 +76,10 @@ class Wrapping:
     unit: float = 1.0
 
     def unwrapped(self, raw: Floats, last: float | None) -> Floats:
-        """Going on from ``last`` (unwrapped, in raw units): a step is the shortest that leads there."""
+        """Return the counts unwrapped, going on from ``last`` (unwrapped, in raw units).
+
+        A step is the shortest that leads there.
+        """
         if self.modulus is None or not raw.size:
             return raw
         begin = float(raw[0]) if last is None else last
@@ -83,26 +89,29 @@ class Wrapping:
 
 
 def count_gaps(counts: Floats, last: float | None) -> tuple[StreamGap, ...]:
-    """Where unwrapped counts do not go up by one."""
+    """Return where unwrapped counts do not go up by one."""
     steps, offset = _steps(counts, last)
     places = np.flatnonzero(steps != 1.0)
     return tuple(_count_gap(int(place) + offset, float(steps[place])) for place in places)
 
 
 def time_gaps(times_s: Floats, last_s: float | None, rate_hz: float) -> tuple[StreamGap, ...]:
-    """Where device time does not go on by about a sample interval."""
+    """Return where device time does not go on by about a sample interval."""
     steps_s, offset = _steps(times_s, last_s)
     places = np.flatnonzero((steps_s <= 0.0) | (steps_s * rate_hz > 1.5))
     return tuple(_time_gap(int(place) + offset, float(steps_s[place]), rate_hz) for place in places)
 
 
 def refusal_gaps(refused: tuple[Refusal, ...]) -> tuple[StreamGap, ...]:
-    """For streams without count and time: a line that is no sample may have been one, or two that ran together."""
+    """Return the gaps of a stream without count and time.
+
+    A line that is no sample may have been one, or two that ran together.
+    """
     return tuple(StreamGap(refusal.before, None, refusal.why) for refusal in refused)
 
 
 def _steps(values: Floats, last: float | None) -> tuple[Floats, int]:
-    """Steps to each value, and the index of the value that the first step leads to."""
+    """Return steps to each value, and the index of the value that the first step leads to."""
     if last is None:
         return np.diff(values), 1
     return np.diff(np.concatenate([[last], values])), 0

@@ -110,13 +110,13 @@ def nearest_targets_deg(axis: Positioning, target_deg: float) -> tuple[float, ..
 
 
 def nearest_step(step: float, limits: tuple[float, float]) -> int:
-    """The whole step of a machine nearest to ``step`` and not beyond ``limits``, given in steps in any order."""
+    """Return the whole step of a machine nearest to ``step`` and not beyond ``limits``, given in steps in any order."""
     low, high = sorted(limits)
     return min(max(round(step), math.ceil(low - _GRID_TOLERANCE)), math.floor(high + _GRID_TOLERANCE))
 
 
 def is_on_increment(table_deg: float, increment_deg: float) -> bool:
-    """True for a multiple of the increment, and always on a continuous axis (increment 0)."""
+    """Return whether an angle is a multiple of the increment, always so on a continuous axis (increment 0)."""
     if increment_deg == 0.0:
         return True
     teeth = table_deg / increment_deg

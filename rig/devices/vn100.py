@@ -89,7 +89,7 @@ class Vn100:
         """Behind the last answer: the beginning of the stream."""
 
     def identify(self) -> str:
-        """Model, serial number and firmware; streaming pauses and is not resumed."""
+        """Return model, serial number and firmware; streaming pauses and is not resumed."""
         self._command(wire.PAUSE)
         model, serial, firmware = (self._read(number) for number in (wire.MODEL, wire.SERIAL, wire.FIRMWARE))
         return f"VectorNav {model}, serial {serial}, firmware {firmware}"
@@ -123,7 +123,7 @@ class Vn100:
         return wire.parse_rows(piece, self._settings.output, self._pattern)
 
     def _require_content(self, rows: Rows) -> None:
-        """The unit reports its own troubles between the samples. Raises: DeviceFault."""
+        """Refuse troubles that the unit reports between the samples. Raises: DeviceFault."""
         for refusal in rows.refused:
             if refusal.line.startswith(b"$VNERR"):
                 raise DeviceFault(
@@ -158,7 +158,7 @@ class Vn100:
         raise AssertionError("a command is sent at least once")
 
     def _answer(self, payload: bytes) -> list[str]:
-        """The line that repeats command and register; streamed lines and damaged ones are passed over."""
+        """Return the line that repeats command and register; streamed lines and damaged ones are passed over."""
         deadline_s = self._stream.clock.monotonic_s() + TIMEOUT_S
         received = b""
         while more := self._stream.read(deadline_s):
@@ -189,7 +189,7 @@ class Vn100:
 
 
 def _is_answer(parts: list[str], asked: list[str]) -> bool:
-    """Same command, same register: ``VNRRG,01`` answers ``VNRRG,1``."""
+    """Return whether command and register are the same: ``VNRRG,01`` answers ``VNRRG,1``."""
     return parts[0] == asked[0] and len(parts) > 1 and parts[1].isdecimal() and int(parts[1]) == int(asked[1])
 
 
@@ -205,5 +205,5 @@ def _listed(numbers: tuple[int, ...]) -> str:
 
 
 def connect(name: str, settings: Vn100Settings, stream: ByteStream, clock: Clock) -> Vn100:
-    """The unit behind a stream."""
+    """Return the unit behind a stream."""
     return Vn100(name, settings, stream, clock)

@@ -15,7 +15,10 @@ UNNOTICED, NOTICED = 0.5, 1.25
 
 
 def prove(name: str, watchdog_s: float, has_noticed: Callable[[], bool], wait: Wait, remedy: str) -> str:
-    """Be silent twice; what was seen. ``has_noticed`` asks, and thereby speaks. Raises: DeviceFault."""
+    """Be silent twice; return what was seen.
+
+    ``has_noticed`` asks, and thereby speaks. Raises: DeviceFault.
+    """
     wait(UNNOTICED * watchdog_s)
     if has_noticed():
         raise DeviceFault(

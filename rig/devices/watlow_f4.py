@@ -91,5 +91,5 @@ class WatlowF4:
 
 
 def connect(name: str, settings: WatlowF4Settings, stream: ByteStream) -> WatlowF4:
-    """The chamber behind a stream."""
+    """Return the chamber behind a stream."""
     return WatlowF4(name, settings, ModbusRtu(stream, settings.unit, baud_rate=settings.baud_rate))

@@ -149,7 +149,10 @@ class WatlowF4T:
         return self._limits_degc
 
     def _guard(self, address: int, constant: Sequence[int]) -> None:
-        """On RTU, where replies have no number, a word of the upper limit must answer rightly after every doubt."""
+        """Guard replies on RTU, where they have no number.
+
+        A word of the upper limit must answer rightly after every doubt.
+        """
         if isinstance(self._registers, ModbusRtu):
             place = 0 if constant[0] else 1
             self._registers.set_sentinel(address + place, constant[place])
@@ -198,7 +201,7 @@ def _float(words: Sequence[int], order: WordOrder) -> float:
 
 
 def connect(name: str, settings: WatlowF4TSettings, stream: ByteStream) -> WatlowF4T:
-    """The chamber behind a stream."""
+    """Return the chamber behind a stream."""
     registers: Registers
     if settings.transport == "tcp":
         registers = ModbusTcp(stream, settings.unit)

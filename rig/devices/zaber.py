@@ -99,7 +99,7 @@ class ZaberAxis:
         self._is_prepared = False
 
     def identify(self) -> str:
-        """Raises: DeviceSilent, DeviceNonsense, LinkLost."""
+        """Return who the stage says it is. Raises: DeviceSilent, DeviceNonsense, LinkLost."""
         names = ("deviceid", "system.serial", "version")
         device_id, serial, version = (self._chain.ask(self._settings.axis, 0, f"get {name}").data for name in names)
         return f"Zaber device {device_id}, serial {serial}, firmware {version}, number {self._settings.axis}"
@@ -199,7 +199,7 @@ class ZaberAxis:
 
 
 def connect(axes: Mapping[str, ZaberSettings], stream: ByteStream) -> dict[str, ZaberAxis]:
-    """The stages of one chain, which share its line."""
+    """Return the stages of one chain, which share its line."""
     first = next(iter(axes.values()))
     exchange = Exchange(
         stream,
@@ -212,5 +212,5 @@ def connect(axes: Mapping[str, ZaberSettings], stream: ByteStream) -> dict[str, 
 
 
 def _is_harmless(warning: str) -> bool:
-    """None, not referenced, or a note (N…) such as an interrupted move."""
+    """Return whether a warning is none, not referenced, or a note (N…) such as an interrupted move."""
     return warning == wire.NO_WARNING or warning in wire.UNREFERENCED or warning.startswith("N")

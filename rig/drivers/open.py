@@ -22,23 +22,23 @@ def open_axes(axes: Mapping[str, AxisSettings], lines: Lines) -> Mapping[str, Ax
 
 
 def open_readout(name: str, settings: ReadoutSettings, lines: Lines, clock: Clock) -> Readout:
-    """Raises: DescriptionError, LinkLost, DeviceSilent, DeviceNonsense."""
+    """Open a readout by its driver. Raises: DescriptionError, LinkLost, DeviceSilent, DeviceNonsense."""
     driver = part_of(settings.driver, lambda driver: driver.readout, f"readouts.{name}")
     return driver.open(name, settings, lines, clock)
 
 
 def open_environment(name: str, settings: EnvironmentSettings, lines: Lines) -> Environment:
-    """Raises: DescriptionError, LinkLost."""
+    """Open an environment by its driver. Raises: DescriptionError, LinkLost."""
     driver = part_of(settings.driver, lambda driver: driver.environment, f"environment.{name}")
     return driver.open(name, settings, lines)
 
 
 def open_sample_stream(name: str, settings: StreamSettings, lines: Lines, clock: Clock) -> Stream:
-    """Raises: DescriptionError, LinkLost."""
+    """Open a stream of samples by its driver. Raises: DescriptionError, LinkLost."""
     driver = part_of(settings.driver, lambda driver: driver.stream, f"streams.{name}")
     return driver.open(name, settings, lines, clock)
 
 
 def open_field(name: str, settings: FieldSettings, lines: Lines) -> Field:
-    """Raises: DescriptionError, LinkLost."""
+    """Open a field by its driver. Raises: DescriptionError, LinkLost."""
     return part_of(settings.driver, lambda driver: driver.field, f"field.{name}").open(name, settings, lines)

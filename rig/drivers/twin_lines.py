@@ -34,7 +34,7 @@ class TwinLine:
 
 
 def axis_lines(axes: Mapping[str, AxisSettings]) -> list[tuple[str, ...]]:
-    """Names of the axes that share a line: same driver and port, each with a number of its own.
+    """Return the names of the axes that share a line: same driver and port, each with a number of its own.
 
     Twins with equal numbers are two controllers; at real ports the rig file is refused for that.
     """
@@ -52,7 +52,9 @@ def axis_lines(axes: Mapping[str, AxisSettings]) -> list[tuple[str, ...]]:
 
 
 def twin_lines(description: RigDescription, world: World, time_factor: float = 1.0) -> list[TwinLine]:
-    """The lines of every device whose port says ``twin``. ``time_factor``: rig seconds in a second of the line.
+    """Return the lines of every device whose port says ``twin``.
+
+    ``time_factor``: rig seconds in a second of the line.
 
     Raises: DescriptionError where a driver has no twin.
     """

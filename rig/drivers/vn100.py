@@ -16,7 +16,7 @@ def _open(name: str, settings: Vn100Settings, lines: Lines, clock: Clock) -> Str
 
 
 def _twin(name: str, _settings: Vn100Settings, source: StrappedDown) -> Twin:
-    """The driver sets the unit up, so that its settings do not matter here."""
+    """Return the twin of a unit; its driver sets it up, so that the settings do not matter here."""
     return Vn100Twin(name, source)
 
 

@@ -85,7 +85,7 @@ class Line:
             CLOCK.sleep(step.get("pause_s", 0.0))
 
     def _aimed(self, question: bytes, aim: dict[str, Any]) -> bytes:
-        """A servo stops where it is told to be what it is now."""
+        """Return the order that makes a servo's present position its target."""
         for _ in range(TIMES):
             while select.select([self.descriptor], [], [], 0.0)[0] and os.read(self.descriptor, 4096):
                 pass
@@ -163,7 +163,7 @@ class Guard:
                 return
 
     def hear(self) -> bool:
-        """False after a goodbye. An end without one is a death."""
+        """Take what the engine says; False after a goodbye. An end without one is a death."""
         try:
             data, descriptors, _, _ = socket.recv_fds(self.channel, 65536, 64)
         except OSError:
@@ -192,7 +192,7 @@ class Guard:
         return True
 
     def take(self, lines: list[dict[str, Any]]) -> None:
-        """The lines as they are open now; those before are given back."""
+        """Hold the lines as they are open now; those before are given back."""
         for line in self.lines:
             line.release()
         taken, self.descriptors = self.descriptors[: len(lines)], self.descriptors[len(lines) :]
@@ -284,7 +284,7 @@ class Guard:
 
 
 def state_of(pid: int) -> str:
-    """The letter of a process' state where the system tells it; T is stopped."""
+    """Return the letter of a process' state where the system tells it; T is stopped."""
     try:
         with open(f"/proc/{pid}/stat", "rb") as file:
             return file.read().rpartition(b")")[2].split()[0].decode()

@@ -46,8 +46,11 @@ class GuardedLine:
 
 
 class StopGuard:
-    """Of one open rig over real ports, over all its reconnections. ``rig``: what others find it by; ``folder``: where
-    they look; ``record``: the file in which it writes what it did. The process begins with the first motion."""
+    """Guard one open rig over real ports, over all its reconnections.
+
+    ``rig``: what others find it by; ``folder``: where
+    they look; ``record``: the file in which it writes what it did. The process begins with the first motion.
+    """
 
     def __init__(self, record: Path, rig: Mapping[str, str], folder: Path | None, clock: Clock) -> None:
         self._record = record
@@ -74,7 +77,7 @@ class StopGuard:
         self._rig["run"] = str(run_dir.resolve())
 
     def hold(self, lines: Sequence[GuardedLine]) -> None:
-        """The lines as they are open now."""
+        """Hold the lines as they are open now."""
         with self._turn:
             self._lines = tuple(lines)
             if self._channel is not None:
@@ -103,7 +106,7 @@ class StopGuard:
                 self._begin()
 
     def beat(self, moving: Sequence[str]) -> None:
-        """A sign of life, and what moves now."""
+        """Give a sign of life, and say what moves now."""
         with self._turn:
             if self._channel is None:
                 return

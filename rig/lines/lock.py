@@ -93,7 +93,7 @@ def owner_of(resource: str, *, folder: Path | None = None) -> LockOwner | None:
 
 
 def owners(*, folder: Path | None = None) -> list[LockOwner]:
-    """Everybody who holds something now."""
+    """Return everybody who holds something now."""
     found = (_holder(path) for path in sorted((folder or lock_folder()).glob("*.lock")))
     return [owner for owner in found if owner is not None]
 
@@ -118,8 +118,10 @@ def canonical(resource: str) -> str:
 
 
 def identity_of(resource: str) -> str:
-    """Return what a resource is, whatever it is called: a host's address for its name, a device's numbers for its
-    path. By any scheme, a port of a host is one thing."""
+    """Return what a resource is, whatever it is called.
+
+    It is a host's address for its name, a device's numbers for its path. By any scheme, a port of a host is one thing.
+    """
     if network := _NETWORK.match(canonical(resource)):
         return f"tcp {address_of(network['host'].strip('[]'))} {network['port']}"
     path = Path(canonical(resource))
@@ -190,7 +192,7 @@ def _holder(path: Path) -> LockOwner | None:
 
 
 def _owner(path: Path) -> LockOwner | None:
-    """What the newest text of a living process beside it says; None where none is whole (it is just being written)."""
+    """Return what the newest text of a living process beside it says; None where none is whole."""
     found = []
     for text in path.parent.glob(f"{path.stem}.*.owner"):
         with suppress(OSError, ValueError, TypeError):

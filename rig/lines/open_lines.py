@@ -37,7 +37,10 @@ class Lines:
     def stream(
         self, key: str, port: str, baud_rate: int = 9600, *, parity: str = "N", rts_cts: bool = False
     ) -> ByteStream:
-        """The line to ``port``; a twin's is in memory and its own. Raises: LinkLost, RigBusy, RequestRefused."""
+        """Return the line to ``port``; a twin's is in memory and its own.
+
+        Raises: LinkLost, RigBusy, RequestRefused.
+        """
         name = f"twin of {key}" if port == TWIN_PORT else canonical(port)
         if name not in self._streams:
             stream = CountedStream(self._source(key, lambda: self._open(key, port, baud_rate, parity, rts_cts)))
@@ -47,16 +50,22 @@ class Lines:
         return self._streams[name]
 
     def counts(self) -> dict[str, ExchangeCounts]:
-        """What happened so far, by the table that opened the line, and by device where there are several on it."""
+        """Return what happened so far, by the table that opened the line.
+
+        It is by device where there are several on it.
+        """
         return {name: one for key, stream in self._counted.items() for name, one in stream.by_slave(key).items()}
 
     def descriptor(self, port: str) -> int | None:
-        """What the system knows an open port by; None where it is none of the system's (a twin, a terminal)."""
+        """Return what the system knows an open port by; None where it is none of the system's (a twin, a terminal)."""
         stream = self._opened_ports.get(canonical(port))
         return stream.descriptor() if isinstance(stream, SerialStream | SocketStream) else None
 
     def bus(self, key: str, resource: GpibResource) -> GpibBus:
-        """The controller that carries an instrument. Raises as :meth:`stream`, and DeviceSilent, DeviceNonsense."""
+        """Return the controller that carries an instrument.
+
+        Raises as :meth:`stream`, and DeviceSilent, DeviceNonsense.
+        """
         place = (key if resource.carrier == "twin" else resource.carrier, resource.port)
         if place not in self._buses:
             self._buses[place] = self._open_bus(key, resource)

@@ -22,7 +22,10 @@ class ByteStream(Protocol):
         """Send all of ``data``. Raises: LinkLost, LinkClosed."""
 
     def read(self, deadline_s: float) -> bytes:
-        """At least one byte as soon as there is one, or ``b""`` at the deadline. Raises: LinkLost, LinkClosed."""
+        """Read at least one byte as soon as there is one, or ``b""`` at the deadline.
+
+        Raises: LinkLost, LinkClosed.
+        """
 
     def discard_input(self) -> bytes:
         """Take whatever is waiting without waiting for more. Raises: LinkLost, LinkClosed."""
@@ -32,5 +35,5 @@ class ByteStream(Protocol):
 
 
 def named(url: str, owner: str) -> str:
-    """What messages call a line: its device and its port, or the port alone."""
+    """Return what messages call a line: its device and its port, or the port alone."""
     return f"{owner} at {url}" if owner else url

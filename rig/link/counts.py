@@ -40,7 +40,10 @@ class CountedStream:
         self.close = stream.close
 
     def by_slave(self, name: str) -> dict[str, ExchangeCounts]:
-        """What ``name`` is called where it is one of several; a single device is the line."""
+        """Return the counts by device.
+
+        A device is called ``name`` and its own where it is one of several; a single device is the line.
+        """
         if len(self.slaves) <= 1 and not self.counts.asked:
             return {name: next(iter(self.slaves.values()), self.counts)}
         line = {name: self.counts} if self.counts.asked or not self.slaves else {}
@@ -48,7 +51,7 @@ class CountedStream:
 
 
 def counts_of(stream: ByteStream, slave: str = "") -> ExchangeCounts:
-    """Those of the line, or of one device of several on it, where it carries some, else new ones."""
+    """Return the counts of the line, or of one device of several on it, where it carries some, else new ones."""
     if not isinstance(stream, CountedStream):
         return ExchangeCounts()
     return stream.slaves.setdefault(slave, ExchangeCounts()) if slave else stream.counts

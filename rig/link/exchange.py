@@ -95,13 +95,16 @@ class Exchange:
         raise AssertionError("a question is asked at least once")
 
     def take_waiting(self) -> bytes:
-        """Bytes nobody asked for, taken and counted."""
+        """Take bytes nobody asked for, and count them."""
         waiting = self.stream.discard_input()
         self.counts.stale_bytes += len(waiting)
         return waiting
 
     def doubt(self) -> None:
-        """The next question must first bring the line to a known state: something went wrong above this exchange."""
+        """Doubt the line: the next question must first bring it to a known state.
+
+        Something went wrong above this exchange.
+        """
         self._is_in_doubt = True
 
     def wait_for_quiet(self) -> None:
@@ -131,7 +134,7 @@ class Exchange:
         self.counts.stale_bytes -= len(sentinel)
 
     def read_line(self, timeout_s: float, waited_for: bytes) -> bytes:
-        """The next line without its terminator (``waited_for`` is for messages).
+        """Read the next line without its terminator (``waited_for`` is for messages).
 
         Raises: DeviceSilent, DeviceNonsense.
         """
@@ -149,7 +152,10 @@ class Exchange:
                 raise self._nonsense(waited_for, buffer, f"no terminator {self._terminator!r} in {len(buffer)} bytes")
 
     def read_bytes(self, length: int, timeout_s: float, waited_for: bytes) -> bytes:
-        """A reply of so many bytes (``waited_for`` is for messages). Raises: DeviceSilent, DeviceNonsense."""
+        """Read a reply of so many bytes (``waited_for`` is for messages).
+
+        Raises: DeviceSilent, DeviceNonsense.
+        """
         deadline_s = self.stream.clock.monotonic_s() + timeout_s
         buffer = b""
         while len(buffer) < length:
@@ -201,5 +207,5 @@ class Exchange:
 
 
 def shown(data: bytes, longest: int = 60) -> str:
-    """Bytes for a message: printable and short."""
+    """Return bytes for a message: printable and short."""
     return repr(data) if len(data) <= longest else f"{data[:longest]!r}… ({len(data)} bytes)"

@@ -63,27 +63,27 @@ def hang_up(data: bytes) -> tuple[Part, ...]:
 
 
 def delay(delay_s: float) -> Fault:
-    """The piece arrives late and may be overtaken."""
+    """Let the piece arrive late; it may be overtaken."""
     return lambda data: (Part(data, delay_s),)
 
 
 def stall(delay_s: float) -> Fault:
-    """The line stops: the piece and all that follows arrive no earlier than ``delay_s`` from now."""
+    """Stop the line: the piece and all that follows arrive no earlier than ``delay_s`` from now."""
     return lambda data: (Part(data, delay_s, stalls=True),)
 
 
 def duplicate(delay_s: float = 0.0) -> Fault:
-    """The piece arrives, and again ``delay_s`` later."""
+    """Let the piece arrive, and again ``delay_s`` later."""
     return lambda data: (Part(data), Part(data, delay_s))
 
 
 def truncate(keep: int) -> Fault:
-    """Only the first ``keep`` bytes arrive."""
+    """Let only the first ``keep`` bytes arrive."""
     return lambda data: (Part(data[:keep]),)
 
 
 def split(at: int, delay_s: float) -> Fault:
-    """The piece arrives in two parts, the second ``delay_s`` later."""
+    """Let the piece arrive in two parts, the second ``delay_s`` later."""
     return lambda data: (Part(data[:at]), Part(data[at:], delay_s))
 
 
@@ -92,12 +92,12 @@ def prepend(stale: bytes) -> Fault:
 
 
 def replace(other: bytes) -> Fault:
-    """Other bytes arrive instead: the answer to an earlier question, a boot banner."""
+    """Let other bytes arrive instead: the answer to an earlier question, a boot banner."""
     return lambda _data: (Part(other),)
 
 
 def flip_bit(position: int, bit: int) -> Fault:
-    """One bit of the byte at ``position`` (from the end when negative) is turned over."""
+    """Turn over one bit of the byte at ``position`` (from the end when negative)."""
 
     def flipped(data: bytes) -> tuple[Part, ...]:
         damaged = bytearray(data)

@@ -23,7 +23,7 @@ class GpibBus(Protocol):
     """Time-outs are in this clock's seconds."""
 
     def identify(self) -> str:
-        """What carries the bus, for the record."""
+        """Return what carries the bus, for the record."""
 
     def send(self, address: int, message: bytes) -> None:
         """Make the instrument listen to ``message``."""
@@ -43,13 +43,13 @@ class GpibBus(Protocol):
         """
 
     def serial_poll(self, address: int) -> int:
-        """The status byte. Raises: DeviceSilent, DeviceNonsense."""
+        """Return the status byte. Raises: DeviceSilent, DeviceNonsense."""
 
     def clear(self, address: int) -> None:
-        """Selected device clear."""
+        """Send a selected device clear."""
 
     def unasked_bytes(self) -> int:
-        """How many bytes came so far that nobody asked for, those that wait now included."""
+        """Return how many bytes came so far that nobody asked for, those that wait now included."""
 
     def close(self) -> None: ...
 
@@ -70,7 +70,7 @@ class GpibResource:
 
 
 def parse_resource(text: str, twin_address: int) -> GpibResource:
-    """A ``resource`` of a rig file. Raises: RequestRefused with the allowed forms."""
+    """Return a ``resource`` of a rig file. Raises: RequestRefused with the allowed forms."""
     if text == "twin":
         return GpibResource("twin", "twin", twin_address)
     try:
@@ -87,12 +87,15 @@ def parse_resource(text: str, twin_address: int) -> GpibResource:
 
 
 def port_of(resource: str) -> str:
-    """The port behind any ``resource`` of a rig file: of its adapter, or itself where it is a stream's address."""
+    """Return the port behind any ``resource`` of a rig file.
+
+    It is that of its adapter, or itself where it is a stream's address.
+    """
     return parse_resource(resource, 0).port if resource == "twin" or is_on_a_bus(resource) else resource
 
 
 def is_on_a_bus(resource: str) -> bool:
-    """Whether a ``resource`` names an instrument on a GPIB bus."""
+    """Return whether a ``resource`` names an instrument on a GPIB bus."""
     return resource.startswith(("prologix+", "visa:"))
 
 

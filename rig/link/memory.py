@@ -19,10 +19,13 @@ class Peer(Protocol):
         """Take ``data``, which arrived at ``now_s``."""
 
     def transmit(self, now_s: float) -> bytes:
-        """Everything due by ``now_s`` that was not taken yet; ``b""`` when nothing is."""
+        """Return everything due by ``now_s`` that was not taken yet; ``b""`` when nothing is."""
 
     def next_event_s(self) -> float | None:
-        """When :meth:`transmit` should be asked again, later than it was last asked; None when nothing is pending."""
+        """Return when :meth:`transmit` should be asked again, later than it was last asked.
+
+        None when nothing is pending.
+        """
 
 
 @dataclass(slots=True)

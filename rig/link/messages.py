@@ -25,7 +25,7 @@ class MessageLine(Protocol):
     """Time-outs are in this clock's seconds."""
 
     def identify(self) -> str:
-        """What carries the messages, for the record; empty where nothing stands between."""
+        """Return what carries the messages, for the record; empty where nothing stands between."""
 
     def tell(self, message: bytes) -> None:
         """Send what has no answer."""

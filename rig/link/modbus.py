@@ -47,7 +47,10 @@ class ModbusRtu:
         patience: Patience | None = None,
         gap_s: float | None = None,
     ) -> None:
-        """``gap_s``: silence before each question, None for the 3.5 characters of the rule."""
+        """Take the line.
+
+        ``gap_s``: silence before each question, None for the 3.5 characters of the rule.
+        """
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # it logs whole frames as errors
         self.stream = stream
         self.counts = counts_of(stream, f"unit {unit}")
@@ -59,23 +62,31 @@ class ModbusRtu:
         self._is_in_doubt = True
 
     def set_sentinel(self, address: int, value: int) -> None:
-        """A register whose value never changes: after a doubt it must answer so before anything else is believed."""
+        """Name a register whose value never changes.
+
+        After a doubt it must answer so before anything else is believed.
+        """
         self._sentinel = (address, value)
 
     def read_holding(self, address: int, count: int = 1) -> tuple[int, ...]:
-        """``count`` holding registers from ``address`` (function 3).
+        """Read ``count`` holding registers from ``address`` (function 3).
 
         Raises: DeviceSilent, DeviceNonsense, DeviceRefused, DeviceFault, LinkLost.
         """
         return self._repeated(lambda: self._read(address, count))
 
     def write_register(self, address: int, value: int) -> None:
-        """One register (function 6), whose echo must repeat address and value. Raises as :meth:`read_holding`."""
+        """Write one register (function 6), whose echo must repeat address and value.
+
+        Raises as :meth:`read_holding`.
+        """
         self._repeated(lambda: self._write(address, value))
 
     def write_registers(self, address: int, values: Sequence[int], *, idempotent: bool = True) -> None:
-        """Registers from ``address`` on (function 16), acknowledged; where that starts something
-        (``idempotent`` false), sent once only. Raises as :meth:`read_holding`."""
+        """Write registers from ``address`` on (function 16), acknowledged.
+
+        Where that starts something (``idempotent`` false), it is sent once only. Raises as :meth:`read_holding`.
+        """
         attempts = self._patience.attempts if idempotent else 1
         self._repeated(lambda: self._write_many(address, list(values)), attempts)
 
@@ -102,7 +113,7 @@ class ModbusRtu:
             raise self._nonsense(request, f"it acknowledges register {reply.address}, {reply.count} of them")
 
     def _repeated(self, question: Callable[[], _Answer], attempts: int | None = None) -> _Answer:
-        """Registers may be read twice, and absolute values written twice: ask again after silence or nonsense."""
+        """Ask again after silence or nonsense: registers may be read twice, and absolute values written twice."""
         attempts = attempts or self._patience.attempts
         for attempt in range(1, attempts + 1):
             try:
@@ -118,7 +129,7 @@ class ModbusRtu:
         raise AssertionError("a question is asked at least once")
 
     def _clear_the_line(self) -> None:
-        """Bytes that wait before a question are nobody's answer: they put the line in doubt."""
+        """Clear the line: bytes that wait before a question are nobody's answer and put it in doubt."""
         waiting = self.stream.discard_input()
         self.counts.stale_bytes += len(waiting)
         if not (waiting or self._is_in_doubt):
@@ -155,7 +166,7 @@ class ModbusRtu:
         return taken
 
     def _transact(self, request: ModbusPDU) -> ModbusPDU:
-        """One question and its whole reply; a busy slave is asked again for a while."""
+        """Ask one question and take its whole reply; a busy slave is asked again for a while."""
         return granted(lambda asked: self._decode(asked, self._exchange(asked)), request, self.stream)
 
     def _exchange(self, request: ModbusPDU) -> bytes:

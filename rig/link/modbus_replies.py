@@ -23,7 +23,7 @@ _EXCEPTIONS: dict[int, tuple[type[RigError], str]] = {
 
 
 def granted(ask: Callable[[ModbusPDU], ModbusPDU], request: ModbusPDU, stream: ByteStream) -> ModbusPDU:
-    """The reply to ``request`` that is no exception.
+    """Return the reply to ``request`` that is no exception.
 
     Raises: DeviceRefused, DeviceFault, LinkLost or DeviceNonsense by the exception's code, and what ``ask`` raises.
     """
@@ -42,5 +42,5 @@ def granted(ask: Callable[[ModbusPDU], ModbusPDU], request: ModbusPDU, stream: B
 
 
 def told(request: ModbusPDU) -> str:
-    """A request for messages."""
+    """Return a request in words, for messages."""
     return f"function {request.function_code}, register {request.address}"

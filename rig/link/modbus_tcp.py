@@ -41,14 +41,17 @@ class ModbusTcp:
         self._received = b""
 
     def read_holding(self, address: int, count: int = 1) -> tuple[int, ...]:
-        """``count`` holding registers from ``address`` (function 3).
+        """Read ``count`` holding registers from ``address`` (function 3).
 
         Raises: DeviceSilent, DeviceNonsense, DeviceRefused, DeviceFault, LinkLost.
         """
         return self._repeated(lambda: self._read(address, count))
 
     def write_registers(self, address: int, values: Sequence[int]) -> None:
-        """Registers from ``address`` on (function 16), acknowledged. Raises as :meth:`read_holding`."""
+        """Write registers from ``address`` on (function 16), acknowledged.
+
+        Raises as :meth:`read_holding`.
+        """
         self._repeated(lambda: self._write(address, list(values)))
 
     def _read(self, address: int, count: int) -> tuple[int, ...]:
@@ -65,7 +68,7 @@ class ModbusTcp:
             raise self._nonsense(request, f"it acknowledges register {reply.address}, {reply.count} of them")
 
     def _repeated(self, question: Callable[[], _Answer]) -> _Answer:
-        """Registers may be read twice, and absolute values written twice: ask again after silence or nonsense."""
+        """Ask again after silence or nonsense: registers may be read twice, and absolute values written twice."""
         for attempt in range(1, self._patience.attempts + 1):
             try:
                 return question()
@@ -78,7 +81,7 @@ class ModbusTcp:
         raise AssertionError("a question is asked at least once")
 
     def _exchange(self, request: ModbusPDU) -> ModbusPDU:
-        """One question and the reply with its number."""
+        """Ask one question and take the reply with its number."""
         self.counts.asked += 1
         self._transaction = (self._transaction + 1) % _TRANSACTIONS
         request.transaction_id = self._transaction
@@ -103,7 +106,7 @@ class ModbusTcp:
         return frame
 
     def _frame_length(self, request: ModbusPDU) -> int | None:
-        """Of the frame that is arriving; None while its header is not whole."""
+        """Return the length of the frame that is arriving; None while its header is not whole."""
         if len(self._received) < _HEADER:
             return None
         protocol, following = (int.from_bytes(self._received[place : place + 2], "big") for place in (2, 4))
@@ -112,7 +115,7 @@ class ModbusTcp:
         return _HEADER + following
 
     def _lost(self, request: ModbusPDU) -> DeviceNonsense:
-        """These bytes have no beginning: whatever is on its way is dropped, so that the next frame starts clean."""
+        """Drop bytes that have no beginning, and whatever is on its way, so that the next frame starts clean."""
         header = self._received[:_HEADER].hex(" ")
         self.counts.stale_bytes += len(self._received)
         self._received = b""

@@ -21,7 +21,7 @@ def open_stream(
     connect_timeout_s: float = 5.0,
     owner: str = "",
 ) -> ByteStream:
-    """The stream behind ``url``; ``clock`` is the machine's (unscaled) clock.
+    """Open the stream behind ``url``; ``clock`` is the machine's (unscaled) clock.
 
     ``owner`` is what messages call the device behind it, such as ``axes.pitch``; ``parity`` is one of ``N E O M S``.
     The line settings matter to devices and ``rfc2217://`` only.

@@ -90,7 +90,7 @@ class PrologixBus:
             )
 
     def _addressed(self, address: int) -> bytes:
-        """What must go before a message to ``address``."""
+        """Return what must go before a message to ``address``."""
         if address == self._address:
             return b""
         self._address = address

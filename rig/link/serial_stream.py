@@ -125,7 +125,7 @@ def _open(url: str, line: LineSettings, name: str) -> serial.Serial:
 
 
 def _why(error: Exception) -> str:
-    """Pyserial says the number, the path and the cause twice over."""
+    """Return the cause of an error once: pyserial says the number, the path and the cause twice over."""
     if getattr(error, "errno", None) == errno.ENOENT:
         return (
             "no such port now: it is unplugged, or was plugged in again under another name"

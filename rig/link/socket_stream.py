@@ -83,7 +83,7 @@ class SocketStream:
 
 
 def split_address(url: str) -> tuple[str, int]:
-    """Host and port of ``socket://host:port``. Raises: RequestRefused."""
+    """Return the host and port of ``socket://host:port``. Raises: RequestRefused."""
     host, colon, port = url.removeprefix("socket://").rstrip("/").rpartition(":")
     if not (colon and host and port.isdecimal() and 0 < int(port) < 65536):
         raise RequestRefused(f"{url}: not a TCP address (allowed: socket://host:port, 1 to 65535); nothing was opened")

@@ -6,7 +6,7 @@ _STRANGE = 0.2
 
 
 def remedy(sent: bytes, received: bytes, otherwise: str) -> str:
-    """What to look at, from what was sent and what came; ``otherwise`` where the bytes suggest nothing."""
+    """Return what to look at, from what was sent and what came; ``otherwise`` where the bytes suggest nothing."""
     if not received:
         return "nothing came at all: check power, address and cable, and that no two cables changed places"
     if sent and received.startswith(sent):

@@ -20,7 +20,7 @@ class TerminalStream:
     """A :class:`rig.link.byte_stream.ByteStream`. Answers come by whole lines, as the terminal edits them."""
 
     def __init__(self, clock: Clock, typed: TextIO | None = None, shown: TextIO | None = None) -> None:
-        """Raises: RequestRefused where ``typed`` (standard input) is no terminal."""
+        """Take the terminal. Raises: RequestRefused where ``typed`` (standard input) is none."""
         self.name = TERMINAL
         self.clock = clock
         self._typed = sys.stdin if typed is None else typed
@@ -51,7 +51,7 @@ class TerminalStream:
         return discarded
 
     def close(self) -> None:
-        """Closing leaves the terminal as it is."""
+        """Close the stream; the terminal is left as it is."""
         self._is_closed = True
 
     def _taken(self, descriptor: int) -> bytes:

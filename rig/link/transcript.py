@@ -122,7 +122,7 @@ class Player:
 
 
 def read_transcript(path: Path) -> list[Entry]:
-    """The steps kept in a file. Raises: DescriptionError with file and line."""
+    """Read the steps kept in a file. Raises: DescriptionError with file and line."""
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:

@@ -73,7 +73,7 @@ class VisaBus:
             self._instrument(address).clear()
 
     def unasked_bytes(self) -> int:
-        """None: an answer stays in its instrument until it is fetched."""
+        """Return none: an answer stays in its instrument until it is fetched."""
         return 0
 
     def close(self) -> None:
@@ -123,7 +123,10 @@ class VisaBus:
 
 
 def open_manager(library: str, name: str) -> "ResourceManager":
-    """pyvisa's resource manager. Raises: RequestRefused when pyvisa or the VISA library is not there."""
+    """Return pyvisa's resource manager.
+
+    Raises: RequestRefused when pyvisa or the VISA library is not there.
+    """
     try:
         from pyvisa import ResourceManager
 

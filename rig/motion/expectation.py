@@ -158,7 +158,7 @@ def judge(bounds: Bounds, watched: Watched, seen: Seen) -> tuple[Watched, str]:
 
 
 def _standing(bounds: Bounds, task: Standing, seen: Seen) -> tuple[Watched, str]:
-    """An axis without a home may be turned by hand; none moves by itself."""
+    """Judge an axis that should stand: without a home it may be turned by hand; none moves by itself."""
     if seen.is_homed != task.is_homed:
         return Watched(Unknown(), seen), ""
     is_displaced = task.is_homed and abs(seen.position_deg - task.at_deg) > bounds.standing_deg

@@ -88,7 +88,7 @@ class HomeMemory:
 
 
 def _read(path: Path) -> _Left | None:
-    """None where nothing whole is kept: then the axis is homed anew, which does no harm."""
+    """Return what was left, None where nothing whole is kept: then the axis is homed anew, which does no harm."""
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         if document["format"] != FORMAT:

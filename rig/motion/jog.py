@@ -81,7 +81,7 @@ def stop(rig: OpenRig, axis: str | None) -> list[str]:
 
 
 def position_deg(rig: OpenRig, axis: str) -> float:
-    """Where an axis that may be moved stands now. Raises: RequestRefused, DeviceFault."""
+    """Return where an axis that may be moved stands now. Raises: RequestRefused, DeviceFault."""
     return trusted_state(_axis(rig, axis)).position_deg
 
 
@@ -93,13 +93,13 @@ def hold(rig: OpenRig, chamber: str, setpoint_degc: float) -> None:
 
 
 def top_rate_dps(rig: OpenRig, axis: str) -> float:
-    """The largest rate of an axis; 0 where it only positions."""
+    """Return the largest rate of an axis; 0 where it only positions."""
     device = _axis(rig, axis)
     return float(getattr(device, "top_rate_dps", 0.0)) if hasattr(device, "start_rate") else 0.0
 
 
 def rate_axis(rig: OpenRig, axis: str) -> RateAxis:
-    """Raises: RequestRefused where the axis only positions."""
+    """Return an axis that turns. Raises: RequestRefused where it only positions."""
     device = _axis(rig, axis)
     if top_rate_dps(rig, axis) <= 0.0:
         raise RequestRefused(
@@ -148,20 +148,23 @@ def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: 
 
 
 def _steady_rate(looks: Sequence[TurnLook]) -> MeasuredRate:
-    """Of the second half: in the first an axis gathers speed. What it turned is of the whole."""
+    """Return the rate of the second half: in the first an axis gathers speed.
+
+    What it turned is of the whole.
+    """
     middle_s = 0.5 * (looks[0].taken_s + looks[-1].taken_s)
     first = [look for look in looks if look.taken_s <= middle_s][-1]
     return replace(measured_rate(first, looks[-1]), turned_deg=looks[-1].angle_deg - looks[0].angle_deg)
 
 
 def wound_turns(rig: OpenRig, axis: str) -> float | None:
-    """Revolutions that the cables of an axis are wound; None where none wind up."""
+    """Return the revolutions that the cables of an axis are wound; None where none wind up."""
     device = _axis(rig, axis)
     return device.wound_deg / WHOLE_TURN_DEG if isinstance(device, CableGuard) else None
 
 
 def pulse_of(rig: OpenRig, axis: str, attitude_deg: float) -> float | None:
-    """The pulse of a servo at an attitude, microseconds; None where the axis is no servo."""
+    """Return the pulse of a servo at an attitude, microseconds; None where the axis is no servo."""
     settings = rig.description.axes[axis]
     if not isinstance(settings, MaestroSettings):
         return None
@@ -169,7 +172,7 @@ def pulse_of(rig: OpenRig, axis: str, attitude_deg: float) -> float | None:
 
 
 def attitude_of_pulse(rig: OpenRig, axis: str, pulse_us: float) -> float:
-    """The attitude that a servo takes at a pulse: sent as such, under its limits. Raises: RequestRefused."""
+    """Return the attitude that a servo takes at a pulse: sent as such, under its limits. Raises: RequestRefused."""
     _axis(rig, axis)
     settings = rig.description.axes[axis]
     if not isinstance(settings, MaestroSettings):

@@ -11,13 +11,13 @@ _ROUNDING = 1e-9
 
 
 def resolution_deg(settings: AxisSettings) -> float:
-    """The smallest step that the machine has by its data sheet; 0 where the file tells none."""
+    """Return the smallest step that the machine has by its data sheet; 0 where the file tells none."""
     told = (getattr(settings, "microstep_deg", None), getattr(settings, "step_deg", None), settings.increment_deg)
     return max(float(step_deg) for step_deg in told if step_deg is not None)
 
 
 def steps_deg(axis: Axis, settings: AxisSettings) -> tuple[float, ...]:
-    """Steps from 0.0001 to 90 deg that end where the axis can stop and that it can tell from standing still.
+    """Return steps from 0.0001 to 90 deg that end where the axis can stop and that it can tell from standing still.
 
     Never empty: where none of the round ones fits, it is the machine's own.
     """
@@ -28,10 +28,10 @@ def steps_deg(axis: Axis, settings: AxisSettings) -> tuple[float, ...]:
 
 
 def nearest_step_deg(steps: Sequence[float], wanted_deg: float) -> float:
-    """The largest step that is not above the wanted one, else the smallest."""
+    """Return the largest step that is not above the wanted one, else the smallest."""
     return max((step for step in steps if step <= wanted_deg * (1.0 + _ROUNDING)), default=min(steps))
 
 
 def _fits(step_deg: float, increment_deg: float) -> bool:
-    """Whether a step is a multiple of the increment, as decimal numbers."""
+    """Return whether a step is a multiple of the increment, as decimal numbers."""
     return increment_deg == 0.0 or Fraction(str(step_deg)) % Fraction(str(increment_deg)) == 0

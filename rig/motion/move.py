@@ -70,7 +70,7 @@ def move_and_arrive(axis: Axis, target_deg: float, clock: Clock, wait: Wait, tel
 def _approach_until_there(
     axis: Axis, target_deg: float, state: AxisState, clock: Clock, wait: Wait, tell: Tell
 ) -> float:
-    """The move, and again from beside where it does not end at rest, seated and on the target."""
+    """Move, and again from beside where the move does not end at rest, seated and on the target."""
     for left in reversed(range(_AGAIN + 1)):
         try:
             return _approach(axis, target_deg, state, clock, wait)
@@ -90,7 +90,7 @@ def _approach(axis: Axis, target_deg: float, state: AxisState, clock: Clock, wai
 
 
 def _retreat(axis: Axis, from_deg: float, stall: DeviceFault, clock: Clock, wait: Wait) -> AxisState:
-    """Back to where the stalled move came from. Raises: DeviceFault where that is not possible."""
+    """Move back to where the stalled move came from. Raises: DeviceFault where that is not possible."""
     try:
         _see_standstill(axis, clock, _STOP_LIMIT_S)
     except DeviceFault as moving:
@@ -107,7 +107,7 @@ def _retreat(axis: Axis, from_deg: float, stall: DeviceFault, clock: Clock, wait
 
 
 def _beside(axis: Axis, target_deg: float) -> float | None:
-    """The next tooth inside the limits; None where there is no room."""
+    """Return the next tooth inside the limits; None where there is no room."""
     low_deg, high_deg = axis.limits_deg
     by_deg = axis.increment_deg or _BESIDE_DEG
     places = (target_deg - by_deg, target_deg + by_deg)
@@ -115,7 +115,7 @@ def _beside(axis: Axis, target_deg: float) -> float | None:
 
 
 def _lift_to(axis: Axis, place_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:
-    """As a move, but whether it seats there does not matter: nothing is measured."""
+    """Move to a place; whether the axis seats there does not matter: nothing is measured."""
     axis.check_target(place_deg)
     axis.start_move(place_deg)
     limit_s = abs(place_deg - from_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
@@ -123,7 +123,7 @@ def _lift_to(axis: Axis, place_deg: float, from_deg: float, clock: Clock, wait: 
 
 
 def trusted_state(axis: Axis) -> AxisState:
-    """The state of an axis that may be moved. Raises: RequestRefused, DeviceFault."""
+    """Return the state of an axis that may be moved. Raises: RequestRefused, DeviceFault."""
     state = axis.state()
     if state.fault:
         raise DeviceFault(f"{axis.name}: {state.fault}; nothing moved; clear it at the machine")
@@ -238,8 +238,10 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
 
 
 def _start(axis: Axis, target_deg: float) -> None:
-    """An acknowledgement that does not come is settled by asking: the target is absolute, so what stands still where
-    it stood never got it, and may be told again."""
+    """Start a move; where the acknowledgement does not come, settle it by asking.
+
+    The target is absolute, so what stands still where it stood never got it, and may be told again.
+    """
     try:
         axis.start_move(target_deg)
     except (DeviceSilent, DeviceNonsense):
@@ -249,7 +251,7 @@ def _start(axis: Axis, target_deg: float) -> None:
 
 
 def _state_or_stop(axis: Axis) -> AxisState:
-    """The state of a moving axis; where it cannot be had, the axis is told to stop before that is passed on."""
+    """Return the state of a moving axis; where it cannot be had, stop the axis before that is passed on."""
     try:
         return axis.state()
     except RigError:

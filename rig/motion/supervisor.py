@@ -47,7 +47,7 @@ class Warden(Protocol):
         """Before anything is told to move."""
 
     def beat(self, moving: Sequence[str]) -> None:
-        """A sign of life, and what is not known to stand."""
+        """Give a sign of life, and say what is not known to stand."""
 
     def take_trouble(self) -> RigError | None:
         """Why nothing may move on, once."""
@@ -82,13 +82,13 @@ class Supervisor:
                     axis.is_silent = True
 
     def expect_motion(self, starting: "SupervisedAxis") -> None:
-        """Raises: GuardLost, WaitEnded."""
+        """See that a guard is there. Raises: GuardLost, WaitEnded."""
         if self._warden is not None:
             self._warden.expect_motion(sorted({*self._not_standing(), starting.name}))
             self._heed()
 
     def beat(self, seen: "SupervisedAxis") -> None:
-        """Raises: GuardLost, WaitEnded, at a look at an axis that moves; then it and the others were told to stop."""
+        """Give a sign of life; heed the guard at a look at an axis that moves. Raises: GuardLost, WaitEnded."""
         if self._warden is not None:
             self._warden.beat(self._not_standing())
             if seen.is_under_way:
@@ -202,8 +202,11 @@ class SupervisedAxis:
         self._axis.stop()
 
     def state(self) -> AxisState:
-        """As of the axis. Raises also: MotionBreach, where it or an axis that should stand does what it was not told;
-        then it was told to stop."""
+        """Look, as of the axis.
+
+        Raises also: MotionBreach, where it or an axis that should stand does what it was not told; then it was told
+        to stop.
+        """
         was_under_way = self.is_under_way
         state = self.look()
         if was_under_way:
@@ -254,8 +257,10 @@ class SupervisedAxis:
         return told
 
     def _judged(self, ask: Callable[[], tuple[Answer, Seen | None]]) -> Answer:
-        """Ask, and where the answer breaks what is expected, once more: a digit that the line turned over is no
-        motion."""
+        """Ask, and where the answer breaks what is expected, once more.
+
+        A digit that the line turned over is no motion.
+        """
         self._supervisor.beat(self)
         breach = ""
         for _ in range(2):

@@ -20,7 +20,7 @@ class ChainTruth:
         }
 
     def supply_v(self, channel: str, replications: float) -> float | None:
-        """What a supply's own channel carries; None for a channel that is none."""
+        """Return what a supply's own channel carries; None for a channel that is none."""
         nominal_v = self._nominal_v.get(channel)
         if nominal_v is None:
             return None
@@ -28,7 +28,7 @@ class ChainTruth:
         return nominal_v + truth.error_v + truth.drift_v_per_replication * replications
 
     def factor(self, channel: str, replications: float, degc: Mapping[str, float]) -> float:
-        """What the chain makes of one volt. ``degc``: environment to its true temperature."""
+        """Return what the chain makes of one volt. ``degc``: environment to its true temperature."""
         chain = self._chains.get(channel)
         if chain is None:
             return 1.0

@@ -43,19 +43,19 @@ class Chance:
         return self._announcement
 
     def announce(self, announcement: Announcement) -> None:
-        """From here on the running numbers count from zero under the new address."""
+        """Start the running numbers from zero under a new address."""
         self._announcement = announcement
         self._running.clear()
 
     def normal(self, source: str) -> float:
-        """The next standard normal number of ``source`` since the announcement."""
+        """Return the next standard normal number of ``source`` since the announcement."""
         running = self._running.get(source)
         if running is None:
             running = self._running[source] = _normals(self._generator(source))
         return next(running)
 
     def fixed(self, *address: object) -> np.random.Generator:
-        """A generator of its own for what never changes: a tooth's error, a mounting."""
+        """Return a generator of its own for what never changes: a tooth's error, a mounting."""
         return np.random.Generator(np.random.Philox(key=_hash(f"{self.seed}|fixed|{'|'.join(map(str, address))}", 16)))
 
     def _generator(self, source: str) -> np.random.Generator:
@@ -69,7 +69,7 @@ class Chance:
 
 
 def _normals(generator: np.random.Generator) -> Iterator[float]:
-    """Blocks drawn as needed: the n-th number is the same however many are taken."""
+    """Yield blocks drawn as needed: the n-th number is the same however many are taken."""
     while True:
         yield from generator.standard_normal(_BLOCK).tolist()
 

@@ -34,8 +34,11 @@ class CsvImuTwin:
         banner: bytes = b"",
         reading: Callable[[str, float], float | None] = lambda _column, _at_s: None,
     ) -> None:
-        """``banner``: what it says when it starts, such as a header line. ``reading``: what a declared sensor puts
-        into a column, in the channel's unit; None where the column carries what the package feels."""
+        """Make a board.
+
+        ``banner``: what it says when it starts, such as a header line. ``reading``: what a declared sensor puts into a
+        column, in the channel's unit; None where the column carries what the package feels.
+        """
         self._stream = stream
         self._source = source
         self._shape = shape
@@ -49,7 +52,7 @@ class CsvImuTwin:
         self._beat = Metronome()
 
     def receive(self, data: bytes, now_s: float) -> None:
-        """It does not listen."""
+        """Do nothing: the board does not listen."""
 
     def transmit(self, now_s: float) -> bytes:
         if not self._beat.is_running:

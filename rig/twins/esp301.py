@@ -41,7 +41,7 @@ class Esp301Axis:
         self._number = number
 
     def answer(self, command: Command, now_s: float) -> str | None:
-        """To a question about this axis; None where it is no question."""
+        """Answer a question about this axis; None where it is no question."""
         is_question = command.value == "?" or (command.letters in ("TP", "DP", "MD") and not command.value)
         answers = {
             "TP": lambda: f"{self.servo.position_deg(now_s):.{wire.DECIMALS}f}",
@@ -57,7 +57,7 @@ class Esp301Axis:
         return answers[command.letters]() if is_question and command.letters in answers else None
 
     def switch(self, letters: str, now_s: float) -> int:
-        """``MO``, ``MF`` or ``ST``."""
+        """Obey ``MO``, ``MF`` or ``ST``; return the error code."""
         was_homing = self.servo.is_moving(now_s) and not self.servo.is_homed(now_s)
         if letters == "MO":
             self.is_on = True
@@ -67,7 +67,7 @@ class Esp301Axis:
         return self.error(wire.HOMING_ABORTED) if was_homing else 0
 
     def set(self, letters: str, value: float, now_s: float) -> int | None:
-        """A command with a number; None where there is no such command."""
+        """Obey a command with a number: return its error code; None where there is no such command."""
         match letters:
             case "PA":
                 return self._move(value, now_s)
@@ -161,7 +161,7 @@ class Esp301Twin:
         return None
 
     def power_cycle(self, now_s: float) -> None:
-        """Power fails and returns: motors off, homes and errors forgotten, time counted anew."""
+        """Lose power and get it back: motors off, homes and errors forgotten, time counted anew."""
         self.errors.clear()
         self._on_from_s = now_s
         for axis in self.axes.values():

@@ -55,7 +55,7 @@ class _Armed:
         return most is not None and self.struck >= most
 
     def strikes(self, number: int, now_s: float, chance: np.random.Generator) -> bool:
-        """At the piece ``number`` (from 1)."""
+        """Return whether the fault strikes at the piece ``number`` (from 1)."""
         rule = self.rule
         if rule.probability is not None:
             return bool(chance.random() < rule.probability) and not self.is_spent
@@ -128,7 +128,7 @@ class FaultyTwin:
             self.twin.receive(data, now_s)
 
     def _timed(self) -> list[_Armed]:
-        """Rules that strike at a moment, whether or not anybody talks."""
+        """Return the rules that strike at a moment, whether or not anybody talks."""
         return [armed for armed in self._armed if armed.needs_no_piece and not armed.is_spent]
 
     def _let_time_pass(self, now_s: float) -> None:
@@ -147,7 +147,7 @@ class FaultyTwin:
             )
 
     def _befallen(self, on: str, data: bytes, now_s: float) -> tuple[Part, ...]:
-        """What really travels of a piece. Raises: LinkLost where the line goes with it."""
+        """Return what really travels of a piece. Raises: LinkLost where the line goes with it."""
         self._pieces[on] += 1
         number = self._pieces[on]
         parts: tuple[Part, ...] = (Part(data),)
@@ -182,7 +182,10 @@ class FaultyTwin:
             self._motions.lag(axis, rule.lag_s or 0.0)
 
     def _cut(self, rule: FaultRule, from_s: float, now_s: float) -> None:
-        """``from_s``: when it went; it may be noticed later only."""
+        """Cut the line.
+
+        ``from_s``: when it went; it may be noticed later only.
+        """
         if rule.kind == "swap":
             other = self._others(rule.other or "")
             self.twin, other.twin = other.twin, self.twin
@@ -235,7 +238,7 @@ class FaultyTwin:
 
 
 def modbus_exception(reply: bytes, code: int) -> bytes:
-    """The exception frame in place of a reply, by RTU or TCP as the reply itself is framed."""
+    """Return the exception frame in place of a reply, by RTU or TCP as the reply itself is framed."""
     is_tcp = len(reply) > 8 and reply[2:4] == b"\0\0" and int.from_bytes(reply[4:6], "big") == len(reply) - 6
     if is_tcp:
         return reply[:4] + b"\0\3" + bytes([reply[6], reply[7] | 0x80, code])
@@ -244,5 +247,5 @@ def modbus_exception(reply: bytes, code: int) -> bytes:
 
 
 def _later(part: Part, outer: Part) -> Part:
-    """A part of a part: delays add up."""
+    """Return a part of a part: delays add up."""
     return Part(part.data, part.delay_s + outer.delay_s, part.stalls or outer.stalls)

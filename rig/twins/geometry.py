@@ -20,25 +20,25 @@ UP = np.array([0.0, 0.0, -1.0])
 
 
 def about_x(angle_rad: float) -> Matrix:
-    """Roll, right wing down."""
+    """Return the matrix of roll, right wing down."""
     c, s = math.cos(angle_rad), math.sin(angle_rad)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
 
 
 def about_y(angle_rad: float) -> Matrix:
-    """Pitch, nose up."""
+    """Return the matrix of pitch, nose up."""
     c, s = math.cos(angle_rad), math.sin(angle_rad)
     return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
 
 def about_z(angle_rad: float) -> Matrix:
-    """Yaw, nose right."""
+    """Return the matrix of yaw, nose right."""
     c, s = math.cos(angle_rad), math.sin(angle_rad)
     return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def permutation(x: str, y: str, z: str) -> Matrix:
-    """Rows: which outer axis each inner axis points along, such as ``("+x", "-z", "+y")``."""
+    """Return rows that say which outer axis each inner axis points along, such as ``("+x", "-z", "+y")``."""
     rows = np.zeros((3, 3))
     for row, name in enumerate((x, y, z)):
         rows[row, "xyz".index(name[1])] = 1.0 if name[0] == "+" else -1.0
@@ -46,7 +46,9 @@ def permutation(x: str, y: str, z: str) -> Matrix:
 
 
 def sensitive_direction(axis: str, coning_rad: float, azimuth_rad: float) -> Vector:
-    """Unit vector of a sensor's sensitive axis in package axes: nominal axis i, azimuth counted from i+1 towards i+2.
+    """Return the unit vector of a sensor's sensitive axis in package axes.
+
+    Nominal axis i, azimuth counted from i+1 towards i+2.
 
     Source: TP (2), (4), (5).
     """

@@ -52,7 +52,7 @@ class VoltageSource(Protocol):
     """The physical world as a meter meets it."""
 
     def read_voltage_v(self, channel: str, now_s: float) -> float:
-        """One reading of ``channel`` (such as ``dmm.x``), volts, with its noise; asking again draws again."""
+        """Take one reading of ``channel`` (such as ``dmm.x``), volts, with its noise; asking again draws again."""
 
 
 class ScannedInput:
@@ -105,7 +105,7 @@ class Hp3458aTwin:
         }
 
     def power_cycle(self, _now_s: float = 0.0) -> None:
-        """As if the mains had failed: nothing of the configuration is left."""
+        """Restart as if the mains had failed: nothing of the configuration is left."""
         self._reset()
         self._abort()
         self._errors = 0
@@ -240,7 +240,7 @@ class Hp3458aTwin:
             self._settings[name] = value
 
     def _set_power_line_cycles(self, words: list[str]) -> None:
-        """Whole cycles from 1 to 10, tens above: the meter takes the next step up."""
+        """Set whole cycles from 1 to 10, tens above: the meter takes the next step up."""
         self._set_number("NPLC", words, 0.0, 1000.0)
         cycles = self._settings["NPLC"]
         step = 10.0 if cycles > 10.0 else 1.0

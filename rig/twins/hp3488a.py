@@ -37,11 +37,11 @@ class Hp3488aTwin:
         }
 
     def closed_channels(self) -> frozenset[int]:
-        """Which relays are closed: what is connected to the meter."""
+        """Return which relays are closed: what is connected to the meter."""
         return frozenset(self._closed)
 
     def only_closed(self) -> int | None:
-        """The closed channel when there is exactly one."""
+        """Return the closed channel when there is exactly one."""
         if len(self._closed) != 1:
             return None
         (channel,) = self._closed
@@ -111,7 +111,7 @@ class Hp3488aTwin:
         self._errors = 0
 
     def _channels(self, argument: str) -> list[int]:
-        """The channels named; none and an error bit when one of them does not exist."""
+        """Return the channels named; none and an error bit when one of them does not exist."""
         numbers = [int(number) for number in argument.split(",") if number.strip().isdigit()]
         if not numbers or not all(self._exists(number) for number in numbers):
             self._errors |= 2

@@ -21,4 +21,4 @@ class MotionSource(Protocol):
     """The physical world as a package meets it."""
 
     def motion(self, stream: str, now_s: float) -> Motion:
-        """What ``stream`` feels at ``now_s``, with its noise; asking again draws again."""
+        """Return what ``stream`` feels at ``now_s``, with its noise; asking again draws again."""

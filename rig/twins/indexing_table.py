@@ -91,7 +91,7 @@ class TableAxis:
         return Acknowledged()
 
     def power_cycle(self, now_s: float) -> None:
-        """Power fails and returns: the axis stands where it was, has no home and reads 0."""
+        """Lose power and get it back: the axis stands where it was, has no home and reads 0."""
         self.stop(now_s)
         self._homed_from_s = math.inf
         self._lost_deg = self._body.table_deg(self._rest_from_s)
@@ -135,7 +135,7 @@ class IndexingTableTwin:
         travel_deg: tuple[float, float] = (-360.0, 360.0),
         times: TableTimes | None = None,
     ) -> None:
-        """``bodies``: the controller's axis numbers to the world's axis names."""
+        """Make the table; ``bodies``: the controller's axis numbers to the world's axis names."""
         self.axes = {
             number: TableAxis(world.axes[name], world, travel_deg, times or TableTimes())
             for number, name in bodies.items()

@@ -28,10 +28,10 @@ class KnownVoltages:
         return self.source.read_voltage_v(channel, now_s)
 
     def own_degc(self, now_s: float) -> float:
-        """The meter's own temperature."""
+        """Return the meter's own temperature."""
         return self.truth.own_temperature_degc + self.truth.own_temperature_drift_degc_per_h * self._hours(now_s)
 
     def _hours(self, now_s: float) -> float:
-        """Since it was first asked."""
+        """Return the hours since it was first asked."""
         self._began_s = now_s if self._began_s is None else self._began_s
         return (now_s - self._began_s) / _H_S

@@ -69,7 +69,7 @@ class ServoChannel:
         return self._pulses is not None and now_s < self._pulses.arrival_s
 
     def aim(self, target: int, now_s: float) -> None:
-        """A new target, brought inside the channel's own limits; 0 switches the pulses off."""
+        """Set a new target, brought inside the channel's own limits; 0 switches the pulses off."""
         if target == 0:
             self._halt(now_s)
             return
@@ -116,7 +116,7 @@ class MaestroTwin:
         detects_baud: bool = False,
         timeout_s: float | None = None,
     ) -> None:
-        """``timeout_s``: its serial time-out; a new controller has none."""
+        """Make the controller; ``timeout_s``: its serial time-out; a new controller has none."""
         count = max([_CHANNELS[model], *(channel + 1 for channel in servos)])
         unit_s = wire.unit_s(period_ms)
         self.channels = [
@@ -165,7 +165,7 @@ class MaestroTwin:
             self.fail(Errors.TIMEOUT, silent_s)
 
     def power_cycle(self, now_s: float) -> None:
-        """Power fails and returns: no pulses, no limits of speed, no errors."""
+        """Lose power and get it back: no pulses, no limits of speed, no errors."""
         self._errors = Errors(0)
         for channel in self.channels:
             channel.speed = channel.acceleration = 0
@@ -218,7 +218,7 @@ class MaestroTwin:
             output.acceleration = wire.value_of(data[1], data[2])
 
     def _channel(self, number: int, now_s: float) -> ServoChannel | None:
-        """None, and a protocol error, where there is no such channel."""
+        """Return a channel; None, and a protocol error, where there is none of that number."""
         if number < len(self.channels):
             return self.channels[number]
         self.fail(Errors.PROTOCOL, now_s)

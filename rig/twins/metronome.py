@@ -23,7 +23,7 @@ class Metronome:
         self._start_s = None
 
     def due(self, now_s: float) -> list[tuple[int, float]]:
-        """Number and instant of every sample that came due since the last look."""
+        """Return number and instant of every sample that came due since the last look."""
         if self._start_s is None:
             return []
         last = int((now_s - self._start_s) * self._rate_hz + 1e-9)

@@ -28,10 +28,10 @@ class Registers(Protocol):
     """The device behind the frames. Values are raw, 0 to 65535."""
 
     def read(self, address: int, count: int, now_s: float) -> Sequence[int] | None:
-        """``count`` registers as they are at one instant; None where one of them does not exist."""
+        """Return ``count`` registers as they are at one instant; None where one of them does not exist."""
 
     def write(self, address: int, values: Sequence[int], now_s: float) -> int:
-        """The code of the exception to answer with, 0 when written."""
+        """Write the values; return the code of the exception to answer with, 0 when written."""
 
 
 class ModbusSlave:
@@ -40,7 +40,10 @@ class ModbusSlave:
     def __init__(
         self, registers: Registers, *, unit: int = 1, framing: Literal["rtu", "tcp"] = "rtu", gap_s: float = 1.0
     ) -> None:
-        """``gap_s``: silence after which an unfinished frame is forgotten; long, since no line is this irregular."""
+        """Take the registers.
+
+        ``gap_s``: silence after which an unfinished frame is forgotten; long, since no line is this irregular.
+        """
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # it logs whole frames as errors
         self._registers = registers
         self._unit = unit
@@ -70,7 +73,7 @@ class ModbusSlave:
         return None
 
     def _next_request(self) -> tuple[int, int, bytes] | None:
-        """Unit, transaction number and request of the next whole frame."""
+        """Return unit, transaction number and request of the next whole frame."""
         if self._framing == "tcp" and _is_no_header(self._received):
             self._received = b""  # a server closes such a connection
         used, unit, transaction, request = self._framer.decode(self._received)

@@ -148,7 +148,7 @@ class AxisBody:
         return self._path.arrival_s
 
     def stall(self, for_s: float) -> None:
-        """The next move to a place stands still for so long shortly before it arrives."""
+        """Let the next move to a place stand still for so long shortly before it arrives."""
         self._stall_s = for_s
 
     def slip(self, slip_deg: float, now_s: float, *, seen: bool) -> None:
@@ -159,30 +159,30 @@ class AxisBody:
             self._slip_deg += slip_deg
 
     def lag(self, lag_s: float) -> None:
-        """From now on what is turned follows its read-back so much later."""
+        """Let what is turned follow its read-back so much later from now on."""
         self._lag_s = lag_s
 
     def table_deg(self, now_s: float) -> float:
-        """Nominal table angle."""
+        """Return the nominal table angle."""
         return self._path.at(now_s)
 
     def rate_dps(self, now_s: float) -> float:
-        """Rate of the table angle."""
+        """Return the rate of the table angle."""
         return self._path.speed_at(now_s)
 
     def attitude_rate_dps(self, now_s: float) -> float:
-        """True rate of the attitude angle."""
+        """Return the true rate of the attitude angle."""
         return self._sign * self._path.speed_at(now_s - self._lag_s)
 
     def attitude_rad(self, now_s: float) -> float:
-        """True angle of this axis, its own errors included."""
+        """Return the true angle of this axis, its own errors included."""
         turned_s = now_s - self._lag_s
         nominal_deg = self._sign * (self.table_deg(turned_s) - self._zero_deg) + self._slip_deg
         off_arcsec = self._errors.zero_error_arcsec + self._sign * self._index_error_arcsec(turned_s)
         return math.radians(nominal_deg) + (off_arcsec + self._creep_arcsec(turned_s)) * ARCSEC_RAD
 
     def _index_error_arcsec(self, now_s: float) -> float:
-        """The error of the tooth that the body rests on; none between teeth and on a continuous axis."""
+        """Return the error of the tooth that the body rests on; none between teeth and on a continuous axis."""
         if now_s < self._path.arrival_s or self.increment_deg == 0.0:
             return 0.0
         tooth = round(self._path.at(now_s) / self.increment_deg) % round(360.0 / self.increment_deg)

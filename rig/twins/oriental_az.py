@@ -47,7 +47,7 @@ class OrientalAzRegisters:
         return self._heard_s + self._silence_ms / 1000.0 if self._silence_ms else math.inf
 
     def look(self, now_s: float) -> None:
-        """A master that is silent for too long stops the motor, by an alarm."""
+        """Stop the motor, by an alarm, where the master is silent for too long."""
         if now_s >= (silent_s := self.gives_up_s):
             self._heard_s = math.inf
             self.servo.stop(silent_s)
@@ -60,7 +60,7 @@ class OrientalAzRegisters:
         return [known[place] for place in addresses] if all(place in known for place in addresses) else None
 
     def write(self, address: int, values: Sequence[int], now_s: float) -> int:
-        """The exception to answer with, 0 when written."""
+        """Write the values; return the exception to answer with, 0 when written."""
         self._hear(now_s)
         places = range(address, address + len(values))
         if all(place in _BLOCK for place in places):
@@ -137,7 +137,7 @@ class OrientalAzRegisters:
         return 0
 
     def _switch(self, inputs: int, *, is_kept: bool, now_s: float) -> int:
-        """Inputs act when they go on."""
+        """Switch inputs: they act when they go on."""
         risen = inputs & ~self._inputs
         self._inputs = inputs if is_kept else 0
         if risen & wire.ALARM_RESET:

@@ -198,7 +198,7 @@ class PtyPort:
 
 
 def _open_pty() -> tuple[int, int]:
-    """Both ends; the slave stays open here, so a client may go and come."""
+    """Return both ends; the slave stays open here, so a client may go and come."""
     import tty
 
     master, slave = os.openpty()

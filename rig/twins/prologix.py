@@ -43,15 +43,15 @@ class GpibInstrument(Protocol):
         """Take a message; returns until when the instrument holds the bus (``now_s`` when it does not)."""
 
     def talk(self, now_s: float, /) -> tuple[bytes, bool]:
-        """What it says when addressed to talk at ``now_s``, and whether EOI came with the last byte."""
+        """Return what it says when addressed to talk at ``now_s``, and whether EOI came with the last byte."""
 
     def next_talk_s(self) -> float | None:
-        """When :meth:`talk` will have something, None when nothing is on its way."""
+        """Return when :meth:`talk` will have something, None when nothing is on its way."""
 
     def serial_poll(self, now_s: float, /) -> int: ...
 
     def clear(self, now_s: float, /) -> None:
-        """Selected device clear."""
+        """Obey a selected device clear."""
 
     def advance(self, now_s: float, /) -> None:
         """Let everything happen that is due by ``now_s``."""
@@ -116,7 +116,7 @@ class PrologixTwin:
         return limit_s if talk_s is None else min(talk_s, limit_s)
 
     def power_cycle(self, now_s: float) -> None:
-        """Power fails in the whole rack: adapter and instruments."""
+        """Lose power in the whole rack: adapter and instruments."""
         self._lines.clear()
         self._output.clear()
         self._reading = None
@@ -227,5 +227,5 @@ def _split_command(text: bytes) -> tuple[str, str]:
 
 
 def _number(text: str) -> int:
-    """-1 where it is no number: outside every range."""
+    """Return a number, -1 where it is none: outside every range."""
     return int(text) if text.isascii() and text.isdigit() else -1

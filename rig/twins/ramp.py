@@ -19,7 +19,7 @@ class Path(Protocol):
     def at(self, now_s: float) -> float: ...
 
     def speed_at(self, now_s: float) -> float:
-        """Signed, per second."""
+        """Return the signed speed, per second."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,7 +51,7 @@ class VoltageSource(Protocol):
     """The physical world as the unit meets it."""
 
     def read_voltage_v(self, channel: str, now_s: float) -> float:
-        """One reading of ``channel`` (such as ``daq.x``), volts, with its noise; asking again draws again."""
+        """Take one reading of ``channel`` (such as ``daq.x``), volts, with its noise; asking again draws again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +175,7 @@ class ScpiDaqTwin:
         return numbers
 
     def _configure(self, text: str) -> None:
-        """``CONF:VOLT:DC [range[,resolution],](@list)``: the channels start anew, and are the scan list."""
+        """Obey ``CONF:VOLT:DC [range[,resolution],](@list)``: the channels start anew, and are the scan list."""
         values, at, listed = text.partition("(")
         numbers = self._existing(at + listed)
         words = [word.strip() for word in values.split(",") if word.strip()]
@@ -186,7 +186,7 @@ class ScpiDaqTwin:
         self._scan(numbers)
 
     def _change(self, text: str, change: Callable[[str], dict[str, float]]) -> None:
-        """A value and the channels it is for."""
+        """Change a value of the channels it is for."""
         value, at, listed = text.partition("(")
         changes = change(value.strip(" ,").upper())
         for number in self._existing(at + listed):

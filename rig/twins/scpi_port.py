@@ -40,7 +40,7 @@ class ScpiUnit(Protocol):
     """Long form of every header word to its short form."""
 
     def answered_from_s(self, header: str) -> float | None:
-        """When ``header`` can be obeyed, None for now."""
+        """Return when ``header`` can be obeyed, None for now."""
 
     def obey(self, header: str, parameters: str, now_s: float) -> bytes | None:
         """Do what it says and return the answer, None where there is none. Raises: Refused."""
@@ -144,7 +144,7 @@ class ScpiPort:
             self.errors[-1] = TOO_MANY_ERRORS
 
     def _short(self, header: str) -> str:
-        """Every word in its short form, the node SENSe left out."""
+        """Return every word in its short form, the node SENSe left out."""
         query = "?" if header.endswith("?") else ""
         words = [self.unit.words.get(word, word) for word in header.removesuffix("?").split(":")]
         return ":".join(words[1:] if len(words) > 1 and words[0] == "SENS" else words) + query

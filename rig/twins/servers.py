@@ -75,7 +75,7 @@ class TwinServer:
             self._bell.close()
 
     def _turn(self) -> bool:
-        """One look at every port; False when the server was closed."""
+        """Look at every port once; return False when the server was closed."""
         events = self._selector.select(self._idle_s())
         now_s = self._clock.monotonic_s()
         if any(key.data is None for key, _ in events):
@@ -88,7 +88,7 @@ class TwinServer:
         return True
 
     def _idle_s(self) -> float | None:
-        """How long nothing will be due, in seconds of the machine."""
+        """Return how long nothing will be due, in seconds of the machine."""
         if any(port.is_congested for port in self.ports):
             return _CONGESTED_S
         events_s = [event_s for port in self.ports if (event_s := port.twin.next_event_s()) is not None]
@@ -96,10 +96,10 @@ class TwinServer:
 
 
 def serve_tcp(twin: Twin, clock: Clock) -> TwinServer:
-    """A twin on a free TCP port of the loopback interface; ``address`` is ``socket://127.0.0.1:port``."""
+    """Serve a twin on a free TCP port of the loopback interface; ``address`` is ``socket://127.0.0.1:port``."""
     return TwinServer([TcpPort(twin)], clock)
 
 
 def serve_pty(twin: Twin, clock: Clock) -> TwinServer:
-    """A twin on a pseudo-terminal; ``address`` is its device path."""
+    """Serve a twin on a pseudo-terminal; ``address`` is its device path."""
     return TwinServer([PtyPort(twin)], clock)

@@ -75,7 +75,7 @@ class ServoAxis:
         self._ramp(self._body.table_deg(now_s) + brake_deg, now_s)
 
     def power_cycle(self, now_s: float) -> None:
-        """Power fails and returns: the axis stands, has no home and reads 0."""
+        """Lose power and get it back: the axis stands, has no home and reads 0."""
         here_deg = self._body.table_deg(now_s)
         self._follow(Ramp(here_deg, here_deg, now_s, math.inf))
         self._homed_from_s = math.inf

@@ -31,7 +31,7 @@ class WatlowF4Twin:
         limits_degc: tuple[float, float] = (-70.0, 180.0),
         gap_s: float = 1.0,
     ) -> None:
-        """``gap_s`` as :class:`ModbusSlave` takes it."""
+        """Make the chamber; ``gap_s`` as :class:`ModbusSlave` takes it."""
         self._environment = environment
         self._world = world
         self._scale: int = 10**decimals

@@ -49,7 +49,7 @@ class WatlowF4TTwin:
         self._limits_degc = limits_degc
 
     def read(self, address: int, count: int, now_s: float) -> Sequence[int] | None:
-        """Words of neighbouring values; a value that is read half is read as it is at this instant."""
+        """Return words of neighbouring values; a value that is read half is read as it is at this instant."""
         first = (address - self._offset) & ~1
         words: list[int] = []
         for register in range(first, address - self._offset + count, 2):

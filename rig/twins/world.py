@@ -52,7 +52,7 @@ class SensorTruth:
         self._q = _soft_mount(truth.q_v_per_g2)
 
     def mean_v(self, stage_sensed: Vector, temperature_degc: float | None, replications: float) -> float:
-        """v = b + S (u·f) + fᵀQf, with f what the sensor senses, in stage axes: g, °/s or µT."""
+        """Return V = b + S (u·f) + fᵀQf, with f what the sensor senses, in stage axes: g, °/s or µT."""
         truth = self._truth
         warmer_degc = 0.0 if temperature_degc is None else temperature_degc - truth.reference_temperature_degc
         drift_v = truth.offset_drift_v_per_replication * replications
@@ -100,12 +100,12 @@ class World:
         return self._chance.announcement
 
     def announce(self, step: int, phase: str, attempt: int, replications: float) -> None:
-        """As :class:`rig.devices.abilities.TwinChance` asks."""
+        """Start a new place in the run, as :class:`rig.devices.abilities.TwinChance` asks."""
         self._chance.announce(Announcement(step, phase, attempt, replications))
         self._forget()
 
     def _forget(self) -> None:
-        """Something has changed: what was worked out before holds no more."""
+        """Forget what was worked out before: something has changed."""
         self._steady_v.clear()
         self._felt = None
 
@@ -120,16 +120,16 @@ class World:
         return self.axes[axis].follow(path)
 
     def stall(self, axis: str, for_s: float) -> None:
-        """The next move of an axis stands still for so long."""
+        """Let the next move of an axis stand still for so long."""
         self.axes[axis].stall(for_s)
 
     def slip(self, axis: str, slip_deg: float, now_s: float, *, seen: bool) -> None:
-        """An axis slips, with or without its read-back."""
+        """Let an axis slip, with or without its read-back."""
         self._forget()
         self.axes[axis].slip(slip_deg, now_s, seen=seen)
 
     def lag(self, axis: str, lag_s: float) -> None:
-        """What an axis turns follows its read-back later."""
+        """Let what an axis turns follow its read-back later."""
         self._forget()
         self.axes[axis].lag(lag_s)
 
@@ -142,7 +142,7 @@ class World:
         return self.air[environment].setpoint_degc
 
     def read_voltage_v(self, channel: str, now_s: float) -> float:
-        """One reading of a channel such as ``dmm.x``; a channel with nothing behind it is a short.
+        """Take one reading of a channel such as ``dmm.x``; a channel with nothing behind it is a short.
 
         Counts as a reading: the next call has the next noise.
         """
@@ -155,7 +155,7 @@ class World:
         return mean_v + noise_v * self._chance.normal(channel) if noise_v else mean_v
 
     def mean_v(self, channel: str, now_s: float) -> float:
-        """What the channel carries, without noise."""
+        """Return what the channel carries, without noise."""
         replications = self._chance.announcement.replications
         supply_v = self._chains.supply_v(channel, replications)
         if supply_v is not None:
@@ -164,7 +164,7 @@ class World:
         return self._sensed_v(channel, now_s) * self._chains.factor(channel, replications, air_degc)
 
     def _sensed_v(self, channel: str, now_s: float) -> float:
-        """What the sensor itself makes."""
+        """Return what the sensor itself makes."""
         sensor = self._sensors.get(channel)
         if sensor is not None:
             replications = self._chance.announcement.replications
@@ -176,13 +176,16 @@ class World:
         return 0.0
 
     def read_temperature_degc(self, environment: str, now_s: float) -> float:
-        """One reading of an environment's own probe."""
+        """Take one reading of an environment's own probe."""
         noise_degc = self._environments[environment].noise_degc
         truth_degc = self.air[environment].temperature_degc(self._chance.announcement.replications, now_s)
         return truth_degc + noise_degc * self._chance.normal(f"environment.{environment}")
 
     def stage_force_g(self, now_s: float) -> Vector:
-        """Specific force in the axes of the stage that carries the packages: base, pitch, yaw, roll from outside in."""
+        """Return the specific force in the axes of the stage that carries the packages.
+
+        Base, pitch, yaw, roll from outside in.
+        """
         angles = {name: body.attitude_rad(now_s) for name, body in self.axes.items()}
         pitch = angles.get("pitch", 0.0)
         pitch -= self._base.droop_arcsec * ARCSEC_RAD * math.cos(pitch)
@@ -191,7 +194,7 @@ class World:
         return force_g
 
     def stage_rate_dps(self, now_s: float) -> Vector:
-        """Angular velocity of the stage in its own axes: pitch, yaw, roll from outside in."""
+        """Return the angular velocity of the stage in its own axes: pitch, yaw, roll from outside in."""
         roll, yaw = (self._angle_rad(name, now_s) for name in ("roll", "yaw"))
         pitch_dps, yaw_dps, roll_dps = (
             self.axes[name].attitude_rate_dps(now_s) if name in self.axes else 0.0 for name in ("pitch", "yaw", "roll")
@@ -201,7 +204,7 @@ class World:
         return rate_dps
 
     def stage_field_ut(self, surroundings_ut: Vector, now_s: float) -> Vector:
-        """Magnetic field in stage axes: of the surroundings, in level axes, and what is applied."""
+        """Return the magnetic field in stage axes: of the surroundings, in level axes, and what is applied."""
         roll, yaw, pitch = (self._angle_rad(name, now_s) for name in ("roll", "yaw", "pitch"))
         level_ut = sum(self._applied_ut.values(), surroundings_ut)
         turned: Vector = about_x(roll) @ about_z(yaw) @ about_y(pitch) @ level_ut
@@ -213,7 +216,7 @@ class World:
         self._applied_ut[name] = level_ut
 
     def read_stream(self, channel: str, now_s: float) -> float | None:
-        """One sample of a streamed sensor, in the unit of the channel; None where no sensor is declared."""
+        """Take one sample of a streamed sensor, in the unit of the channel; None where no sensor is declared."""
         sensor = self._sensors.get(channel)
         if sensor is None:
             return None
@@ -221,7 +224,7 @@ class World:
         return self.mean_v(channel, now_s) + noise
 
     def _sensed(self, channel: str, now_s: float) -> Vector:
-        """What the sensors of one kind feel at one moment is worked out once."""
+        """Return what the sensors of one kind feel at one moment, worked out once."""
         key = (self._senses[channel], channel.partition(".")[0], now_s)
         if self._felt is None or self._felt[0] != key:
             self._felt = (key, self._felt_by(channel, now_s))
@@ -240,7 +243,7 @@ class World:
         return self.axes[axis].attitude_rad(now_s) if axis in self.axes else 0.0
 
     def _sensor_degc(self, now_s: float) -> float | None:
-        """The sensors sit in the first environment of the file."""
+        """Return the temperature of the sensors, which sit in the first environment of the file."""
         for air in self.air.values():
             return air.temperature_degc(self._chance.announcement.replications, now_s)
         return None
@@ -273,7 +276,7 @@ def _body(name: str, axis: AxisSettings, description: RigDescription, chance: Ch
 
 
 def _half_width_arcsec(axis: AxisSettings, standards: Mapping[str, Standard]) -> float:
-    """The rectangular distribution that has the standard uncertainty which the file declares."""
+    """Return the rectangular distribution that has the standard uncertainty which the file declares."""
     standard = standards.get(axis.standard or "")
     if standard is None or standard.kind == "limit":
         return axis.uncertainty_arcsec
@@ -289,7 +292,7 @@ def _sensors(sensors: Mapping[str, Sensor], twin: TwinSection, chance: Chance) -
 
 
 def _mounting(serial: str, sensor: Sensor, twin: TwinSection, chance: Chance) -> Matrix:
-    """The declared mount and the small rotation that this mounting of the package drew."""
+    """Return the declared mount and the small rotation that this mounting of the package drew."""
     x, y, z = twin.base.remount_arcsec * ARCSEC_RAD * chance.fixed("mounting", serial, twin.mounting).standard_normal(3)
     mount = sensor.mount
     turned: Matrix = about_x(x) @ about_y(y) @ about_z(z) @ permutation(mount.x, mount.y, mount.z)
@@ -304,6 +307,6 @@ def _tilt(base: TwinBase) -> Matrix:
 
 
 def _soft_mount(q_v_per_g2: tuple[float, float, float, float, float] | None) -> Matrix:
-    """The traceless symmetric Q from its five terms [xx, xy, xz, yy, yz]."""
+    """Return the traceless symmetric Q from its five terms [xx, xy, xz, yy, yz]."""
     xx, xy, xz, yy, yz = q_v_per_g2 or (0.0, 0.0, 0.0, 0.0, 0.0)
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])

@@ -53,11 +53,11 @@ class ZaberStage:
         }
 
     def status(self, now_s: float) -> tuple[bool, str]:
-        """Busy, and the warning of the highest priority."""
+        """Return whether it is busy, and the warning of the highest priority."""
         return self.servo.is_moving(now_s), next(iter(self._warnings(now_s)), wire.NO_WARNING)
 
     def act(self, text: str, now_s: float) -> tuple[bool, str]:
-        """Whether the command was accepted, and the reply's data."""
+        """Act on a command; return whether it was accepted, and the reply's data."""
         words = text.split()
         match words:
             case []:
@@ -170,7 +170,7 @@ class ZaberTwin:
             stage.power_cycle(now_s)
 
     def say(self, line: bytes) -> None:
-        """An alert or info line of its own accord, without terminator."""
+        """Say an alert or info line of its own accord, without terminator."""
         self._due += line + wire.TERMINATOR
 
     def _answer(self, command: Command, now_s: float) -> None:

@@ -33,7 +33,7 @@ class RowShape:
 
 
 def parse_rows(piece: bytes, shape: RowShape) -> Rows:
-    """Whole lines to rows of numbers; a header line, a comment or a damaged line is refused."""
+    """Parse whole lines to rows of numbers; a header line, a comment or a damaged line is refused."""
 
     def numbers_of(lines: bytes) -> bytes:
         if shape.checksum == "xor":
@@ -49,7 +49,7 @@ def parse_rows(piece: bytes, shape: RowShape) -> Rows:
 
 
 def format_row(fields: list[bytes], shape: RowShape) -> bytes:
-    """A line with its checksum."""
+    """Return a line with its checksum."""
     line = shape.prefix + shape.separator.join(fields)
     if shape.checksum == "xor":
         line += b"*%02X" % reduce(xor, line.removeprefix(b"$"), 0)
@@ -57,5 +57,5 @@ def format_row(fields: list[bytes], shape: RowShape) -> bytes:
 
 
 def _without_prefix(lines: bytes, prefix: bytes) -> bytes:
-    """Every line begins with it."""
+    """Return the lines without the prefix that every line begins with."""
     return lines.removeprefix(prefix).replace(b"\n" + prefix, b"\n") if prefix else lines

@@ -59,13 +59,13 @@ class ErrorRecord:
 
 
 def encode(*commands: Command) -> bytes:
-    """The line that carries ``commands``."""
+    """Return the line that carries ``commands``."""
     pieces = (f"{'' if command.axis is None else command.axis}{command.letters}{command.value}" for command in commands)
     return ";".join(pieces).encode("ascii") + TERMINATOR
 
 
 def set_value(letters: str, axis: int, value: float) -> Command:
-    """``letters`` of an axis with a number of six decimals."""
+    """Return the command ``letters`` of an axis with a number of six decimals."""
     # Adding 0.0 turns −0.0 into 0.0.
     return Command(letters, axis, f"{round(value, DECIMALS) + 0.0:.{DECIMALS}f}")
 
@@ -75,29 +75,29 @@ def ask(letters: str, axis: int | None = None) -> Command:
 
 
 def decode_commands(line: bytes) -> list[Command | None]:
-    """The commands of a line without terminator; None for each that is none."""
+    """Return the commands of a line without terminator; None for each that is none."""
     text = line.decode("ascii", errors="replace").strip()
     return [_command(piece.strip()) for piece in text.split(";") if piece.strip()]
 
 
 def decode_number(line: bytes) -> float | None:
-    """A whole reply that is one plain number; None where it is not."""
+    """Decode a whole reply that is one plain number; None where it is not."""
     return float(line) if _NUMBER.fullmatch(line.strip(b" ")) else None
 
 
 def decode_flag(line: bytes) -> bool | None:
-    """A whole reply that is 0 or 1."""
+    """Decode a whole reply that is 0 or 1."""
     return {b"0": False, b"1": True}.get(line.strip(b" "))
 
 
 def decode_error(line: bytes) -> ErrorRecord | None:
-    """A reply to ``TB?``."""
+    """Decode a reply to ``TB?``."""
     found = _ERROR.fullmatch(line.strip(b" "))
     return None if found is None else ErrorRecord(int(found[1]), int(found[2]), found[3].decode("ascii").strip())
 
 
 def decode_version(line: bytes) -> str | None:
-    """A reply to ``VE?``, such as ``ESP300 Version 3.01``."""
+    """Decode a reply to ``VE?``, such as ``ESP300 Version 3.01``."""
     return line.decode("ascii").strip() if _VERSION.fullmatch(line.strip(b" ")) else None
 
 

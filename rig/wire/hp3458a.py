@@ -90,7 +90,7 @@ _ERROR_STRING = re.compile(rb' *(\d{1,3}) *, *"([^"]*)"')
 
 
 def range_for(max_input_v: float) -> float:
-    """The fixed range, volts, that ``DCV max_input_v`` selects. Raises: ValueError above 1000 V."""
+    """Return the fixed range, volts, that ``DCV max_input_v`` selects. Raises: ValueError above 1000 V."""
     for largest_v, range_v in DCV_RANGES_V:
         if abs(max_input_v) <= largest_v:
             return range_v
@@ -98,14 +98,20 @@ def range_for(max_input_v: float) -> float:
 
 
 def parse_number(line: bytes) -> float:
-    """A reading or a numeric answer: the whole line is one finite number. Raises: DeviceNonsense."""
+    """Return a reading or a numeric answer: the whole line is one finite number.
+
+    Raises: DeviceNonsense.
+    """
     if _NUMBER.fullmatch(line) is None:
         raise DeviceNonsense("the meter answers with one decimal number")
     return float(line)
 
 
 def parse_pair(line: bytes) -> tuple[float, float]:
-    """Two numbers, such as ``FUNC?`` (function, range) and ``NRDGS?`` (count, event). Raises: DeviceNonsense."""
+    """Parse two numbers, such as ``FUNC?`` (function, range) and ``NRDGS?`` (count, event).
+
+    Raises: DeviceNonsense.
+    """
     first, comma, second = line.partition(b",")
     if not comma:
         raise DeviceNonsense("the meter answers with two numbers and a comma")
@@ -113,24 +119,27 @@ def parse_pair(line: bytes) -> tuple[float, float]:
 
 
 def parse_reading(line: bytes) -> tuple[float, int]:
-    """A reading, volts, and the number of its characters: equal for all readings of a burst. Raises: DeviceNonsense."""
+    """Return a reading, volts, and the number of its characters: equal for all readings of a burst.
+
+    Raises: DeviceNonsense.
+    """
     return parse_number(line), len(line)
 
 
 def is_harmful(error: int) -> bool:
-    """Whether a number of ``ERRSTR?`` speaks of the meter itself and not of what it was told."""
+    """Return whether a number of ``ERRSTR?`` speaks of the meter itself and not of what it was told."""
     return error in HARMFUL_ERRORS or error >= 200
 
 
 def parse_identity(line: bytes) -> str:
-    """Raises: DeviceNonsense unless it is a 3458A in one of the two accepted spellings."""
+    """Return the name of a 3458A in one of its two accepted spellings. Raises: DeviceNonsense."""
     if line.strip() not in IDENTITIES:
         raise DeviceNonsense(f"a 3458A answers ID? with one of {[name.decode() for name in IDENTITIES]}")
     return line.strip().decode("ascii")
 
 
 def parse_error(line: bytes) -> tuple[int, str]:
-    """``ERRSTR?``: number and text, 0 when there is none (the lowest set bit is cleared by asking).
+    """Parse ``ERRSTR?``: number and text, 0 when there is none (the lowest set bit is cleared by asking).
 
     Raises: DeviceNonsense.
     """
@@ -141,12 +150,15 @@ def parse_error(line: bytes) -> tuple[int, str]:
 
 
 def format_reading(value_v: float) -> bytes:
-    """As the meter sends it, 16 characters and CR LF: sign or space, digit, point, nine digits, exponent."""
+    """Format a reading as the meter sends it.
+
+    16 characters and CR LF: sign or space, digit, point, nine digits, exponent.
+    """
     return b"% .9E\r\n" % (value_v if abs(value_v) >= SMALLEST_READING_V else 0.0)
 
 
 def format_error(bits: int) -> bytes:
-    """The answer to ``ERRSTR?`` for an error register: its lowest set bit."""
+    """Format the answer to ``ERRSTR?`` for an error register: its lowest set bit."""
     if not bits:
         return NO_ERROR
     lowest = bits & -bits

@@ -67,19 +67,19 @@ def slot_of(channel: int) -> int:
 
 
 def has_channel(card: str, channel: int) -> bool:
-    """Whether a card of that model has the channel (slot and two digits)."""
+    """Return whether a card of that model has the channel (slot and two digits)."""
     return channel % 100 in SWITCHED_BY.get(card, frozenset())
 
 
 def parse_identity(line: bytes) -> str:
-    """Raises: DeviceNonsense unless it is a 3488A."""
+    """Return the name of a 3488A. Raises: DeviceNonsense where it is another."""
     if line.strip() != IDENTITY:
         raise DeviceNonsense("a 3488A answers ID? with HP3488A")
     return IDENTITY.decode("ascii")
 
 
 def parse_view(line: bytes) -> bool:
-    """``CLOSED 0`` or ``OPEN   1``: whether the channel is closed. Raises: DeviceNonsense."""
+    """Return whether the channel is closed: ``CLOSED 0`` or ``OPEN   1``. Raises: DeviceNonsense."""
     match = _VIEW.fullmatch(line)
     if match is None:
         raise DeviceNonsense("the scanner answers VIEW with CLOSED 0 or OPEN   1")
@@ -87,7 +87,7 @@ def parse_view(line: bytes) -> bool:
 
 
 def parse_card_type(line: bytes) -> str:
-    """The model number of the card in a slot, such as ``44470``. Raises: DeviceNonsense."""
+    """Return the model number of the card in a slot, such as ``44470``. Raises: DeviceNonsense."""
     match = _CARD.fullmatch(line)
     if match is None:
         raise DeviceNonsense("the scanner answers CTYPE with a text whose model number starts at character 12")
@@ -95,7 +95,7 @@ def parse_card_type(line: bytes) -> str:
 
 
 def parse_errors(line: bytes) -> tuple[str, ...]:
-    """``ERROR``: the meanings of the set bits, empty when there is none. Raises: DeviceNonsense."""
+    """Parse ``ERROR``: the meanings of the set bits, empty when there is none. Raises: DeviceNonsense."""
     if _NUMBER.fullmatch(line) is None or not 0 <= int(line) < 32:
         raise DeviceNonsense("the scanner answers ERROR with a sum of 1, 2, 4, 8 and 16")
     return tuple(text for bit, text in ERRORS.items() if int(line) & bit)

@@ -12,7 +12,7 @@ from rig.wire.template import FieldValue, Template
 
 @dataclass(frozen=True, slots=True)
 class Identify:
-    """Who are you?"""
+    """Ask who it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,12 +106,12 @@ class TableCodec:
         self._error = Template(dialect.error.reply)
 
     def encode_command(self, command: Command) -> bytes:
-        """The command as a line with its terminator."""
+        """Return the command as a line with its terminator."""
         fields: dict[str, FieldValue] = {name: getattr(command, name) for name in command.__slots__}
         return self._commands[type(command)].render(**fields).encode("ascii") + self.terminator
 
     def decode_command(self, line: bytes) -> Command | None:
-        """The command of a whole line without terminator, or None where it is none."""
+        """Return the command of a whole line without terminator, or None where it is none."""
         text = _ascii(line)
         for kind, template in self._commands.items():
             fields = None if text is None else template.match(text)
@@ -120,7 +120,7 @@ class TableCodec:
         return None
 
     def encode_reply(self, reply: Reply, axis: int, command: type[Command] | None) -> bytes:
-        """What the machine answers; ``command`` None where it did not understand which."""
+        """Return what the machine answers; ``command`` None where it did not understand which."""
         if isinstance(reply, Refused) or command is None:
             text = self._error.render(axis=axis, text=getattr(reply, "text", ""))
         else:
@@ -128,7 +128,7 @@ class TableCodec:
         return text.encode("ascii") + self.terminator
 
     def decode_reply(self, line: bytes, command: Command) -> Reply | None:
-        """The reply that a whole line without terminator is to ``command``; None where it cannot be one."""
+        """Return the reply that a whole line without terminator is to ``command``; None where it cannot be one."""
         text = _ascii(line)
         if text is None:
             return None
@@ -149,7 +149,7 @@ class TableCodec:
         return Identity(str(fields["text"])) if isinstance(command, Identify) else Acknowledged()
 
     def _state(self, told: frozenset[str]) -> TableState | None:
-        """The state that the words tell; None where one is unknown, missing or contradicts another."""
+        """Return the state that the words tell; None where one is unknown, missing or contradicts another."""
         words = self.dialect.words
         pairs = [
             (words.moving, words.resting),

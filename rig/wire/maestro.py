@@ -66,7 +66,7 @@ class Request:
 
 
 def number(value: int) -> tuple[int, int]:
-    """Two bytes of seven bits, low first. Raises: ValueError outside 0 to 16383."""
+    """Return two bytes of seven bits, low first. Raises: ValueError outside 0 to 16383."""
     if not 0 <= value <= HIGHEST_NUMBER:
         raise ValueError(f"{value} does not fit in 14 bits")
     return value & 0x7F, value >> 7
@@ -77,29 +77,32 @@ def value_of(low: int, high: int) -> int:
 
 
 def unit_s(period_ms: int) -> float:
-    """Time unit of speeds and accelerations: 10 ms, but the period itself on a Mini with another than 20 ms."""
+    """Return the time unit of speeds and accelerations.
+
+    10 ms, but the period itself on a Mini with another than 20 ms.
+    """
     return 0.010 if period_ms == 20 else period_ms / 1000.0
 
 
 def set_target(channel: int, quarter_us: int) -> Request:
-    """Target 0 stops the pulses."""
+    """Return the request for a target; 0 stops the pulses."""
     return Request(SET_TARGET, (channel, *number(quarter_us)))
 
 
 def set_speed(channel: int, speed: int) -> Request:
-    """In 0.25 µs per 10 ms; 0 is unlimited."""
+    """Return the request for a speed in 0.25 µs per 10 ms; 0 is unlimited."""
     return Request(SET_SPEED, (channel, *number(speed)))
 
 
 def set_acceleration(channel: int, acceleration: int) -> Request:
-    """In 0.25 µs per 10 ms per 80 ms, 0 to 255; 0 is unlimited."""
+    """Return the request for an acceleration in 0.25 µs per 10 ms per 80 ms, 0 to 255; 0 is unlimited."""
     if not 0 <= acceleration <= 255:
         raise ValueError(f"an acceleration is 0 to 255, got {acceleration}")
     return Request(SET_ACCELERATION, (channel, *number(acceleration)))
 
 
 def set_multiple_targets(first: int, targets: Sequence[int]) -> Request:
-    """Consecutive channels at once; Mini Maestro only."""
+    """Return the request for consecutive channels at once; Mini Maestro only."""
     return Request(
         SET_MULTIPLE_TARGETS, (len(targets), first, *(byte for target in targets for byte in number(target)))
     )
@@ -124,14 +127,14 @@ class MaestroCodec:
 
 
 def mini_ssc(servo: int, target: int) -> bytes:
-    """The third form: one byte of target, 127 is neutral; never with a CRC. Both 0 to 254."""
+    """Return a command in the third form: one byte of target, 127 is neutral; never with a CRC. Both 0 to 254."""
     if not (0 <= servo <= 254 and 0 <= target <= 254):
         raise ValueError(f"servo and target are 0 to 254, got {servo} and {target}")
     return bytes([MINI_SSC, servo, target])
 
 
 def crc7(packet: bytes) -> int:
-    """Of a whole command packet; bit 7 is clear. ``83 01`` gives 17 (hexadecimal)."""
+    """Return the checksum of a whole command packet; bit 7 is clear. ``83 01`` gives 17 (hexadecimal)."""
     crc = 0
     for byte in packet:
         crc ^= byte
@@ -141,7 +144,7 @@ def crc7(packet: bytes) -> int:
 
 
 def decode_word(reply: bytes) -> int:
-    """The reply to Get Position or Get Errors."""
+    """Decode the reply to Get Position or Get Errors."""
     return int.from_bytes(reply, "little")
 
 
@@ -150,5 +153,5 @@ def encode_word(value: int) -> bytes:
 
 
 def told(errors: Errors) -> str:
-    """The bits by name, for messages."""
+    """Return the bits by name, for messages."""
     return ", ".join((bit.name or "").lower().replace("_", " ") for bit in Errors if bit in errors)

@@ -36,7 +36,7 @@ class MaestroReader:
         self._packet = b""
 
     def take(self, data: bytes) -> list[Heard]:
-        """What is complete with these bytes, in order."""
+        """Return what is complete with these bytes, in order."""
         heard: list[Heard] = []
         for byte in data:
             heard += self._take_byte(byte)
@@ -55,7 +55,7 @@ class MaestroReader:
         return heard + self._finished()
 
     def _finished(self) -> list[Heard]:
-        """The packet's command when nothing is missing; the packet is then over."""
+        """Return the packet's command when nothing is missing; the packet is then over."""
         length = self._length()
         if length is None:
             self._packet = b""
@@ -75,7 +75,7 @@ class MaestroReader:
         return [Request(packet[head - 1] | _COMMAND_BIT, tuple(packet[head:]))]
 
     def _length(self) -> int | None:
-        """Bytes of the whole packet as far as can be told; None for an unknown command."""
+        """Return the bytes of the whole packet as far as can be told; None for an unknown command."""
         if self._packet[0] == wire.MINI_SSC:
             return _MINI_SSC_LENGTH
         head = 3 if self._packet[0] == wire.START else 1

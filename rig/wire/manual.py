@@ -1,5 +1,7 @@
-"""What is said to an operator who sets an axis by hand, and what may be answered. One line each; angles are the
-machine's own scale, in degrees with up to six decimals."""
+"""What is said to an operator who sets an axis by hand, and what may be answered.
+
+One line each; angles are the machine's own scale, in degrees with up to six decimals.
+"""
 
 import math
 import re
@@ -47,7 +49,7 @@ Order = SetTo | SetToZero | LeaveIt | ApplyField
 
 
 def encode(order: Order) -> bytes:
-    """The line that an operator reads."""
+    """Return the line that an operator reads."""
     match order:
         case SetTo():
             text = (
@@ -66,7 +68,7 @@ def encode(order: Order) -> bytes:
 
 
 def decode(line: str) -> Order | None:
-    """The order of a whole line without terminator; None where it is none."""
+    """Return the order of a whole line without terminator; None where it is none."""
     if found := _SET.fullmatch(line):
         return SetTo(found[1], float(found[2]))
     if found := _HOME.fullmatch(line):
@@ -78,12 +80,12 @@ def decode(line: str) -> Order | None:
 
 
 def decode_angle(answer: str) -> float | None:
-    """A typed angle; None where it is no plain number."""
+    """Decode a typed angle; None where it is no plain number."""
     value = float(answer) if _ANGLE.fullmatch(answer) else math.nan
     return value if math.isfinite(value) else None
 
 
 def shown_deg(angle_deg: float) -> str:
-    """Up to six decimals, none that say nothing."""
+    """Return an angle with up to six decimals, none that say nothing."""
     text = f"{round(angle_deg, 6) + 0.0:.6f}"
     return text.rstrip("0").rstrip(".")

@@ -43,7 +43,10 @@ class Operation:
 
 
 def encode(operation: Operation) -> tuple[int, ...]:
-    """Sixteen registers from :data:`DIRECT_DATA` that start the operation. Raises: ValueError beyond 32 bits."""
+    """Encode the operation in sixteen registers from :data:`DIRECT_DATA` that start it.
+
+    Raises: ValueError beyond 32 bits.
+    """
     values = (
         operation.number,
         operation.kind,
@@ -58,7 +61,7 @@ def encode(operation: Operation) -> tuple[int, ...]:
 
 
 def decode(registers: Sequence[int]) -> Operation:
-    """The operation in sixteen registers."""
+    """Return the operation in sixteen registers."""
     number, kind, position, speed_hz, starting, stopping, current, _ = (
         value_of(registers[place], registers[place + 1]) for place in range(0, 16, 2)
     )
@@ -66,7 +69,7 @@ def decode(registers: Sequence[int]) -> Operation:
 
 
 def words(value: int) -> tuple[int, int]:
-    """A signed value of 32 bits, upper word first. Raises: ValueError."""
+    """Return the words of a signed value of 32 bits, upper word first. Raises: ValueError."""
     if not -(2**31) <= value < 2**31:
         raise ValueError(f"{value} does not fit in 32 bits")
     return (value >> 16) & 0xFFFF, value & 0xFFFF

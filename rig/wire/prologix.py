@@ -67,19 +67,19 @@ def serial_poll(primary: int) -> bytes:
 
 
 def message(text: bytes) -> bytes:
-    """The host line that carries ``text`` to the addressed instrument."""
+    """Return the host line that carries ``text`` to the addressed instrument."""
     return _SPECIAL.sub(b"\x1b\\g<0>", text) + b"\n"
 
 
 def parse_number(line: bytes) -> int:
-    """The answer to a setting query or a serial poll. Raises: DeviceNonsense."""
+    """Return the answer to a setting query or a serial poll. Raises: DeviceNonsense."""
     if _NUMBER.fullmatch(line) is None:
         raise DeviceNonsense("the adapter answers with a decimal number")
     return int(line)
 
 
 def parse_status_byte(line: bytes) -> int:
-    """The answer to ``++spoll``, 0 to 255. Raises: DeviceNonsense."""
+    """Return the answer to ``++spoll``, 0 to 255. Raises: DeviceNonsense."""
     status = parse_number(line)
     if status > 255:
         raise DeviceNonsense("a status byte is 0 to 255")
@@ -87,14 +87,16 @@ def parse_status_byte(line: bytes) -> int:
 
 
 def parse_version(line: bytes) -> str:
-    """Such as ``Prologix GPIB-USB Controller version 6.107``. Raises: DeviceNonsense."""
+    """Parse a version such as ``Prologix GPIB-USB Controller version 6.107``. Raises: DeviceNonsense."""
     if b"GPIB" not in line or not line.isascii() or not line.decode("ascii").isprintable():
         raise DeviceNonsense("a GPIB adapter names itself with the word GPIB")
     return line.decode("ascii")
 
 
 def split_host_lines(received: bytes) -> tuple[list[HostLine], bytes]:
-    """What the adapter sees: complete lines, and the rest that has no end yet. Empty lines are dropped.
+    """Return what the adapter sees: complete lines, and the rest that has no end yet.
+
+    Empty lines are dropped.
 
     A ``+`` without an ESC inside a message is lost, as the manual warns.
     """

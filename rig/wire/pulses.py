@@ -27,7 +27,7 @@ class PulseCalibration:
         return min(abs((b[0] - a[0]) / (b[1] - a[1])) for a, b in pairwise(self.points))
 
     def deg_per_us(self, pulse_us: float) -> float:
-        """Slope of the line that holds at ``pulse_us``."""
+        """Return the slope of the line that holds at ``pulse_us``."""
         return self.angle_deg(pulse_us + 0.5) - self.angle_deg(pulse_us - 0.5)
 
     def pulse_us(self, angle_deg: float) -> float:

@@ -29,12 +29,12 @@ _CHANNELS = re.compile(r"\(@\s*((?:\d{3,4}(?::\d{3,4})?(?:\s*,\s*\d{3,4}(?::\d{3
 
 
 def channel_list(channels: Sequence[int]) -> bytes:
-    """``(@101,103)``, every channel by itself."""
+    """Return a list such as ``(@101,103)``, every channel by itself."""
     return b"(@%s)" % b",".join(b"%d" % channel for channel in channels)
 
 
 def parse_channel_list(text: str) -> tuple[int, ...]:
-    """``(@101:103,205)`` to its channels; ``(@)`` is empty. Raises: DeviceNonsense."""
+    """Parse ``(@101:103,205)`` to its channels; ``(@)`` is empty. Raises: DeviceNonsense."""
     match = _CHANNELS.fullmatch(text.strip())
     if match is None:
         raise DeviceNonsense(f"{text[:40]!r} is no channel list such as (@101:103)")
@@ -49,13 +49,13 @@ def parse_channel_list(text: str) -> tuple[int, ...]:
 
 
 def format_block(content: bytes) -> bytes:
-    """A definite block: ``#``, the number of digits, the length, the content."""
+    """Format a definite block: ``#``, the number of digits, the length, the content."""
     length = b"%d" % len(content)
     return b"#%d%s%s" % (len(length), length, content)
 
 
 def parse_block(line: bytes) -> bytes:
-    """The content of a definite block that is the whole line. Raises: DeviceNonsense."""
+    """Return the content of a definite block that is the whole line. Raises: DeviceNonsense."""
     digits = line[1:2]
     if line[:1] != b"#" or not (digits.isdigit() and digits != b"0"):
         raise DeviceNonsense("a definite block starts with # and a digit from 1 to 9")
@@ -67,31 +67,31 @@ def parse_block(line: bytes) -> bytes:
 
 
 def parse_scan_list(line: bytes) -> tuple[int, ...]:
-    """``ROUT:SCAN?``: a definite block with a channel list. Raises: DeviceNonsense."""
+    """Parse ``ROUT:SCAN?``: a definite block with a channel list. Raises: DeviceNonsense."""
     return parse_channel_list(parse_block(line).decode("latin-1"))
 
 
 def parse_number(line: bytes) -> float:
-    """One decimal number. Raises: DeviceNonsense."""
+    """Parse one decimal number. Raises: DeviceNonsense."""
     if _NUMBER.fullmatch(line) is None:
         raise DeviceNonsense("the unit answers with one decimal number")
     return float(line)
 
 
 def parse_whole(line: bytes) -> int:
-    """One whole number such as ``+20``. Raises: DeviceNonsense."""
+    """Parse one whole number such as ``+20``. Raises: DeviceNonsense."""
     if _WHOLE.fullmatch(line) is None:
         raise DeviceNonsense("the unit answers with one whole number")
     return int(line)
 
 
 def parse_readings(line: bytes) -> tuple[float, ...]:
-    """Readings and commas. Raises: DeviceNonsense."""
+    """Parse readings and commas. Raises: DeviceNonsense."""
     return tuple(_reading(part) for part in line.split(b","))
 
 
 def parse_named_readings(line: bytes) -> tuple[tuple[float, int], ...]:
-    """Readings each followed by its channel (``FORM:READ:CHAN ON``). Raises: DeviceNonsense."""
+    """Parse readings each followed by its channel (``FORM:READ:CHAN ON``). Raises: DeviceNonsense."""
     parts = line.split(b",")
     if len(parts) % 2:
         raise DeviceNonsense(f"got {len(parts)} fields, readings and channels come in pairs")
@@ -100,12 +100,15 @@ def parse_named_readings(line: bytes) -> tuple[tuple[float, int], ...]:
 
 
 def format_reading(value: float) -> bytes:
-    """As the unit writes it: ``+2.61920000E+01``."""
+    """Format a reading as the unit writes it: ``+2.61920000E+01``."""
     return b"%+.8E" % (value if abs(value) >= 1.0e-98 else 0.0)
 
 
 def parse_error(line: bytes) -> tuple[int, str]:
-    """An entry of the error queue, oldest first: number and text, 0 when it is empty. Raises: DeviceNonsense."""
+    """Parse an entry of the error queue, oldest first: number and text, 0 when it is empty.
+
+    Raises: DeviceNonsense.
+    """
     match = _ERROR.fullmatch(line)
     if match is None:
         raise DeviceNonsense('the unit answers SYST:ERR? with a number and a text, such as +0,"No error"')
@@ -117,7 +120,10 @@ def format_error(number: int, text: str) -> bytes:
 
 
 def parse_identity(line: bytes) -> tuple[str, str, str, str]:
-    """``*IDN?``, or the card in a slot: maker, model, serial number, firmware. Raises: DeviceNonsense."""
+    """Parse ``*IDN?``, or the card in a slot: maker, model, serial number, firmware.
+
+    Raises: DeviceNonsense.
+    """
     parts = tuple(part.strip() for part in line.decode("latin-1").split(","))
     if len(parts) != 4 or not all(part.isascii() and part.isprintable() for part in parts) or not parts[1]:
         raise DeviceNonsense("the unit answers with maker, model, serial number and firmware")
@@ -125,7 +131,7 @@ def parse_identity(line: bytes) -> tuple[str, str, str, str]:
 
 
 def split_message(message: str) -> Iterator[tuple[str, str]]:
-    """Header in full (upper case, no leading colon) and parameters of every command of a compound message."""
+    """Yield header in full (upper case, no leading colon) and parameters of every command of a compound message."""
     path = ""
     for text in _units(message):
         header, _, parameters = text.strip().partition(" ")

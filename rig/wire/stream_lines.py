@@ -38,13 +38,16 @@ class Rows:
 
 
 def split_whole_lines(received: bytes) -> tuple[bytes, bytes]:
-    """Everything to the last line feed, and the unfinished rest."""
+    """Return everything to the last line feed, and the unfinished rest."""
     end = received.rfind(b"\n") + 1
     return received[:end], received[end:]
 
 
 def row_pattern(fields: int, separator: bytes = b",", before: bytes = b"", behind: bytes = b"") -> re.Pattern[bytes]:
-    """Of one line with its line feed; blanks around a number are allowed where they do not separate."""
+    """Return the pattern of one line with its line feed.
+
+    Blanks around a number are allowed where they do not separate.
+    """
     number = NUMBER if separator.isspace() else rb"[ \t]*" + NUMBER + rb"[ \t]*"
     numbers = re.escape(separator).join([number] * fields)
     return re.compile(before + numbers + behind + rb"\r?\n")
@@ -58,7 +61,7 @@ def parse_lines(
     kept: Callable[[bytes], Sequence[bool]],
     separator: bytes = b",",
 ) -> Rows:
-    """Whole lines to rows.
+    """Parse whole lines to rows.
 
     ``numbers_of`` strips well-shaped lines to numbers, separators and line feeds; ``kept`` tells of such lines, line
     by line, whether their checksum holds.
@@ -81,8 +84,11 @@ def parse_lines(
 
 
 def checksums_hold(lines: bytes, start: bytes) -> list[bool]:
-    """Whether the XOR of the bytes from behind ``start`` (as long as every line's beginning) to the ``*`` is what the
-    two hexadecimal digits behind it say, line by line. Every line has exactly one ``*``."""
+    """Return whether the checksums hold, line by line.
+
+    The XOR of the bytes from behind ``start`` (as long as every line's beginning) to the ``*`` is what the two
+    hexadecimal digits behind it say. Every line has exactly one ``*``.
+    """
     if not lines:
         return []
     data = np.frombuffer(lines, dtype=np.uint8)

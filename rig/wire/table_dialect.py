@@ -97,7 +97,9 @@ class Dialect(StrictTable):
 
 
 def load_dialect(name: str | None, increment_deg: float) -> Dialect:
-    """A shipped dialect by name, a dialect file by path, or by None the coarsest shipped one that has the increment.
+    """Return a shipped dialect by name, a dialect file by path, or for None the coarsest shipped one that fits.
+
+    It fits where it has the increment.
 
     Raises: DescriptionError.
     """
@@ -115,12 +117,12 @@ def load_dialect(name: str | None, increment_deg: float) -> Dialect:
 
 
 def dialect_name(text: str, folder: Path) -> str:
-    """What a file in ``folder`` means by ``text``: a shipped dialect, or a path relative to that folder."""
+    """Return what a file in ``folder`` means by ``text``: a shipped dialect, or a path relative to that folder."""
     return text if text in shipped_dialects() else str(folder / text)
 
 
 def shipped_dialects() -> dict[str, Dialect]:
-    """The dialects that come with calrig, by name."""
+    """Return the dialects that come with calrig, by name."""
     with as_file(files("rig") / "dialects") as folder:
         dialects = [read_toml(path).validate(Dialect) for path in sorted(folder.glob("*.toml"))]
     return {dialect.name: dialect for dialect in dialects}

@@ -26,11 +26,11 @@ class Template:
         self._pattern = re.compile("".join(pattern for pattern, _ in pieces))
 
     def render(self, **fields: FieldValue) -> str:
-        """The line, without terminator."""
+        """Return the line, without terminator."""
         return self.text.format(**fields)
 
     def match(self, line: str) -> dict[str, FieldValue] | None:
-        """The fields of ``line``, or None where it is another line."""
+        """Return the fields of ``line``, or None where it is another line."""
         found = self._pattern.fullmatch(line)
         return None if found is None else {name: _value(name, text) for name, text in found.groupdict().items()}
 

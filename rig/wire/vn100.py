@@ -65,12 +65,12 @@ _MESSAGE = re.compile(rb"\$(VN[A-Z]{3}(?:,[ -)+-~]*)?)\*([0-9A-F]{2}|XX)\r?\n?")
 
 
 def checksum(payload: bytes) -> int:
-    """XOR of all bytes between ``$`` and ``*``."""
+    """Return the XOR of all bytes between ``$`` and ``*``."""
     return reduce(xor, payload, 0)
 
 
 def message(payload: bytes) -> bytes:
-    """A whole line around ``payload``."""
+    """Return a whole line around ``payload``."""
     return b"$%s*%02X\r\n" % (payload, checksum(payload))
 
 
@@ -83,7 +83,7 @@ def write_register(register: int, value: int) -> bytes:
 
 
 def parse_message(line: bytes, *, accept_bypass: bool = False) -> list[str]:
-    """The comma separated parts of a line whose checksum holds, the name first.
+    """Return the comma separated parts of a line whose checksum holds, the name first.
 
     ``accept_bypass``: ``*XX`` stands for any checksum (to the unit, never from it). Raises: DeviceNonsense.
     """
@@ -99,7 +99,7 @@ def parse_message(line: bytes, *, accept_bypass: bool = False) -> list[str]:
 
 
 def parse_error(parts: list[str]) -> str | None:
-    """What a ``VNERR`` line tells, None for any other. The code is hexadecimal."""
+    """Return what a ``VNERR`` line tells, None for any other. The code is hexadecimal."""
     if parts[0] != "VNERR":
         return None
     try:
@@ -110,13 +110,13 @@ def parse_error(parts: list[str]) -> str | None:
 
 
 def row_pattern(output: str) -> re.Pattern[bytes]:
-    """Of one whole streamed line."""
+    """Return the pattern of one whole streamed line."""
     fields = len(OUTPUTS[output][1])
     return re.compile(rb"\$VN%s(?:,%s){%d}\*[0-9A-F]{2}\r?\n" % (output.encode("ascii"), NUMBER, fields))
 
 
 def parse_rows(piece: bytes, output: str, pattern: re.Pattern[bytes]) -> Rows:
-    """Whole lines of a streamed output to their numbers; ``pattern`` is its :func:`row_pattern`."""
+    """Parse whole lines of a streamed output to their numbers; ``pattern`` is its :func:`row_pattern`."""
     header = b"$VN%s," % output.encode("ascii")
     return parse_lines(
         piece,
@@ -128,14 +128,14 @@ def parse_rows(piece: bytes, output: str, pattern: re.Pattern[bytes]) -> Rows:
 
 
 def format_row(output: str, values: tuple[float, ...]) -> bytes:
-    """A streamed line as the unit writes it."""
+    """Return a streamed line as the unit writes it."""
     fields = OUTPUTS[output][1]
     texts = (SHAPES[unit] % value for (_, unit), value in zip(fields, values, strict=True))
     return message(b"VN%s,%s" % (output.encode("ascii"), b",".join(texts)))
 
 
 def line_bytes(output: str) -> int:
-    """Longest streamed line of an output."""
+    """Return the longest streamed line of an output."""
     return len(b"$VNYMR*00\r\n") + sum(LINE_BYTES[unit] for _, unit in OUTPUTS[output][1])
 
 

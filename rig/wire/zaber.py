@@ -45,7 +45,7 @@ class Reply:
 
 
 def checksum(body: bytes) -> bytes:
-    """Two hexadecimal digits for the characters between the lead character and the colon."""
+    """Return two hexadecimal digits for the characters between the lead character and the colon."""
     return b"%02X" % (-sum(body) & 0xFF)
 
 
@@ -57,7 +57,7 @@ def encode_command(command: Command) -> bytes:
 
 
 def decode_command(line: bytes) -> Command | None:
-    """A whole line without terminator; None for what is none or has a wrong checksum."""
+    """Decode a whole line without terminator; None for what is none or has a wrong checksum."""
     opened = _opened(line)
     found = None if opened is None else _COMMAND.fullmatch(opened[0].rstrip())
     if opened is None or found is None:
@@ -80,7 +80,7 @@ def encode_reply(reply: Reply) -> bytes:
 
 
 def decode_reply(line: bytes) -> Reply | None:
-    """A whole line without terminator; None for what is no reply or has a wrong checksum."""
+    """Decode a whole line without terminator; None for what is no reply or has a wrong checksum."""
     opened = _opened(line)
     found = None if opened is None else _REPLY.fullmatch(opened[0])
     if opened is None or found is None:
@@ -99,17 +99,17 @@ def decode_reply(line: bytes) -> Reply | None:
 
 
 def is_aside(line: bytes) -> bool:
-    """Alert and info lines: said unasked, or after the reply."""
+    """Return whether a line is alert or info: said unasked, or after the reply."""
     return line[:1] in (b"!", b"#")
 
 
 def decode_integer(data: str) -> int | None:
-    """A setting such as ``pos``: one whole number."""
+    """Decode a setting such as ``pos``: one whole number."""
     return int(data) if re.fullmatch(r"-?\d{1,10}", data) else None
 
 
 def decode_warnings(data: str) -> tuple[str, ...] | None:
-    """The reply to ``warnings``: how many, then each."""
+    """Decode the reply to ``warnings``: how many, then each."""
     count, *flags = data.split(" ")
     is_list = re.fullmatch(r"\d\d", count) and all(re.fullmatch(r"[A-Z][A-Z0-9]", flag) for flag in flags)
     return tuple(flags) if is_list and int(count) == len(flags) else None
@@ -121,7 +121,10 @@ def _closed(text: str, has_checksum: bool) -> bytes:
 
 
 def _opened(line: bytes) -> tuple[str, bool] | None:
-    """The line without its checksum, and whether it had one; None where that is wrong or a byte is none of ASCII."""
+    """Return the line without its checksum, and whether it had one.
+
+    None where that is wrong or a byte is none of ASCII.
+    """
     found = _CHECKSUM.fullmatch(line)
     if found is not None and checksum(found[1][1:]) != found[2].upper():
         return None

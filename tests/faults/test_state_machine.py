@@ -27,7 +27,7 @@ from procedures.journal.spool import Request, Spool
 from procedures.journal.status import status
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.progress import Progress
-from procedures.records.states import RESUMABLE, State, require_transition
+from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, require_transition
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.resume import resume_on
@@ -186,13 +186,13 @@ class RunAndRig(RuleBasedStateMachine):
         self.plug.is_out = self.is_pressed = False
         run_child(lambda seen: self._work(Bystander(self, {})), f"any:{passage}")
 
-    @precondition(lambda self: self.state is State.TRIPPED)
+    @precondition(lambda self: self.state in ANSWERED_FOR)
     @rule()
     def resume_without_a_reason(self) -> None:
         with pytest.raises(RequestError, match="a person has to look first"):
             resume_on(self.run_dir, self.felt, "", "")
 
-    @precondition(lambda self: self.state in (State.FINISHED, State.ABORTED, State.FAILED))
+    @precondition(lambda self: self.state in (State.FINISHED, State.FAILED))
     @rule()
     def resume_what_has_ended(self) -> None:
         with pytest.raises(RequestError, match="and resume takes"):

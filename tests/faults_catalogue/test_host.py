@@ -243,7 +243,7 @@ def test_fault_20_stuck_a_stop_that_hangs_keeps_no_other_axis_from_its_stop(
     small: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Detected: every stop has a thread and a deadline of its own.
-    Response: all are attempted; what did not answer is named, and the run is tripped (aborted: failed).
+    Response: all are attempted; what did not answer is named, and the run is tripped, also where it was aborted.
     """
     monkeypatch.setattr("rig.motion.move._ALLOWANCE_S", 0.05)
     released = Event()

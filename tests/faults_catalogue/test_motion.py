@@ -265,7 +265,7 @@ def test_fault_51_a_servo_that_follows_late_is_waited_for(small: Bench, clean: P
 @pytest.mark.parametrize("entry", sorted(STRIKES))
 def test_fault_55_no_axis_moves_once_it_was_seen_at_rest(entry: int) -> None:
     """Detected: after every stop each axis is seen at rest for a second.
-    Response: an axis that moves on is named, and the run is tripped (aborted: failed).
+    Response: an axis that moves on is named, and the run is tripped, also where it was aborted.
     """
     assert standstill_s(entry) < (1.0 if entry != 21 else 20.0)
 
@@ -282,14 +282,14 @@ def test_fault_55_stuck_an_axis_that_creeps_on_after_abort_is_told(small: Bench,
 
     unattended = UnattendedRun(tmp_path / "run", after={5: asks("abort")})
     outcome = run_unattended(small, unattended, rig_of=Creeps)
-    assert outcome.state is State.FAILED
+    assert outcome.state is State.TRIPPED
     assert "not every axis is known to stand still: pitch: still moving" in outcome.reason
 
 
 @pytest.mark.usefixtures("terminal_signals")
 def test_fault_19_a_termination_in_mid_move_stops_the_axes_within_a_second(small: Bench, tmp_path: Path) -> None:
     """Detected: signals leave a mark that every slice of every wait reads.
-    Response: once: stop after the dwell; twice, or SIGTERM: axes stop now; none skips the stop or the last line.
+    Response: once: stop after the dwell; twice: abort; SIGTERM: stop at once; a closed terminal ends nothing.
     """
     run = StruckRun(tmp_path / "run", STRIKES[19])
     run.run_dir.mkdir()
@@ -298,9 +298,9 @@ def test_fault_19_a_termination_in_mid_move_stops_the_axes_within_a_second(small
         outcome = begin(
             run.run_dir, small.header(run.run_dir), small.plan, RigReopenedLate(rig, run), care=Care(pulse=run.pulse)
         )
-        assert outcome.state is State.ABORTED
+        assert outcome.state is State.STOPPED
         assert run.still_after_s() < 1.0
-    assert states(run.run_dir)[-1] == "aborted"
+    assert states(run.run_dir)[-1] == "stopped"
 
 
 @pytest.mark.parametrize("bit", list(Errors))

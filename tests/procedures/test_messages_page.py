@@ -10,7 +10,17 @@ from procedures.run.stop_advice import ADVICE
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "messages.md").read_text(encoding="utf-8")
 PARTS = ("procedures/run", "procedures/journal", "procedures/records", "procedures/alerts", "rig/guard")
-COMMANDS = ("archive_url.py", "attend.py", "choose_run.py", "people.py", "places.py", "run.py", "steer.py")
+COMMANDS = (
+    "archive_url.py",
+    "attend.py",
+    "choose_run.py",
+    "detach.py",
+    "follow.py",
+    "people.py",
+    "places.py",
+    "run.py",
+    "steer.py",
+)
 """Of ``procedures/cli``: the commands around a run. The others refuse their own arguments by name and say what they
 take."""
 

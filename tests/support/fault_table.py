@@ -88,7 +88,16 @@ files or software changed before a resume
 degenerate design""".splitlines(),
         start=1,
     )
-)
+) | {
+    76: "told to end, or aborted",
+    77: "the terminal closes",
+    78: "a letter that a font lacks",
+    79: "a disk that stays full",
+    82: "a run folder is copied and resumed",
+    83: "the clock is set during a run",
+    84: "secrets of an alert",
+    85: "a line that never ends",
+}
 HEAD = """# Faults: how each is met
 
 Written from the tests by `python tests/support/fault_table.py`; a test holds this page and the tests together.

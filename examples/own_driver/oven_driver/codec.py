@@ -20,7 +20,7 @@ _IDENTITY = re.compile(rb"ID (?P<name>OVEN-\d+ SN \d+)")
 
 
 def read_degc(name: str, word: str, reply: bytes) -> float:
-    """The whole line or nothing: a number picked out of a damaged line is a wrong number."""
+    """Return the number of a whole line, or nothing: a number picked out of a damaged line is a wrong number."""
     if reply.startswith(b"ERR "):
         raise DeviceRefused(f"{name}: the oven refused it: {reply!r}; nothing was changed; see its manual for the code")
     line = DEGC.fullmatch(reply)

@@ -45,7 +45,7 @@ class Oven:
         return self._ask("SET", b"SET?")
 
     def hold(self, setpoint_degc: float) -> None:
-        """An absolute setpoint may be sent twice; what counts is what is read back."""
+        """Send a setpoint; an absolute one may be sent twice, and what counts is what is read back."""
         self._settings.refuse_beyond_limits(self.name, setpoint_degc)
         wanted_degc = round(setpoint_degc * HUNDREDTHS) / HUNDREDTHS
         if wanted_degc != setpoint_degc:
@@ -66,6 +66,9 @@ class Oven:
 
 
 def connect(name: str, settings: OvenSettings, lines: Lines) -> Environment:
-    """Called when a rig is opened; ``lines`` opens the port, or the twin's line, and shares it where it is shared."""
+    """Open the oven when a rig is opened.
+
+    ``lines`` opens the port, or the twin's line, and shares it where it is shared.
+    """
     stream = lines.stream(f"environment.{name}", settings.port, settings.baud_rate)
     return Oven(name, settings, Exchange(stream))

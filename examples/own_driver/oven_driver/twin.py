@@ -40,5 +40,5 @@ class OvenTwin:
 
 
 def twin(name: str, settings: OvenSettings, world: World, time_factor: float) -> Twin:  # noqa: ARG001 it needs neither
-    """Called for ``port = "twin"``, for rehearsals and by ``calrig simulate``."""
+    """Make the twin for ``port = "twin"``, for rehearsals and by ``calrig simulate``."""
     return OvenTwin(name, world)

@@ -11,6 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from procedures.report.paper.letters import FONTS, printable
 from procedures.report.paper.page_tree import Leaves, leaves_of
 
 TEMPLATE = Path(__file__).with_name("paper.typ")
@@ -52,6 +53,7 @@ def paper_of(page: str, imprint: Imprint, attachments: Sequence[Attachment] = ()
         format="pdf",
         pdf_standards=[STANDARD],
         ignore_system_fonts=True,
+        font_paths=[str(FONTS)],
         timestamp=int(imprint.moment.timestamp()),
     )
     assert isinstance(pdf, bytes)
@@ -74,7 +76,7 @@ def _sources(leaves: Leaves, imprint: Imprint, attachments: Sequence[Attachment]
     }
     return {
         "main.typ": TEMPLATE.read_bytes(),
-        "document.json": json.dumps(document, ensure_ascii=False).encode("utf-8"),
+        "document.json": json.dumps(printable(document), ensure_ascii=False).encode("utf-8"),
         **leaves.pictures,
         **{f"attachments/{one.name}": one.content for one in attachments},
     }

@@ -185,3 +185,27 @@ def test_its_header_tests_itself(example: ModuleType, tmp_path: Path) -> None:
     assert b"CALRIG_SN9_X_STIFFENING_V_PER_G" in header
     [[largest]] = printed(tmp_path, {"SN9.h": header}, 'printf("%.17g\\n", calrig_sn9_self_test());')
     assert largest <= 1e-12
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_run_is_checked_and_solved_with_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rig = (ROOT / "examples" / "rig.toml").read_text(encoding="utf-8")
+    one_axis = rig.replace("three-axis package", "single-axis package").replace(
+        'channels = { x = "dmm.x", y = "dmm.y", z = "dmm.z" }', 'channels = { x = "dmm.x" }'
+    )
+    assert one_axis != rig
+    (tmp_path / "rig.toml").write_text(one_axis, encoding="utf-8")
+    (tmp_path / "procedure.toml").write_text(
+        '[procedure]\ntitle = "own model"\nkind = "grid"\nreplications = 2\n[design]\nkind = "D"\n'
+        "pitch_deg = { from = -60.0, to = 60.0, step = 20.0 }\n[dwell]\nsamples = 5\n"
+        '[solve]\nmodel = "stiffening-clinometer"\nextended = "no"\n',
+        encoding="utf-8",
+    )
+    files = (tmp_path / "procedure.toml", "--rig", tmp_path / "rig.toml")
+    checked = call(capsys, "check", *files, "--json")
+    assert checked.status == 0, checked.err
+    assert "stiffening_v_per_g" in checked.document["parameters"]
+    ran = call(capsys, "run", *files, "--out", tmp_path / "runs", "--json")
+    assert ran.status == 0, ran.err
+    found = ran.document["sensors"]["SN1047"]["axes"]["x"]["parameters"]["sensitivity_v_per_g"]
+    assert abs(found["value"] - 2.5) < 0.05

@@ -10,15 +10,20 @@ import pytest
 from journals import a_clock
 from small_run import bench
 
+from ams.errors import WriteFailed
 from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command
 from procedures.alerts.dispatcher import MOST_UNDER_WAY, AlertDesk
 from procedures.alerts.settings import AlertSettings, read_alerts
+from procedures.errors import ExitStatus, StorageFailed
+from procedures.journal.corrections import is_acknowledged
+from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
 from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.run.progress import SilentObserver
+from procedures.run.resume import resume
 from procedures.run.services import Care
-from rig.clock import VirtualClock
+from rig.clock import Clock, VirtualClock
 from rig.errors import DescriptionError
 
 HOLD = Progress("state", State.HELD, 3, 24, 1, 2, None, None, "environment.air: got 25 degC, allowed 18 to 22 degC")
@@ -252,3 +257,74 @@ def test_an_escalation_to_nobody_is_refused_by_line(tmp_path: Path) -> None:
     path.write_text("[escalate]\nafter_min = 5.0\n")
     with pytest.raises(DescriptionError, match=r"alerts.toml:\d+: escalate: .*an escalation to nobody is none"):
         read_alerts(path)
+
+
+def test_fault_79_a_disk_that_stays_full_is_told_and_its_page_lies_elsewhere(
+    tmp_path: Path, clock: VirtualClock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Detected: the disk refuses the journal, and goes on refusing whatever is written.
+    Response: people are told before the disk is asked; the page is written in a second place; the run is resumable.
+    """
+    small, run_dir, told = bench(tmp_path), tmp_path / "run", tmp_path / "told.txt"
+    desk = _desk(clock, told)
+    write = Journal.append_event
+
+    class Fills:
+        def on_event(self, progress: Progress) -> None:
+            desk.on_event(progress)
+            if progress.dwells_done == 3:
+                monkeypatch.setattr(Journal, "append_event", _refuse)
+                monkeypatch.setattr("procedures.run.stop_page.write_whole", _only_elsewhere)
+
+    def _only_elsewhere(path: Path, content: bytes) -> None:
+        if path.parent == run_dir:
+            raise WriteFailed(f"{path}: no space left on device")
+        path.write_bytes(content)
+
+    outcome = small.run(run_dir, observer=Fills(), care=Care(pulse=desk.pulse, second_place=tmp_path / "second"))
+    desk.close()
+    monkeypatch.setattr(Journal, "append_event", write)
+    assert outcome.exit_status == ExitStatus.FAILED
+    assert "calrig: night: stopped" in told.read_text(encoding="utf-8")
+    assert "no space left" in told.read_text(encoding="utf-8")
+    assert "no space left" in (tmp_path / "second" / "run" / "why.txt").read_text(encoding="utf-8")
+    assert str(tmp_path / "second" / "run" / "why.html") in outcome.reason
+    assert not is_acknowledged(run_dir)
+    assert resume(run_dir, "tester").state is State.FINISHED
+
+
+def _refuse(journal: Journal, kind: str, detail: Mapping[str, object], clock: object) -> None:
+    raise StorageFailed(f"{journal.path}: cannot be written: no space left on device")
+
+
+def test_a_stop_that_nobody_asked_for_rings_and_one_that_somebody_asked_for_does_not(
+    clock: VirtualClock, tmp_path: Path
+) -> None:
+    told = tmp_path / "told.txt"
+    for by, subjects in (("anna", 1), ("", 2)):
+        desk = _desk(clock, told, repeat_every_s=900.0)
+        desk.on_event(Progress("state", State.STOPPED, 3, 24, 1, 2, None, None, "why", by))
+        clock.sleep(901.0)
+        desk.pulse()
+        assert len(desk.close()) == subjects
+
+
+def test_people_are_told_before_the_journal_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small, order = bench(tmp_path), []
+    write = Journal.append_event
+
+    def journalled(journal: Journal, kind: str, detail: Mapping[str, object], clock: Clock) -> None:
+        order.append(f"journal {detail.get('to')}" if kind == "state" else "")
+        write(journal, kind, detail, clock)
+
+    class Tells:
+        def on_event(self, progress: Progress) -> None:
+            if progress.event == "state":
+                order.append(f"told {progress.state}")
+            if progress.dwells_done == 3:
+                raise ZeroDivisionError("of ours")
+
+    monkeypatch.setattr(Journal, "append_event", journalled)
+    with pytest.raises(ZeroDivisionError):
+        small.run(tmp_path / "run", observer=Tells())
+    assert order.index("told failed") < order.index("journal failed")

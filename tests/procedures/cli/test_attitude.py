@@ -13,7 +13,7 @@ from package_outputs import TRUTH, output_v, write_observations
 from solved_sets import package_set, tp_set
 
 from ams.exports.formats import export_set
-from procedures.cli import attitude_rows
+from procedures.cli import attitude_rows, attitude_stream
 
 ATTITUDES = [(-35.0, -20.0), (5.0, 60.0), (90.0, 10.0)]
 
@@ -154,3 +154,27 @@ def test_columns_of_cr_have_yaw(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 def test_a_cell_holds_nine_digits() -> None:
     assert next(attitude_rows.row_lines(["a", "b"], {"a": [12.3456789012], "b": [float("nan")]})) == "12.3456789,\n"
+
+
+def test_fault_85_a_line_that_never_ends_is_told_and_the_next_one_answered(
+    stored: Path, data: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Detected: a line longer than any row of a package.
+    Response: no more of it is kept than a row may have; it is answered with a flag, and the next one is read.
+    """
+    header, *rows = data.read_text(encoding="utf-8").splitlines(keepends=True)
+    endless = Counted(f"{header}{rows[0]}{'7' * 10_000_000}\n{rows[1]}")
+    monkeypatch.setattr(sys, "stdin", endless)
+    answers = rows_of(call(capsys, "attitude", stored, "-").out)
+    assert [one["flag"] for one in answers] == ["", f"line 3: longer than {attitude_stream.LONGEST_LINE} letters", ""]
+    assert endless.longest <= attitude_stream.LONGEST_LINE + 1
+
+
+class Counted(io.StringIO):
+    """A stream that keeps in mind how much was asked for at once."""
+
+    longest = 0
+
+    def readline(self, size: int = -1) -> str:  # type: ignore[override]
+        self.longest = max(self.longest, size)
+        return super().readline(size)

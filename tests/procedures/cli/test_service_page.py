@@ -26,4 +26,4 @@ def test_the_unit_may_write_where_the_locks_are() -> None:
 def test_the_unit_restarts_nothing_that_waits_for_a_person() -> None:
     waiting = {ExitStatus.WRONG_REQUEST, ExitStatus.HELD, ExitStatus.ABORTED}
     assert {int(one) for one in _unit()["RestartPreventExitStatus"].split()} == {int(status) for status in waiting}
-    assert _unit()["KillSignal"] == "SIGINT"
+    assert _unit()["KillSignal"] == "SIGTERM", "stops at once, and can be resumed"

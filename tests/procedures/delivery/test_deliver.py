@@ -1,12 +1,16 @@
 """What is measured is delivered, whatever the archive can tell of the years before."""
 
+from collections.abc import Callable
+from itertools import cycle
 from pathlib import Path
 
 import pytest
 from command import call
 from job_files import job
 
-from ams.errors import ArchiveError
+from ams.errors import ArchiveError, WriteFailed
+from procedures.delivery.deliver import deliver, solve_run
+from procedures.report.write import draw_report, view_of
 
 
 def test_a_look_at_the_past_that_fails_is_told_and_costs_no_report(
@@ -24,3 +28,43 @@ def test_a_look_at_the_past_that_fails_is_told_and_costs_no_report(
     (run,) = (tmp_path / "runs").glob("*/journal.sqlite")
     assert (run.parent / "report.html").exists()
     assert list((run.parent / "exports").iterdir())
+
+
+MAKERS = {
+    "set": "_written_sets",
+    "archive": "publish_solved",
+    "exports": "_exported",
+    "html": "write_screen",
+    "pdf": "write_paper",
+}
+
+
+ERRORS = (WriteFailed("there: no space left"), OSError(28, "No space left"), KeyError("ours"))
+
+
+def test_a_part_that_cannot_be_delivered_costs_no_other_and_solve_makes_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    procedure, rig = job(tmp_path)
+    run = Path(call(capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "runs", "--json").document["run"])
+    solved, url = solve_run(run), f"sqlite:///{tmp_path / 'other.sqlite'}"
+    drawn = draw_report(view_of(solved.record, solved.sensors))
+    monkeypatch.setattr("procedures.delivery.deliver.draw_report", lambda _: drawn)
+    for (part, maker), error in zip(MAKERS.items(), cycle(ERRORS)):
+        with monkeypatch.context() as broken:
+            broken.setattr(f"procedures.delivery.deliver.{maker}", _raises(error))
+            delivered = deliver(solved, url)
+        assert {name for name, told in delivered.parts.items() if told != "done"} == {part}
+        assert str(error.args[-1]) in delivered.failures[part]
+    with monkeypatch.context() as broken:
+        broken.setattr("procedures.delivery.deliver.write_paper", _raises(ERRORS[0]))
+        outcome = call(capsys, "solve", run)
+    assert (outcome.status, f"calrig solve {run} makes what is missing" in outcome.err) == (1, True)
+    assert call(capsys, "solve", run).status == 0
+
+
+def _raises(error: Exception) -> Callable[..., object]:
+    def make(*_: object, **__: object) -> object:
+        raise error
+
+    return make

@@ -8,7 +8,6 @@ from small_run import bench
 from unattended_run import UnattendedRun, asks, events, run_unattended
 
 from procedures.journal.guard_record import EVENT, guard_told, read_guard_record
-from procedures.journal.status import status
 from procedures.records.states import State
 from procedures.run.resume import resume_on
 from rig.assembly.open_rig import open_rig
@@ -30,12 +29,14 @@ def test_fault_56_what_the_guard_did_is_told_and_then_journalled(tmp_path: Path)
     run = UnattendedRun(tmp_path / "run", after={5: asks("stop")})
     run_unattended(small, run)
     (run.run_dir / RECORD).write_text(json.dumps(DOCUMENT), encoding="utf-8")
-    assert "the engine was frozen (SIGSTOP); it was ended while roll could move" in status(run.run_dir).guard
+    record = read_guard_record(run.run_dir)
+    assert record is not None
+    assert "the engine was frozen (SIGSTOP); it was ended while roll could move" in guard_told(record)
     with open_rig(small.rig) as rig:
         assert resume_on(run.run_dir, rig, "carla").state is State.FINISHED
     (event,) = events(run.run_dir, EVENT)
     assert event.detail == DOCUMENT
-    assert (status(run.run_dir).guard, (run.run_dir / RECORD).exists()) == ("", False)
+    assert not (run.run_dir / RECORD).exists()
 
 
 def test_an_axis_that_could_not_be_told_is_named() -> None:

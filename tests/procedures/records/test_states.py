@@ -4,7 +4,16 @@ import pytest
 from example_files import ROOT
 
 from procedures.errors import RequestError
-from procedures.records.states import ACTIVE, EXIT_STATUS, RESUMABLE, TRANSITIONS, State, diagram, require_transition
+from procedures.records.states import (
+    ACTIVE,
+    ANSWERED_FOR,
+    EXIT_STATUS,
+    RESUMABLE,
+    TRANSITIONS,
+    State,
+    diagram,
+    require_transition,
+)
 
 
 def test_the_page_in_the_docs_is_drawn_from_the_table() -> None:
@@ -23,21 +32,23 @@ def test_every_state_is_reached_from_planned() -> None:
     assert reached == set(State)
 
 
-@pytest.mark.parametrize("state", [State.FAILED, State.ABORTED])
+@pytest.mark.parametrize("state", [State.FAILED, State.CLOSED])
 def test_nothing_leaves_an_end(state: State) -> None:
     assert not [line for line in TRANSITIONS if line.source is state]
 
 
 @pytest.mark.parametrize("state", ACTIVE)
-def test_every_active_state_can_be_aborted_fail_and_lose_its_owner(state: State) -> None:
-    for target in (State.ABORTED, State.FAILED, State.INTERRUPTED):
+def test_every_active_state_can_be_stopped_aborted_fail_and_lose_its_owner(state: State) -> None:
+    for target in (State.STOPPED, State.ABORTED, State.FAILED, State.INTERRUPTED):
         require_transition(state, target)
 
 
-def test_a_trip_is_left_only_by_a_resume() -> None:
-    assert [(line.target, line.cause) for line in TRANSITIONS if line.source is State.TRIPPED] == [
-        (State.CHECKING, "resume")
-    ]
+def test_a_trip_or_an_abort_is_left_only_by_a_resume_or_a_close() -> None:
+    for latched in ANSWERED_FOR:
+        assert [(line.target, line.cause) for line in TRANSITIONS if line.source is latched] == [
+            (State.CHECKING, "resume"),
+            (State.CLOSED, "close, for good"),
+        ]
     assert set(RESUMABLE) == {line.source for line in TRANSITIONS if line.cause == "resume"}
 
 
@@ -45,7 +56,7 @@ def test_a_transition_that_is_not_in_the_table_is_refused_with_those_that_are() 
     with pytest.raises(RequestError, match=r"from paused to finished \(allowed: running, tripped, stopped"):
         require_transition(State.PAUSED, State.FINISHED)
     with pytest.raises(RequestError, match="none, it is an end"):
-        require_transition(State.ABORTED, State.RUNNING)
+        require_transition(State.CLOSED, State.RUNNING)
 
 
 def test_exit_statuses_are_those_of_the_command() -> None:

@@ -8,13 +8,16 @@ from pathlib import Path
 
 import pytest
 from journals import a_clock
-from small_run import bench, dwells_of, in_child, resumed
+from small_run import bench, dwells_of, in_child, measured_in, resumed
+from unattended_run import events
 
+from procedures.errors import RequestError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.spool import Request, Spool, Taken, ask
 from procedures.journal.status import status
 from procedures.records.progress import Progress
 from procedures.records.states import State
+from procedures.run.resume import resume
 from procedures.run.steering import Steering, signals_steer
 from rig.clock import ScaledClock, SystemClock
 from rig.errors import WaitEnded
@@ -128,24 +131,36 @@ def test_the_first_interrupt_is_a_stop_the_second_an_abort(tmp_path: Path) -> No
     assert [taken.request.kind for taken in told] == ["stop", "abort"]
 
 
-def test_a_termination_is_an_abort(tmp_path: Path) -> None:
+def test_a_termination_is_a_stop_that_does_not_wait_for_the_dwell(tmp_path: Path) -> None:
     clock = a_clock()
     steering = Steering(Spool(tmp_path), clock, clock, lambda _: None)
     with signals_steer(steering):
         os.kill(os.getpid(), signal.SIGTERM)
         with pytest.raises(WaitEnded, match="SIGTERM"):
             steering(0.0)
+    assert (steering.ending().state, steering.ending().by) == (State.STOPPED, "signal SIGTERM")
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
 
 
-def test_a_closed_terminal_is_a_stop_that_can_be_resumed(tmp_path: Path) -> None:
+def test_a_quit_is_an_abort(tmp_path: Path) -> None:
     clock = a_clock()
     steering = Steering(Spool(tmp_path), clock, clock, lambda _: None)
     with signals_steer(steering):
+        os.kill(os.getpid(), signal.SIGQUIT)
+        with pytest.raises(WaitEnded, match="SIGQUIT"):
+            steering(0.0)
+    assert steering.ending().state is State.ABORTED
+
+
+def test_a_closed_terminal_ends_nothing_and_is_told_once(tmp_path: Path) -> None:
+    clock, told = a_clock(), []
+    steering = Steering(Spool(tmp_path), clock, clock, lambda _: None, hung_up=lambda: told.append("closed"))
+    with signals_steer(steering):
         os.kill(os.getpid(), signal.SIGHUP)
         steering(1.0)
-    assert steering.stop is not None
-    assert steering.abort is None
+        steering(1.0)
+    assert told == ["closed"]
+    assert (steering.stop, steering.abort) == (None, None)
 
 
 def test_a_signal_that_was_ignored_stays_ignored(tmp_path: Path) -> None:
@@ -194,8 +209,10 @@ class Signalling:
         ([signal.SIGINT], State.STOPPED),
         ([signal.SIGINT] * 2, State.ABORTED),
         ([signal.SIGINT] * 11, State.ABORTED),
-        ([signal.SIGTERM], State.ABORTED),
-        ([signal.SIGINT, signal.SIGTERM, signal.SIGHUP], State.ABORTED),
+        ([signal.SIGTERM], State.STOPPED),
+        ([signal.SIGQUIT], State.ABORTED),
+        ([signal.SIGHUP], State.FINISHED),
+        ([signal.SIGINT, signal.SIGTERM, signal.SIGHUP], State.STOPPED),
     ],
 )
 def test_fault_19_signals_never_skip_the_last_line(tmp_path: Path, numbers: list[signal.Signals], state: State) -> None:
@@ -207,12 +224,15 @@ def test_fault_19_signals_never_skip_the_last_line(tmp_path: Path, numbers: list
     _, exit_status = os.waitpid(in_child(lambda: small.run(run_dir, observer=Signalling(*numbers))), 0)
     assert exit_status == 0
     assert status(run_dir).state is state
-    assert len([dwell for dwell in dwells_of(run_dir) if dwell.purpose == "design"]) == 4
     with JournalReader.open(run_dir) as reader:
         last = reader.last_event()
         assert last is not None
         assert last.detail["to"] == state
-    if state is State.STOPPED:
+    if state is State.FINISHED:
+        assert "terminal" in {event.kind for event in events(run_dir)}
+    else:
+        assert str(last.detail["by"]).startswith("signal SIG")
+        assert len([dwell for dwell in dwells_of(run_dir) if dwell.purpose == "design"]) == 4
         assert resumed(run_dir).state is State.FINISHED
 
 
@@ -245,3 +265,20 @@ def _until(run_dir: Path, state: State) -> None:
     while not (run_dir / "journal.count").exists() or status(run_dir).state is not state:
         assert clock.monotonic_s() < ends_s, f"not {state} in time"
         clock.sleep(0.01)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGQUIT])
+def test_fault_76_a_run_that_was_told_to_end_or_aborted_goes_on_with_the_same_numbers(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    """Detected: signals and requests leave a mark that every slice of every wait reads.
+    Response: axes stop at once; stopped can be resumed, aborted with a name and a reason; the record says who asked.
+    """
+    small, run_dir = bench(tmp_path), tmp_path / "run"
+    small.run(tmp_path / "clean")
+    os.waitpid(in_child(lambda: small.run(run_dir, observer=Signalling(number))), 0)
+    if number is signal.SIGQUIT:
+        with pytest.raises(RequestError, match="the run is aborted, so a person has to look first"):
+            resume(run_dir, "")
+    assert resume(run_dir, "anna", "looked at it").state is State.FINISHED
+    assert measured_in(run_dir) == measured_in(tmp_path / "clean")

@@ -3,6 +3,7 @@
 import re
 import subprocess
 from datetime import UTC, datetime
+from html import escape
 from io import BytesIO
 from pathlib import Path
 
@@ -102,3 +103,15 @@ def test_white_space_collapses_as_in_a_browser() -> None:
     assert isinstance(paragraph, Leaf)
     assert paragraph.kids[0] == "a b "
     assert paragraph.kids[-1] == "d"
+
+
+def test_fault_78_every_letter_of_every_script_is_printed_or_named(tmp_path: Path) -> None:
+    """Detected: which letters the fonts inside the distribution have.
+    Response: every other one is printed as its code point; the page on the screen shows it as it is.
+    """
+    letters = [chr(code) for code in (*range(0x20, 0x3000, 16), *range(0x3000, 0x110000, 256))]
+    rows = "".join(f"<p>{escape(letter)} {letter.encode('utf-8', 'replace').hex()}</p>" for letter in letters)
+    made = paper_of(f"<html><body><h1>Zoë 🙂 李雷 👍</h1>{rows}</body></html>", IMPRINT)
+    told = _words(made, tmp_path)
+    assert "Zoë <U+1F642> <U+674E><U+96F7> <U+1F44D>" in told
+    assert "<U+2030>" not in told

@@ -1,0 +1,81 @@
+"""``calrig run --detach``: the same command in a process of its own, without a terminal; the shell comes back.
+
+What it would have said goes to a file in the run's folder. It is waited for until the run has its folder and nothing
+refuses it any more, so that a refusal is told here.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from procedures.cli.output import note, print_json, say
+from procedures.errors import ExitStatus, RequestError
+from procedures.journal.storage import JOURNAL_FILE
+from rig.clock import Clock, SystemClock
+
+LOG_FILE = "terminal.log"
+_LOOK_S = 0.05
+
+
+def detached(
+    name: str,
+    arguments: Sequence[str],
+    options: Mapping[str, object],
+    flags: Mapping[str, bool],
+    out: Path,
+    *,
+    json: bool = False,
+    clock: Clock | None = None,
+) -> int:
+    """Start the command and come back when its run has begun, or with its refusal. Raises: RequestError.
+
+    ``options`` without a value and ``flags`` that are not set are left out.
+    """
+    clock = clock or SystemClock()
+    given = [word for option, value in options.items() if value is not None for word in (option, str(value))]
+    command = [sys.executable, "-m", "procedures.cli.main", name, *arguments, *given]
+    command += [flag for flag, is_set in flags.items() if is_set]
+    log = _log_in(out)
+    with log.open("wb") as told:
+        child = subprocess.Popen(  # noqa: S603  this very program
+            command, stdin=subprocess.DEVNULL, stdout=told, stderr=told, start_new_session=True
+        )
+    folder = None
+    while (folder := _folder_in(log)) is None and child.poll() is None:
+        clock.sleep(_LOOK_S)
+    if folder is None:
+        said = log.read_text(encoding="utf-8", errors="replace").strip()
+        log.unlink()
+        for line in said.splitlines():
+            note(line)
+        return child.returncode or ExitStatus.FAILED
+    os.replace(log, folder / LOG_FILE)
+    child.returncode = 0  # it lives on, and nobody waits for it
+    if json:
+        print_json({"run": str(folder), "pid": child.pid})
+    else:
+        say(f"{folder}: runs as process {child.pid}; calrig attach {folder} shows it, {LOG_FILE} there keeps its words")
+    return ExitStatus.DONE
+
+
+def _log_in(out: Path) -> Path:
+    """A file beside the runs, so that it can be renamed into the folder of one."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=".begins-", suffix=".log", dir=out)
+    except OSError as error:
+        raise RequestError(
+            f"{out}: cannot hold runs: {error.strerror}; nothing was begun; give another --out"
+        ) from error
+    os.close(handle)
+    return Path(name)
+
+
+def _folder_in(log: Path) -> Path | None:
+    """The first whole line that is the folder of a run."""
+    lines = log.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True)
+    folders = (Path(line.rstrip("\n")) for line in lines if line.endswith("\n"))
+    return next((folder for folder in folders if (folder / JOURNAL_FILE).exists()), None)

@@ -1,0 +1,148 @@
+"""``calrig attach`` and ``calrig status --follow``: a run that another process runs, as it goes on, and its keys.
+
+The screen is a reader: it reads the journal by the follower and asks by the spool, so that whatever becomes of it the
+run does not notice.
+"""
+
+import os
+import select
+import sys
+import termios
+import tty
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+from procedures.cli.output import note
+from procedures.errors import ExitStatus, RequestError
+from procedures.journal.follower import Follower, News
+from procedures.journal.spool import ask
+from procedures.journal.standing import RunStatus
+from procedures.journal.status import status
+from procedures.records.progress import Progress, RunObserver
+from procedures.records.states import ACTIVE, EXIT_STATUS
+from procedures.run.progress import shown_on
+from rig.clock import Clock, SystemClock
+
+LOOK_S = 0.25
+Asked = Literal["pause", "continue", "stop", "abort"]
+KEYS: dict[str, Asked] = {"p": "pause", "c": "continue", "s": "stop", "a": "abort"}
+LEAVE = ("q", "\x04")
+HELP = "p pauses, c continues, s stops after the dwell, a twice aborts, q leaves; the run goes on without this screen"
+
+
+def follow(folder: Path, observer: RunObserver, is_left: Callable[[], bool], clock: Clock) -> RunStatus:
+    """Tell the observer of everything from now on until no process runs the run, or the person leaves."""
+    with closing(Follower(folder, with_dwells=False, clock=clock)) as follower:
+        news = follower.poll()
+        _tell_state(observer, news.status)
+        while news.status.state in ACTIVE and not is_left():
+            clock.sleep(LOOK_S)
+            news = follower.poll()
+            for progress in _told(news):
+                observer.on_event(progress)
+        return news.status
+
+
+def attach_to(folder: Path, by: str, clock: Clock | None = None) -> int:
+    """Show a run with its keys until it ends or the person leaves. Raises: RequestError where no process runs it."""
+    clock = clock or SystemClock()
+    with closing(Follower(folder, with_dwells=False, clock=clock)) as follower:
+        found = follower.poll().status
+    if found.state not in ACTIVE:
+        raise RequestError(
+            f"{folder}: no process runs this run, it is {found.state}; nothing can be shown as it goes on; calrig "
+            "status and calrig handover tell of it"
+        )
+    with shown_on(sys.stderr) as observer, _keys(folder, by) as is_left:
+        return shown_until_left(folder, observer, is_left, clock)
+
+
+def shown_until_left(folder: Path, observer: RunObserver, is_left: Callable[[], bool], clock: Clock) -> int:
+    """Exit status of the screen: that of the run where it has ended. Ctrl-C leaves it; the run goes on."""
+    try:
+        found = follow(folder, observer, is_left, clock)
+    except KeyboardInterrupt:
+        found = status(folder)
+    if found.state in ACTIVE:
+        note(f"{folder}: goes on; calrig attach {folder} shows it again")
+        return ExitStatus.DONE
+    note(f"{folder}: {found.state}{f': {found.why}' if found.why else ''}")
+    return EXIT_STATUS.get(found.state, ExitStatus.FAILED)
+
+
+def _tell_state(observer: RunObserver, status: RunStatus) -> None:
+    observer.on_event(_progress("state", status, status.why))
+
+
+def _told(news: News) -> Iterator[Progress]:
+    for event in news.events:
+        detail = event.detail
+        match event.kind:
+            case "dwell":
+                reasons = detail.get("reasons")
+                told = "; ".join(map(str, reasons)) if isinstance(reasons, list) else ""
+                yield _progress("dwell" if detail.get("accepted") else "rejected", news.status, told)
+            case "state":
+                yield _progress("state", news.status, news.status.why)
+            case "terminal" | "note" | "ack":
+                yield _progress("void", news.status, f"{detail.get('by', '')}: {detail.get('text', '')}".lstrip(": "))
+
+
+def _progress(event: str, status: RunStatus, message: str) -> Progress:
+    return Progress(
+        event=event,
+        state=status.state,
+        dwells_done=status.dwells_done,
+        dwells_planned=status.dwells_planned,
+        replication=0,
+        replications=0,
+        rate_per_min=None,
+        eta_utc=status.eta_utc,
+        message=message,
+    )
+
+
+@contextmanager
+def _keys(folder: Path, by: str) -> Iterator[Callable[[], bool]]:
+    """What asks whether the person has left, and meanwhile obeys the keys; without a terminal there are none."""
+    if not sys.stdin.isatty():
+        yield lambda: False
+        return
+    handle = sys.stdin.fileno()
+    before = termios.tcgetattr(handle)
+    note(HELP)
+    pressed: list[str] = []
+    try:
+        tty.setcbreak(handle)
+        yield lambda: _obey(handle, folder, by, pressed)
+    finally:
+        termios.tcsetattr(handle, termios.TCSADRAIN, before)
+
+
+def _obey(handle: int, folder: Path, by: str, pressed: list[str]) -> bool:
+    while select.select([handle], [], [], 0.0)[0]:
+        typed = os.read(handle, 64).decode("utf-8", errors="replace")
+        for key in typed:
+            pressed.append(key)
+            if key in LEAVE:
+                return True
+            if key == "a" and pressed[-2:] != ["a", "a"]:
+                note("a again aborts: every axis stops at once")
+            elif key in KEYS:
+                _ask(folder, KEYS[key], by)
+                pressed.clear()
+        if not typed:
+            return True
+    return False
+
+
+def _ask(folder: Path, kind: Asked, by: str) -> None:
+    try:
+        ask(folder, kind, by, datetime.now(UTC))
+    except RequestError as error:
+        note(str(error))
+    else:
+        note(f"asked to {kind}")

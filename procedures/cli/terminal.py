@@ -1,0 +1,44 @@
+"""The terminal of a run: it may be closed, suspended or sent to the background, and the run goes on.
+
+A signal that was ignored when the command began (``nohup``) stays ignored.
+"""
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from procedures.run.steering import job_control_ignored
+
+
+@contextmanager
+def outlived() -> Iterator[None]:
+    """Inside, a hang-up only sends to nowhere what would have gone to the terminal, and nothing suspends us."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    shown = [handle for handle in (0, 1, 2) if _is_terminal(handle)]
+
+    def hung_up(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the signature of a handler
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for handle in shown:
+            os.dup2(nowhere, handle)
+        os.close(nowhere)
+
+    before = signal.getsignal(signal.SIGHUP)
+    if before is not signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, hung_up)
+    try:
+        with job_control_ignored():
+            yield
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def _is_terminal(handle: int) -> bool:
+    try:
+        return os.isatty(handle)
+    except OSError:
+        return False

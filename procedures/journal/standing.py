@@ -1,0 +1,62 @@
+"""Where a run stands, as a value."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any
+
+from procedures.journal.line_figures import LineFigures
+from procedures.records.states import ACTIVE, STANDING_STILL, State, told_of_state
+
+_PLAN_WEIGHT = 5.0
+"""So many dwells of the plan's pace count beside those measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunStatus:
+    """``calrig status``."""
+
+    run: str
+    state: State
+    dwells_done: int
+    """Accepted design dwells."""
+    dwells_planned: int
+    eta_utc: datetime | None
+    """None where nothing goes on."""
+    held_by: str | None
+    """What holds or tripped the run."""
+    lines: Mapping[str, LineFigures]
+    """What happened on every line, as last recorded; no part of the JSON form."""
+    reason: str = ""
+    """Why it stands still; empty where it goes on."""
+    asked_by: str = ""
+    """Who or what asked for that; empty where the run itself decided."""
+
+    @property
+    def why(self) -> str:
+        """Why it stands still and who or what asked for it, in one phrase."""
+        return told_of_state(self.reason, self.asked_by)
+
+    def to_document(self) -> dict[str, Any]:
+        """The JSON form of ``calrig status --json``; a run that stands still also says why and who asked for it."""
+        still = {"reason": self.reason, "asked_by": self.asked_by} if self.state in STANDING_STILL else {}
+        return {
+            "run": self.run,
+            "state": str(self.state),
+            "dwells_done": self.dwells_done,
+            "dwells_planned": self.dwells_planned,
+            "eta_utc": None if self.eta_utc is None else self.eta_utc.isoformat(timespec="seconds"),
+            "held_by": self.held_by,
+            **still,
+        }
+
+
+def derived_state(written: State, *, is_alive: bool) -> State:
+    """Return the state that the journal tells, or interrupted where it says active and no process owns the run."""
+    return State.INTERRUPTED if written in ACTIVE and not is_alive else written
+
+
+def end_at_this_pace(since: datetime, last: datetime, done: int, left: int, planned_s: float) -> datetime:
+    """From the wall-clock pace since the check set of this epoch, blended with the plan's."""
+    each_s = (_PLAN_WEIGHT * planned_s + (last - since).total_seconds()) / (_PLAN_WEIGHT + done)
+    return last + timedelta(seconds=left * each_s)

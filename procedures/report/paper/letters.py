@@ -1,0 +1,43 @@
+"""Letters on paper: every one is printed or visibly named, whatever somebody is called or has noted.
+
+PDF/A asks for a glyph of every letter, and typst refuses the whole document where one is missing. Its own fonts have
+the letters of European languages; DejaVu Sans, which comes with matplotlib, stands behind them with Arabic, Armenian,
+Georgian, Hebrew and many signs. What neither has (Chinese, Japanese, Korean, emoji) is printed as its code point; the
+page on the screen shows it as it was written.
+"""
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.ft2font import FT2Font
+
+from rig.plain_text import code_point, is_hidden
+
+FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
+FALLBACK = "DejaVu Sans"
+
+
+def printable(value: Any) -> Any:
+    """Return a JSON value with each letter that no font has as its code point."""
+    match value:
+        case str():
+            return value if value.isascii() and value.isprintable() else "".join(map(_printed, value))
+        case list():
+            return [printable(one) for one in value]
+        case dict():
+            return {key: printable(one) for key, one in value.items()}
+    return value
+
+
+def _printed(letter: str) -> str:
+    if letter in "\n\t ":
+        return letter
+    return letter if ord(letter) in _known() and not is_hidden(letter) else code_point(letter)
+
+
+@cache
+def _known() -> frozenset[int]:
+    """What the font behind all others has a glyph of."""
+    return frozenset(FT2Font(FONTS / "DejaVuSans.ttf").get_charmap())

@@ -1,0 +1,76 @@
+"""The terminal of a run as real processes see it: closed, given back, attached again."""
+
+import os
+import pty
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+from command import call
+from small_run import PROCEDURE, RIG
+from unattended_run import events
+
+from procedures.journal.owner import is_owned
+from procedures.journal.status import status
+from procedures.records.states import ACTIVE, State
+from rig.clock import SystemClock
+
+
+def _files(folder: Path, factor: float) -> list[str]:
+    (folder / "rig.toml").write_text(RIG.replace("seed = 7", f"seed = 7\ntime = {factor}"), encoding="utf-8")
+    (folder / "procedure.toml").write_text(PROCEDURE, encoding="utf-8")
+    return ["run", str(folder / "procedure.toml"), "--rig", str(folder / "rig.toml"), "--out", str(folder / "runs")]
+
+
+def test_fault_77_a_terminal_that_is_closed_ends_nothing(tmp_path: Path) -> None:
+    """Detected: the hang-up signal, and a screen that nothing can be written to any more.
+    Response: the run goes on, journals and tells that the terminal was closed, and delivers everything.
+    """
+    words = [sys.executable, "-m", "procedures.cli.main", *_files(tmp_path, 400.0), "--operator", "李雷 👍"]
+    child, terminal = pty.fork()
+    if child == 0:
+        os.execv(sys.executable, words)
+    shown = b""
+    while b"running" not in shown:
+        shown += os.read(terminal, 4096)
+    os.close(terminal)
+    _, left = os.waitpid(child, 0)
+    assert os.waitstatus_to_exitcode(left) == 0
+    (run_dir,) = (path for path in (tmp_path / "runs").iterdir() if path.is_dir())
+    assert status(run_dir).state is State.FINISHED
+    (told,) = events(run_dir, "terminal")
+    assert told.detail["text"] == "the terminal was closed; the run goes on"
+    assert (run_dir / "report.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_run_gives_the_shell_back_is_attached_stopped_at_once_and_closed(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    begun = call(capfd, *_files(tmp_path, 20.0), "--detach", "--json").document
+    run_dir = Path(begun["run"])
+    assert is_owned(run_dir)
+    os.kill(begun["pid"], signal.SIGTERM)
+    attached = call(capfd, "attach", run_dir)
+    assert attached.status == 4
+    assert "told to end, as by a shutdown, systemd or kill (asked for by signal SIGTERM)" in attached.err
+    clock = SystemClock()
+    while is_owned(run_dir) or status(run_dir).state in ACTIVE:
+        clock.sleep(0.05)
+    told = call(capfd, "status", run_dir).out
+    assert "because: told to end" in told
+    assert "signal SIGTERM" in call(capfd, "handover", run_dir).out
+    assert call(capfd, "close", run_dir, "--reason", "sensor sold").status == 0
+    refused = call(capfd, "resume", run_dir, "--operator", "a", "--reason", "b")
+    assert (refused.status, "the run is closed" in refused.err) == (2, True)
+
+
+def test_what_hides_something_is_refused_where_it_is_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for hidden, name in (("\x1b[31m", "<U+001B>"), ("\u202e", "<U+202E>"), ("\x00", "<U+0000>")):
+        refused = call(capsys, *_files(tmp_path, 1.0), "--operator", f"an{hidden}na")
+        assert (refused.status, refused.out) == (2, "")
+        assert f"holds {name}, which acts on a screen" in refused.err
+        assert hidden not in refused.err
+    (tmp_path / "procedure.toml").write_text(PROCEDURE.replace("small grid", "small \\u202egrid"), encoding="utf-8")
+    told = call(capsys, "check", tmp_path / "procedure.toml", "--rig", tmp_path / "rig.toml")
+    assert "procedure.title: holds <U+202E>" in told.err

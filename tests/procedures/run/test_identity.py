@@ -1,0 +1,108 @@
+"""Which run it is, when it was, and what its record must never hold."""
+
+import shutil
+from dataclasses import replace
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+from journals import a_clock
+from small_run import bench
+from unattended_run import UnattendedRun, asks, events, run_unattended
+
+from ams.errors import ArchiveForbids
+from procedures.alerts.channels import without_secrets
+from procedures.delivery.deliver import deliver, publish_folder, sets_of, solve_run
+from procedures.errors import RequestError
+from procedures.journal.corrections import Word, redo
+from procedures.records.states import State
+from procedures.run.resume import resume
+from procedures.run.watch.clock_watch import LONGEST_GAP_S, GapWatch
+from rig.clock import SystemClock, VirtualClock
+
+
+def test_fault_82_a_copied_run_is_resumed_only_by_somebody_who_answers_for_it(tmp_path: Path) -> None:
+    """Detected: the journal keeps which file it is and where it lies, and the other one is still there.
+    Response: refused, both places named; with a name and a reason that the record keeps the copy goes on.
+    """
+    small, run_dir = bench(tmp_path), tmp_path / "run"
+    run_unattended(small, UnattendedRun(run_dir, after={5: asks("stop")}))
+    copy = Path(shutil.copytree(run_dir, tmp_path / "copy"))
+    with pytest.raises(RequestError, match="this is a copy, and both could go on"):
+        resume(copy, "tester")
+    moved = run_dir.rename(tmp_path / "moved")
+    assert resume(moved, "tester").state is State.FINISHED
+    moved.rename(run_dir)
+    assert resume(copy, "anna", "the first disk fails", accepts_changes=True).state is State.FINISHED
+    (answered,) = events(copy, "override")
+    assert (answered.detail["by"], answered.detail["reason"]) == ("anna", "the first disk fails")
+
+    url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    assert deliver(solve_run(run_dir), url).parts["archive"] == "done"
+    refused = deliver(replace(solve_run(copy), record=replace(solve_run(copy).record, run_id="run")), url)
+    assert "the archive has it with another journal" in refused.parts["archive"]
+    assert refused.parts["pdf"] == "done"
+
+
+def test_a_run_of_which_something_was_taken_back_is_published_again(tmp_path: Path) -> None:
+    small, run_dir, url = bench(tmp_path), tmp_path / "run", f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    small.run(run_dir)
+    publish_folder(run_dir, lambda _: url)
+    redo(run_dir, 2, Word("anna", "leaned on"))
+    assert resume(run_dir, "tester").state is State.FINISHED
+    _, published = publish_folder(run_dir, lambda _: url)
+    assert [one.is_new for one in published.publications] == [True]
+
+
+def test_fault_83_a_clock_that_is_set_in_the_night_dates_nothing(tmp_path: Path) -> None:
+    """Detected: the wall clock against one that nobody sets, between any two dwells.
+    Response: recorded, and told in report and set; the dates stay those of the clock with which the run began.
+    """
+    small = bench(tmp_path)
+    plain, stepped = UnattendedRun(tmp_path / "plain"), UnattendedRun(tmp_path / "run", after={10: _next_year})
+    for unattended in (plain, stepped):
+        assert run_unattended(small, unattended).state is State.FINISHED
+    before, after = (solve_run(unattended.run_dir) for unattended in (plain, stepped))
+    assert abs(after.record.measured_utc - before.record.measured_utc) < timedelta(seconds=2.0)
+    assert abs(after.record.ended_utc - before.record.ended_utc) < timedelta(seconds=2.0)
+    (told,) = sets_of(after).values()
+    assert "the computer's clock was set by +31536000.0 s" in str(told.document["warnings"])
+    delivered = deliver(after, None)
+    assert delivered.view is not None
+    assert any("clock was set" in note.text for note in delivered.view.notes)
+
+
+def _next_year(unattended: UnattendedRun) -> None:
+    clock = unattended.rig.clock
+    assert isinstance(clock, VirtualClock)
+    clock.step_wall(31_536_000.0)
+
+
+def test_a_process_that_was_frozen_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    machine = a_clock()
+    monkeypatch.setattr(SystemClock, "monotonic_s", lambda _: machine.monotonic_s())
+    watch = GapWatch(SystemClock())
+    assert watch.look() == 0.0
+    machine.sleep(0.5 * LONGEST_GAP_S)
+    assert watch.look() == 0.0
+    machine.sleep(60.0)
+    assert watch.look() == 60.0
+
+
+def test_fault_84_what_an_alert_was_sent_with_does_not_get_into_the_record() -> None:
+    """Detected: every argument and address of alerts.toml, whole or in parts, is looked for in what failed.
+    Response: left out of the record; the name of the program is told.
+    """
+    secrets = ("--token=xoxb-123456", "https://user:hunter22@hc.example/ping/abcdef", "-v")
+    told = "ring: xoxb-123456 refused by hc.example for hunter22 at /ping/abcdef, exit status 1"
+    assert without_secrets(told, secrets) == "ring: … refused by … for … at /ping/…, exit status 1"
+
+
+def test_an_archive_takes_the_journal_of_a_copy_only_by_name(tmp_path: Path) -> None:
+    small, url = bench(tmp_path), f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    for place in ("one", "two"):
+        (tmp_path / place).mkdir()
+        small.run(tmp_path / place / "run")
+    publish_folder(tmp_path / "one" / "run", lambda _: url)
+    with pytest.raises(ArchiveForbids, match="--supersede"):
+        publish_folder(tmp_path / "two" / "run", lambda _: url)
