@@ -6,7 +6,7 @@ from pathlib import Path
 from procedures.cli.options import Json
 from procedures.cli.output import note, print_json, say
 from procedures.errors import ExitStatus
-from rig.assembly.discovery import Asked, SerialPort, identify_each, serial_ports, visa_resources
+from rig.assembly.discovery import DeviceAnswer, SerialPort, identify_each, serial_ports, visa_resources
 from rig.description.read import read_rig
 
 
@@ -25,7 +25,7 @@ def devices(*, rig: Path | None = None, json: Json = False) -> ExitStatus:
     asked = [] if rig is None else _asked(rig)
     if json:
         troubles = {device.key: device.trouble for device in asked if device.trouble}
-        identities = {device.key: device.told for device in asked if device.told}
+        identities = {device.key: device.identity for device in asked if device.identity}
         found = {"serial": [asdict(port) for port in ports], "visa": resources}
         print_json({**found, "identities": identities, "troubles": troubles})
     else:
@@ -33,7 +33,7 @@ def devices(*, rig: Path | None = None, json: Json = False) -> ExitStatus:
     return ExitStatus.FAILED if any(device.trouble for device in asked) else ExitStatus.DONE
 
 
-def _tell(ports: list[SerialPort], resources: list[str] | None, asked: list[Asked]) -> None:
+def _tell(ports: list[SerialPort], resources: list[str] | None, asked: list[DeviceAnswer]) -> None:
     say(f"serial ports: {len(ports) or 'none found'}")
     for port in ports:
         say(f"  {port.stable_path}   {port.description} {port.hardware}".rstrip())
@@ -42,10 +42,10 @@ def _tell(ports: list[SerialPort], resources: list[str] | None, asked: list[Aske
     else:
         say(f"VISA resources: {', '.join(resources) or 'none found'}")
     for device in asked:
-        say(f"{device.key}: {device.told or 'no identity'}")
+        say(f"{device.key}: {device.identity or 'no identity'}")
     for trouble in dict.fromkeys(device.trouble for device in asked if device.trouble):
         note(f"calrig: {trouble}")
 
 
-def _asked(path: Path) -> list[Asked]:
+def _asked(path: Path) -> list[DeviceAnswer]:
     return identify_each(read_rig(path), path)

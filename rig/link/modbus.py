@@ -25,7 +25,7 @@ from rig.errors import DeviceNonsense, DeviceSilent
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
 from rig.link.exchange import Patience
-from rig.link.modbus_replies import granted, told
+from rig.link.modbus_replies import granted, in_words
 from rig.link.symptoms import remedy
 
 _Answer = TypeVar("_Answer")
@@ -181,7 +181,7 @@ class ModbusRtu:
             more = self.stream.read(deadline_s)
             if not more:
                 raise DeviceSilent(
-                    f"{self.stream.name}: no whole reply to {told(request)}: got {frame.hex(' ') or 'nothing'} within"
+                    f"{self.stream.name}: no whole reply to {in_words(request)}: got {frame.hex(' ') or 'nothing'} within"
                     f" {self._patience.timeout_s:g} s; nothing was taken from it;"
                     f" {remedy(question, frame, 'check power, unit number, baud rate, parity and line')}"
                 )
@@ -207,7 +207,7 @@ class ModbusRtu:
     def _nonsense(self, request: ModbusPDU, why: str, frame: bytes = b"?") -> DeviceNonsense:
         look = "check baud rate, parity, the unit number and other masters on this line"
         return DeviceNonsense(
-            f"{self.stream.name}: no answer to {told(request)}: {why}; nothing was taken from it;"
+            f"{self.stream.name}: no answer to {in_words(request)}: {why}; nothing was taken from it;"
             f" {remedy(self._framer.buildFrame(request), frame, look)}"
         )
 
