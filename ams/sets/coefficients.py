@@ -11,7 +11,7 @@ from datetime import datetime
 from ams.calibration_result import Calibration
 from ams.errors import SetError
 from ams.sets.axis_section import axis_numbers, axis_section
-from ams.sets.canonical import Document, Json, listed, plain, with_checksum, table
+from ams.sets.canonical import Document, Json, listed, plain, table, with_checksum
 from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
 from ams.sets.instructions import use_section
 from ams.sets.package_section import package_section

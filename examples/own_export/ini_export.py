@@ -35,7 +35,7 @@ def from_ini(content: bytes, where: str) -> CoefficientSet:
 
 
 def _numbers(coefficients: CoefficientSet) -> dict[str, dict[str, str]]:
-    """Every number as text that reads back exactly."""
+    """Return every number as text that reads back exactly."""
     axes = coefficients.axes.values()
     return {f"axis {one.axis}": {name: repr(value) for name, value in one.primary.items()} for one in axes}
 

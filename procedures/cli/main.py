@@ -63,7 +63,7 @@ GROUPS = {
 
 
 def make_app(called: str = "") -> App:
-    """The command tree. Function names are import paths: nothing is imported before it is called.
+    """Make the command tree. Function names are import paths: nothing is imported before it is called.
 
     ``called``: the command that is called; its help is the whole text of its function, not the summary of the list.
     """

@@ -13,8 +13,7 @@ from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Op
 from procedures.cli.output import print_json, say
 from procedures.cli.places import login_name
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.corrections import Word, close_run
-from procedures.journal.guard_record import guard_told, read_guard_record
+from procedures.journal.corrections import Authorisation, close_run
 from procedures.journal.run_list import ListedRun, RunList
 from procedures.journal.spool import ask
 from procedures.journal.status import status as look
@@ -54,7 +53,7 @@ def status(
     if (guarded := read_guard_record(folder)) is not None:
         say(one_line(guard_told(guarded)))
     for name, line in found.lines.items():
-        say(f"line of {name}: {line.told()}")
+        say(f"line of {name}: {line.in_words()}")
     if not follow:
         return ExitStatus.DONE
     observer = PlainLines(say, parts=None)
@@ -96,7 +95,7 @@ def close(
 ) -> None:
     """Close a run that is not to be resumed, ever. What was measured stays, and its report can be made."""
     folder = only_one(run, out, RESUMABLE, "closed")
-    close_run(folder, Word(operator or login_name(), reason))
+    close_run(folder, Authorisation(operator or login_name(), reason))
     say(f"{folder}: closed; nothing resumes it")
 
 

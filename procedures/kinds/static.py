@@ -55,11 +55,11 @@ class LongRest:
         assert static is not None
         if static.duration_s >= 4.0 * static.use_s:
             return Forecast()
-        told = (
+        sentence = (
             f"a rest of {static.duration_s:g} s says little about a use of {static.use_s:g} s: the verdict rests on a "
             "handful of neighbouring means; rest for ten times as long"
         )
-        return Forecast(advice=(told,))
+        return Forecast(advice=(sentence,))
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         rows = item.at_declared()
@@ -96,7 +96,10 @@ def _static(sensor: Sensor, rows: list[DwellRecord], rig: RigDescription, plan: 
 
 
 def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: RigDescription, plan: Plan) -> StaticAxis:
-    """Of the longest look: the Allan deviation at the time of use says how far two neighbouring means lie apart."""
+    """Return what the longest look says of an axis.
+
+    The Allan deviation at the time of use says how far two neighbouring means lie apart.
+    """
     assert plan.static is not None
     reading = rows[0].readings[channel]
     allan = allan_deviation(reading.samples, reading.interval_s)
@@ -125,7 +128,7 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
 
 
 def _of_the_meter(rig: RigDescription, sensor: Sensor, channel: str, mean: float) -> Iterator[float]:
-    """Standard uncertainties of a mean by what the rig declares of the chain that reads it."""
+    """Yield standard uncertainties of a mean by what the rig declares of the chain that reads it."""
     axis = next(str(axis) for axis, name in sensor.channels.items() if name == channel)
     for error in shared_errors(rig, sensor)[axis]:
         if error.effect == "reading":
@@ -152,7 +155,7 @@ def _verdict(drift_deg: float | None, use_s: float, allowed_deg: float) -> str:
 
 
 def _static_result(name: str, static: Mapping[str, StaticAxis]) -> str:
-    """Which axes hold what is allowed."""
+    """Say which axes hold what is allowed."""
     one = next(iter(static.values()))
     words = {True: f"within ±{one.allowed_deg:g}°", False: f"beyond ±{one.allowed_deg:g}°", None: "of unknown size"}
     parts = [

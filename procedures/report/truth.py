@@ -47,7 +47,7 @@ def _is_straight(mount: Mount) -> bool:
 
 
 def _reference_degc(truth: AxisTruth, observations: Observations, calibration: AxisCalibration) -> float:
-    """Where the solution's offset and sensitivity hold: its own reference, or the mean of what was measured."""
+    """Return where the solution's offset and sensitivity hold: its own reference, or the mean of what was measured."""
     for parameter in calibration.parameters:
         if parameter.name == "reference_temperature_degc" and parameter.value is not None:
             return parameter.value

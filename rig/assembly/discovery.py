@@ -60,7 +60,7 @@ def identify_each(description: RigDescription, rig_file: Path) -> list[DeviceAns
     Nothing moves. Raises: RigBusy where somebody owns the rig.
     """
     with acquire([str(rig_file)], "devices"):
-        found = [asked for line in _lines(description) for asked in _asked(line)]
+        found = [asked for line in _lines(description) for asked in _ask_line(line)]
     return [_judged(asked, expected(description)) for asked in found]
 
 
@@ -75,7 +75,7 @@ def _lines(description: RigDescription) -> Iterator[RigDescription]:
             yield description.model_copy(update=nothing | {table: {name: device}})
 
 
-def _asked(line: RigDescription) -> list[DeviceAnswer]:
+def _ask_line(line: RigDescription) -> list[DeviceAnswer]:
     """Ask the devices of one line; where it cannot be opened, that is what each of them has to say."""
     try:
         with open_rig(line) as rig:

@@ -140,10 +140,10 @@ class ModbusRtu:
         self._is_in_doubt = False
 
     def _ask_the_sentinel(self, address: int, value: int) -> None:
-        (told,) = self._read(address, 1)
-        if told != value:
+        (answered,) = self._read(address, 1)
+        if answered != value:
             raise DeviceNonsense(
-                f"{self.stream.name}: register {address} is {value} and cannot be {told}: replies are shifted or"
+                f"{self.stream.name}: register {address} is {value} and cannot be {answered}: replies are shifted or"
                 " another device answers; nothing was taken from it; check the line and its other masters"
             )
         # That may have been the late answer to an earlier sentinel: then this one's own is still on its way.
@@ -181,8 +181,8 @@ class ModbusRtu:
             more = self.stream.read(deadline_s)
             if not more:
                 raise DeviceSilent(
-                    f"{self.stream.name}: no whole reply to {in_words(request)}: got {frame.hex(' ') or 'nothing'} within"
-                    f" {self._patience.timeout_s:g} s; nothing was taken from it;"
+                    f"{self.stream.name}: no whole reply to {in_words(request)}: got {frame.hex(' ') or 'nothing'}"
+                    f" within {self._patience.timeout_s:g} s; nothing was taken from it;"
                     f" {remedy(question, frame, 'check power, unit number, baud rate, parity and line')}"
                 )
             frame += more

@@ -98,8 +98,9 @@ class ModbusTcp:
             more = self.stream.read(deadline_s)
             if not more:
                 raise DeviceSilent(
-                    f"{self.stream.name}: no whole reply to {in_words(request)} within {self._patience.timeout_s:g} s: got"
-                    f" {self._received.hex(' ') or 'nothing'}; nothing was taken from it; check power, address and unit"
+                    f"{self.stream.name}: no whole reply to {in_words(request)} within {self._patience.timeout_s:g} s:"
+                    f" got {self._received.hex(' ') or 'nothing'}; nothing was taken from it; check power, address"
+                    " and unit"
                 )
             self._received += more
         frame, self._received = self._received[:length], self._received[length:]
