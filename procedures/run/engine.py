@@ -21,8 +21,6 @@ from dataclasses import dataclass, replace
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
 from procedures.journal.emergency import emergency_copy
-from procedures.journal.guard_record import EVENT as GUARDED
-from procedures.journal.guard_record import forget_guard_record, read_guard_record
 from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader

@@ -320,12 +320,12 @@ class Displaced(FaultyRig):
 def test_fault_52_an_axis_that_is_moved_inside_a_dwell_trips_and_the_dwell_is_not_kept(
     small: Bench, tmp_path: Path
 ) -> None:
-    night = UnattendedRun(tmp_path / "run")
-    outcome = run_unattended(small, night, rig_of=Displaced)
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, rig_of=Displaced)
     assert outcome.state is State.TRIPPED
     assert "pitch: was moved, though nothing told it to: left at" in outcome.reason
-    last = max(event.sequence for event in events(night.run_dir, "dwell"))
-    intents = [event for event in events(night.run_dir, "intent") if event.sequence > last]
+    last = max(event.sequence for event in events(unattended.run_dir, "dwell"))
+    intents = [event for event in events(unattended.run_dir, "intent") if event.sequence > last]
     assert len(intents) == 1, "the dwell in progress, and no attempt after it"
 
 
