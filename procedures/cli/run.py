@@ -95,6 +95,7 @@ def run(
             opened.identities()  # a device that is silent is told before anything is written
             now = SystemClock().now_utc()
             folder = new_run_folder(out, plan.title, now)
+            opened.belongs_to(folder)
             header = make_header(
                 folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
             )

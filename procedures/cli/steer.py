@@ -50,6 +50,8 @@ def status(
         say(f"held by: {one_line(found.held_by)}")
     elif found.why:
         say(f"because: {one_line(found.why)}")
+    if (guarded := read_guard_record(folder)) is not None:
+        say(one_line(guard_told(guarded)))
     for name, line in found.lines.items():
         say(f"line of {name}: {line.in_words()}")
     if not follow:

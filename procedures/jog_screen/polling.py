@@ -15,7 +15,7 @@ from rig.assembly.open_rig import Rig
 from rig.clock import Clock
 from rig.devices.abilities import Readout, TurnLook, Wait
 from rig.devices.rates import measured_rate
-from rig.errors import LinkLost, RequestRefused, RigError
+from rig.errors import LinkLost, MotionBreach, RequestRefused, RigError
 from rig.motion import jog
 from rig.motion.jog_steps import steps_deg
 
@@ -81,6 +81,9 @@ class Polling:
     def _missed(self, name: str, error: RigError) -> None:
         """Show an axis that does not answer as silent, and stop it: what nobody sees does not turn."""
         view = self._axes[name]
+        if isinstance(error, MotionBreach):
+            self._guard.stop(str(error))
+            return
         self._silent_until_s[name] = self._clock.monotonic_s() + _AGAIN_S
         if view.set_rate_dps:
             self._guard.stop(str(error))

@@ -74,6 +74,7 @@ class Bench:
         self._publish()
 
     def start(self) -> None:
+        self._rig.prepare_to_move()
         self._log.write("begin", rig=self._rig.description.rig.name, identities=self._identities)
         self._thread.start()
 

@@ -170,6 +170,8 @@ class _Engine:
             ending = ends.ending
         except WaitEnded:
             ending = self._wait.ending()
+            if self._wait.abort is None and self._wait.terminated is None:  # the stop guard heard it first
+                ending = Ending(State.ABORTED, str(ended))
         except StorageFailed as error:
             ending = Ending(State.STOPPED, f"{error}{self._copied()}", cause=STORAGE)
         except (DeviceFault, DeviceRefused, RequestRefused) as error:

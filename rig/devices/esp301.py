@@ -7,14 +7,14 @@ was found earlier. Replies do not repeat the question: after any doubt the line 
 tell the controller's version, which no number can be taken for; and a position at rest is believed when two agree.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from threading import RLock
 from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field
 
 from rig.description.device_settings import AxisSettings
-from rig.devices.abilities import AxisState
+from rig.devices.abilities import AxisState, StopStep
 from rig.devices.machine_limits import require_travel
 from rig.devices.targets import check_target
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
@@ -218,6 +218,9 @@ class Esp301Axis:
         if self._home == "searching":
             self._home = "none"
         self._controller.command(Command("ST", self._settings.axis))
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        return (StopStep(wire.encode(Command("ST", self._settings.axis))),)
 
     def home_mark(self) -> Mapping[str, float]:
         return {"stamp": float(self._controller.stamp())}

@@ -1,6 +1,6 @@
 """Indexing tables with a curvic coupling: they stop only at multiples of their increment, and are exact there."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from threading import Lock
 from typing import Literal
@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from rig.description.device_settings import AxisSettings
-from rig.devices.abilities import AxisState
+from rig.devices.abilities import AxisState, StopStep
 from rig.devices.starting import start_once
 from rig.devices.targets import check_target
 from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
@@ -105,6 +105,9 @@ class IndexingTableAxis:
 
     def stop(self) -> None:
         self._ask(Stop(self._number))
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        return (StopStep(self._codec.encode_command(Stop(self._number))),)
 
     def _start(self, command: Move | Home, target_deg: float | None) -> None:
         start_once(lambda: self._ask(command), lambda: self._has_started(target_deg))

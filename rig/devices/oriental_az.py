@@ -8,7 +8,7 @@ another's. Homed is the driver's own output, as it keeps its absolute position w
 Source: the maker's public samples and manual HM-60262E; the numbers of the output bits are remembered, so settings.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from threading import RLock
 from typing import Annotated, Literal
@@ -18,7 +18,7 @@ from pydantic import Field
 from rig.clock import Clock
 from rig.description.device_settings import Positive
 from rig.devices import rates
-from rig.devices.abilities import AxisState, TurnLook, Wait
+from rig.devices.abilities import AxisState, StopStep, TurnLook, Wait
 from rig.devices.starting import start_once
 from rig.devices.targets import check_target, nearest_step
 from rig.devices.watchdog import prove
@@ -126,6 +126,12 @@ class OrientalAzAxis:
 
     def stop(self) -> None:
         self._input(wire.STOP, idempotent=True)
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        """Return the frames that switch the input on, and off again, as :meth:`stop` does."""
+        return tuple(
+            StopStep(self._modbus.write_frame(wire.INPUTS, wire.words(bits)), GAP_S) for bits in (wire.STOP, 0)
+        )
 
     def reset_alarm(self) -> None:
         """Clear an alarm whose cause is gone. Nothing moves."""

@@ -6,7 +6,7 @@ Not homed is the stage's own warning (WR, WH). A start is sent once: where its a
 asked whether it moves.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from threading import RLock
 from typing import Annotated, Literal
 
@@ -15,7 +15,7 @@ from pydantic import Field
 from rig.clock import Clock
 from rig.description.device_settings import Positive
 from rig.devices import rates
-from rig.devices.abilities import AxisState, TurnLook
+from rig.devices.abilities import AxisState, StopStep, TurnLook
 from rig.devices.machine_limits import require_travel
 from rig.devices.starting import start_once
 from rig.devices.targets import check_target, nearest_step
@@ -142,6 +142,10 @@ class ZaberAxis:
 
     def stop(self) -> None:
         self._ask("stop")
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        """Without an id: whoever sends it waits for no reply."""
+        return (StopStep(wire.encode_command(Command(self._settings.axis, self._settings.device_axis, "stop"))),)
 
     def _prepare(self) -> None:
         """Compare the stage's travel with the file's limits and see the file's speed taken, once.

@@ -13,6 +13,8 @@ from rig.link.gpib import GpibBus, GpibResource
 from rig.link.memory import MemoryStream
 from rig.link.ports import open_stream
 from rig.link.prologix import PrologixBus
+from rig.link.serial_stream import SerialStream
+from rig.link.socket_stream import SocketStream
 from rig.link.visa import VisaBus
 from rig.twins.twin import Twin
 
@@ -28,6 +30,8 @@ class Lines:
         self._streams: dict[str, ByteStream] = {}
         self._counted: dict[str, CountedStream] = {}
         """By the table that opened the line."""
+        self._opened_ports: dict[str, ByteStream] = {}
+        """By canonical port."""
         self._buses: dict[tuple[str, str], GpibBus] = {}
 
     def stream(
@@ -52,6 +56,11 @@ class Lines:
         """
         return {name: one for key, stream in self._counted.items() for name, one in stream.by_slave(key).items()}
 
+    def descriptor(self, port: str) -> int | None:
+        """Return what the system knows an open port by; None where it is none of the system's (a twin, a terminal)."""
+        stream = self._opened_ports.get(canonical(port))
+        return stream.descriptor() if isinstance(stream, SerialStream | SocketStream) else None
+
     def bus(self, key: str, resource: GpibResource) -> GpibBus:
         """Return the controller that carries an instrument.
 
@@ -66,7 +75,9 @@ class Lines:
     def _open(self, key: str, port: str, baud_rate: int, parity: str, rts_cts: bool) -> ByteStream:
         if port == TWIN_PORT:
             return MemoryStream(self._twins[key], self._clock, f"twin of {key}")
-        return open_stream(port, clock=SystemClock(), baud_rate=baud_rate, parity=parity, rts_cts=rts_cts, owner=key)
+        stream = open_stream(port, clock=SystemClock(), baud_rate=baud_rate, parity=parity, rts_cts=rts_cts, owner=key)
+        self._opened_ports[canonical(port)] = stream
+        return stream
 
     def _open_bus(self, key: str, resource: GpibResource) -> GpibBus:
         if resource.carrier == "visa":

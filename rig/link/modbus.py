@@ -90,6 +90,12 @@ class ModbusRtu:
         attempts = self._patience.attempts if idempotent else 1
         self._repeated(lambda: self._write_many(address, list(values)), attempts)
 
+    def write_frame(self, address: int, values: Sequence[int]) -> bytes:
+        """Return the frame that :meth:`write_registers` would send."""
+        return self._framer.buildFrame(
+            WriteMultipleRegistersRequest(dev_id=self._unit, address=address, registers=list(values))
+        )
+
     def _read(self, address: int, count: int) -> tuple[int, ...]:
         request = ReadHoldingRegistersRequest(dev_id=self._unit, address=address, count=count)
         return tuple(self._transact(request).registers)

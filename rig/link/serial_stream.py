@@ -78,6 +78,12 @@ class SerialStream:
         with _losses(self.name):
             return bytes(self._port.read(waiting)) if (waiting := self._port.in_waiting) else b""
 
+    def descriptor(self) -> int:
+        """Return what the system knows the line by: the device, or the connection of ``rfc2217://``."""
+        connection = getattr(self._port, "_socket", None)
+        number: int = self._port.fileno() if connection is None else connection.fileno()
+        return number
+
     def close(self) -> None:
         self._is_closed = True
         with _losses(self.name):

@@ -291,7 +291,8 @@ class Touched(FaultyRig):
 
 
 def test_fault_52_an_axis_that_moves_though_nothing_told_it_to_trips(small: Bench, tmp_path: Path) -> None:
-    """Detected: read-back of every resting axis between dwells; a jog finds the rig locked.
+    """Detected: every look at an axis that should rest, inside dwells, between them and while another axis moves; a
+    jog finds the rig locked.
     Response: trip; what was measured is safe, the position is not trusted before the next home.
     """
     unattended = UnattendedRun(tmp_path / "run")
@@ -300,6 +301,32 @@ def test_fault_52_an_axis_that_moves_though_nothing_told_it_to_trips(small: Benc
     assert "pitch: was moved, though nothing told it to: left at" in outcome.reason
     last = max(event.sequence for event in events(unattended.run_dir, "dwell"))
     assert not [event for event in events(unattended.run_dir, "intent") if event.sequence > last]
+
+
+class Displaced(FaultyRig):
+    """Somebody turns the table while a channel is read, past this program: the machine's own read-back shows it."""
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig, spoil=self._displaced)
+        self._world = rig.chance
+
+    def _displaced(self, number: int, burst: Burst) -> Burst:
+        if number == 60:
+            assert isinstance(self._world, World)
+            self._world.slip("pitch", 3.0, self.clock.monotonic_s(), seen=True)
+        return burst
+
+
+def test_fault_52_an_axis_that_is_moved_inside_a_dwell_trips_and_the_dwell_is_not_kept(
+    small: Bench, tmp_path: Path
+) -> None:
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, rig_of=Displaced)
+    assert outcome.state is State.TRIPPED
+    assert "pitch: was moved, though nothing told it to: left at" in outcome.reason
+    last = max(event.sequence for event in events(unattended.run_dir, "dwell"))
+    intents = [event for event in events(unattended.run_dir, "intent") if event.sequence > last]
+    assert len(intents) == 1, "the dwell in progress, and no attempt after it"
 
 
 def test_a_read_back_that_is_wrong_once_is_recorded_and_trips_nothing(small: Bench, tmp_path: Path) -> None:
