@@ -62,7 +62,7 @@ def _abort(options: dict[str, str]) -> int | None:
 
 
 def _request_abort(run: str, by: str) -> None:
-    """The engine, which has heard it from the guard, finds it on record as well."""
+    """Put the abort on record for the engine too, which has heard it from the guard."""
     spool = import_module("procedures.journal.spool")
     now = import_module("rig.clock").SystemClock().now_utc()
     spool.Spool(import_module("pathlib").Path(run)).submit(spool.Request("abort", by, now.isoformat()))

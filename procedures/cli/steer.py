@@ -14,6 +14,7 @@ from procedures.cli.output import print_json, say
 from procedures.cli.places import login_name
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.corrections import Authorisation, close_run
+from procedures.journal.guard_record import guard_told, read_guard_record
 from procedures.journal.run_list import ListedRun, RunList
 from procedures.journal.spool import ask
 from procedures.journal.status import status as look

@@ -86,8 +86,9 @@ def is_acknowledged(run_dir: Path) -> bool:
 
 
 def close_run(run_dir: Path, word: Authorisation, clock: Clock | None = None) -> None:
-    """Close a run, never to be resumed. Raises: RequestError (a process runs the run, it has ended, no reason), JournalError,
-    StorageFailed.
+    """Close a run, never to be resumed.
+
+    Raises: RequestError (a process runs the run, it has ended, no reason), JournalError, StorageFailed.
     """
     if not word.reason.strip():
         raise RequestError(f"{run_dir}: close needs a reason, got {word.reason!r}; nothing was changed; give --reason")

@@ -22,7 +22,7 @@ def read_guard_record(run_dir: Path) -> Mapping[str, Any] | None:
 
 
 def forget_guard_record(run_dir: Path) -> None:
-    """It stands in the journal now."""
+    """Remove the record: it stands in the journal now."""
     with suppress(OSError):
         (run_dir / RECORD).unlink()
 

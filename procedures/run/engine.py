@@ -21,6 +21,8 @@ from dataclasses import dataclass, replace
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
 from procedures.journal.emergency import emergency_copy
+from procedures.journal.guard_record import EVENT as GUARDED
+from procedures.journal.guard_record import forget_guard_record, read_guard_record
 from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
@@ -168,7 +170,7 @@ class _Engine:
             ending = Ending(State.FINISHED)
         except RunEnds as ends:
             ending = ends.ending
-        except WaitEnded:
+        except WaitEnded as ended:
             ending = self._wait.ending()
             if self._wait.abort is None and self._wait.terminated is None:  # the stop guard heard it first
                 ending = Ending(State.ABORTED, str(ended))
@@ -261,6 +263,9 @@ class _Engine:
         opened = {"operator": start.operator, "reason": regained or start.reason, "epoch": self._history.epoch}
         process = {"pid": os.getpid(), "host": platform.node(), "calrig": calrig_version()}
         self._progress_log.event("opened", opened | process | {"place": place_of(self._progress_log.folder)})
+        if (guarded := read_guard_record(self._progress_log.folder)) is not None:
+            self._progress_log.event(GUARDED, guarded)
+            forget_guard_record(self._progress_log.folder)
         if not regained:
             self._wait.discard_pending(owned_since(self._progress_log.folder))
             if start.state in ACTIVE and self._history.epoch > 1:

@@ -83,6 +83,7 @@ def resume(
         with open_rig(
             rig_from_json(found.header.rig_json), rig_file=rig_file, purpose="calrig resume", write=replace_file
         ) as rig:
+            rig.belongs_to(run_dir)
             return _go_on(run_dir, found, rig, authorisation, observer, idle_clock, services)
 
 
