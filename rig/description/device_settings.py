@@ -93,6 +93,10 @@ class ReadoutSettings(StrictTable):
         """Expected seconds for one reading; ``nplc`` None: the description's."""
         raise NotImplementedError
 
+    def input_ohm(self, channel: str) -> float | None:  # noqa: ARG002 for those that have channels of their own
+        """What the input of ``channel`` loads its source with; None where it loads it with nothing that counts."""
+        return None
+
 
 class EnvironmentSettings(StrictTable):
     """One ``[environment.NAME]`` table."""

@@ -93,6 +93,10 @@ class Hp3458aSettings(ReadoutSettings):
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
 
+    def input_ohm(self, channel: str) -> float | None:
+        """More than 10 gigohm up to 10 V, with FIXEDZ OFF as after PRESET."""
+        return 10.0e6 if self.channels[channel].range_v > 10.0 else None
+
     def reading_s(self, nplc: float | None = None) -> float:
         """Autozero takes a second conversion for every reading."""
         return 2.0 * (self.nplc if nplc is None else nplc) / self.line_frequency_hz
