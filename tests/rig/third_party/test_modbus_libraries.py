@@ -26,6 +26,8 @@ from rig.link.ports import open_stream
 from rig.twins.servers import serve_pty
 
 TIMEOUT_S = 0.3
+F4 = {0: 5270, 100: 253, 200: 0, 300: 200, 602: 64836, 603: 1800, 606: 1, 608: 0, 901: 1}
+"""An F4 at 25.3 °C, set points from -70 to 180 °C."""
 
 
 class SlowSlave:
@@ -120,7 +122,7 @@ def _pymodbus_server(registers: dict[int, int], framer: FramerType) -> Iterator[
 
 
 def test_the_f4s_driver_reads_and_writes_a_pymodbus_server() -> None:
-    with _pymodbus_server({100: 253, 300: 200, 606: 1}, FramerType.RTU) as address:
+    with _pymodbus_server(F4, FramerType.RTU) as address:
         settings = WatlowF4Settings(driver="watlow-f4", port=address)
         stream = open_stream(address, clock=SystemClock())
         chamber = watlow_f4.connect("air", settings, stream)
@@ -162,7 +164,7 @@ def test_the_f4ts_driver_reads_and_writes_a_pymodbustcp_server() -> None:
     server.start()
     try:
         port = server._service.server_address[1]
-        settings = WatlowF4TSettings(driver="watlow-f4t", port=f"socket://127.0.0.1:{port}")
+        settings = WatlowF4TSettings(driver="watlow-f4t", values="degc", port=f"socket://127.0.0.1:{port}")
         stream = open_stream(settings.port, clock=SystemClock())
         chamber = watlow_f4t.connect("air", settings, stream)
         assert chamber.temperature_degc() == 21.5
