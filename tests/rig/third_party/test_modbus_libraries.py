@@ -135,7 +135,9 @@ def test_the_f4s_driver_reads_and_writes_a_pymodbus_server() -> None:
 def test_the_azs_driver_starts_an_operation_on_a_pymodbus_server() -> None:
     """Its server moves nothing: what is seen is that the frames are Modbus, to the last register."""
     registers = dict.fromkeys([*range(0x58, 0x68), *range(0x7C, 0x82), *range(0xCC, 0xD2)], 0)
-    registers |= {0x65: 1000, 0x7F: 1 << 4}  # full current; home found
+    # Full current; coordinates set, MOVE on (so that a start seems taken up) and READY; gear 1/1, no limits, no wrap.
+    registers |= {0x65: 1000, 0x178: 2, 0x179: 1 << 4 | 1 << 6, **dict.fromkeys(range(0x17A, 0x180), 0)}
+    registers |= dict.fromkeys(range(0x380, 0x390), 0) | {0x381: 1, 0x383: 1, 0x386: 0xFFFF, 0x387: 0xFFFF}
     with _pymodbus_server(registers, FramerType.RTU) as address:
         stream = open_stream(address, clock=SystemClock())
         axes = settings_of("oriental-az", axis=1)
