@@ -220,7 +220,8 @@ class OrientalAzAxis:
             if clock.monotonic_s() >= limit_s:
                 raise DeviceFault(
                     f"{self.name}: {task}: it was acknowledged, but the motor does not start within {TAKEN_UP_S:g} s:"
-                    " READY stays on, MOVE off; nothing moved; look at the driver's inputs and information codes (MEXE02)"
+                    " READY stays on, MOVE off; nothing moved; look at the driver's inputs and information codes"
+                    " (MEXE02)"
                 )
 
     def _operate(self, operation: Operation) -> None:
@@ -252,8 +253,8 @@ class OrientalAzAxis:
             held = self._inputs()
             on = ", ".join(name for name, bit in (("STOP", wire.STOP), ("FREE", wire.FREE)) if held & bit)
             raise DeviceRefused(
-                f"{self.name}: {task}: the driver is not READY{f' (inputs left on: {on})' if on else ''}; nothing moved;"
-                " let it come to rest, and switch off what another program or a wired input holds on"
+                f"{self.name}: {task}: the driver is not READY{f' (inputs left on: {on})' if on else ''}; nothing"
+                " moved; let it come to rest, and switch off what another program or a wired input holds on"
             )
 
     def _require_no_alarm(self, task: str) -> None:
@@ -278,8 +279,8 @@ class OrientalAzAxis:
         if self._settings.wrap is None:
             raise DeviceNonsense(
                 f"{self.name}: the driver does not tell gear and wrap (registers {wire.PARAMETERS:#x} to"
-                f" {wire.PARAMETERS + 2 * wire.PARAMETER_VALUES - 1:#x}); nothing moved; look at them with MEXE02 and say"
-                f" wrap = false or true (axes.{self.name})"
+                f" {wire.PARAMETERS + 2 * wire.PARAMETER_VALUES - 1:#x}); nothing moved; look at them with MEXE02 and"
+                f" say wrap = false or true (axes.{self.name})"
             )
         return f"wrap {'on' if self._settings.wrap else 'off'} by the rig file, gear and software limits not told"
 
@@ -290,8 +291,8 @@ class OrientalAzAxis:
             )
             raise DeviceRefused(
                 f"{self.name}: the driver's wrap function is {'on' if found.wraps else 'off'}, the rig file is {says}"
-                f" (axes.{self.name}: wrap); nothing moved; with it positions jump at half its range: switch it off with"
-                " MEXE02, or correct the file"
+                f" (axes.{self.name}: wrap); nothing moved; with it positions jump at half its range: switch it off"
+                " with MEXE02, or correct the file"
             )
         gear, wanted = found.gear, self._settings.electronic_gear
         if wanted not in (None, gear):

@@ -12,7 +12,7 @@ channels' units are in the chamber maker's library only: a controller without th
 
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal, Protocol
 
 from pydantic import Field, field_validator
@@ -30,8 +30,9 @@ MODE_WRITE, MODE_READ = 2730, 2814
 AUTO, MANUAL, OFF = 10, 54, 62
 MODES = {AUTO: "automatic", MANUAL: "manual", OFF: "off"}
 UNIT_OF_CHANNEL = {"rtu": 14080, "tcp": 6730}
-UNITS = {15: "degc", 30: "degf"}
-NAMES = {"degc": "degC", "degf": "degF"}
+Unit = Literal["degc", "degf"]
+UNITS: Mapping[int, Unit] = {15: "degc", 30: "degf"}
+NAMES: Mapping[Unit, str] = {"degc": "degC", "degf": "degF"}
 PROFILE = 16568
 RUNNING = {149: "runs", 146: "is held", 1783: "waits for its start time"}
 SMALLEST = 1e-6
@@ -60,7 +61,7 @@ class WatlowF4TSettings(EnvironmentSettings):
     baud_rate: Literal[9600, 19200, 38400, 57600, 115200] = 38400
     loop: Annotated[int, Field(ge=1, le=4)] = 1
     word_order: WordOrder = "low-first"
-    values: Literal["degc", "degf"] | None = None
+    values: Unit | None = None
     """Unit of the numbers on the wire, as set for this communications channel; None: as the controller says."""
     plausible_degc: tuple[float, float] = (-100.0, 250.0)
 
@@ -79,7 +80,7 @@ class WatlowF4T:
         self._settings = settings
         self._offset = LOOP * (settings.loop - 1)
         self._limits_degc: tuple[float, float] | None = None
-        self._values = settings.values or "degc"
+        self._values: Unit = settings.values or "degc"
         self._told_unit: int | None = None
         """What the register of the channel's unit said when we connected; None where the controller has none."""
         self._holds = False

@@ -1,7 +1,8 @@
 """Twin of Oriental Motor AZ drivers on one RS-485 line: direct data operation, inputs, outputs, feedback.
 
-It keeps its absolute position without power, as the AZ does; what it does not know it refuses by exception. HOME-END goes
-off when an operation starts, as the manual of the sibling series says; ABSPEN stays. Source: docs/devices/oriental-az.md.
+It keeps its absolute position without power, as the AZ does; what it does not know it refuses by exception. HOME-END
+goes off when an operation starts, as the manual of the sibling series says; ABSPEN stays. Source:
+docs/devices/oriental-az.md.
 """
 
 import math
