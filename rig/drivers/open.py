@@ -50,7 +50,7 @@ from rig.wire.hp3458a import DEFAULT_ADDRESS
 Settings = TypeVar("Settings")
 Kind = TypeVar("Kind", bound=AxisSettings)
 AxesOpener = Callable[[Mapping[str, AxisSettings], Lines], Mapping[str, Axis]]
-LINE_SETTINGS = ("baud_rate", "parity", "rts_cts")
+LINE_SETTINGS = ("baud_rate", "parity", "rts_cts", "data_bits", "stop_bits")
 
 
 def open_axes(axes: Mapping[str, AxisSettings], lines: Lines) -> Mapping[str, Axis]:
@@ -127,7 +127,8 @@ def _vn100(name: str, settings: StreamSettings, lines: Lines, clock: Clock) -> S
 
 def _csv_imu(name: str, settings: StreamSettings, lines: Lines, clock: Clock) -> Stream:
     board = settings_as(CsvImuSettings, settings)
-    return csv_imu.connect(name, board, lines.stream(f"streams.{name}", board.port, board.baud_rate), clock)
+    line = lines.stream(f"streams.{name}", board.port, board.baud_rate, dtr_low=board.dtr_low, rts_low=board.rts_low)
+    return csv_imu.connect(name, board, line, clock)
 
 
 def _manual_field(name: str, settings: FieldSettings, lines: Lines) -> Field:
