@@ -110,7 +110,7 @@ class CsvImuSettings(StreamSettings):
     """So many lines that are no sample may come before the first that is one: boards tell of themselves first."""
     dtr_low: bool = False
     rts_low: bool = False
-    """Held low before the port opens. Boards with native USB send nothing then; Linux raises DTR for a moment anyway."""
+    """Held low before the port opens; boards with native USB send nothing then. Linux raises DTR for a moment."""
 
     @model_validator(mode="after")
     def _columns_agree(self) -> "CsvImuSettings":

@@ -50,6 +50,8 @@ class Hp3458aChecks(MeterChecks):
     autocalibrate: bool = False
     """ACAL DCV before the run and when the meter's own temperature has moved."""
     temperature_step_degc: Positive = 1.0
+    autocalibrate_every_h: Positive = 24.0
+    """Its specifications count from the last ACAL for so long, whatever the temperature did."""
     short_scanner: Annotated[int, Field(ge=0, le=599)] | None = None
     reference_scanner: Annotated[int, Field(ge=0, le=599)] | None = None
     """As in ``channels``: below 100 it means slot 1."""
@@ -120,6 +122,7 @@ class Hp3458aReadout:
         self._settings = settings
         self._calibrated_degc: float | None = None
         """The meter's own temperature when it last calibrated itself; None before."""
+        self._calibrated_s = 0.0
         self._bus = bus
         self._nplc = settings.nplc
         self._clock = clock
@@ -164,17 +167,18 @@ class Hp3458aReadout:
         return {"meter_temperature_degc": self.meter.temperature_degc()}
 
     def needs_check(self) -> bool:
-        return self._settings.checks.autocalibrate and self._has_drifted(self.meter.temperature_degc())
+        return self._settings.checks.autocalibrate and self._is_due(self.meter.temperature_degc())
 
     def check_itself(self, wait: Wait) -> MeterLook:
         """The scanner opens everything before the meter calibrates itself: its inputs must not be driven."""
         checks, degc = self._settings.checks, self.meter.temperature_degc()
-        is_calibrated_anew = checks.autocalibrate and self._has_drifted(degc)
+        is_calibrated_anew = checks.autocalibrate and self._is_due(degc)
         if is_calibrated_anew:
             with self._quiet_unless_done():
                 self.scanner.release(wait)
                 self.meter.autocalibrate(wait)
             degc = self._calibrated_degc = self.meter.temperature_degc()
+            self._calibrated_s = self._clock.monotonic_s()
 
         def read(place: int, range_v: float) -> Burst:
             return self._burst(
@@ -183,9 +187,12 @@ class Hp3458aReadout:
 
         return MeterLook(proofs(checks, self._settings.ranges_v(), read), degc, is_calibrated_anew)
 
-    def _has_drifted(self, degc: float) -> bool:
+    def _is_due(self, degc: float) -> bool:
         before_degc = self._calibrated_degc
-        return before_degc is None or abs(degc - before_degc) >= self._settings.checks.temperature_step_degc
+        if before_degc is None or abs(degc - before_degc) >= self._settings.checks.temperature_step_degc:
+            return True
+        age_h = (self._clock.monotonic_s() - self._calibrated_s) / 3600.0
+        return age_h >= self._settings.checks.autocalibrate_every_h
 
     def _entry(self, channel: str, samples: int) -> ScannedChannel:
         if channel not in self._inputs:

@@ -67,7 +67,7 @@ def test_a_users_compensation_is_recorded() -> None:
 
 
 def test_a_terminal_that_nobody_reads_drops_the_stream() -> None:
-    # docs/devices/csv-imu.md: "A UART that nobody reads drops bytes in the host's driver". A night at 40 Hz, then a client.
+    # docs/devices/csv-imu.md: "A UART that nobody reads drops bytes in the host's driver". Five minutes, then a client.
     port = PtyPort(Vn100Twin("imu", Swing()))
     now_s = 0.0
     for _ in range(3000):
