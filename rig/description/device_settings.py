@@ -54,6 +54,10 @@ class AxisSettings(StrictTable):
         """Whether it can turn at a rate that is asked for: on and on, or between its limits."""
         return "no"
 
+    def remarks(self) -> tuple[str, ...]:
+        """What a person should know of this machine before a run. Raises: DescriptionError."""
+        return ()
+
     def refuse_rate(self, name: str, rate_dps: float) -> None:
         """What the file can tell of a rate before any port is opened. Raises: RequestRefused."""
         raise RequestRefused(
