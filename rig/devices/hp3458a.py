@@ -86,6 +86,12 @@ class Hp3458aSettings(ReadoutSettings):
         if twice:
             raise ValueError(f"scanner channel {twice[0]} is used by more than one name; each needs its own")
         self.checks.refuse_conflicts(used, self.ranges_v())
+        for number in [*used, *(place for place in self.checks.places().values() if place is not None)]:
+            if not any(scanner_wire.has_channel(card, number) for card in scanner_wire.SWITCHED_BY):
+                raise ValueError(
+                    f"scanner channel {number}: no card of a 3488A has it (allowed: slot 1 to 5, with the channels of"
+                    f" {', '.join(scanner_wire.SWITCHED_BY)}, such as 100 to 109)"
+                )
         return self
 
     def ranges_v(self) -> list[float]:

@@ -174,3 +174,10 @@ def test_a_calibration_to_its_own_standards_ages() -> None:
     assert not readout.needs_check()
     rig.clock.sleep(25 * 3600.0)
     assert readout.needs_check()
+
+
+@pytest.mark.parametrize("number", [99, 145, 110 + 4, 600 - 1, 20])
+def test_a_channel_that_no_card_of_a_3488a_has_is_refused_with_the_file(number: int) -> None:
+    # hp3488a.md: 44470 and 44471 have 00 to 09, 44472 and 44478 also 10 to 13, 44473 to 33; five slots.
+    with pytest.raises(ValueError, match="no card of a 3488A has it"):
+        gpib_rig().readout(channels={"x": {"scanner": number, "range_v": 10.0}})
