@@ -56,6 +56,7 @@ def _tell_rig(path: Path, described: RigDescription, before: Preflight, json: bo
         ],
         "sensors": {name: sensor.model for name, sensor in described.sensors.items()},
         "simulated": described.is_simulated,
+        "remarks": {name: list(axis.remarks()) for name, axis in described.axes.items() if axis.remarks()},
         **_document_of(before),
     }
     if json:
@@ -64,6 +65,8 @@ def _tell_rig(path: Path, described: RigDescription, before: Preflight, json: bo
     say(f"{path}: {described.rig.name}: nothing wrong found{', twins' if described.is_simulated else ''}")
     for name, limits in document["axes"].items():
         say(f"axis {name}: {limits[0]:g}° to {limits[1]:g}°")
+        for remark in document["remarks"].get(name, ()):
+            say(f"axis {name}: {remark}")
     say(f"channels: {', '.join(document['channels'])}")
     for name, model in document["sensors"].items():
         say(f"sensor {name}: {model}")

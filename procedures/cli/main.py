@@ -56,6 +56,7 @@ GROUPS = {
     "Bench": (
         ("jog", "jog:jog", "The jog screen; or one motion or look by hand, under the limits of the rig."),
         ("devices", "devices:devices", "Serial ports and VISA resources found here, with their identities."),
+        ("prove", "prove:prove", "First contact: what real devices say beside what their twins would say."),
         ("simulate", "simulate:simulate", "The twins of a rig on real ports, until stopped."),
     ),
 }

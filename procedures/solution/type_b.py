@@ -77,6 +77,12 @@ def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:
         if range_v:
             yield SharedError("multimeter gain", "gain", u_v / range_v, meter[1].kind, f"{stated}, over {range_v:g} V")
     chain = rig.chain.get(channel)
+    if chain is not None and chain.load_resistor_ohm and readout in rig.readouts:
+        input_ohm = rig.readouts[readout].input_ohm(name)
+        if input_ohm is not None:
+            told = f"{chain.load_resistor_ohm:g} Ω on an input of {input_ohm:g} Ω"
+            u = chain.load_resistor_ohm / input_ohm / sqrt(3.0)
+            yield SharedError("multimeter input", "gain", u, "limit", told, is_of_one_channel=True)
     resistor = None if chain is None else _standard(rig, chain.standard)
     if chain is not None and chain.load_resistor_ohm and resistor is not None and resistor[1].uncertainty_ohm:
         u = resistor[1].uncertainty_ohm / divisor(resistor[1]) / chain.load_resistor_ohm

@@ -111,6 +111,11 @@ class CsvImuSettings(StreamSettings):
     separator: Literal[",", ";", "\t", " "] = ","
     prefix: Annotated[str, Field(max_length=32, pattern=r"^[ -)+-~]*$")] = ""
     checksum: Checksum = "none"
+    banner_lines: Annotated[int, Field(ge=0, le=10_000)] = 50
+    """So many lines that are no sample may come before the first that is one: boards tell of themselves first."""
+    dtr_low: bool = False
+    rts_low: bool = False
+    """Held low before the port opens; boards with native USB send nothing then. Linux raises DTR for a moment."""
 
     @model_validator(mode="after")
     def _columns_agree(self) -> "CsvImuSettings":
@@ -157,7 +162,7 @@ class CsvImu:
         self._stream = stream
         self._clock = clock
         self._shape = settings.shape()
-        self._reader = RowReader(stream, name, self._parse)
+        self._reader = RowReader(stream, name, self._parse, settings.banner_lines + 1)
         self._last_count: float | None = None
         self._last_time: float | None = None
 

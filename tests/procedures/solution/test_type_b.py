@@ -78,3 +78,13 @@ def test_an_index_without_a_certificate_is_a_limit(tmp_path: Path) -> None:
     assert standard_uncertainty_arcsec(rig, "pitch") == pytest.approx(1.0 / sqrt(3.0))
     assert standard_uncertainty_arcsec(rig, "yaw") == 0.0
     assert table_in_words(rig) == "pitch u 0.58″"
+
+
+def test_an_input_of_ten_megohm_loads_the_resistor(tmp_path: Path) -> None:
+    # docs/devices/hp3458a.md (FIXEDZ): 10 MΩ on 100 V; docs/devices/scpi-daq.md: 2.5 kΩ on 10 MΩ are 249.9 ppm.
+    loaded = ("y = { scanner = 2, range_v = 10.0 }", "y = { scanner = 2, range_v = 100.0 }")
+    rig = rig_file(tmp_path, loaded, more='[chain."dmm.y"]\nload_resistor_ohm = 2500.0\n')
+    (error,) = shared_errors(rig, rig.sensors["SN1"])["y"]
+    assert (error.name, error.effect) == ("multimeter input", "gain")
+    assert error.standard_uncertainty == pytest.approx(250e-6 / sqrt(3.0))
+    assert error.stated == "2500 Ω on an input of 1e+07 Ω"

@@ -127,7 +127,7 @@ def test_a_late_answer_does_not_stand_for_another_command() -> None:
 
 
 def test_a_line_too_slow_for_the_output_is_refused_in_the_file() -> None:
-    with pytest.raises(ValidationError, match="output YMR at 200 Hz needs 244000 baud, baud_rate is 115200"):
+    with pytest.raises(ValidationError, match="output IMU at 200 Hz needs 220000 baud, baud_rate is 115200"):
         vn100_settings(rate_hz=200, baud_rate=115200)
     with pytest.raises(ValidationError, match="no rate of 60 Hz"):
         vn100_settings(rate_hz=60)
