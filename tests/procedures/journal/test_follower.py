@@ -48,8 +48,8 @@ def test_what_is_told_piece_by_piece_is_the_whole_journal(followed: tuple[Path, 
     for one, dwell in zip(told, held, strict=True):
         assert one.record.readings == {}
         for channel, reading in dwell.readings.items():
-            assert one.mean_v[channel] == pytest.approx(float(np.mean(reading.samples)), rel=1e-15)
-            assert one.standard_deviation_v[channel] == pytest.approx(reading.standard_deviation_v, rel=1e-9)
+            assert one.mean[channel] == pytest.approx(float(np.mean(reading.samples)), rel=1e-15)
+            assert one.standard_deviation[channel] == pytest.approx(reading.standard_deviation, rel=1e-9)
 
 
 def test_a_follower_that_comes_late_knows_the_same(followed: tuple[Path, list[News]]) -> None:

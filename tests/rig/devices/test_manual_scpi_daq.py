@@ -212,7 +212,7 @@ def test_an_answer_has_the_time_that_its_length_needs() -> None:
     line = StreamMessages(MemoryStream(rig.port, rig.clock, "memory", PiecewiseLine(96, 0.1)))
     readout = ScpiDaqReadout("daq", daq_settings(nplc=0.02, autozero=False), line, rig.clock)
     readout.prepare()
-    assert readout.read("daq.x", 900, rig.wait).values_v.size == 900
+    assert readout.read("daq.x", 900, rig.wait).samples.size == 900
 
 
 @pytest.mark.parametrize(
