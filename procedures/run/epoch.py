@@ -85,8 +85,8 @@ class Epoch:
     def _check_rig(self) -> None:
         identities = dict(self._rig.identities())
         self._trail.event("identities", identities)
-        if self._identities is not None and self._identities != identities:
-            raise RunEnds(Ending(State.TRIPPED, other_devices(self._identities, identities), cause="identity"))
+        if self._identities is not None and (told := other_devices(self._identities, identities)):
+            raise RunEnds(Ending(State.TRIPPED, told, cause="identity"))
         self._prepare_readouts()
         for name, readout in self._rig.readouts.items():
             self._trail.event("meter", {"readout": name, **readout.checks()})

@@ -163,7 +163,7 @@ class CsvImu:
 
     def identify(self) -> str:
         """A board of this kind cannot be asked."""
-        return f"lines of {len(self._settings.columns)} columns; it cannot be asked who it is"
+        return f"lines of {len(self._settings.columns)} columns at {self._stream.name}; it cannot be asked who it is"
 
     def start(self) -> None:
         self._last_count = self._last_time = None

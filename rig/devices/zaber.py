@@ -178,8 +178,8 @@ class ZaberAxis:
         if turn and abs(told_deg - 360.0) > _TURN_TOLERANCE_DEG:
             raise DeviceRefused(
                 f"{self.name}: the stage has {turn} microsteps a turn, which are {told_deg:g} deg with microstep_deg ="
-                f" {self._settings.microstep_deg:g} (axes.{self.name}); nothing moved; another stage is connected, or its"
-                " resolution was changed: correct the file or the stage"
+                f" {self._settings.microstep_deg:g} (axes.{self.name}); nothing moved; another stage is connected, or"
+                " its resolution was changed: correct the file or the stage"
             )
 
     def _require_home(self, task: str) -> None:
