@@ -84,8 +84,8 @@ class Epoch:
     def _check_rig(self) -> None:
         identities = dict(self._rig.identities())
         self._progress_log.event("identities", identities)
-        if self._identities is not None and self._identities != identities:
-            raise RunEnds(Ending(State.TRIPPED, other_devices(self._identities, identities), cause="identity"))
+        if self._identities is not None and (difference := other_devices(self._identities, identities)):
+            raise RunEnds(Ending(State.TRIPPED, difference, cause="identity"))
         self._prepare_readouts()
         for name, readout in self._rig.readouts.items():
             self._progress_log.event("meter", {"readout": name, **readout.checks()})

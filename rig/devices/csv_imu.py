@@ -168,7 +168,7 @@ class CsvImu:
 
     def identify(self) -> str:
         """Return what is known of the board: one of this kind cannot be asked."""
-        return f"lines of {len(self._settings.columns)} columns; it cannot be asked who it is"
+        return f"lines of {len(self._settings.columns)} columns at {self._stream.name}; it cannot be asked who it is"
 
     def start(self) -> None:
         self._last_count = self._last_time = None

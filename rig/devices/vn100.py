@@ -97,8 +97,8 @@ class Vn100:
         self._command(wire.PAUSE)
         model, serial, firmware = (self._read(number) for number in (wire.MODEL, wire.SERIAL, wire.FIRMWARE))
         compensated = [str(number) for number in wire.COMPENSATION if self._is_compensating(number)]
-        told = f", user compensation in register {' and '.join(compensated)}" if compensated else ""
-        return f"VectorNav {model}, serial {serial}, firmware {firmware}{told}"
+        told = f"user compensation in register {' and '.join(compensated)}" if compensated else "no user compensation"
+        return f"VectorNav {model}, serial {serial}, firmware {firmware}, {told}"
 
     def start(self) -> None:
         self._command(wire.PAUSE)

@@ -83,7 +83,9 @@ class ScannedInput:
 class Hp3458aTwin:
     """A GPIB instrument that measures ``input_v(now_s)``."""
 
-    def __init__(self, input_v: Callable[[float], float]) -> None:
+    def __init__(self, input_v: Callable[[float], float], *, decimals: int = 9) -> None:
+        """``decimals`` of a reading: 8 are the 15 characters of the guide, 9 the 16 that logs of units show."""
+        self._decimals = decimals
         self.own_degc: Callable[[float], float] = lambda _now_s: TEMPERATURE_DEGC
         """What ``TEMP?`` tells at a time."""
         self.calibrated_s: list[float] = []
@@ -159,7 +161,7 @@ class Hp3458aTwin:
 
     def advance(self, now_s: float) -> None:
         while self._left and self._due_s <= now_s:
-            self._ready.append(wire.format_reading(self._measured_v(self._input_v(self._due_s))))
+            self._ready.append(wire.format_reading(self._measured_v(self._input_v(self._due_s)), self._decimals))
             self._left -= 1
             self._due_s += self._reading_s
 

@@ -154,12 +154,12 @@ def parse_error(line: bytes) -> tuple[int, str]:
     return int(match[1]), match[2].decode("ascii")
 
 
-def format_reading(value_v: float) -> bytes:
-    """Format a reading as the meter sends it.
+def format_reading(value_v: float, decimals: int = 9) -> bytes:
+    """Format a reading as the meter sends it, and CR LF: sign or space, digit, point, decimals, exponent.
 
-    15 characters and CR LF: sign or space, digit, point, eight digits, exponent.
+    Nine decimals are the 16 characters that logs of units show, eight the 15 of the guide (p. 149).
     """
-    return b"% .8E\r\n" % (value_v if abs(value_v) >= SMALLEST_READING_V else 0.0)
+    return b"% .*E\r\n" % (decimals, value_v if abs(value_v) >= SMALLEST_READING_V else 0.0)
 
 
 def format_error(bits: int) -> bytes:

@@ -118,7 +118,7 @@ def test_the_world_reads_what_a_run_reads(tmp_path):
     bench = laboratory.prepare(campaigns.campaigns()["26"], tmp_path)
     run, world = (take["S0"] for take in (laboratory.through_engine(bench, tmp_path), laboratory.from_world(bench)))
     np.testing.assert_array_equal(run.point, world.point)
-    np.testing.assert_allclose(run.outputs["x"], world.outputs["x"], rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(run.outputs["x"], world.outputs["x"], rtol=0.0, atol=1e-9)
 
 
 def test_the_extended_model_brings_figure_37_back_to_the_noise(tmp_path):

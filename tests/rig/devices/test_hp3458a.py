@@ -279,7 +279,7 @@ def test_a_cut_reading_is_not_a_smaller_number() -> None:
     readout.read("dmm.x", 3, rig.wait)
     # The fourth piece of a burst on a known setup: VIEW, then the readings. The cut one still ends in CR LF.
     rig.faults.reads = {rig.faults.taken + 2: faults.replace(b" 1.0000000E+00\r\n")}
-    with pytest.raises(DeviceNonsense, match=r"readings of \[14, 15\] characters in one burst"):
+    with pytest.raises(DeviceNonsense, match=r"readings of \[14, 16\] characters in one burst"):
         readout.read("dmm.x", 3, rig.wait)
 
 
@@ -298,7 +298,7 @@ def test_a_reading_taken_twice_and_one_missed_void_the_burst() -> None:
     readout.read("dmm.x", 4, rig.wait)
     first = rig.faults.taken + 1  # behind the answer to VIEW
     rig.faults.reads = {first: faults.duplicate(0.41), first + 1: faults.delay(0.05)}
-    with pytest.raises(DeviceNonsense, match="17 bytes nobody asked for came with the readings"):
+    with pytest.raises(DeviceNonsense, match="18 bytes nobody asked for came with the readings"):
         readout.read("dmm.x", 4, rig.wait)
 
 

@@ -128,9 +128,14 @@ def test_a_reading_has_fifteen_characters_or_about(length: int) -> None:
             meter.parse_reading(line)
 
 
-def test_the_twin_writes_fifteen() -> None:
-    assert meter.format_reading(1.00000012) == b" 1.00000012E+00\r\n"
-    assert meter.format_reading(-1.23456789e-3) == b"-1.23456789E-03\r\n"
+@pytest.mark.parametrize("decimals", [8, 9])
+def test_a_meter_of_either_length_is_read(decimals: int) -> None:
+    # UG p. 149: 15 bytes a reading; 16 in logs of units, as the twin sends where nothing is said.
+    assert meter.format_reading(1.00000012, decimals=8) == b" 1.00000012E+00\r\n"
+    assert meter.format_reading(-1.23456789e-3, decimals=8) == b"-1.23456789E-03\r\n"
+    rig = gpib_rig()
+    rig.meter._decimals = decimals
+    assert rig.prepared().read("dmm.x", 3, rig.wait).values_v == pytest.approx(1.0, abs=1e-5)
 
 
 def test_power_on_leaves_end_off_and_preset_does_not_touch_it() -> None:

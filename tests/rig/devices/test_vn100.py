@@ -13,7 +13,10 @@ from rig.wire import vn100 as wire
 
 
 def test_who_it_is() -> None:
-    assert vn100_rig().vn100().identify() == "VectorNav VN-100T-CR, serial 100011981, firmware 2.1.0.0"
+    assert (
+        vn100_rig().vn100().identify()
+        == "VectorNav VN-100T-CR, serial 100011981, firmware 2.1.0.0, no user compensation"
+    )
 
 
 def test_a_minute_at_200_hz_is_12000_samples_in_order() -> None:

@@ -59,7 +59,7 @@ def test_preset_norm_is_triggered_by_talking() -> None:
     due_s = twin.next_talk_s()
     assert due_s == pytest.approx(1.0 + 2 * 1 / 50, abs=0.002)
     assert due_s is not None
-    assert twin.talk(due_s) == (b" 1.00000000E+00\r\n", True)
+    assert twin.talk(due_s) == (b" 1.000000000E+00\r\n", True)
 
 
 def test_a_burst_comes_reading_by_reading() -> None:
@@ -99,11 +99,11 @@ def test_end_says_when_eoi_comes() -> None:
 @pytest.mark.parametrize(
     ("volts", "range_v", "line"),
     [
-        (12.1, b"10", b" 1.00000000E+38\r\n"),  # full scale of 10 V is 12 V
-        (-12.1, b"10", b"-1.00000000E+38\r\n"),
-        (12.0, b"10", b" 1.20000000E+01\r\n"),
-        (-0.00123456789, b"0.1", b"-1.23456789E-03\r\n"),
-        (12.1, b"AUTO", b" 1.21000000E+01\r\n"),
+        (12.1, b"10", b" 1.000000000E+38\r\n"),  # full scale of 10 V is 12 V
+        (-12.1, b"10", b"-1.000000000E+38\r\n"),
+        (12.0, b"10", b" 1.200000000E+01\r\n"),
+        (-0.00123456789, b"0.1", b"-1.234567890E-03\r\n"),
+        (12.1, b"AUTO", b" 1.210000000E+01\r\n"),
     ],
 )
 def test_overload_is_told_with_its_sign(volts: float, range_v: bytes, line: bytes) -> None:
