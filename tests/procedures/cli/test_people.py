@@ -25,7 +25,10 @@ def test_a_bumped_run_is_noted_taken_back_handed_over_and_finished_again(
     page = call(capsys, "handover", finished).out
     assert "anna: somebody leaned on the granite" in page
     assert f"next       calrig resume {finished}" in page
-    assert call(capsys, "resume", finished, "--json").document["state"] == "finished"
+    answered = ("--accept-changes", "--operator", "anna", "--reason", "the copy is the run now")
+    again = call(capsys, "resume", finished, *answered, "--json")
+    assert again.status == 0, again.err
+    assert again.document["state"] == "finished"
     voided = call(capsys, "void", finished, "--from", 20, "--reason", "door", "--operator", "anna")
     assert voided.status == 0
     assert call(capsys, "status", finished, "--json").document["state"] == "stopped"
