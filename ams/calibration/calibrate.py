@@ -22,6 +22,7 @@ from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.frames import AXES
 from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.inputs.shared_errors import SharedError
+from ams.inputs.table_uncertainty import corrected
 from ams.models.drifting import WithTime
 from ams.models.model import Model
 from ams.observations import Observations
@@ -48,6 +49,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         SolveError: the iteration of a nonlinear model did not converge.
     """
     refuse_unusable(observations, request)
+    observations = corrected(observations, request.table)
     layout = layout_of(observations)
     labels = tuple(request.axes_of(observations))
     base = base_model(labels[0], observations, request)

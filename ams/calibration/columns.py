@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ams.analysis.replication import ReplicationColumns, analyse, quantity
 from ams.inputs.shared_errors import SharedError, shared_columns
-from ams.inputs.table_uncertainty import TableUncertainty, columns_of_members, index_members
+from ams.inputs.table_uncertainty import TableUncertainty, columns_of_members, corrected, index_members, shown_rad
 from ams.models.drifting import REFERENCE_NAME
 from ams.models.model import Model, Stimulus
 from ams.observations import Observations
@@ -86,6 +86,7 @@ def solve_columns(
         ObservationsError: a (replication, point) pair stands twice.
         DesignError: the points cannot determine the model.
     """
+    points = corrected(points, table)
     layout = layout_of(points)
     problem = linearise(models, points, layout, outputs_v, weights)
     return solve_linearised(problem, layout, plots_of(problem.model, points, layout), table)
@@ -138,7 +139,7 @@ def _common_errors(
         return []
     ordinary = problem.complete(problem.form.solve(problem.outputs_v).T)
     rows = problem.block
-    members = {} if table is None else index_members(table, _angles_rad(rows))
+    members = {} if table is None else index_members(table, shown_rad(table, _angles_rad(rows)))
     common: list[CommonErrors] = []
     for model, primary in zip(problem.models, ordinary, strict=True):
         blocks: dict[str, FloatArray] = {}

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ams.calibration_result import FTest
 from ams.errors import DesignError
 from ams.frames import Attitude, specific_force
-from ams.inputs.table_uncertainty import TableUncertainty, index_columns
+from ams.inputs.table_uncertainty import TableUncertainty, index_columns, shown_rad
 from ams.models.accelerometer import PitchRoll
 from ams.models.extended import CONFOUNDED, quadratic_basis
 from ams.observations import Observations
@@ -102,7 +102,9 @@ def _point_means(observations: Observations, label: str, table: TableUncertainty
     point_basis = mean(basis)
     slopes = _slopes(np.linalg.lstsq(basis, output, rcond=None)[0], pitch, roll)
     common = (
-        np.zeros((layout.points, 0)) if table is None else index_columns(table, {"pitch": pitch, "roll": roll}, slopes)
+        np.zeros((layout.points, 0))
+        if table is None
+        else index_columns(table, shown_rad(table, {"pitch": pitch, "roll": roll}), slopes)
     )
     quadratic = mean(quadratic_basis(specific_force(observations.pitch_rad, observations.roll_rad)))
     return _PointMeans(point_basis, quadratic, mean(level_output), readings, precision, common)

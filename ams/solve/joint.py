@@ -1,8 +1,8 @@
 """The package and the table in one fit: x, y, z and all replications share the table's own errors.
 
 Every row's specific force is f + Σ n_j d_j: f at the commanded angles, d_j what one radian of a table error does to it,
-n_j that error. Index errors (one per tooth of each axis), axis zeros, a tilt of the base, squareness of the axes and
-droop are nuisance parameters under the priors of their certificates; the offsets and sensitivities have none. The
+n_j that error. Index errors (of every tooth, once and twice a turn of each axis), axis zeros, a tilt of the base,
+squareness of the axes and droop are nuisance parameters under the priors of their certificates; the offsets and sensitivities have none. The
 package sees M (f + …), M its mounting. Mounted a second time the other way round, table errors change sign against the
 package and part from it; a mounting has three small seating errors of its own, known as well as the datum faces are.
 
@@ -11,7 +11,7 @@ Source: TP 10, 'inclusion of calibration standard uncertainties'.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from ams.errors import DesignError, SolveError
 from ams.frames import specific_force
+from ams.inputs.table_uncertainty import corrected
 from ams.solve.extension import angles_of_points, without_drift
 from ams.solve.layout import layout_of
-from ams.solve.table_errors import Mounting, TablePriors, nuisances_of, seat_effects, table_effects
+from ams.solve.table_errors import Mounting, Nuisances, TablePriors, nuisances_of, seat_effects
 from ams.statistics.distributions import chi_square_upper_quantile
 
 FloatArray = NDArray[np.float64]
@@ -95,8 +96,10 @@ def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TableP
     Raises: DesignError where the points cannot determine the package even with the table known; SolveError where the
     scatter and the errors do not settle.
     """
-    names, prior_rad = nuisances_of(mountings, priors)
-    rows = _rows(mountings, tuple(axes), names)
+    mountings = [replace(m, observations=corrected(m.observations, priors.table)) for m in mountings]
+    nuisances = nuisances_of(mountings, priors)
+    names, prior_rad = nuisances.names, nuisances.prior_rad
+    rows = _rows(mountings, tuple(axes), nuisances)
     _refuse_rank_deficiency(rows)
     sd = np.maximum(np.sqrt(rows.precision_v2), 1e-12 * np.abs(rows.output_v).max(axis=0))
     errors = np.zeros(len(names))
@@ -122,9 +125,9 @@ def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TableP
     return _result(tuple(axes), rows, names, prior_rad, primary, errors, sd, inverse @ inverse.T)
 
 
-def _rows(mountings: Sequence[Mounting], axes: tuple[str, ...], names: list[str]) -> _Rows:
+def _rows(mountings: Sequence[Mounting], axes: tuple[str, ...], nuisances: Nuisances) -> _Rows:
     excited = _excited(mountings)
-    parts = [_part(number, mounting, axes, names, excited) for number, mounting in enumerate(mountings)]
+    parts = [_part(number, mounting, axes, nuisances, excited) for number, mounting in enumerate(mountings)]
     return _Rows(
         np.concatenate([p.mount for p in parts]),
         excited,
@@ -144,7 +147,9 @@ def _excited(mountings: Sequence[Mounting]) -> NDArray[np.intp]:
     return np.flatnonzero(largest > 1e-9)
 
 
-def _part(number: int, mounting: Mounting, axes: tuple[str, ...], names: list[str], excited: NDArray[np.intp]) -> _Rows:
+def _part(
+    number: int, mounting: Mounting, axes: tuple[str, ...], nuisances: Nuisances, excited: NDArray[np.intp]
+) -> _Rows:
     observations, M = mounting.observations, np.asarray(mounting.package_from_table, dtype=float)
     layout = layout_of(observations)
     pitch, roll = angles_of_points(observations, layout)
@@ -158,8 +163,8 @@ def _part(number: int, mounting: Mounting, axes: tuple[str, ...], names: list[st
         precision.append(variance / readings)
         drift.append(_drift(basis, observations.outputs_v[axis], layout.replication, variance))
     force = specific_force(pitch, roll) @ M.T
-    effects = np.einsum("ij,njq->niq", M, table_effects(pitch, roll, names))
-    effects = effects + seat_effects(force, names, number)
+    effects = np.einsum("ij,njq->niq", M, nuisances.effects(number, pitch, roll))
+    effects = effects + seat_effects(force, nuisances.names, number)
     return _Rows(
         np.full(layout.points, number),
         excited,
@@ -253,7 +258,7 @@ def _residuals(rows: _Rows, primary: FloatArray, errors: FloatArray) -> FloatArr
 def _result(
     axes: tuple[str, ...],
     rows: _Rows,
-    names: list[str],
+    names: tuple[str, ...],
     prior_rad: FloatArray,
     primary: FloatArray,
     errors: FloatArray,
@@ -300,7 +305,7 @@ def _with_unexcited(
     return filled, whole
 
 
-def _confounded(names: list[str], prior_rad: FloatArray, spread: FloatArray) -> tuple[str, ...]:
+def _confounded(names: tuple[str, ...], prior_rad: FloatArray, spread: FloatArray) -> tuple[str, ...]:
     """Directions in the space of whole-table errors that the rows leave at their prior."""
     whole = [n for n, name in enumerate(names) if " tooth " not in name]
     if not whole:

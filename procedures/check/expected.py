@@ -19,7 +19,8 @@ from ams.solve.linear_form import factor
 from procedures.check.evaluation import attitudes_rad
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.plan.plan import Plan
-from procedures.solution.request import model_name, table_uncertainty
+from procedures.solution.request import model_name
+from procedures.solution.type_b import table_uncertainty
 from rig.description.rig_file import AxisTruth, RigDescription
 
 RAD_PER_ARCSEC = radians(1.0 / 3600.0)

@@ -25,8 +25,8 @@ from procedures.cli.fit_set import WishedSet, wished_set, write_set
 from procedures.cli.output import note, print_json, say
 from procedures.errors import RequestError
 from procedures.solution.at_rest import solve_observations
-from procedures.solution.request import budgets_of, table_uncertainty
-from procedures.solution.type_b import shared_errors
+from procedures.solution.request import budgets_of
+from procedures.solution.type_b import shared_errors, table_uncertainty
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription, Sensor
 

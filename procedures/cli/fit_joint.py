@@ -10,7 +10,7 @@ from ams.inputs.request import CalibrationRequest
 from ams.solve.joint import joint_fit
 from ams.solve.table_errors import TablePriors
 from procedures.errors import RequestError
-from procedures.solution.type_b import standard_uncertainty_arcsec
+from procedures.solution.type_b import table_uncertainty
 from rig.description.rig_file import RigDescription
 
 PRIORS = {
@@ -79,7 +79,6 @@ def joint_lines(document: Mapping[str, Any]) -> Iterator[str]:
 
 def _priors(rig: RigDescription, priors: Mapping[str, float]) -> TablePriors:
     return TablePriors(
-        pitch_tooth_rad=standard_uncertainty_arcsec(rig, "pitch") * RAD_PER_ARCSEC,
-        roll_tooth_rad=standard_uncertainty_arcsec(rig, "roll") * RAD_PER_ARCSEC,
+        table=table_uncertainty(rig),
         **{PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()},
     )

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from simulated_columns import teeth_within
 
 from ams.errors import DesignError
 from ams.models.accelerometer import PitchRoll
@@ -76,7 +77,7 @@ def draw_teeth(rng, limit_arcsec=1.0):
     return pitch, roll
 
 
-TEETH = {"pitch_tooth_rad": ARCSEC / 3**0.5, "roll_tooth_rad": ARCSEC / 3**0.5}
+TEETH = {"table": teeth_within(1.0)}
 
 
 def test_without_noise_and_table_errors_the_package_comes_back():
@@ -99,7 +100,8 @@ def test_without_priors_it_is_ordinary_least_squares():
 def test_one_axis_with_teeth_is_generalised_least_squares():
     rng = np.random.default_rng(21)
     mounting = observe(rng, teeth=draw_teeth(rng, 5.0), replications=1)
-    priors = TablePriors(pitch_tooth_rad=5 * ARCSEC / 3**0.5, roll_tooth_rad=5 * ARCSEC / 3**0.5)
+    priors = TablePriors(teeth_within(5.0))
+    tooth_rad = 5 * ARCSEC / 3**0.5
     fit = joint_fit([mounting], "y", priors)
     o, k = mounting.observations, fit.primary["y"][1:]
     X = PitchRoll("y").basis(o)
@@ -107,8 +109,8 @@ def test_one_axis_with_teeth_is_generalised_least_squares():
     same_pitch = np.abs(np.sin((o.pitch_rad[:, None] - o.pitch_rad) / 2)) < 1e-9
     same_roll = np.abs(np.sin((o.roll_rad[:, None] - o.roll_rad) / 2)) < 1e-9
     U = np.diag(np.full(o.rows, fit.standard_error_v["y"] ** 2))
-    U += priors.pitch_tooth_rad**2 * same_pitch * np.outer(slopes["pitch"], slopes["pitch"])
-    U += priors.roll_tooth_rad**2 * same_roll * np.outer(slopes["roll"], slopes["roll"])
+    U += tooth_rad**2 * same_pitch * np.outer(slopes["pitch"], slopes["pitch"])
+    U += tooth_rad**2 * same_roll * np.outer(slopes["roll"], slopes["roll"])
     covariance = np.linalg.inv(X.T @ np.linalg.solve(U, X))
     expected = covariance @ X.T @ np.linalg.solve(U, o.outputs_v["y"])
     sd = np.sqrt(np.diag(covariance))
