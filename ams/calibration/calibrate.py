@@ -59,7 +59,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         rows = select_rows(observations, kept)
         layout = layout_of(rows)
     weights = None if request.weights is None else request.weights[kept] / request.weights[kept].mean()
-    choices = {label: choose_model(label, rows, request) for label in labels}
+    choices = {label: choose_model(label, rows, layout, request) for label in labels}
     axes: dict[str, AxisCalibration] = {}
     parts: dict[str, SolvedAxis] = {}
     shared = {label: request.shared_errors.get(label, ()) for label in labels}
@@ -116,8 +116,9 @@ def _axis(
         residuals_v=output_v - fitted_v,
         replication=_replication(solved, row),
         warnings=(*choice.warnings, *_axis_warnings(label, solved, row)),
-        remarks=_axis_remarks(label, model),
+        remarks=(*choice.remarks, *_axis_remarks(label, model)),
         variance_components=components_of(solved.components, row),
+        centring=choice.centring,
         notes={
             **_notes(solved, row, choice),
             **_curvature(model, primary, observations, output_v - fitted_v, asked=asked),

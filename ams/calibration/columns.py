@@ -15,6 +15,7 @@ from ams.analysis.replication import ReplicationColumns, analyse, quantity
 from ams.inputs.shared_errors import SharedError, shared_columns
 from ams.inputs.table_uncertainty import TableUncertainty, columns_of_members, corrected, index_members, shown_rad
 from ams.models.drifting import REFERENCE_NAME
+from ams.models.extended import TERM_NAMES, TRACELESS_NAME
 from ams.models.model import Model, Stimulus
 from ams.observations import Observations
 from ams.solve.components import Causes, ComponentColumns
@@ -212,7 +213,7 @@ def _replication(
     if mixed.sums is None:
         return None
     own = problem.alone.basis.shape[1]
-    tested = [i for i, name in enumerate(parameters.names) if _is_per_replication(name)]
+    tested = [i for i, name in enumerate(parameters.names) if _is_tested(name)]
     names = [quantity(parameters.names[i]) for i in tested]
     directions = parameters.directions[:, tested][..., problem.free][..., :own]
     largest_v = np.abs(problem.outputs_v).max(axis=0)
@@ -221,3 +222,8 @@ def _replication(
 
 def _is_per_replication(name: str) -> bool:
     return name not in NOT_PER_REPLICATION and not is_shared(name)
+
+
+def _is_tested(name: str) -> bool:
+    """For drift: terms of low order are the sensor's, and their own test tells of them."""
+    return _is_per_replication(name) and name not in (*TERM_NAMES, TRACELESS_NAME)

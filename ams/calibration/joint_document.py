@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.calibration.document import Document
+from ams.calibration_result import METHOD_VERSION
 from ams.errors import DesignError
 from ams.frames import AXES, RAD_PER_ARCSEC
 from ams.inputs.csv_table import parse_csv, refuse_cell, refuse_missing_columns
@@ -51,6 +52,7 @@ def joint_document(fit: JointFit) -> Document:
         "axes": {axis: _axis(fit, axis) for axis in fit.axes},
         "nuisances": {nuisance.name: _nuisance(nuisance) for nuisance in fit.nuisances},
         "confounded": list(fit.confounded),
+        "method_version": METHOD_VERSION,
         "package_covariance": _package(fit) if len(fit.axes) > 1 else None,
     }
 

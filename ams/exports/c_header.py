@@ -24,9 +24,10 @@ from ams.exports.c_text import (
 )
 from ams.exports.embedded import document_from
 from ams.exports.plain_values import check_same
+from ams.models.extended import TERM_NAMES
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.equations import EXTENDED_NAMES, AxisNumbers
+from ams.sets.equations import AxisNumbers
 from ams.sets.instructions import polarity
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.vectors import is_package
@@ -68,6 +69,7 @@ QUADRATIC = (
     "(f[1] * f[1] - f[2] * f[2])",
     "2.0 * f[1] * f[2]",
 )
+CUBIC = "(f[{place}] * f[{place}] * f[{place}])"
 ANGLES = """
 /* outputs_v in the order @order@; returns 0, or -1 where the force is zero or not finite. */
 static inline int @p@_angles(const double outputs_v[3], double temperature_degc, double *pitch_deg, double *roll_deg)
@@ -237,15 +239,20 @@ def _functions(coefficients: CoefficientSet, prefix: str, model: str) -> list[st
 
 
 def _terms(numbers: AxisNumbers) -> dict[str, str]:
-    quadratic = [
-        f"\n        + @P@_@A@_{name.upper()} * {term}" for name, term in zip(EXTENDED_NAMES, QUADRATIC, strict=True)
+    factors = [*QUADRATIC, CUBIC.format(place="xyz".index(numbers.nominal_axis))]
+    count = len(QUADRATIC) if numbers.centring is None else len(numbers.centring)
+    bent = [
+        f"\n        + @P@_@A@_{name.upper()} * {term}"
+        for name, term in zip(TERM_NAMES[:count], factors[:count], strict=True)
     ]
+    if numbers.centring is not None:
+        bent.append("\n        + @P@_@A@_SENSED_CONSTANT_V")
     k = zip(("KX", "KY", "KZ"), FIELDS[numbers.model].directions, strict=True)
     return {
         **{place: name.upper() for place, name in k},
         "offset": OFFSET if numbers.needs_temperature else "",
         "gain": GAIN if numbers.needs_temperature else "",
-        "q": "" if numbers.is_linear else "".join(quadratic),
+        "q": "" if numbers.is_linear else "".join(bent),
     }
 
 

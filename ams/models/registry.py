@@ -6,7 +6,6 @@ from types import MappingProxyType
 
 from ams.errors import DesignError
 from ams.models.accelerometer import PitchOnly, PitchRoll
-from ams.models.extended import ExtendedPitchRoll
 from ams.models.gyro import Gyro
 from ams.models.level_line import LevelLine
 from ams.models.model import Model
@@ -16,7 +15,6 @@ MODELS: Mapping[str, Callable[[str], Model]] = MappingProxyType(
     {
         "pitch-roll": PitchRoll,
         "pitch-only": PitchOnly,
-        "pitch-roll-extended": ExtendedPitchRoll,
         "pitch-yaw-roll-sting": partial(PitchYawRoll, package="sting"),
         "pitch-yaw-roll-model": partial(PitchYawRoll, package="model"),
         "gyro": Gyro,

@@ -1,8 +1,8 @@
 """The equations a set names, each as text for people and as code for us, from the set's own numbers alone.
 
 Every equation here is linear in the primary parameters b and k: v = b + k·f, with f the field that the model senses in
-package axes (x forward, y right, z down; ``ams.sets.sensed_quantity``); the extended model adds fᵀQf. The usual
-parameters
+package axes (x forward, y right, z down; ``ams.sets.sensed_quantity``); the extended model adds terms of second and
+third order. The usual parameters
 (sensitivity, coning angle, azimuth) are derived from k; both forms are printed and both must give the same outputs.
 Source: TP (1), (2), (4), (5); CR (III-B.27) to (III-B.32), (III-C.16) to (III-C.18).
 """
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ams.errors import SetError
 from ams.models.cr import sensitive_axis
+from ams.models.extended import CUBIC_NAME, Q_NAMES, TERM_NAMES
 from ams.sets.sensed_quantity import FIELDS
 
 FloatArray = NDArray[np.float64]
@@ -56,7 +57,13 @@ PITCH_ONLY_TEXT = {"x": "v = b + S*sin(alpha - p)", "z": "v = b - S*cos(alpha - 
 PITCH_ROLL_SOURCE = {"x": "TP (2)", "y": "TP (4)", "z": "TP (5)"}
 DIRECTION_NAMES = ("k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
 PRIMARY_NAMES = ("offset_v", *DIRECTION_NAMES)
-EXTENDED_NAMES = ("q_xx_v_per_g2", "q_xy_v_per_g2", "q_xz_v_per_g2", "q_yy_v_per_g2", "q_yz_v_per_g2")
+EXTENDED_NAMES = Q_NAMES
+CUBIC_TEXT = " + k3_v_per_g3*{field}^3"
+CENTRED_TEXT = (
+    "; what multiplies each coefficient of second or third order, factors of 2 included, is taken without its best "
+    "linear approximation c_0 + c_x*f_x + c_y*f_y + c_z*f_z (its row of centring, in this order), so that offset_v and "
+    "k are those of the linear sensor that comes closest over the points of the calibration"
+)
 TEMPERATURE_NAMES = ("offset_tc_v_per_degc", "sensitivity_tc_per_degc")
 
 
@@ -79,6 +86,8 @@ class AxisNumbers:
     nominal_axis: str
     primary: Mapping[str, float]
     parameters: Mapping[str, float | None]
+    centring: FloatArray | None = None
+    """(t, 4) what is taken off each term of the extended model; None: nothing."""
 
     @property
     def direction_v_per_g(self) -> FloatArray:
@@ -98,9 +107,29 @@ class AxisNumbers:
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
 
     @property
+    def cubic_v_per_g3(self) -> float:
+        """K₃ along the nominal axis."""
+        return self.primary.get(CUBIC_NAME, 0.0)
+
+    @property
     def is_linear(self) -> bool:
         """Whether the output is linear in the specific force."""
-        return not self.quadratic_v_per_g2.any()
+        return not self.quadratic_v_per_g2.any() and self.cubic_v_per_g3 == 0.0
+
+    @property
+    def taken_off(self) -> FloatArray:
+        """(4,) constant (V) and direction (V/g) that the centring of the terms takes off the output."""
+        if self.centring is None:
+            return np.zeros(4)
+        terms = np.array([self.primary[name] for name in TERM_NAMES[: len(self.centring)]])
+        return np.asarray(terms @ self.centring)
+
+    def terms_v(self, f: FloatArray) -> FloatArray:
+        """What the terms of second and third order add at the specific force (…, 3)."""
+        bent = np.sum(f @ self.quadratic_v_per_g2 * f, axis=-1)
+        bent = bent + self.cubic_v_per_g3 * f[..., "xyz".index(self.nominal_axis)] ** 3
+        off = self.taken_off
+        return np.asarray(bent - off[0] - f @ off[1:])
 
     @property
     def scale_v(self) -> float:
@@ -141,7 +170,7 @@ def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArra
     """The output of the axis at the field (…, 3) that its model senses, from the primary parameters."""
     sensed_v = f @ numbers.direction
     if not numbers.is_linear:
-        sensed_v = sensed_v + np.sum(f @ numbers.quadratic_v_per_g2 * f, axis=-1)
+        sensed_v = sensed_v + numbers.terms_v(f)
     return np.asarray(numbers.offset_v(temperature_degc) + numbers.gain(temperature_degc) * sensed_v)
 
 
@@ -177,11 +206,13 @@ def _along_misalignment(nominal_axis: str, angles_rad: FloatArray) -> FloatArray
     return np.array([cosine, 0.0, sine]) if nominal_axis == "x" else np.array([-sine, 0.0, cosine])
 
 
-def equation_of(model: str, nominal_axis: str, with_temperature: bool) -> Equation:
+def equation_of(model: str, nominal_axis: str, with_temperature: bool, centred_terms: int = 0) -> Equation:
     """The printed equation. Raises: SetError for a model or an axis that no set has an equation for."""
     suffix = TEMPERATURE_TEXT if with_temperature else ""
     if model in ("pitch-roll", "pitch-roll-extended") and nominal_axis in PITCH_ROLL_TEXT:
         extension = EXTENDED_TEXT if model == "pitch-roll-extended" else ""
+        extension += CUBIC_TEXT.format(field=f"f_{nominal_axis}") if centred_terms > len(EXTENDED_NAMES) else ""
+        suffix = (CENTRED_TEXT if centred_terms else "") + suffix
         derived = PITCH_ROLL_TEXT[nominal_axis] + extension + SYMBOLS + "W = coning_deg, A = azimuth_deg"
         return Equation(model, PITCH_ROLL_SOURCE[nominal_axis], PRIMARY_TEXT + extension + suffix, derived)
     if model == "pitch-only" and nominal_axis in PITCH_ONLY_TEXT:
@@ -212,11 +243,17 @@ def _cr_equation(model: str, nominal_axis: str, suffix: str) -> Equation:
 def check_numbers(numbers: AxisNumbers, where: str) -> None:
     """Raises: SetError where the equation does not take these numbers."""
     equation_of(numbers.model, numbers.nominal_axis, numbers.needs_temperature)
-    extension = EXTENDED_NAMES if numbers.model == "pitch-roll-extended" else ()
+    centred = () if numbers.centring is None else TERM_NAMES[: len(numbers.centring)]
+    extension = (centred or EXTENDED_NAMES) if numbers.model == "pitch-roll-extended" else ()
     directions = FIELDS[numbers.model].directions
     allowed = {"offset_v", *directions, *extension, *TEMPERATURE_NAMES, "reference_temperature_degc"}
     unknown = sorted(set(numbers.primary) - allowed)
-    if unknown or "offset_v" not in numbers.primary or not set(directions) & set(numbers.primary):
+    if (
+        unknown
+        or not set(centred) <= set(numbers.primary)
+        or "offset_v" not in numbers.primary
+        or not set(directions) & set(numbers.primary)
+    ):
         raise SetError(
             f"{where}: axis {numbers.axis}: the equation {numbers.model!r} does not take these primary parameters: got "
             f"{', '.join(numbers.primary)}, allowed are {', '.join(sorted(allowed))} with offset_v and at least one "

@@ -1,6 +1,7 @@
 """The unit that a name ends in."""
 
 UNITS = (
+    ("_v_per_g3", "V/g^3"),
     ("_v_per_g2", "V/g^2"),
     ("_v_per_g", "V/g"),
     ("_v_per_dps", "V/(deg/s)"),

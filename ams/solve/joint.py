@@ -2,9 +2,10 @@
 
 Every row's specific force is f + Σ n_j d_j: f at the commanded angles, d_j what one radian of a table error does to it,
 n_j that error. Index errors (of every tooth, once and twice a turn of each axis), axis zeros, a tilt of the base,
-squareness of the axes and droop are nuisance parameters under the priors of their certificates; the offsets and sensitivities have none. The
-package sees M (f + …), M its mounting. Mounted a second time the other way round, table errors change sign against the
-package and part from it; a mounting has three small seating errors of its own, known as well as the datum faces are.
+squareness of the axes and droop are nuisance parameters under the priors of their certificates; the offsets and
+sensitivities have none. The package sees M (f + …), M its mounting. Mounted a second time the other way round, table
+errors change sign against the package and part from it; a mounting has three small seating errors of its own, known as
+well as the datum faces are.
 
 What the rows do not tell stays at its prior, enters the uncertainty of the package, and is said in words.
 Source: TP 10, 'inclusion of calibration standard uncertainties'.

@@ -36,8 +36,8 @@ def check_joint(request: CalibrationRequest, rig: RigDescription | None, has_set
     """Raises: RequestError where the joint fit does not go with what else is asked for."""
     if rig is None:
         raise RequestError("--joint: needs --rig RIG: the table's uncertainties are the priors of its errors")
-    if request.model != "pitch-roll" or request.temperature != "none" or request.extended != "no":
-        raise RequestError("--joint: goes with --model pitch-roll, --temperature none and --extended no")
+    if request.model != "pitch-roll" or request.temperature != "none" or request.extended == "test":
+        raise RequestError("--joint: goes with --model pitch-roll, --temperature none and --extended yes or no")
     if request.time_term or request.residual_curvature:
         raise RequestError("--joint: has no --time-term and no --hessian; fit without --joint for these")
     if has_set:

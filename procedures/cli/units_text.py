@@ -1,6 +1,7 @@
 """Names of parameters as a person reads them: the quantity, and the unit that the name ends in."""
 
 UNITS = {
+    "_v_per_g3": "V/g³",
     "_v_per_g2": "V/g²",
     "_v_per_mps2": "V/(m/s²)",
     "_v_per_g": "V/g",

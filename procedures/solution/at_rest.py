@@ -18,6 +18,7 @@ from procedures.plan.channels import temperature_source
 from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import observations_of
 from procedures.solution.request import SolvedSensor, budgets_of, request_of
+from procedures.solution.type_b import level_remarks
 from rig.description.rig_file import RigDescription, Sensor
 
 
@@ -50,7 +51,7 @@ def _solve_sensor(
     try:
         request = request_of(name, rig, sensor, solve)
         solved = calibrate_mountings(observations, request)
-        told = replace(solved, remarks=(*solved.remarks, *_told(solve, with_it)))
+        told = replace(solved, remarks=(*solved.remarks, *level_remarks(rig), *_told(solve, with_it)))
         return SolvedSensor(name, observations, told, None, budgets_of(solved, request, rig))
     except AmsError as error:
         return SolvedSensor(name, observations, None, str(error))

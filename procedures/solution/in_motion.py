@@ -30,6 +30,7 @@ from procedures.solution.motion_observations import (
     profile_observations,
 )
 from procedures.solution.request import SolvedSensor, StaticAxis, budgets_of, request_of
+from procedures.solution.type_b import level_remarks
 from rig.description.rig_file import RigDescription, Sensor
 
 UNITS: Mapping[str, str] = {"acceleration": "g", "rate": "dps", "field": "ut"}
@@ -89,6 +90,8 @@ def _by_model(name: str, observations: Observations, rig: RigDescription, plan: 
     elif plan.solve.model == "pitch-roll":
         observations = replace(observations, yaw_rad=None)
     solved = calibrate(observations, request)
+    if plan.solve.model != "gyro":
+        solved = replace(solved, remarks=(*solved.remarks, *level_remarks(rig)))
     return SolvedSensor(name, observations, solved, None, budgets_of(solved, request, rig))
 
 

@@ -101,6 +101,18 @@ def _shape_in_words(rig: RigDescription, name: str) -> str:
     return f" ({'; '.join([words[declared.shape], *zero, *listed])})"
 
 
+def level_remarks(rig: RigDescription) -> tuple[str, ...]:
+    """That nobody read the level of the base, where the attitude is counted from it."""
+    reference = rig.attitude_reference
+    is_told = reference is not None and {"pitch", "roll"} <= set(reference.channels)
+    if rig.level.before is not None or rig.level.after is not None or is_told:
+        return ()
+    return (
+        "the level of the base is not declared ([level] of the rig file): a tilted base, or an axis that was set to "
+        "zero wrongly, passes for a turned package and is not in these uncertainties; read it before and after",
+    )
+
+
 def gravity_of(rig: RigDescription) -> Gravity:
     """Local gravity as the rig file states it."""
     return Gravity(rig.rig.gravity_mps2, rig.rig.gravity_uncertainty_mps2, rig.rig.gravity_source)

@@ -9,11 +9,14 @@ from physics_scenes import Campaign
 from ams.calibration.columns import SolvedColumns, solve_columns
 from ams.frames import Attitude
 from ams.inputs.table_uncertainty import IndexErrors, Shape, TableUncertainty
-from ams.models.model import Model
+from ams.models.accelerometer import PitchRoll
+from ams.models.extended import ExtendedPitchRoll, centring_of
 from ams.observations import Observations
 from ams.statistics.intervals import combined_dof, t_quantile
 
 FloatArray = NDArray[np.float64]
+Solved = dict[str, SolvedColumns]
+"""Axis to all campaigns of it."""
 ARCSEC = np.pi / 180.0 / 3600.0
 _PLACES = 60
 
@@ -53,46 +56,49 @@ def rows_of(campaign: Campaign) -> Observations:
     )
 
 
-def columns_of(campaign: Campaign) -> FloatArray:
-    """(N, campaigns × axes) outputs of the first sensor in the order of :func:`rows_of`, axis after axis."""
-    grid = campaign.grid(campaign.output_v)[:, :, :, 0]
-    return np.moveaxis(grid, 0, 2).reshape(grid.shape[1] * grid.shape[2], -1)
+def columns_of(campaign: Campaign, axis: str) -> FloatArray:
+    """(N, campaigns) outputs of one axis of the first sensor in the order of :func:`rows_of`."""
+    grid = campaign.grid(campaign.output_v)[:, :, :, 0, campaign.setup.axes.index(axis)]
+    return grid.reshape(campaign.campaigns, -1).T
 
 
-def solved(campaign: Campaign, model: type[Model], table: TableUncertainty | None) -> SolvedColumns:
-    """All axes of all campaigns in one call."""
-    models = [model(axis) for axis in campaign.setup.axes] * campaign.campaigns
-    return solve_columns(rows_of(campaign), columns_of(campaign), models, table=table)
+def solved(campaign: Campaign, table: TableUncertainty | None = None, *, extended: bool = True) -> Solved:
+    """Every axis of the first sensor, all campaigns of it in one call."""
+    rows, points, found = rows_of(campaign), len(campaign.points_deg), {}
+    for axis in campaign.setup.axes:
+        centring = centring_of(rows, points, axis) if extended else None
+        model = PitchRoll(axis) if centring is None else ExtendedPitchRoll(axis, centring)
+        found[axis] = solve_columns(rows, columns_of(campaign, axis), [model] * campaign.campaigns, table=table)
+    return found
 
 
-def coverage(campaign: Campaign, found: SolvedColumns, chance: np.random.Generator) -> Coverage:
+def coverage(campaign: Campaign, found: Solved, chance: np.random.Generator) -> Coverage:
     """Against the best linear sensor over the design, and against the true output at attitudes drawn from the range."""
     points, limit = campaign.points_deg, campaign.setup.pitch_limit_deg
-    offset, k = campaign.package.best_linear(points[:, 0], points[:, 1])
-    truth = np.concatenate([offset[..., None], k], axis=-1)[:, 0].reshape(-1, 4)
-    halves = t_quantile(0.95, found.primary_dof) * np.sqrt(np.diagonal(found.primary_covariance, axis1=1, axis2=2))
-    holds = np.abs(found.primary[:, :4] - truth) <= halves[:, :4]
-    pitch_deg, roll_deg = chance.uniform(-limit, limit, _PLACES), chance.uniform(-180.0, 180.0, _PLACES)
-    true_v = np.swapaxes(campaign.true_output_v(pitch_deg, roll_deg)[:, :, 0], 1, 2).reshape(-1, _PLACES)
-    there = Attitude(np.deg2rad(pitch_deg), np.deg2rad(roll_deg))
-    models = found.problem.models
-    directions = np.stack([models[row].jacobian(found.primary[row], there) for row in range(len(campaign.setup.axes))])
-    directions = np.tile(directions, (campaign.campaigns, 1, 1))
-    half_v = _half_widths_v(directions, found)
-    off_v = np.abs(np.einsum("mnp,mp->mn", directions, found.primary) - true_v)
-    scale = np.linalg.norm(truth[:, 1:], axis=1)[:, None] * ARCSEC
+    best = campaign.package.best_linear(points[:, 0], points[:, 1])
+    at_deg = chance.uniform(-limit, limit, _PLACES), chance.uniform(-180.0, 180.0, _PLACES)
+    true_v = campaign.true_output_v(*at_deg)[:, :, 0]
+    holds, predicted, halves = [], [], []
+    for place, (axis, columns) in enumerate(found.items()):
+        truth = np.concatenate([best[0][:, 0, place, None], best[1][:, 0, place]], axis=-1)
+        uncertainty = np.sqrt(np.diagonal(columns.primary_covariance, axis1=1, axis2=2))
+        half = t_quantile(0.95, columns.primary_dof) * uncertainty
+        holds.append(np.abs(columns.primary[:, :4] - truth) <= half[:, :4])
+        model = columns.problem.models[0]
+        assert model.nominal_axis == axis
+        directions = model.jacobian(columns.primary[0], Attitude(*np.deg2rad(at_deg)))
+        half_v = _half_widths_v(directions, columns)
+        predicted.append(np.abs(columns.primary @ directions.T - true_v[:, :, place]) <= half_v)
+        halves.append(half_v / np.linalg.norm(truth[:, 1:], axis=1)[:, None] / ARCSEC)
+    held = np.stack(holds)
     return Coverage(
-        float(holds[:, 0].mean()),
-        float(holds[:, 1:].mean()),
-        float((off_v <= half_v).mean()),
-        float((half_v / scale).mean()),
+        float(held[..., 0].mean()), float(held[..., 1:].mean()), float(np.mean(predicted)), float(np.mean(halves))
     )
 
 
 def _half_widths_v(directions: FloatArray, found: SolvedColumns) -> FloatArray:
     """(m, places) of the outputs' 95 % confidence."""
-    parts = np.stack(
-        [np.einsum("mnp,mpq,mnq->mn", directions, part.covariance, directions) for part in found.components]
-    )
+    variances = [np.einsum("np,mpq,nq->mn", directions, part.covariance, directions) for part in found.components]
+    parts = np.stack(variances)
     dof = combined_dof(parts, np.stack([part.dof for part in found.components])[:, :, None])
     return np.asarray(t_quantile(0.95, dof) * np.sqrt(parts.sum(axis=0)))

@@ -8,14 +8,13 @@ from physics_scenes import campaigns
 from solved_campaigns import ARCSEC, Coverage, coverage, solved, table_of
 
 from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty, known_errors
-from ams.models.accelerometer import PitchRoll
 
 CURVES = ("once", "twice", "harmonics", "teeth")
 
 
 def covered(scene: str, pitch_limit_deg: float, table: TableUncertainty, count: int, seed: int = 1) -> Coverage:
     drawn = campaigns(scene, 1.0, np.random.default_rng(seed), count, pitch_limit_deg=pitch_limit_deg, replications=4)
-    return coverage(drawn, solved(drawn, PitchRoll, table), np.random.default_rng(seed + 1))
+    return coverage(drawn, solved(drawn, table, extended=False), np.random.default_rng(seed + 1))
 
 
 @pytest.mark.parametrize("pitch_limit_deg", [10.0, 90.0])
@@ -105,6 +104,6 @@ def test_a_listed_curve_is_taken_out_of_the_attitudes() -> None:
     true = [angle + 20.0 * ARCSEC * np.sin(angle + 0.7) for angle in (pitch, roll)]
     moved_v = drawn.true_output_v(*np.rad2deg(true)) - drawn.true_output_v(*np.rad2deg([pitch, roll]))
     drawn = replace(drawn, output_v=drawn.output_v + moved_v)
-    assert coverage(drawn, solved(drawn, PitchRoll, table), chance).least >= 0.93
+    assert coverage(drawn, solved(drawn, table, extended=False), chance).least >= 0.93
     alone = TableUncertainty(ARCSEC, ARCSEC, "limit")
-    assert coverage(drawn, solved(drawn, PitchRoll, alone), chance).prediction < 0.3
+    assert coverage(drawn, solved(drawn, alone, extended=False), chance).prediction < 0.3
