@@ -136,11 +136,11 @@ def _common_errors(
 ) -> list[CommonErrors]:
     """For every axis: columns of errors that many rows share, one standard uncertainty each, volts."""
     uncertain = _uncertain(problem.model)
-    if table is None and not uncertain and not shared:
-        return []
-    ordinary = problem.complete(problem.form.solve(problem.outputs_v).T)
     rows = problem.block
     members = {} if table is None else index_members(table, shown_rad(table, _angles_rad(rows)))
+    if not members and not uncertain and not shared:
+        return []
+    ordinary = problem.complete(problem.form.solve(problem.outputs_v).T)
     common: list[CommonErrors] = []
     for model, primary in zip(problem.models, ordinary, strict=True):
         blocks: dict[str, FloatArray] = {}

@@ -82,7 +82,8 @@ def _with_extension(
     if extended is None:
         return ModelChoice(base, extension, remarks=(f"axis {label}: {_NOT_DETERMINED}",))
     if request.extended == "yes":
-        return ModelChoice(extended, extension, _found(label, extension), (f"axis {label}: {_WHICH_OFFSET}",))
+        told = (f"axis {label}: {_WHICH_OFFSET}", *_found(label, extension))
+        return ModelChoice(extended, extension, remarks=told)
     if extension is None:
         return ModelChoice(base, None, (f"axis {label}: extended model not tested: {refusal}",))
     if not extension.is_accepted:

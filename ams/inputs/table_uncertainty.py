@@ -151,13 +151,13 @@ class TableUncertainty:
 
     def index_errors(self, axis: str, angle_rad: FloatArray) -> "IndexColumns":
         """Independent parts of the errors of an axis at (N,) angles that it shows."""
-        declared, limit_rad = self.declared(axis), np.sqrt(3.0) * self.standard_rad()[axis]
+        declared, standard_rad = self.declared(axis), self.standard_rad()[axis]
         zero = np.array([] if declared.zero_rad is None else [declared.zero_rad])
         shown = np.concatenate([angle_rad, zero])
         if declared.known is None:
-            found = _shaped(_SHAPES[declared.shape], limit_rad, shown)
+            found = _shaped(_SHAPES[declared.shape], standard_rad, shown)
         else:
-            found = _corrected(declared, limit_rad, shown)
+            found = _corrected(declared, standard_rad, shown)
         if declared.zero_rad is not None:
             found = replace(found, columns=found.columns[:-1] - found.columns[-1])
             found = found.beside(_set_to_zero(declared.zero_standard_uncertainty_rad, angle_rad.size))
@@ -193,22 +193,23 @@ class IndexColumns:
         return self.standard_rad * self.columns
 
 
-def _shaped(parts: _Parts, limit_rad: float, angle_rad: FloatArray) -> IndexColumns:
+def _shaped(parts: _Parts, standard_rad: float, angle_rad: FloatArray) -> IndexColumns:
+    """``standard_rad``: of the certificate, limit/√3."""
     names, standard, columns = [], [], []
     for times, variance in parts.harmonics.items():
         for word, wave in (("cosine", np.cos), ("sine", np.sin)):
             names.append(f"{_times_a_turn(times)}, {word}")
-            standard.append(np.sqrt(variance))
+            standard.append(np.sqrt(3.0 * variance))
             columns.append(wave(times * angle_rad))
     waves = np.stack(columns, axis=1) if columns else np.zeros((angle_rad.size, 0))
-    found = IndexColumns(tuple(names), limit_rad * np.array(standard), waves)
+    found = IndexColumns(tuple(names), standard_rad * np.array(standard), waves)
     if parts.teeth == 0.0:
         return found
     index = np.round(angle_rad / _INDEX_GRID_RAD).astype(np.int64) % _FULL_TURN
     labels, place = np.unique(index, return_inverse=True)
     words = tuple(f"tooth {label * 1e-5:g}°" for label in labels.tolist())
     return found.beside(
-        IndexColumns(words, np.full(labels.size, limit_rad * np.sqrt(parts.teeth)), np.eye(labels.size)[place])
+        IndexColumns(words, np.full(labels.size, standard_rad * np.sqrt(3.0 * parts.teeth)), np.eye(labels.size)[place])
     )
 
 
@@ -216,13 +217,13 @@ def _times_a_turn(times: int) -> str:
     return {1: "once a turn", 2: "twice a turn"}.get(times, f"{times} times a turn")
 
 
-def _corrected(declared: IndexErrors, limit_rad: float, angle_rad: FloatArray) -> IndexColumns:
+def _corrected(declared: IndexErrors, standard_rad: float, angle_rad: FloatArray) -> IndexColumns:
     """What a correction by interpolation leaves: the list's own errors, of a shape that nobody knows, and between the
     listed angles how far the curve departs from the straight lines."""
     known = declared.known
     assert known is not None
     weights = known.weights(angle_rad)
-    between = _shaped(_SHAPES[declared.shape], limit_rad, np.concatenate([angle_rad, known.angle_rad]))
+    between = _shaped(_SHAPES[declared.shape], standard_rad, np.concatenate([angle_rad, known.angle_rad]))
     own, listed = np.split(between.columns, [angle_rad.size])
     left = own - weights @ listed
     left[np.abs(left) < 1e-12] = 0.0
@@ -230,7 +231,7 @@ def _corrected(declared: IndexErrors, limit_rad: float, angle_rad: FloatArray) -
     stated = replace(
         stated,
         names=tuple(f"list, {name}" for name in stated.names),
-        columns=weights @ (np.sqrt(3.0) * known.standard_uncertainty_rad[:, None] * stated.columns),
+        columns=weights @ (known.standard_uncertainty_rad[:, None] * stated.columns),
     )
     return replace(between, columns=left).beside(stated)
 

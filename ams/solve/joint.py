@@ -64,7 +64,7 @@ class JointFit:
     residuals_v: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
     """Axis to one (K,) array per mounting, point means minus fit."""
     components: tuple[VarianceComponent, ...] = ()
-    """(4 A, 4 A) independent parts of ``covariance``: replications (drift and precision), lack of fit, table and seat."""
+    """(4 A, 4 A) independent parts of ``covariance``: replications (drift, precision), lack of fit, table and seat."""
     degrees_of_freedom: int = 0
     """Point means less package parameters."""
     replication_dof: int = 0

@@ -51,7 +51,7 @@ def _solve_sensor(
     try:
         request = request_of(name, rig, sensor, solve)
         solved = calibrate_mountings(observations, request)
-        told = replace(solved, remarks=(*solved.remarks, *level_remarks(rig), *_told(solve, with_it)))
+        told = replace(solved, remarks=(*solved.remarks, *_told(solve, with_it), *level_remarks(rig)))
         return SolvedSensor(name, observations, told, None, budgets_of(solved, request, rig))
     except AmsError as error:
         return SolvedSensor(name, observations, None, str(error))

@@ -93,12 +93,13 @@ def _shape_in_words(rig: RigDescription, name: str) -> str:
     declared = _index_errors(rig, name) or IndexErrors()
     words = {
         "unknown": "shape unknown: 0.9 of the limit as teeth, once and twice a turn",
-        "independent": "teeth independent",
+        "independent": "",
         "smooth": "smooth: 0.9 of the limit as one to eight times a turn",
     }
     zero = [] if declared.zero_rad is None else [f"zero at {degrees(declared.zero_rad):g}°"]
     listed = [] if declared.known is None else [f"corrected by a list of {declared.known.angle_rad.size} angles"]
-    return f" ({'; '.join([words[declared.shape], *zero, *listed])})"
+    told = "; ".join(word for word in (words[declared.shape], *zero, *listed) if word)
+    return f" ({told})" if told else ""
 
 
 def level_remarks(rig: RigDescription) -> tuple[str, ...]:
