@@ -1,6 +1,9 @@
-"""Rig descriptions that earlier versions stored in journals: keys that were dropped since are dropped from them.
+"""Rig descriptions that earlier versions stored in journals, as they are read now.
 
-Only what had no effect is ever dropped so; anything else is refused by the reader, with the version to use.
+Keys that were dropped since are dropped from them, and what was believed without a key is written out.
+
+Only what had no effect is ever dropped so; anything else is refused by the reader, with the version to use. A run keeps
+the beliefs that it began with, so that it is solved to its own numbers.
 """
 
 import json
@@ -8,6 +11,8 @@ from collections.abc import Mapping
 
 DROPPED: Mapping[str, tuple[str, ...]] = {"readouts": ("settle_nplc",)}
 """Table of tables to keys. ``settle_nplc`` was read and never used: the procedure's ``[dwell]`` says it."""
+BELIEVED: Mapping[str, Mapping[str, object]] = {"axes": {"index_errors": "independent"}}
+"""Table of tables to what a missing key stood for when it was not there yet."""
 
 
 def as_stored_now(text: str) -> str:
@@ -20,6 +25,9 @@ def as_stored_now(text: str) -> str:
         for settings in _tables(document, table):
             for key in keys:
                 settings.pop(key, None)
+    for table, beliefs in BELIEVED.items():
+        for settings in _tables(document, table):
+            settings.update({key: value for key, value in beliefs.items() if key not in settings})
     return json.dumps(document)
 
 
