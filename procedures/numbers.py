@@ -37,7 +37,7 @@ def with_uncertainty(value: float, uncertainty: float | None) -> tuple[str, str]
 
 
 def two_digits(value: float) -> str:
-    """A magnitude alone, to two significant digits, without an exponent where that stays readable."""
+    """Return a magnitude alone, to two significant digits, without an exponent where that stays readable."""
     if not math.isfinite(value):
         return "—"
     if value == 0.0:
@@ -46,27 +46,27 @@ def two_digits(value: float) -> str:
 
 
 def three_digits(value: float) -> str:
-    """A test value or a limit of one: three significant digits, two decimals at most."""
+    """Return a test value or a limit of one: three significant digits, two decimals at most."""
     if not math.isfinite(value):
         return "—"
     return f"{value:.0f}" if abs(value) >= 99.95 else f"{value:.1f}" if abs(value) >= 9.995 else f"{value:.2f}"
 
 
 def p_value(p: float) -> str:
-    """A probability, never printed as zero."""
+    """Return a probability, never printed as zero."""
     if not math.isfinite(p):
         return "—"
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
 def angle(value_deg: float) -> str:
-    """An attitude of the plan: as many decimals as it has, with a sign that shows where it points."""
+    """Return an attitude of the plan: as many decimals as it has, with a sign that shows where it points."""
     text = f"{value_deg:.4f}".rstrip("0").rstrip(".")
     return "0°" if text in ("0", "-0") else text.replace("-", "−") + "°"
 
 
 def attitude(targets_deg: Mapping[str, float]) -> str:
-    """An attitude in words: ``pitch −30°, roll 0°``."""
+    """Return an attitude in words: ``pitch −30°, roll 0°``."""
     return ", ".join(f"{name} {angle(value)}" for name, value in targets_deg.items())
 
 
@@ -81,12 +81,13 @@ def duration(seconds: float) -> str:
 
 def as_drawn(sensitivity_v_per_g: float, unit: str) -> tuple[float, str]:
     """Return the factor and the unit in which a change of a reading is shown: as the angle that causes it where the
-    axis is most sensitive, or in its own unit where nothing says what angle it is."""
+    axis is most sensitive, or in its own unit where nothing says what angle it is.
+    """
     if unit != "v" or not sensitivity_v_per_g:
         return 1.0, printed(unit)
     return arcsec(1.0, sensitivity_v_per_g), "″"
 
 
 def arcsec(voltage_v: float, sensitivity_v_per_g: float) -> float:
-    """A voltage as the angle that causes it where the axis is most sensitive: v/|S|."""
+    """Return a voltage as the angle, in arc seconds, that causes it where the axis is most sensitive: v/|S|."""
     return voltage_v / abs(sensitivity_v_per_g) * ARCSEC_PER_RAD

@@ -24,11 +24,11 @@ def page_environment(*folders: Path) -> Environment:
 
 
 def _shown(value: object) -> object:
-    """What a name or a note hides is seen on every page, and so on paper."""
+    """Show what a name or a note hides, on every page and so on paper."""
     return shown(value) if type(value) is str else value
 
 
-def own_style(sheet: Path) -> Mapping[str, object]:
+def page_style(sheet: Path) -> Mapping[str, object]:
     """``style`` and ``style_hash`` for a template: the sheet must reach the page as it is for its hash to hold."""
     style = sheet.read_text(encoding="utf-8")
     digest = b64encode(hashlib.sha256(style.encode()).digest()).decode()

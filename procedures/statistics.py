@@ -28,7 +28,7 @@ def median_variance_ratio(degrees_of_freedom: int) -> float:
 
 
 def has_slope(times_s: FloatArray, values: FloatArray, false_alarm: float) -> bool:
-    """True where a straight line over time explains more than scatter would."""
+    """Return True where a straight line over time explains more than scatter would."""
     degrees = values.size - 2
     if degrees < 1:
         return False

@@ -46,5 +46,16 @@ class DeviceFault(RigError):
     """The device reports a fault of its own, or did not do what it acknowledged (not seated, not arrived)."""
 
 
+class MotionBreach(DeviceFault):
+    """An axis did what it was not told: left its way, turned the wrong way or too fast, or moved unasked.
+
+    It was stopped, and no attempt is repeated. A person looks.
+    """
+
+
+class GuardLost(DeviceFault):
+    """The process that would stop the axes if this one died is gone. The axes were stopped; a person looks."""
+
+
 class WaitEnded(RigError):
     """A stop was asked for during a wait; the driver left its device quiet before passing this on."""

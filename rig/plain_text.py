@@ -12,12 +12,15 @@ _LAYOUT = "\n\t"
 
 
 def is_hidden(letter: str) -> bool:
-    """Whether a letter acts on the screen instead of being seen there: controls, line separators, halves of a pair."""
+    """Return whether a letter acts on the screen instead of being seen there.
+
+    Controls, line separators, halves of a pair do.
+    """
     return letter in _TURNS or unicodedata.category(letter) in ("Cc", "Cs", "Zl", "Zp")
 
 
 def hidden_in(text: str) -> tuple[str, ...]:
-    """Names of the letters that a text from outside must not hold; line breaks and tabs are allowed."""
+    """Return the names of letters that a text from outside must not hold; line breaks and tabs are allowed."""
     found = (letter for letter in text if letter not in _LAYOUT and is_hidden(letter))
     return tuple(dict.fromkeys(code_point(letter) for letter in found))
 
@@ -30,10 +33,13 @@ def shown(text: str, kept: str = _LAYOUT) -> str:
 
 
 def one_line(text: str) -> str:
-    """As :func:`shown`, with line breaks and tabs shown as well: nothing in a list can pass for another line of it."""
+    """Return the text as :func:`shown`, with line breaks and tabs shown as well.
+
+    Nothing in a list can pass for another line of it.
+    """
     return shown(text, kept="")
 
 
 def code_point(letter: str) -> str:
-    """``<U+202E>``: letters that every font and every terminal has."""
+    """Return a letter's code point, ``<U+202E>``: letters that every font and every terminal has."""
     return f"<U+{ord(letter):04X}>"

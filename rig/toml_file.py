@@ -51,7 +51,10 @@ class TomlFile:
         self._lines = _lines_of_keys(text)
 
     def require_seen(self) -> None:
-        """For a file whose texts people read. Raises: DescriptionError where one holds what nobody sees."""
+        """Refuse a file whose texts hold what nobody sees. Raises: DescriptionError.
+
+        It is for files whose texts people read.
+        """
         found = [
             self.complaint(key, f"holds {', '.join(letters)}, which acts on a screen instead of being seen there")
             for key, letters in _hidden(self.values, ())

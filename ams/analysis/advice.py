@@ -90,14 +90,14 @@ def _terms(axis: AxisCalibration, observations: Observations) -> tuple[ResidualT
     layout = layout_of(observations)
     jacobian = model_of_solution(axis).jacobian(axis.primary, observations)
     first = np.unique(layout.point, return_index=True)[1]
-    pitch, roll = _felt_attitude(axis.model, observations)
+    pitch, roll = _equivalent_attitude(axis.model, observations)
     candidates = fourier_basis(pitch[first], roll[first])
     residuals = layout.mean_by_point(axis.residuals_v)
     found = largest_terms(residuals, layout.mean_by_point(jacobian), candidates, MOST_TERMS)
     return tuple(_in_degrees(term, sensitivity, axis) for term in found)
 
 
-def _felt_attitude(model: str, observations: Observations) -> tuple[FloatArray, FloatArray]:
+def _equivalent_attitude(model: str, observations: Observations) -> tuple[FloatArray, FloatArray]:
     """Return (N,) pitch and roll; with yaw those without it at which the package feels the same."""
     if observations.yaw_rad is None or not observations.yaw_rad.any():
         return observations.pitch_rad, observations.roll_rad

@@ -116,13 +116,13 @@ def axis_budget(
     """
     solved_by = model or model_of_solution(axis)
     errors = {error.name: error for error in shared}
-    told = {**stated, **{error.name: error.stated for error in shared}}
+    statements = {**stated, **{error.name: error.stated for error in shared}}
     if gravity is not None:
-        told[GRAVITY] = f"u {gravity.standard_uncertainty_mps2:g} m/s²"
+        statements[GRAVITY] = f"u {gravity.standard_uncertainty_mps2:g} m/s²"
     names, values, directions = _results(axis, solved_by, gravity)
     budget = _combined(axis.variance_components, names, values, directions, gravity)
     lines = tuple(
-        _line(line, names, contributions, told)
+        _line(line, names, contributions, statements)
         for line, contributions in zip(budget.inputs, budget.contributions.T, strict=True)
     )
     return AxisBudget(
@@ -177,10 +177,10 @@ def _combined(
     return Budget(inputs, values, spread, np.asarray(sum(covariances)), degrees)
 
 
-def _line(part: Input, names: list[str], contributions: FloatArray, told: Mapping[str, str]) -> BudgetLine:
+def _line(part: Input, names: list[str], contributions: FloatArray, statements: Mapping[str, str]) -> BudgetLine:
     words, kind = SOURCES.get(part.name, (part.name, "B"))
     by_parameter = dict(zip(names, contributions.tolist(), strict=True))
-    return BudgetLine(words, kind, part.degrees_of_freedom, by_parameter, told.get(part.name, ""))
+    return BudgetLine(words, kind, part.degrees_of_freedom, by_parameter, statements.get(part.name, ""))
 
 
 def _checked(

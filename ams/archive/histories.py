@@ -65,12 +65,12 @@ def with_rig_causes(population: Population, found: History) -> History:
     """Return the findings of a sensor, each with what the check sensors of its rig say of the same run."""
     rigs = {finding.at.rig for finding in found.findings}
     watchers = [name for rig in sorted(rigs) for name in check_sensors(population, rig) if name != found.sensor]
-    told: dict[str | None, str] = {}
+    sentences: dict[str | None, str] = {}
     for name in watchers:
         for finding in check_history(population, name).findings:
             if finding.cause in ("table", "meter") and finding.at.run_id is not None:
-                told.setdefault(finding.at.run_id, finding.sentence)
-    findings = tuple(replace(one, rig_cause=told.get(one.at.run_id)) for one in found.findings)
+                sentences.setdefault(finding.at.run_id, finding.sentence)
+    findings = tuple(replace(one, rig_cause=sentences.get(one.at.run_id)) for one in found.findings)
     return replace(found, findings=findings)
 
 

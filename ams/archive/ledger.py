@@ -63,7 +63,7 @@ def tell(
 ) -> Head:
     """Append one record of rows that are there already; return the new head."""
     last = head(connection)
-    rows: list[Json] = [list(_told(part.table, row)) for part in written for row in part.rows]
+    rows: list[Json] = [list(_row_record(part.table, row)) for part in written for row in part.rows]
     text = canonical_bytes({**detail, "rows": rows}).decode("utf-8")
     record = {"sequence": last.sequence + 1, "utc": utc, "kind": kind, "detail": text, "previous": last.sha256}
     digest = _record_hash(record)
@@ -80,24 +80,24 @@ def head(connection: Connection) -> Head:
 
 def verify_chain(connection: Connection) -> ChainReport:
     """Recompute every record and every row."""
-    told: dict[tuple[str, str], str] = {}
-    faults = list(_record_faults(connection, told))
+    recorded: dict[tuple[str, str], str] = {}
+    faults = list(_record_faults(connection, recorded))
     rows = 0
     for table in METADATA.sorted_tables:
         if table is RECORDS:
             continue
         for name, key, digest in _rows_of(connection, table):
             rows += 1
-            expected = told.pop((name, key), None)
+            expected = recorded.pop((name, key), None)
             if expected is None:
                 faults.append(f"{name} {key}: no record tells of this row: it was added behind the record")
             elif expected != digest:
                 faults.append(f"{name} {key}: is not as it was written (SHA-256 differs)")
-    faults += [f"{name} {key}: was written and is not there any more" for name, key in told]
+    faults += [f"{name} {key}: was written and is not there any more" for name, key in recorded]
     return ChainReport(head(connection), rows, tuple(faults))
 
 
-def _record_faults(connection: Connection, told: dict[tuple[str, str], str]) -> Iterator[str]:
+def _record_faults(connection: Connection, recorded: dict[tuple[str, str], str]) -> Iterator[str]:
     """Yield the faults of the records themselves; fill what they tell."""
     previous, expected = BEGINNING, 1
     for record in map(dict, connection.execute(select(RECORDS).order_by(RECORDS.c.sequence)).mappings()):
@@ -108,17 +108,17 @@ def _record_faults(connection: Connection, told: dict[tuple[str, str], str]) -> 
         if _record_hash(record) != record["sha256"]:
             yield f"record {record['sequence']} ({record['kind']}): is not as it was written (SHA-256 differs)"
         for name, key, digest in json.loads(record["detail"]).get("rows", []):
-            told[name, key] = digest
+            recorded[name, key] = digest
         previous, expected = record["sha256"], record["sequence"] + 1
 
 
 def _rows_of(connection: Connection, table: Table) -> Iterator[tuple[str, str, str]]:
     found = connection.execution_options(yield_per=ROWS_AT_ONCE).execute(select(table)).mappings()
     for row in found:
-        yield _told(table, dict(row))
+        yield _row_record(table, dict(row))
 
 
-def _told(table: Table, row: Mapping[str, Any]) -> tuple[str, str, str]:
+def _row_record(table: Table, row: Mapping[str, Any]) -> tuple[str, str, str]:
     """Return table, key and hash of a row, as a record has them.
 
     Null is left out, so that a later schema may add columns.

@@ -66,17 +66,17 @@ SENTENCES: tuple[tuple[tuple[str, ...], str, str, type[ArchiveError]], ...] = (
 
 def without_password(archive_url: str) -> str:
     """Return the URL as it may be shown, printed and kept: a password in it, in either place, as three stars."""
-    told = re.sub(r"(?<=://)([^:/@]*):.*(?=@)", r"\1:***", archive_url)
-    return re.sub(r"([?&]password=)[^&]*", r"\1***", told)
+    shown = re.sub(r"(?<=://)([^:/@]*):.*(?=@)", r"\1:***", archive_url)
+    return re.sub(r"([?&]password=)[^&]*", r"\1***", shown)
 
 
 def refusal(shown: str, error: Exception, busy_timeout_s: float) -> ArchiveError:
     """Return the error to raise for what a database or its driver said."""
     original = getattr(error, "orig", None) or error
     cause = _last_line(str(original))
-    told = f"{type(original).__name__} {original}"
+    original_text = f"{type(original).__name__} {original}"
     for signs, what, to_do, kind in SENTENCES:
-        if any(sign in told for sign in signs):
+        if any(sign in original_text for sign in signs):
             return kind(f"{shown}: {what.format(cause=cause, wait=busy_timeout_s)}; {NOTHING}; {to_do}")
     return ArchiveError(
         f"{shown}: the archive refused: {cause}; {NOTHING}; check the URL, the rights and the free space"

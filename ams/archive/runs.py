@@ -207,9 +207,9 @@ def standards_of(sets: Sequence[CoefficientSet]) -> tuple[StandardUse, ...]:
 
 def _check_override(run: RunEntry, expired: Sequence[StandardUse], override: Override | None) -> None:
     if expired and override is None:
-        told = ", ".join(f"{one.name} ({one.certificate or 'no certificate'}, due {one.due})" for one in expired)
+        overdue = ", ".join(f"{one.name} ({one.certificate or 'no certificate'}, due {one.due})" for one in expired)
         raise ArchiveError(
-            f"run {run.run_id}: standards expired before the run ended on {run.ended_utc:%Y-%m-%d}: {told}; nothing "
+            f"run {run.run_id}: standards expired before the run ended on {run.ended_utc:%Y-%m-%d}: {overdue}; nothing "
             "was published; have them calibrated and measure again, or answer for it: calrig archive publish RUN "
             "--override REASON --operator NAME"
         )

@@ -167,8 +167,8 @@ def _check_turn(signed: SignOff, role: Role, name: str, comment: str) -> None:
         return
     expected = ORDER[len(signed.signatures)] if len(signed.signatures) < len(ORDER) else None
     if role != expected:
-        told = "it is approved already" if expected is None else f"{expected} comes next"
-        raise ArchiveForbids(f"{where}: is not its turn: the set is {signed.state}, {told}; nothing was signed")
+        next_step = "it is approved already" if expected is None else f"{expected} comes next"
+        raise ArchiveForbids(f"{where}: is not its turn: the set is {signed.state}, {next_step}; nothing was signed")
     first = signed.by("prepared")
     if first is not None and _same(first.name, name):
         raise ArchiveForbids(

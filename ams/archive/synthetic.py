@@ -66,22 +66,22 @@ class SyntheticArchive:
 
 def synthetic_archive(chance: np.random.Generator, story: Story | None = None) -> SyntheticArchive:
     """Make calibrations of every sensor in every campaign."""
-    told = story or Story()
-    names = [f"SN{1001 + place}" for place in range(told.sensors)]
-    picked = [names[place] for place in chance.permutation(told.sensors)[: told.drifting + 3]]
-    drifting, (dropped, *mixed) = tuple(picked[: told.drifting]), picked[told.drifting :]
+    chosen = story or Story()
+    names = [f"SN{1001 + place}" for place in range(chosen.sensors)]
+    picked = [names[place] for place in chance.permutation(chosen.sensors)[: chosen.drifting + 3]]
+    drifting, (dropped, *mixed) = tuple(picked[: chosen.drifting]), picked[chosen.drifting :]
     levels = {name: _own_numbers(chance) for name in (*names, CHECK_SENSOR)}
-    fall, swap = (int(chance.integers(low, told.campaigns - 2)) for low in (3, 4))
+    fall, swap = (int(chance.integers(low, chosen.campaigns - 2)) for low in (3, 4))
     rows: list[tuple[PointLabel, FloatArray]] = []
-    for campaign in range(told.campaigns):
+    for campaign in range(chosen.campaigns):
         for place, name in enumerate((*names, CHECK_SENSOR)):
             measured = _really_measured(name, mixed, campaign == swap)
-            primary = _as_it_is(levels[measured], measured in drifting, measured == dropped, (campaign, fall), told)
-            calibrated = _calibrated(primary, chance, told, is_remounted=name != CHECK_SENSOR)
-            rows.append((_label(name, campaign, place, told), calibrated))
+            primary = _as_it_is(levels[measured], measured in drifting, measured == dropped, (campaign, fall), chosen)
+            calibrated = _calibrated(primary, chance, chosen, is_remounted=name != CHECK_SENSOR)
+            rows.append((_label(name, campaign, place, chosen), calibrated))
     rows.sort(key=lambda row: (row[0].sensor, row[0].created_utc))
     primary = np.stack([values for _, values in rows])
-    spread = np.broadcast_to(np.eye(4) * (told.noise_arcsec * RAD_PER_ARCSEC * 2.5) ** 2, (*primary.shape, 4)).copy()
+    spread = np.broadcast_to(np.eye(4) * (chosen.noise_arcsec * RAD_PER_ARCSEC * 2.5) ** 2, (*primary.shape, 4)).copy()
     numbers = PackageNumbers(AXES, primary, spread, spread)
     population = Population([label for label, _ in rows], numbers)
     return SyntheticArchive(population, drifting, (dropped,), (mixed[0], mixed[1]))

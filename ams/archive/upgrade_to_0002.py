@@ -8,7 +8,7 @@ from ams.exports.json_text import from_json
 from ams.surveillance.history_points import point_row
 
 
-def take_over_0001(connection: Connection) -> None:
+def upgrade_from_0001(connection: Connection) -> None:
     """Make a point of every set that is there, and a record of the rows. A damaged set stops the migration.
 
     Raises: SetError naming the set.

@@ -9,7 +9,7 @@ from ams.errors import DesignError
 from ams.frames import Attitude
 from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import PitchOnly, PitchRoll
-from ams.models.added_parameters import Widened
+from ams.models.added_parameters import WithAddedParameters
 from ams.models.drifting import with_time
 from ams.models.extended import ExtendedPitchRoll, centring_of
 from ams.models.model import Model
@@ -44,7 +44,7 @@ class ModelChoice:
     def centring(self) -> Centring:
         """Of the extended model's terms; empty without them."""
         model = self.model
-        while isinstance(model, Widened):
+        while isinstance(model, WithAddedParameters):
             model = model.base
         return model.centring if isinstance(model, ExtendedPitchRoll) else ()
 

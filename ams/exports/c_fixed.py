@@ -15,7 +15,7 @@ import numpy as np
 from ams.errors import SetError
 from ams.exports.c_text import (
     array,
-    c_seal,
+    c_checksum_line,
     check_accelerometers,
     check_names,
     closing,
@@ -36,7 +36,7 @@ from ams.sets.instructions import polarity
 from ams.units import ARCSEC_PER_DEG
 
 HEAD = "calrig coefficient set as C header, fixed point, version 1"
-SEAL = c_seal("C header in fixed point", HEAD)
+CHECKSUM_LINE = c_checksum_line("C header in fixed point", HEAD)
 FORCE_BITS = 30
 VOLT_BITS = 26
 LARGEST_WORD = 2**31 - 1
@@ -109,7 +109,7 @@ def to_c_fixed(coefficients: CoefficientSet) -> bytes:
         f"#endif /* {guard} */",
         *closing(coefficients),
     ]
-    return SEAL.sealed(("\n".join(lines) + "\n").encode("ascii"))
+    return CHECKSUM_LINE.append_to(("\n".join(lines) + "\n").encode("ascii"))
 
 
 def from_c_fixed(content: bytes, where: str) -> CoefficientSet:
@@ -118,7 +118,7 @@ def from_c_fixed(content: bytes, where: str) -> CoefficientSet:
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its words are not those of the document
     in it.
     """
-    body = SEAL.checked_body(content, where)
+    body = CHECKSUM_LINE.checked_body(content, where)
     coefficients = document_from(body, " * ", where)
     prefix, axes = _prefix(coefficients), fixed_axes(coefficients)
     expected = "\n".join([*_macros(coefficients, axes, prefix), *_vectors(coefficients, axes, prefix)])

@@ -12,7 +12,7 @@ from ams.errors import SetError
 from ams.exports.c_fields import field_function, models_in_c
 from ams.exports.c_text import (
     array,
-    c_seal,
+    c_checksum_line,
     check_names,
     closing,
     defined,
@@ -34,7 +34,7 @@ from ams.sets.sensed_quantity import FIELDS
 from ams.sets.vectors import INVERSE_STEPS, is_package, is_straight
 
 HEAD = "calrig coefficient set as C header, floating point, version 1"
-SEAL = c_seal("C header", HEAD)
+CHECKSUM_LINE = c_checksum_line("C header", HEAD)
 FUNCTION_TEXT = [
     "Functions: PREFIX_force(INPUTS, f) gives what the sensors sense; PREFIX_AXIS_v(f, temperature_degc) the "
     "output in volts (temperature_degc is ignored where the set has no temperature coefficients); of a package also "
@@ -173,7 +173,7 @@ def to_c_header(coefficients: CoefficientSet) -> bytes:
         f"#endif /* {guard} */",
         *closing(coefficients),
     ]
-    return SEAL.sealed(("\n".join(lines) + "\n").encode("ascii"))
+    return CHECKSUM_LINE.append_to(("\n".join(lines) + "\n").encode("ascii"))
 
 
 def from_c_header(content: bytes, where: str) -> CoefficientSet:
@@ -182,7 +182,7 @@ def from_c_header(content: bytes, where: str) -> CoefficientSet:
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its macros or tables hold other numbers
     than the document in it.
     """
-    body = SEAL.checked_body(content, where)
+    body = CHECKSUM_LINE.checked_body(content, where)
     coefficients = document_from(body, " * ", where)
     prefix = prefix_of(coefficients)
     expected = "\n".join([*_macros(coefficients, prefix), *_tables(coefficients, prefix)])

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from ams.errors import SetError
-from ams.exports.checksum_line import Seal
+from ams.exports.checksum_line import ChecksumLine
 from ams.exports.embedded import comment_lines, document_lines
 from ams.exports.statement import statement
 from ams.models.extended import TERM_NAMES
@@ -21,9 +21,9 @@ COMMENT = " * "
 Rows = Sequence[Sequence[float]]
 
 
-def c_seal(kind: str, head: str) -> Seal:
+def c_checksum_line(kind: str, head: str) -> ChecksumLine:
     """Return the checksum line of a header: its first line opens the comment, its last is a comment of its own."""
-    return Seal(kind, f"/* {head}\n".encode(), b"/* sha256 of all bytes above this line: ", b" */\n")
+    return ChecksumLine(kind, f"/* {head}\n".encode(), b"/* sha256 of all bytes above this line: ", b" */\n")
 
 
 def prefix_of(coefficients: CoefficientSet) -> str:

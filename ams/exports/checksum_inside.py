@@ -9,13 +9,13 @@ from ams.errors import SetError
 from ams.exports.checksum_line import INTACT
 
 MARK = b"calrig file sha256:"
-UNSEALED = MARK + b"0" * 64
+CHECKSUM_PLACE = MARK + b"0" * 64
 
 
-def sealed_inside(content: bytes) -> bytes:
-    """Return the content, which holds ``UNSEALED`` once, with its checksum in place of the zeros."""
-    assert content.count(UNSEALED) == 1, "the format stores the seal once, as plain bytes"
-    return content.replace(UNSEALED, MARK + _sha256(content))
+def with_checksum_inside(content: bytes) -> bytes:
+    """Return the content, which holds ``CHECKSUM_PLACE`` once, with its checksum in place of the zeros."""
+    assert content.count(CHECKSUM_PLACE) == 1, "the format stores the seal once, as plain bytes"
+    return content.replace(CHECKSUM_PLACE, MARK + _sha256(content))
 
 
 def check_inside(content: bytes, magic: bytes, kind: str, where: str) -> None:

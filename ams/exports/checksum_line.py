@@ -13,7 +13,7 @@ INTACT = "the set is not used; take an intact copy, or export the set again"
 
 
 @dataclass(frozen=True)
-class Seal:
+class ChecksumLine:
     """How one format begins and ends."""
 
     kind: str
@@ -25,7 +25,7 @@ class Seal:
     after: bytes
     """The last line from the checksum on, its line end included."""
 
-    def sealed(self, body: bytes) -> bytes:
+    def append_to(self, body: bytes) -> bytes:
         """Return the file: the body, which begins with the head and ends a line, and its last line."""
         return body + self._line(body)
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from itertools import groupby
 
 from ams.errors import SetError
-from ams.exports.checksum_line import INTACT, Seal
+from ams.exports.checksum_line import INTACT, ChecksumLine
 from ams.exports.format import Format
 from ams.sets.canonical import Json
 from ams.sets.coefficients import CoefficientSet, from_document
@@ -22,7 +22,7 @@ from ams.units import unit_of
 
 HEADER = ("path", "kind", "value", "unit")
 LINE_END = "\r\n"
-SEAL = Seal(
+CHECKSUM_LINE = ChecksumLine(
     kind="CSV",
     head=(",".join(HEADER) + LINE_END).encode(),
     before=b"sha256 of all bytes above this line,text,",
@@ -39,7 +39,7 @@ def to_csv(coefficients: CoefficientSet) -> bytes:
     writer = csv.writer(body, lineterminator=LINE_END)
     writer.writerow(HEADER)
     writer.writerows(rows_of(coefficients.document))
-    return SEAL.sealed(body.getvalue().encode("utf-8"))
+    return CHECKSUM_LINE.append_to(body.getvalue().encode("utf-8"))
 
 
 def from_csv(content: bytes, where: str) -> CoefficientSet:
@@ -47,7 +47,7 @@ def from_csv(content: bytes, where: str) -> CoefficientSet:
 
     Raises: SetError where the file is not whole, was changed, or is no set.
     """
-    body = SEAL.checked_body(content, where)
+    body = CHECKSUM_LINE.checked_body(content, where)
     rows = csv.reader(io.StringIO(body.decode("utf-8"), newline=""))
     leaves = [_leaf(row, f"{where}: row {number}") for number, row in enumerate(rows, 1) if number > 1]
     return from_document(_tree(leaves, where) if leaves else {}, where)

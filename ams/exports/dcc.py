@@ -11,7 +11,7 @@ import binascii
 from typing import Any
 
 from ams.errors import SetError
-from ams.exports.checksum_line import INTACT, Seal
+from ams.exports.checksum_line import INTACT, ChecksumLine
 from ams.exports.dcc_administration import administrative_data
 from ams.exports.dcc_elements import NAMESPACES, Element, content, plain, tree
 from ams.exports.dcc_results import measurement_result
@@ -23,7 +23,7 @@ from ams.sets.coefficients import CoefficientSet
 
 VERSION = "3.2.1"
 DECLARATION = b'<?xml version="1.0" encoding="UTF-8"?>\n'
-SEAL = Seal("DCC", DECLARATION, b"<!-- sha256 of all bytes above this line: ", b" -->\n")
+CHECKSUM_LINE = ChecksumLine("DCC", DECLARATION, b"<!-- sha256 of all bytes above this line: ", b" -->\n")
 ATTACHMENT = "id-set"
 
 
@@ -31,7 +31,7 @@ def to_dcc(coefficients: CoefficientSet) -> bytes:
     """Return a set as the bytes of a digital calibration certificate. Raises: SetError where lxml is missing."""
     etree = library("lxml.etree", f"{coefficients.sensor}: DCC")
     root = tree(_certificate(coefficients), etree)
-    return SEAL.sealed(DECLARATION + etree.tostring(root, pretty_print=True, encoding="UTF-8"))
+    return CHECKSUM_LINE.append_to(DECLARATION + etree.tostring(root, pretty_print=True, encoding="UTF-8"))
 
 
 def from_dcc(content: bytes, where: str) -> CoefficientSet:
@@ -40,7 +40,7 @@ def from_dcc(content: bytes, where: str) -> CoefficientSet:
     Raises: SetError where the file is damaged or no set, or lxml is missing; VectorsDisagree where its quantities are
     not those of the attachment.
     """
-    body = SEAL.checked_body(content, where)
+    body = CHECKSUM_LINE.checked_body(content, where)
     etree = library("lxml.etree", where)
     root = _parsed(body, etree, where)
     attached = root.findtext(f".//dcc:byteData[@id='{ATTACHMENT}']/dcc:dataBase64", namespaces=NAMESPACES)

@@ -8,7 +8,7 @@ The database holds numbers, no equation: ``info`` tags and the comments say whic
 import re
 from collections.abc import Iterator
 
-from ams.exports.checksum_line import Seal
+from ams.exports.checksum_line import ChecksumLine
 from ams.exports.csv_text import unit_below
 from ams.exports.embedded import comment_lines, document_from, document_lines, harmless
 from ams.exports.format import Format
@@ -19,7 +19,7 @@ from ams.sets.coefficients import CoefficientSet
 from ams.sets.instructions import use_of
 
 HEAD = "# calrig coefficient set as EPICS database, version 1"
-SEAL = Seal("EPICS database", f"{HEAD}\n".encode(), b"# sha256 of all bytes above this line: ", b"\n")
+CHECKSUM_LINE = ChecksumLine("EPICS database", f"{HEAD}\n".encode(), b"# sha256 of all bytes above this line: ", b"\n")
 LOSES = (
     "records hold coefficients, standard uncertainties, validity, polarity, gravity and test vectors; the full "
     "covariance, provenance and equations stand in comments and info tags, which an IOC does not serve"
@@ -39,7 +39,7 @@ def to_epics(coefficients: CoefficientSet) -> bytes:
         "# The whole set as JSON: join the lines after the bar.",
         *(f"# {line}" for line in document_lines(coefficients)),
     ]
-    return SEAL.sealed(("\n".join(lines) + "\n").encode("ascii"))
+    return CHECKSUM_LINE.append_to(("\n".join(lines) + "\n").encode("ascii"))
 
 
 def from_epics(content: bytes, where: str) -> CoefficientSet:
@@ -48,7 +48,7 @@ def from_epics(content: bytes, where: str) -> CoefficientSet:
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its records hold other values than the
     document in it.
     """
-    body = SEAL.checked_body(content, where)
+    body = CHECKSUM_LINE.checked_body(content, where)
     coefficients = document_from(body, "# ", where)
     expected = "\n".join(_records(coefficients)).encode("ascii")
     check_same(_values(body), _values(expected), "records", where)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ams.errors import SetError
-from ams.exports.checksum_inside import UNSEALED, check_inside, check_layout, sealed_inside
+from ams.exports.checksum_inside import CHECKSUM_PLACE, check_inside, check_layout, with_checksum_inside
 from ams.exports.checksum_line import INTACT
 from ams.exports.csv_text import unit_below
 from ams.exports.format import Format
@@ -41,14 +41,14 @@ def to_hdf5(coefficients: CoefficientSet) -> bytes:
     memory = io.BytesIO()
     with h5py.File(memory, "w", libver=("earliest", "v110")) as file:
         file.attrs["file_format"] = LAYOUT
-        file.attrs["file_sha256"] = np.bytes_(UNSEALED)
+        file.attrs["file_sha256"] = np.bytes_(CHECKSUM_PLACE)
         file.attrs["how_to_read"] = HOW_TO_READ
         file.create_dataset(DOCUMENT, data=to_json(coefficients).decode("utf-8"))
         for name, value in coefficients.document.items():
             if name != "test_vectors":
                 _write(file, name, value, unit_below(coefficients.document, name, ""))
         _write_vectors(file, coefficients)
-    return sealed_inside(memory.getvalue())
+    return with_checksum_inside(memory.getvalue())
 
 
 def from_hdf5(content: bytes, where: str) -> CoefficientSet:

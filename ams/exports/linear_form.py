@@ -16,7 +16,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import SetError
 from ams.exports.c_text import check_accelerometers
-from ams.exports.checksum_line import INTACT, Seal
+from ams.exports.checksum_line import INTACT, ChecksumLine
 from ams.exports.embedded import comment_lines
 from ams.exports.format import Format
 from ams.exports.json_text import parsed
@@ -28,7 +28,7 @@ from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers
 from ams.sets.instructions import polarity
 
 HEAD = "# calrig coefficient set in linear form, version 1"
-SEAL = Seal("linear form", f"{HEAD}\n".encode(), b"# sha256 of all bytes above this line: ", b"\n")
+CHECKSUM_LINE = ChecksumLine("linear form", f"{HEAD}\n".encode(), b"# sha256 of all bytes above this line: ", b"\n")
 LOSES = (
     "neglects cross axes, quadratic terms and temperature (bounds stated per axis) and keeps of the uncertainty only "
     "that of A and B"
@@ -55,7 +55,7 @@ def to_linear_form(coefficients: CoefficientSet) -> bytes:
     check_accelerometers(coefficients, "linear form")
     comment = comment_lines([f"Loses: {LOSES}.", *statement(coefficients)])
     lines = [HEAD, *(f"# {line}" for line in comment), *_toml(coefficients)]
-    return SEAL.sealed(("\n".join(lines) + "\n").encode("ascii"))
+    return CHECKSUM_LINE.append_to(("\n".join(lines) + "\n").encode("ascii"))
 
 
 def from_linear_form(content: bytes, where: str) -> CoefficientSet:
@@ -64,7 +64,7 @@ def from_linear_form(content: bytes, where: str) -> CoefficientSet:
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its numbers are not those of the
     document in it.
     """
-    body = SEAL.checked_body(content, where)
+    body = CHECKSUM_LINE.checked_body(content, where)
     try:
         read = tomllib.loads(body.decode("ascii"))
         document = str(read["document_json"])

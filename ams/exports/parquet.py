@@ -9,7 +9,7 @@ import io
 from typing import Any
 
 from ams.errors import SetError
-from ams.exports.checksum_inside import UNSEALED, check_inside, check_layout, sealed_inside
+from ams.exports.checksum_inside import CHECKSUM_PLACE, check_inside, check_layout, with_checksum_inside
 from ams.exports.checksum_line import INTACT
 from ams.exports.csv_text import HEADER, rows_of
 from ams.exports.format import Format
@@ -38,11 +38,11 @@ def to_parquet(coefficients: CoefficientSet) -> bytes:
         writer.add_key_value_metadata(
             {
                 "file_format": LAYOUT,
-                "file_sha256": UNSEALED.decode(),
+                "file_sha256": CHECKSUM_PLACE.decode(),
                 DOCUMENT: to_json(coefficients).decode("utf-8"),
             }
         )
-    return sealed_inside(memory.getvalue())
+    return with_checksum_inside(memory.getvalue())
 
 
 def from_parquet(content: bytes, where: str) -> CoefficientSet:

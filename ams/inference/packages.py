@@ -156,8 +156,8 @@ def _spread(columns: FloatArray, weights: FloatArray, errors: OutputErrors) -> S
     normal = weighted @ columns
     values = np.linalg.eigvalsh(normal)
     lost = (values[:, 0] < SMALLEST_SLOPE**2 * values[:, -1])[:, None]
-    told = np.where(lost[..., None], np.eye(normal.shape[-1]), normal)
-    spread = errors.of_angles(np.asarray(np.linalg.solve(told, weighted), dtype=np.float64))
+    solvable = np.where(lost[..., None], np.eye(normal.shape[-1]), normal)
+    spread = errors.of_angles(np.asarray(np.linalg.solve(solvable, weighted), dtype=np.float64))
     nothing = np.where(np.arange(normal.shape[-1]) == normal.shape[-1] - 1, np.inf, 0.0)
     return Spread(np.where(lost, nothing, spread.sd), np.where(lost, nothing, spread.half_95))
 

@@ -15,7 +15,7 @@ from ams.models.model import Model
 
 
 @dataclass(frozen=True)
-class Widened(ABC):
+class WithAddedParameters(ABC):
     """What does not depend on which parameters were added."""
 
     base: Model

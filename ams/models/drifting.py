@@ -15,7 +15,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration
 from ams.errors import ObservationsError
-from ams.models.added_parameters import Widened
+from ams.models.added_parameters import WithAddedParameters
 from ams.models.model import Model, Stimulus
 from ams.observations import Observations
 
@@ -25,7 +25,7 @@ SECONDS_PER_HOUR: Final = 3600.0
 
 
 @dataclass(frozen=True)
-class WithTime(Widened):
+class WithTime(WithAddedParameters):
     """A model with the drift behind its own parameters."""
 
     reference_s: float

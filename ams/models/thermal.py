@@ -12,7 +12,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import DesignError, ObservationsError
-from ams.models.added_parameters import Widened
+from ams.models.added_parameters import WithAddedParameters
 from ams.models.model import Stimulus
 from ams.observations import Observations
 
@@ -32,7 +32,7 @@ class TemperatureCoefficients:
 
 
 @dataclass(frozen=True)
-class WithTemperature(Widened):
+class WithTemperature(WithAddedParameters):
     """A linear model whose first primary parameter is the offset, with temperature terms behind its own parameters."""
 
     reference_degc: float

@@ -17,7 +17,7 @@ LARGEST_GRAVITY_DIFFERENCE_MPS2 = 2e-5
 Serials: TypeAlias = str | Mapping[str, str]
 
 
-def check_belonging(
+def check_applicability(
     coefficients: CoefficientSet, chain_serial: Serials | None, site_gravity_mps2: float | None
 ) -> None:
     """Refuse a set that does not belong to where it is used.

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
 from ams.frames import Attitude
-from ams.sets.applicability import Serials, check_belonging
+from ams.sets.applicability import Serials, check_applicability
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import predicted_v
 from ams.sets.sensed_quantity import FIELDS, field_at
@@ -44,7 +44,7 @@ def apply(
     Raises: OutsideValidity for an attitude or temperature outside the set's validity (unless ``beyond_validity``),
     for a missing temperature, for an input that is not finite, and for another chain or site.
     """
-    check_belonging(coefficients, chain_serial, site_gravity_mps2)
+    check_applicability(coefficients, chain_serial, site_gravity_mps2)
     attitude = _attitude(coefficients, pitch_rad, roll_rad, yaw_rad, euler_rate_rad_s)
     temperature = _temperature(coefficients, temperature_degc)
     _check_finite(coefficients, {"temperature": temperature})
@@ -94,7 +94,7 @@ def sensed_force(
     Raises: OutsideValidity where the set has no three independent axes, an output is missing or a temperature is, and
     for another chain or site than was calibrated (see :func:`apply`).
     """
-    check_belonging(coefficients, chain_serial, site_gravity_mps2)
+    check_applicability(coefficients, chain_serial, site_gravity_mps2)
     if not is_package(coefficients.axes) or set(outputs_v) != set(coefficients.axes):
         raise OutsideValidity(
             f"{coefficients.sensor}: specific force cannot be told from {', '.join(outputs_v)}: the set has the axes "

@@ -103,7 +103,7 @@ def checksum(document: Mapping[str, Json]) -> str:
     return hashlib.sha256(canonical_bytes({k: v for k, v in document.items() if k != "checksum"})).hexdigest()
 
 
-def seal(document: Mapping[str, Json]) -> Document:
+def with_checksum(document: Mapping[str, Json]) -> Document:
     """Return the document with its checksum as the last entry."""
     content: Document = {key: value for key, value in document.items() if key != "checksum"}
     content["checksum"] = {"algorithm": CHECKSUM_ALGORITHM, "sha256": checksum(content)}

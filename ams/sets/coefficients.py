@@ -11,7 +11,7 @@ from datetime import datetime
 from ams.calibration_result import METHOD_VERSION, Calibration
 from ams.errors import SetError
 from ams.sets.axis_section import axis_numbers, axis_section
-from ams.sets.canonical import Document, Json, listed, plain, seal, table
+from ams.sets.canonical import Document, Json, listed, plain, table, with_checksum
 from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
 from ams.sets.instructions import use_section
 from ams.sets.package_section import package_section
@@ -103,7 +103,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
         "warnings": plain((*calibration.warnings, *calibration.remarks), "warnings"),
         **record_sections(provenance),
     }
-    coefficients = from_document(seal(document), provenance.sensor)
+    coefficients = from_document(with_checksum(document), provenance.sensor)
     coefficients.check_vectors(provenance.sensor)
     return coefficients
 

@@ -23,6 +23,11 @@ class AllanDeviation:
     relative_uncertainty: FloatArray
     """1/√(2·dof) with the degrees of freedom of white noise: a guide, exact only where white noise prevails."""
 
+    def from_tau(self, shortest_s: float) -> "AllanDeviation":
+        """Return it without the averaging times below; the longest always stays."""
+        kept = self.tau_s >= min(shortest_s, self.tau_s[-1])
+        return AllanDeviation(self.tau_s[kept], self.deviation[kept], self.relative_uncertainty[kept])
+
 
 def allan_deviation(values: FloatArray, interval_s: float, factors: Sequence[int] | None = None) -> AllanDeviation:
     """Return the overlapping Allan deviation of values (N,) at averaging times of ``factors`` sample intervals.

@@ -161,14 +161,14 @@ def _sentence(
 ) -> str:
     error, expanded = decisive
     side = "inside" if abs(error) <= limit_deg else "beyond"
-    told = {
+    verdict_text = {
         "pass": "inside the limit",
         "fail": "beyond the limit",
         "conditional": f"{side} the limit, but closer to it than its uncertainty",
     }[verdict]
     return (
         f"{angle} {verdict}: error {error:+.4f} deg with U {expanded:.4f} deg at pitch {where[0]:g} deg, roll "
-        f"{where[1]:g} deg is {told} of {limit_deg:g} deg"
+        f"{where[1]:g} deg is {verdict_text} of {limit_deg:g} deg"
     )
 
 

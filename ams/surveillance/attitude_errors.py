@@ -141,8 +141,8 @@ def _gain(
     scale = np.array([float(np.linalg.norm(applied.axes[axis].direction_v_per_g)) for axis in axes])
     relative = np.stack(slopes, axis=-1) / scale[:, None]
     inverse = np.linalg.pinv(relative, rcond=1e-9)
-    told = np.linalg.norm(inverse, axis=-1)
-    lost = ~_resolved(relative, told)
+    amplification = np.linalg.norm(inverse, axis=-1)
+    lost = ~_resolved(relative, amplification)
     return np.asarray(np.where(lost[..., None], np.nan, inverse) / scale)
 
 
@@ -193,13 +193,13 @@ def _at_points(
     labels, index = np.unique(points, return_inverse=True)
     counts = np.bincount(index)
     pitch, roll, error, sd, half_95 = (np.bincount(index, weights=column) / counts for column in rows)
-    told = np.isfinite(error)
+    is_known = np.isfinite(error)
     return AngleErrors(
         angle,
-        np.rad2deg(pitch[told]),
-        np.rad2deg(roll[told]),
-        np.rad2deg(error[told]),
-        np.rad2deg(sd[told]),
-        half_95[told] / sd[told],
-        int(labels.size - told.sum()),
+        np.rad2deg(pitch[is_known]),
+        np.rad2deg(roll[is_known]),
+        np.rad2deg(error[is_known]),
+        np.rad2deg(sd[is_known]),
+        half_95[is_known] / sd[is_known],
+        int(labels.size - is_known.sum()),
     )

@@ -81,11 +81,11 @@ def _of_kind(halves: FloatArray) -> tuple[float, float]:
 def _prior_dof(halves: FloatArray, sensors: IntArray) -> float:
     """Return the degrees of freedom of the distribution from which the sensors' own variances seem to be drawn."""
     counts = np.bincount(sensors)
-    told = np.flatnonzero(counts >= DIFFERENCES_TO_TELL)
-    if told.size < SENSORS_TO_TELL:
+    sensors_with_enough = np.flatnonzero(counts >= DIFFERENCES_TO_TELL)
+    if sensors_with_enough.size < SENSORS_TO_TELL:
         return UNKNOWN_PRIOR_DOF
-    own = np.bincount(sensors, weights=halves.mean(axis=1))[told] / counts[told]
-    half_dof = 0.5 * DIFFERENCE_EFFICIENCY * counts[told] * halves.shape[1]
+    own = np.bincount(sensors, weights=halves.mean(axis=1))[sensors_with_enough] / counts[sensors_with_enough]
+    half_dof = 0.5 * DIFFERENCE_EFFICIENCY * counts[sensors_with_enough] * halves.shape[1]
     logarithms = np.log(np.maximum(own, np.finfo(float).tiny)) - digamma(half_dof) + np.log(half_dof)
     deviation = NORMAL_PER_MEDIAN_DEVIATION * np.median(np.abs(logarithms - np.median(logarithms)))
     excess = float(deviation**2 - trigamma(half_dof).mean())

@@ -151,25 +151,25 @@ def _explained(population: Population, at: PointLabel, component: str, change: f
     elif component.startswith("sensor"):
         told = "sensor", f"{when}: its axes differ from one another: the check sensor itself changed"
     else:
-        told = _asked(population, at, component, change, spread, when)
+        told = _by_other_sensors(population, at, component, change, spread, when)
     return CheckFinding(at, told[0], component, abs(change), told[1])  # type: ignore[arg-type]
 
 
-def _asked(
+def _by_other_sensors(
     population: Population, at: PointLabel, component: str, change: float, spread: float, when: str
 ) -> tuple[Cause, str]:
     """Ask the other sensors of the same run: return the cause and a sentence for it."""
-    told = _witnesses_deg(population, at, component)
-    if told.size == 0:
+    seen = _witnesses_deg(population, at, component)
+    if seen.size == 0:
         return "open", f"{when}: the meter or the check sensor: no other sensor of that run was calibrated before"
-    middle = float(np.median(told))
-    error = float(np.std(told, ddof=1)) / np.sqrt(told.size) if told.size > 1 else spread
+    middle = float(np.median(seen))
+    error = float(np.std(seen, ddof=1)) / np.sqrt(seen.size) if seen.size > 1 else spread
     allowed = float(np.hypot(spread, WITNESS_FACTOR * error))
     if abs(middle - change) <= allowed < abs(middle) + allowed and abs(middle) > WITNESS_FACTOR * error:
-        return "meter", f"{when}: {told.size} other sensors of that run changed alike ({middle:+.4f} deg): the meter"
+        return "meter", f"{when}: {seen.size} other sensors of that run changed alike ({middle:+.4f} deg): the meter"
     if abs(middle) <= WITNESS_FACTOR * error:
-        return "sensor", f"{when}: {told.size} other sensors of that run did not change: the check sensor itself"
-    return "open", f"{when}: {told.size} other sensors of that run changed otherwise ({middle:+.4f} deg): look at both"
+        return "sensor", f"{when}: {seen.size} other sensors of that run did not change: the check sensor itself"
+    return "open", f"{when}: {seen.size} other sensors of that run changed otherwise ({middle:+.4f} deg): look at both"
 
 
 def _witnesses_deg(population: Population, at: PointLabel, component: str) -> FloatArray:

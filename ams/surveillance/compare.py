@@ -109,7 +109,7 @@ class _Rotation:
 
     vector: FloatArray
     covariance: FloatArray
-    told: FloatArray
+    resolvable: FloatArray
     """(3, 3) projector onto the components that the axes tell."""
     residual: FloatArray
     """(A, 3)"""
@@ -152,10 +152,10 @@ class _Rotation:
 
     def changes_deg(self) -> dict[str, Change | None]:
         """Return the change about each axis; None where more than a trace of it lies in what cannot be told."""
-        told = np.diag(self.told) > 1.0 - 1e-3
+        is_resolvable = np.diag(self.resolvable) > 1.0 - 1e-3
         spread = np.degrees(np.sqrt(np.maximum(np.diag(self.covariance), 0.0)))
         return {
-            axis: Change(float(np.degrees(self.vector[place])), float(spread[place])) if told[place] else None
+            axis: Change(float(np.degrees(self.vector[place])), float(spread[place])) if is_resolvable[place] else None
             for place, axis in enumerate("xyz")
         }
 
@@ -261,6 +261,6 @@ def _temperature_notes(old: CoefficientSet, new: CoefficientSet) -> list[str]:
     for axis in new.axes:
         was, now = (one.axes[axis].parameters.get("reference_temperature_degc") for one in (old, new))
         if was != now:
-            told = " and ".join("none" if value is None else f"{value:g} degC" for value in (was, now))
-            notes.append(f"axis {axis}: coefficients hold at reference temperatures {told}: compared as they stand")
+            degrees = " and ".join("none" if value is None else f"{value:g} degC" for value in (was, now))
+            notes.append(f"axis {axis}: coefficients hold at reference temperatures {degrees}: compared as they stand")
     return notes

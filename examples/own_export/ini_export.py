@@ -6,14 +6,14 @@ that ``calrig verify`` reads it back as it does every other format.
 
 import configparser
 
-from ams.exports.checksum_line import Seal
+from ams.exports.checksum_line import ChecksumLine
 from ams.exports.embedded import document_from, document_lines
 from ams.exports.format import Format
 from ams.exports.plain_values import check_same
 from ams.sets.coefficients import CoefficientSet
 
 HEAD = "; calrig coefficient set as INI file, version 1"
-SEAL = Seal("INI file", f"{HEAD}\n".encode(), b"; sha256 of all bytes above this line: ", b"\n")
+CHECKSUM_LINE = ChecksumLine("INI file", f"{HEAD}\n".encode(), b"; sha256 of all bytes above this line: ", b"\n")
 
 
 def to_ini(coefficients: CoefficientSet) -> bytes:
@@ -21,12 +21,12 @@ def to_ini(coefficients: CoefficientSet) -> bytes:
     lines = [HEAD, *(f"; {line}" for line in document_lines(coefficients))]
     for section, keys in _numbers(coefficients).items():
         lines += [f"[{section}]", *(f"{key}={value}" for key, value in keys.items())]
-    return SEAL.sealed(("\n".join(lines) + "\n").encode("ascii"))
+    return CHECKSUM_LINE.append_to(("\n".join(lines) + "\n").encode("ascii"))
 
 
 def from_ini(content: bytes, where: str) -> CoefficientSet:
     """Read the set. Raises: SetError where the file is damaged, VectorsDisagree where its numbers are not the set's."""
-    body = SEAL.checked_body(content, where)
+    body = CHECKSUM_LINE.checked_body(content, where)
     coefficients = document_from(body, "; ", where)
     read = configparser.ConfigParser(interpolation=None, comment_prefixes=(";",))
     read.read_string(body.decode("ascii"))
@@ -35,7 +35,7 @@ def from_ini(content: bytes, where: str) -> CoefficientSet:
 
 
 def _numbers(coefficients: CoefficientSet) -> dict[str, dict[str, str]]:
-    """Every number as text that reads back exactly."""
+    """Return every number as text that reads back exactly."""
     axes = coefficients.axes.values()
     return {f"axis {one.axis}": {name: repr(value) for name, value in one.primary.items()} for one in axes}
 

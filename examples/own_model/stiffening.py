@@ -43,7 +43,7 @@ class StiffeningClinometer:
         raise NotImplementedError("asked for only where basis_key is set")
 
     def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        """Without misalignment the model is linear: good enough to iterate from."""
+        """Start from the model without misalignment, which is linear: good enough to iterate from."""
         s = np.sin(stimulus.pitch_rad)
         columns = np.stack([np.ones_like(s), s, s**3], axis=1)
         return np.append(np.linalg.lstsq(columns, output_v, rcond=None)[0], 0.0)
@@ -118,7 +118,7 @@ MODEL = SensorModel(
 
 
 def measured(truth: FloatArray, noise_v: float, rng: np.random.Generator, replications: int = 4) -> Observations:
-    """±60° by 5° without roll, as a stand-in for ``ams.read_csv``."""
+    """Return a stand-in for ``ams.read_csv``: ±60° by 5° without roll."""
     pitch = np.deg2rad(np.tile(np.arange(-60.0, 61.0, 5.0), replications))
     points = pitch.size // replications
     s = np.sin(pitch - np.deg2rad(truth[3]))

@@ -26,7 +26,7 @@ class Message:
 
 
 def by_command(command: Sequence[str], message: Message, deadline_s: float) -> None:
-    """Raises: NotDelivered."""
+    """Give a message to the user's own command on its standard input. Raises: NotDelivered."""
     try:
         done = subprocess.run(  # noqa: S603  the user's own command, without a shell
             list(command), input=f"{message.subject}\n\n{message.text}\n", text=True, capture_output=True,
@@ -41,7 +41,9 @@ def by_command(command: Sequence[str], message: Message, deadline_s: float) -> N
 
 
 def by_apprise(urls: Sequence[str], message: Message) -> None:
-    """apprise says only that something failed, so the message names the services, never their addresses.
+    """Send a message to the services of apprise URLs. Raises: NotDelivered.
+
+    Apprise says only that something failed, so the error names the services, never their addresses.
 
     Raises: NotDelivered.
     """

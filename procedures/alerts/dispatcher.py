@@ -6,7 +6,7 @@ only while the engine looks, so whoever waits for it outside learns of a hung or
 
 An alarm (whatever stands still though nobody asked for it) is told again until somebody acknowledges it, says
 continue, or it is over; after a while others are told as well. A run that has ended cannot ring by itself, so
-:meth:`AlertDesk.ring_out` goes on for it.
+:meth:`AlertDispatcher.ring_out` goes on for it.
 """
 
 from collections import deque
@@ -21,7 +21,7 @@ from procedures.records.states import State, is_unasked
 from rig.clock import Clock
 
 TOLD = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.ABORTED, State.INTERRUPTED)
-"""At once. That a run has finished is told when it is known what it came to: :meth:`AlertDesk.tell_end`."""
+"""At once. That a run has finished is told when it is known what it came to: :meth:`AlertDispatcher.tell_end`."""
 MOST_UNDER_WAY = 8
 """Threads that wait for a server at once; more are not started and said to be lost."""
 RING_S = 1.0
@@ -38,7 +38,7 @@ class _Alarm:
     is_escalated: bool = False
 
 
-class AlertDesk:
+class AlertDispatcher:
     """An observer; :meth:`pulse` is the engine's sign of life."""
 
     def __init__(self, settings: AlertSettings, title: str, clock: Clock, then: RunObserver, run: str = "RUN") -> None:
@@ -71,7 +71,7 @@ class AlertDesk:
         self._then.on_event(progress)
 
     def tell_end(self, word: str, text: str) -> None:
-        """What a run came to: said once, when everything is delivered or is known not to be."""
+        """Tell what a run came to, once, when everything is delivered or is known not to be."""
         self._post(Message(f"calrig: {self._title}: {word}", text))
 
     def _heard_state(self, progress: Progress) -> None:
@@ -82,7 +82,7 @@ class AlertDesk:
             self._tell(Message(f"calrig: {self._title}: {progress.state}", text), progress.message)
 
     def pulse(self) -> Sequence[Mapping[str, object]]:
-        """What is due now; what became of earlier messages."""
+        """Send what is due now and return what became of earlier messages."""
         now_s, settings = self._clock.monotonic_s(), self._settings
         if settings.heartbeat is not None and now_s - self._beat_s >= settings.heartbeat_every_s:
             self._beat_s = now_s
@@ -97,7 +97,8 @@ class AlertDesk:
 
     def ring_out(self, is_acknowledged: Callable[[], bool]) -> Sequence[Mapping[str, object]]:
         """Go on for a run that has ended in an alarm, until it is acknowledged or others were told; nothing to do
-        where nobody else is to be told. What became of the messages."""
+        where nobody else is to be told. What became of the messages.
+        """
         while self._alarm is not None and self._settings.escalate is not None and not self._alarm.is_escalated:
             if is_acknowledged():
                 self._alarm = None
@@ -109,15 +110,15 @@ class AlertDesk:
     def _ring(self, alarm: _Alarm, now_s: float) -> None:
         """Again, and to others after a while."""
         open_min = (now_s - alarm.since_s) / 60.0
-        told = f"{_text(alarm.progress)}\nNobody has acknowledged it for {open_min:.0f} min: calrig ack {self._run}"
-        message = Message(f"calrig: {self._title}: still {alarm.progress.state}", told)
+        text = f"{_text(alarm.progress)}\nNobody has acknowledged it for {open_min:.0f} min: calrig ack {self._run}"
+        message = Message(f"calrig: {self._title}: still {alarm.progress.state}", text)
         if now_s - alarm.told_s >= self._settings.repeat_every_s:
             alarm.told_s = now_s
             self._post(message)
         others = self._settings.escalate
         if others is not None and not alarm.is_escalated and open_min >= others.after_min:
             alarm.is_escalated = True
-            self._post_to(others, Message(f"{message.subject}, unacknowledged", told))
+            self._post_to(others, Message(f"{message.subject}, unacknowledged", text))
 
     def close(self) -> Sequence[Mapping[str, object]]:
         """Wait for what is under way, at most its deadline; what became of it."""
@@ -130,7 +131,7 @@ class AlertDesk:
         return [self._outcomes.popleft() for _ in range(len(self._outcomes))]
 
     def _tell(self, message: Message, reason: str) -> None:
-        """The same thing is told once in a while, another at once."""
+        """Post a message unless the same was posted for the same reason a short time ago."""
         key, now_s = f"{message.subject}\n{reason}", self._clock.monotonic_s()
         before_s = self._told_s.get(key)
         if before_s is None or now_s - before_s >= self._settings.least_gap_s:

@@ -74,7 +74,10 @@ def is_web(address: str) -> bool:
 
 
 def read_alerts(path: Path) -> AlertSettings:
-    """Raises: DescriptionError naming every mistake; also where apprise is asked for and not installed."""
+    """Return the settings of an alerts file.
+
+    Raises: DescriptionError naming every mistake; also where apprise is asked for and not installed.
+    """
     settings = read_toml(path).validate(AlertSettings)
     has_urls = settings.urls or (settings.escalate is not None and settings.escalate.urls)
     if has_urls and find_spec("apprise") is None:
@@ -86,6 +89,6 @@ def read_alerts(path: Path) -> AlertSettings:
 
 
 def default_alerts() -> AlertSettings | None:
-    """The user's own file, where there is one. Raises as :func:`read_alerts`."""
+    """Return the settings of the user's own alerts file, or None where there is none. Raises as :func:`read_alerts`."""
     path = user_config_path("calrig") / "alerts.toml"
     return read_alerts(path) if path.exists() else None

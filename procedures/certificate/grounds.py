@@ -50,7 +50,10 @@ class Grounds:
 
 
 def check_grounds(grounds: Grounds) -> None:
-    """Raises: RequestError naming everything that is missing or forbids a certificate; a specimen is never refused."""
+    """Check that a certificate can be issued on these grounds; a specimen is never refused.
+
+    Raises: RequestError naming everything that is missing or forbids a certificate.
+    """
     gaps = () if grounds.is_specimen else tuple(gaps_of(grounds))
     if gaps:
         raise RequestError(
@@ -61,7 +64,7 @@ def check_grounds(grounds: Grounds) -> None:
 
 
 def gaps_of(grounds: Grounds) -> Iterator[str]:
-    """What a certificate would lack, a phrase each."""
+    """Yield what a certificate would lack, a phrase each."""
     if grounds.coefficients.is_simulated:
         yield "the readings come from a twin (SIMULATED)"
     if not any(signature.role == "approved" for signature in grounds.signatures):

@@ -61,7 +61,7 @@ class GroundsOf:
     is_specimen: bool = False
 
     def complete(self, archive_url: str, key: str) -> Grounds:
-        """With set, adjustment and signatures from the archive. Raises: ArchiveError."""
+        """Return the grounds with set, adjustment and signatures from the archive. Raises: ArchiveError."""
         coefficients = show(archive_url, key)
         return Grounds(
             number=self.number,
@@ -87,5 +87,5 @@ def _entry(grounds: Grounds, sha256: str, by: str) -> Certificate:
 
 
 def _safe(number: str) -> str:
-    """A number of any laboratory as part of a file name on any system."""
+    """Return a laboratory's certificate number as part of a file name that any system takes."""
     return "".join(letter if letter.isascii() and (letter.isalnum() or letter in "-_.") else "-" for letter in number)

@@ -8,7 +8,7 @@ from ams.sets.canonical import Document, listed, number, table
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.certificate.results import angle_rows, coefficients_of, undetermined
 from procedures.numbers import angle, to_place
-from procedures.pages import own_style
+from procedures.pages import page_style
 from procedures.report.page import STYLE_SHEET, report_environment
 from procedures.report.page import TEMPLATES as SHARED_TEMPLATES
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
@@ -18,7 +18,7 @@ SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
 
 
 def certificate_page(grounds: Grounds) -> str:
-    """The page's text."""
+    """Return the page of a certificate as HTML."""
     capability = grounds.laboratory.get("capability_deg")
     capability_deg = None if capability is None else number(capability)
     errors = {} if grounds.adjustment is None else grounds.adjustment.as_left.errors
@@ -35,12 +35,12 @@ def certificate_page(grounds: Grounds) -> str:
         conditions=_conditions(grounds.coefficients.document),
         began=_began(grounds),
         specimen=SPECIMEN,
-        **own_style(STYLE_SHEET),
+        **page_style(STYLE_SHEET),
     )
 
 
 def certificate_paper(grounds: Grounds, page: str, attachments: Sequence[Attachment]) -> bytes:
-    """The PDF/A-3b of a certificate's page."""
+    """Return the PDF/A-3b of a certificate's page."""
     moment = datetime.combine(grounds.issued, time(), tzinfo=UTC)
     stamps = (SPECIMEN,) if grounds.is_specimen else ()
     return paper_of(
@@ -50,10 +50,10 @@ def certificate_paper(grounds: Grounds, page: str, attachments: Sequence[Attachm
 
 
 def _conditions(document: Document) -> dict[str, str]:
-    """Under which the results hold: attitudes, temperature, gravity."""
+    """Return under which attitudes, temperatures and gravity the results hold."""
     validity, unit = table(document["validity"]), table(document["acceleration_unit"])
     ranges = {name: validity.get(f"{name}_deg") for name in ("pitch", "roll", "yaw")}
-    told = {
+    attitude_ranges = {
         name.capitalize(): " to ".join(angle(number(end)) for end in listed(ends))
         for name, ends in ranges.items()
         if ends is not None
@@ -64,11 +64,11 @@ def _conditions(document: Document) -> dict[str, str]:
         for name, one in table(document["environment"]).items()
     }
     gravity = f"{unit['value_mps2']} m/s²" + (f" ({unit['source']})" if unit["source"] else "")
-    return {**told, **(air or {"Temperature": "not measured"}), "Local gravity": gravity}
+    return {**attitude_ranges, **(air or {"Temperature": "not measured"}), "Local gravity": gravity}
 
 
 def _began(grounds: Grounds) -> str:
-    """The day on which the run began, from its name; the day of its end where it has none."""
+    """Return the day on which the run began, from its name; the day of its end where it has none."""
     run = str(grounds.coefficients.provenance["run_id"] or "")
     ended = grounds.coefficients.created_utc.date().isoformat()
     return f"{run[:4]}-{run[4:6]}-{run[6:8]}" if run[:8].isdigit() else ended

@@ -47,7 +47,7 @@ class AngleRow:
 
 
 def coefficients_of(one: CoefficientSet, capability_deg: float | None) -> Iterator[Coefficient]:
-    """Every coefficient with its expanded uncertainty; what was not determined is left out by the caller's word."""
+    """Yield every coefficient that has a value, with its expanded uncertainty."""
     for axis, section in table(one.document["axes"]).items():
         rows = table(section)["parameters"]
         size = _size_of(table(section))
@@ -108,7 +108,7 @@ def _coefficient(axis: str, name: str, row: Document, floor: float) -> Coefficie
 
 
 def _floor(name: str, rows: Document, size: float, capability_deg: float | None) -> float:
-    """The capability as an uncertainty of this coefficient; 0 where it says nothing about it."""
+    """Return the capability as an uncertainty of this coefficient; 0 where it says nothing about it."""
     if not capability_deg:
         return 0.0
     if name in ("offset_v", "sensitivity_v_per_g"):

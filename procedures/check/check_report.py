@@ -115,7 +115,7 @@ def _points_document(report: CheckReport) -> dict[str, Any]:
     expected: dict[str, Any] = {name: {} for name in report.plan.sensors}
     for axis in report.forecast.expected:
         expected[axis.sensor][axis.axis] = dict(axis.standard_uncertainty)
-    return {"steps": [told for _, told in steps_told(report.plan)], "expected_standard_uncertainty": expected}
+    return {"steps": [words for _, words in steps_in_words(report.plan)], "expected_standard_uncertainty": expected}
 
 
 def _use(rig: RigDescription, plan: Plan, axis: str, forecast: Forecast) -> AxisUse:
@@ -131,13 +131,13 @@ def _use(rig: RigDescription, plan: Plan, axis: str, forecast: Forecast) -> Axis
     return AxisUse(rig.axes[axis].limits_deg, reached_deg, ways_deg, forecast.turns.get(axis, 0.0))
 
 
-def steps_told(plan: Plan) -> list[tuple[int, str]]:
+def steps_in_words(plan: Plan) -> list[tuple[int, str]]:
     """Return the points of the first replication in words, each with its label."""
-    return [(dwell.point, _told(dwell)) for dwell in plan.design_dwells if dwell.replication == 1]
+    return [(dwell.point, _in_words(dwell)) for dwell in plan.design_dwells if dwell.replication == 1]
 
 
-def _told(dwell: Dwell) -> str:
-    """One dwell in words."""
+def _in_words(dwell: Dwell) -> str:
+    """Describe one dwell in words."""
     parts = [f"{name} {angle:g}°" for name, angle in dwell.targets_deg.items() if angle]
     at = f"at {', '.join(parts)}" if parts else "level"
     applied = "" if dwell.applied is None else f", {dwell.applied.coil} {dwell.applied.field_ut:g} µT"

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ams.units import ARCSEC_PER_DEG, label_and_unit
-from procedures.check.check_report import CheckReport, steps_told
+from procedures.check.check_report import CheckReport, steps_in_words
 from procedures.kinds.kind import DesignFigures
 
 IN_SMALL = {
@@ -17,7 +17,6 @@ IN_SMALL = {
 
 def render(report: CheckReport) -> "Group":
     """Return everything of the report, to be printed on a rich console."""
-
     advice = [Text(f"! {line}", style="yellow") for line in report.advice]
     expected = _expected(report)
     steps: list[RenderableType] = [] if report.forecast.design else [_steps(report), ""]
@@ -62,8 +61,8 @@ def _add_figures(table: "Table", report: CheckReport, figures: DesignFigures) ->
 
 def _steps(report: CheckReport) -> "Table":
     table = Table("point", "what", box=None)
-    for point, told in steps_told(report.plan):
-        table.add_row(str(point), Text(told))
+    for point, words in steps_in_words(report.plan):
+        table.add_row(str(point), Text(words))
     return table
 
 

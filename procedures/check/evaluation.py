@@ -25,7 +25,7 @@ def judge(request: DesignRequest) -> JudgedDesign:
 
 
 def design_document(judged: JudgedDesign) -> dict[str, Any]:
-    """The form of ``calrig design --json``."""
+    """Return the document that ``calrig design --json`` prints."""
     return {
         "points": len(judged.design.points),
         "pitch_points": len(judged.design.pitch_values_deg),
@@ -37,7 +37,7 @@ def design_document(judged: JudgedDesign) -> dict[str, Any]:
 
 
 def design_text(judged: JudgedDesign) -> str:
-    """The same for a person."""
+    """Describe a design and its figures of merit for a person."""
     design, figures = judged.design, judged.figures
     roll = f" × {len(design.roll_values_deg)} roll" if design.has_roll else ", without roll"
     lines = [
@@ -52,7 +52,7 @@ def design_text(judged: JudgedDesign) -> str:
 
 
 def write_design(judged: JudgedDesign, path: Path) -> None:
-    """The points as CSV, in the form that a procedure reads with ``kind = "file"``."""
+    """Write the points as CSV, in the form that a procedure reads with ``kind = "file"``."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["pitch_deg", "roll_deg"])

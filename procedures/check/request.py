@@ -41,7 +41,10 @@ class DesignRequest:
 
 
 def requested_design(request: DesignRequest) -> Design:
-    """The design of a request. Raises: RequestError naming the option, PlanError for sets that the kind forbids."""
+    """Return the design of a request.
+
+    Raises: RequestError naming the option, PlanError for sets that the kind forbids.
+    """
     kind = _kind(request)
     if "pitch_deg" not in kind.takes:
         owner = "--file" if "file" in kind.takes else f"--kind {kind.name}"
@@ -58,7 +61,7 @@ def requested_design(request: DesignRequest) -> Design:
 
 
 def requested_usage_deg(request: DesignRequest) -> tuple[float, float] | None:
-    """The pitch range of later use. Raises: RequestError."""
+    """Return the pitch range of later use, in degrees, or None. Raises: RequestError."""
     if request.usage is None:
         return None
     low, high = _numbers(request.usage, ":", "--usage", "from:to such as -30:30", 2)

@@ -56,7 +56,7 @@ def list_(
     archive: Archive = None,
     json: Json = False,
 ) -> None:
-    """The sets, by sensor, then oldest first.
+    """List the sets, by sensor, then oldest first.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def list_(
 
 @app.command
 def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
-    """One set: its coefficients with their uncertainties, as found and as left, and who signed it.
+    """Show one set: its coefficients with their uncertainties, as found and as left, and who signed it.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def compare(old: str, new: str, /, *, archive: Archive = None, json: Json = Fals
 
 @app.command
 def history(sensor: str, /, *, archive: Archive = None, plot: Path | None = None, json: Json = False) -> None:
-    """A sensor over the years: control charts, what happened to it, advice on its interval.
+    """Follow a sensor over the years: control charts, what happened to it, advice on its interval.
 
     Parameters
     ----------
@@ -241,8 +241,8 @@ def verify(*, archive: Archive = None, json: Json = False) -> int:
         for fault in report.faults:
             say(fault)
         state = "intact" if not report.faults else f"NOT INTACT: {len(report.faults)} faults"
-        told = f"{report.rows} rows, {report.head.sequence} records, head {report.head.sha256}"
-        say(f"{without_password(url)}: {state}; {told}")
+        extent = f"{report.rows} rows, {report.head.sequence} records, head {report.head.sha256}"
+        say(f"{without_password(url)}: {state}; {extent}")
     return ExitStatus.WRONG_REQUEST if report.faults else ExitStatus.DONE
 
 
@@ -280,12 +280,12 @@ def demo(
     made = synthetic_archive(np.random.default_rng(seed), Story(sensors=sensors, years=years))
     note(f"{out}: calibrating {sensors} sensors for {years} years; this takes a while")
     count = publish_synthetic(url, made, np.random.default_rng(seed + 1))
-    told = {"drifting": made.drifting, "dropped": made.dropped, "mixed_up": made.mixed_up}
+    planted = {"drifting": made.drifting, "dropped": made.dropped, "mixed_up": made.mixed_up}
     if json:
-        print_json(plain({"archive": url, "sets": count, **told}))
+        print_json(plain({"archive": url, "sets": count, **planted}))
         return
     say(f"{count} sets in {url}")
-    for what, names in told.items():
+    for what, names in planted.items():
         say(f"{what.replace('_', ' '):<9} {', '.join(names)}")
     say(f"try: calrig archive history {made.drifting[0]} --archive {url} --plot history.svg")
 

@@ -16,7 +16,10 @@ from ams.units import ARCSEC_PER_DEG, label_and_unit
 
 
 def plain(value: Any) -> Any:
-    """As JSON knows it: moments as ISO 8601, arrays as lists, a number that is not finite as null."""
+    """Return a value as JSON takes it.
+
+    Moments as ISO 8601, arrays as lists, a number that is not finite as null.
+    """
     if isinstance(value, Mapping):
         return {str(name): plain(inner) for name, inner in value.items()}
     if isinstance(value, list | tuple):
@@ -31,16 +34,16 @@ def plain(value: Any) -> Any:
 
 
 def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
-    """The sets, a line each."""
+    """Yield a line for each archived set."""
     for row in rows:
         stamp = f"{row.status}{', simulated' if row.simulated else ''}"
         verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
-        told = f", {', '.join(verdicts)}" if verdicts else ""
-        yield f"{row.sha256[:12]}  {row.sensor:<16} {row.created_utc:%Y-%m-%d %H:%M} UTC  {row.model}, {stamp}{told}"
+        judged = f", {', '.join(verdicts)}" if verdicts else ""
+        yield f"{row.sha256[:12]}  {row.sensor:<16} {row.created_utc:%Y-%m-%d %H:%M} UTC  {row.model}, {stamp}{judged}"
 
 
 def adjustment_lines(adjustment: Adjustment | None) -> Iterator[str]:
-    """As found and as left."""
+    """Yield the lines on a sensor as found and as left."""
     if adjustment is None:
         yield "as found, as left: not in the archive"
         return
@@ -68,7 +71,7 @@ def _condition_lines(condition: Condition) -> Iterator[str]:
 
 
 def sign_off_lines(signed: SignOff) -> Iterator[str]:
-    """Who signed, and which certificates were issued."""
+    """Yield the lines on who signed a set, and which certificates were issued."""
     yield f"set {signed.sha256[:12]}: {signed.state}"
     for one in signed.signatures:
         comment = f": {one.comment}" if one.comment else ""
@@ -82,8 +85,8 @@ def comparison_lines(found: Comparison) -> Iterator[str]:
     """Rotation first, then every axis."""
     yield f"{found.sensor}: {found.old_sha256[:12]} to {found.new_sha256[:12]}, {found.elapsed_days:.1f} days"
     yield from (f"note: {text}" for text in found.notes)
-    told = (f"{axis} {_turn(change)}" for axis, change in found.rotation_deg.items())
-    yield f"common rotation of the package (remount): {', '.join(told)}"
+    turns = (f"{axis} {_turn(change)}" for axis, change in found.rotation_deg.items())
+    yield f"common rotation of the package (remount): {', '.join(turns)}"
     if found.direction_p_value is not None:
         yield (
             f"what it leaves of the directions: χ² {found.direction_chi_square:.1f} with {found.direction_dof} degrees "

@@ -10,7 +10,8 @@ from procedures.errors import RequestError
 
 def require_archive_url(archive_url: str) -> None:
     """Refuse before anything moves what would else be refused after the last dwell. Nothing is connected to: a server
-    that does not answer now may do so when the run ends. Raises: RequestError."""
+    that does not answer now may do so when the run ends. Raises: RequestError.
+    """
     shown = archive_url.rpartition("@")[2]  # what stands before it may hold a password
     try:
         url = make_url(archive_url)

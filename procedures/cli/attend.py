@@ -8,7 +8,7 @@ from pathlib import Path
 
 from platformdirs import user_state_path
 
-from procedures.alerts.dispatcher import AlertDesk
+from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
 from procedures.cli.output import note
 from procedures.cli.places import login_name
@@ -16,7 +16,7 @@ from procedures.errors import ProcedureError
 from procedures.journal.corrections import acknowledge, is_acknowledged
 from procedures.records.progress import RunObserver
 from procedures.run.progress import shown_on
-from procedures.run.services import Care, Pulse
+from procedures.run.services import Pulse, RunServices
 from procedures.run.watch.keep_awake import awake
 from rig.clock import SystemClock
 
@@ -26,18 +26,20 @@ class Attendance:
     """What surrounds one run."""
 
     observer: RunObserver
-    care: Care
-    desk: AlertDesk | None = None
+    services: RunServices
+    dispatcher: AlertDispatcher | None = None
 
     def ring_out(self, folder: Path) -> None:
-        """After everything is delivered: an alarm that others are to be told of rings on until it is acknowledged.
+        """Ring on with an alarm that others are to be told of, until it is acknowledged.
+
+        Called after everything is delivered.
 
         Ctrl-C acknowledges it: somebody is there.
         """
-        if self.desk is None:
+        if self.dispatcher is None:
             return
         try:
-            _tell_losses(self.desk.ring_out(lambda: _is_known(folder)))
+            _tell_losses(self.dispatcher.ring_out(lambda: _is_known(folder)))
         except KeyboardInterrupt:
             try:
                 acknowledge(folder, login_name(), "Ctrl-C")
@@ -45,9 +47,9 @@ class Attendance:
                 note(f"acknowledged, but not on record: {error}")
 
     def tell_end(self, word: str, text: str) -> None:
-        """What the run came to, to whoever is told of its end."""
-        if self.desk is not None:
-            self.desk.tell_end(word, text)
+        """Tell what the run came to, to whoever is told of its end."""
+        if self.dispatcher is not None:
+            self.dispatcher.tell_end(word, text)
 
 
 @contextmanager
@@ -64,30 +66,32 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
 
     with ExitStack() as opened:
         if is_virtual:
-            yield Attendance(opened.enter_context(shown_on(sys.stderr)), Care(begun=begun))
+            yield Attendance(opened.enter_context(shown_on(sys.stderr)), RunServices(begun=begun))
             return
-        desk, pulse = _told(title, alerts, run, opened)
+        dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, opened)
         second_place = user_state_path("calrig") / "emergency"
-        yield Attendance(desk, Care(pulse=pulse, begun=begun, second_place=second_place), desk)
+        yield Attendance(dispatcher, RunServices(pulse=pulse, begun=begun, second_place=second_place), dispatcher)
 
 
-def _told(title: str, alerts: Path | None, run: Path, opened: ExitStack) -> tuple[AlertDesk, Pulse]:
+def _dispatcher_and_pulse(
+    title: str, alerts: Path | None, run: Path, opened: ExitStack
+) -> tuple[AlertDispatcher, Pulse]:
     settings = read_alerts(alerts) if alerts is not None else default_alerts()
     refusal = opened.enter_context(awake(title))
     screen = opened.enter_context(shown_on(sys.stderr))
-    desk = AlertDesk(settings or AlertSettings(), title, SystemClock(), screen, str(run))
-    opened.callback(lambda: _tell_losses(desk.close()))
+    dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run))
+    opened.callback(lambda: _tell_losses(dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]
 
     def pulse() -> Sequence[Mapping[str, object]]:
         due, first[:] = list(first), []
-        return [*due, *desk.pulse()]
+        return [*due, *dispatcher.pulse()]
 
-    return desk, pulse
+    return dispatcher, pulse
 
 
 def _is_known(folder: Path) -> bool:
-    """A journal that cannot be read tells of nobody who knows."""
+    """Return whether somebody knows of the alarm; a journal that cannot be read tells of nobody."""
     try:
         return is_acknowledged(folder)
     except ProcedureError:

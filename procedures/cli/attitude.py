@@ -39,7 +39,7 @@ def attitude(
     right_wing_down: bool = True,
     intervals: bool = False,
 ) -> None:
-    """Outputs to angles with standard deviations.
+    """Turn outputs into angles with standard deviations.
 
     The answer has the columns pitch_deg, pitch_sd_deg, roll_deg, roll_sd_deg, for a sting package yaw_deg and
     yaw_sd_deg, and flag, one row for each row of the data. An angle that the outputs do not tell is an empty cell, and
@@ -86,7 +86,10 @@ def attitude(
 
 
 def package_of(path: Path, pairs: list[str] | None, option: str, prefix: str) -> Package:
-    """A set from a file and the columns of its axes. Raises: RequestError for a pair that is none; SetError."""
+    """Return the set of a file with the columns of its axes.
+
+    Raises: RequestError for a pair that is none; SetError.
+    """
     coefficients = load_set(path)
     coefficients.check_vectors(str(path))
     columns: dict[str, str] = {}
@@ -170,7 +173,7 @@ def _parquet() -> Any:
 
 @contextmanager
 def _output(out: Path | None) -> Iterator[TextIO]:
-    """Standard output, or the file, whole and synced when all is written."""
+    """Yield standard output, or a text that becomes the file, whole and synced, when all is written."""
     if out is None:
         yield sys.stdout
         return

@@ -11,7 +11,7 @@ def csv_lines(names: Sequence[str], answer: Mapping[str, Any]) -> Iterator[str]:
 
 
 def row_lines(names: Sequence[str], answer: Mapping[str, Any]) -> Iterator[str]:
-    """One line a row; what is not a number is an empty cell."""
+    """Yield one line a row; what is not a number is an empty cell."""
     for row in zip(*(answer[name] for name in names), strict=True):
         yield ",".join(cell if isinstance(cell, str) else _cell(cell) for cell in row) + "\n"
 

@@ -50,8 +50,8 @@ def certificate(
     if (amends is None) != (not reason.strip()):
         raise RequestError("certificate: --amends and --reason belong together; nothing was issued; give both or none")
     day = SystemClock().now_utc() if issued is None else _day(issued)
-    asked = GroundsOf(number, day, amends, reason, specimen)
-    done = issue(archive or default_archive_url(), key, asked, operator or login_name(), out)
+    request = GroundsOf(number, day, amends, reason, specimen)
+    done = issue(archive or default_archive_url(), key, request, operator or login_name(), out)
     if json:
         files = {"page": str(done.page), "paper": str(done.paper), "paper_sha256": done.sha256}
         one = done.grounds.coefficients

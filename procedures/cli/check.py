@@ -14,7 +14,7 @@ from procedures.cli.output import print_json, say
 from procedures.errors import ExitStatus
 from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
-from procedures.run.preflight import Beforehand, beforehand
+from procedures.run.preflight import Preflight, preflight
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 
@@ -31,13 +31,13 @@ def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS,
     """
     described = read_rig(rig)
     if procedure is None:
-        before = _beforehand(rig, described, None, out)
+        before = _preflight(rig, described, None, out)
         _tell_rig(rig, described, before, json)
         return _tell(before, json)
 
-    asked = read_procedure(procedure)
-    report = check_plan(described, asked)
-    before = _beforehand(rig, described, report.plan, out)
+    procedure_description = read_procedure(procedure)
+    report = check_plan(described, procedure_description)
+    before = _preflight(rig, described, report.plan, out)
     if json:
         print_json(to_document(report) | _document_of(before))
         return _tell(before, json)
@@ -46,7 +46,7 @@ def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS,
     return _tell(before, json)
 
 
-def _tell_rig(path: Path, described: RigDescription, before: Beforehand, json: bool) -> None:
+def _tell_rig(path: Path, described: RigDescription, before: Preflight, json: bool) -> None:
     document: dict[str, Any] = {
         "rig": described.rig.name,
         "axes": {name: list(axis.limits_deg) for name, axis in described.axes.items()},
@@ -56,6 +56,7 @@ def _tell_rig(path: Path, described: RigDescription, before: Beforehand, json: b
         ],
         "sensors": {name: sensor.model for name, sensor in described.sensors.items()},
         "simulated": described.is_simulated,
+        "remarks": {name: list(axis.remarks()) for name, axis in described.axes.items() if axis.remarks()},
         **_document_of(before),
     }
     if json:
@@ -64,21 +65,23 @@ def _tell_rig(path: Path, described: RigDescription, before: Beforehand, json: b
     say(f"{path}: {described.rig.name}: nothing wrong found{', twins' if described.is_simulated else ''}")
     for name, limits in document["axes"].items():
         say(f"axis {name}: {limits[0]:g}° to {limits[1]:g}°")
+        for remark in document["remarks"].get(name, ()):
+            say(f"axis {name}: {remark}")
     say(f"channels: {', '.join(document['channels'])}")
     for name, model in document["sensors"].items():
         say(f"sensor {name}: {model}")
 
 
-def _beforehand(rig: Path, described: RigDescription, plan: Plan | None, out: Path) -> Beforehand:
-    return beforehand(rig, described, plan, out, datetime.now(UTC).date())
+def _preflight(rig: Path, described: RigDescription, plan: Plan | None, out: Path) -> Preflight:
+    return preflight(rig, described, plan, out, datetime.now(UTC).date())
 
 
-def _document_of(before: Beforehand) -> dict[str, Any]:
+def _document_of(before: Preflight) -> dict[str, Any]:
     return {"refusals": list(before.refusals), "engineering": list(before.engineering)}
 
 
-def _tell(before: Beforehand, json: bool) -> int:
-    """What a run would meet now; a refusal leaves with the status that the run would have."""
+def _tell(before: Preflight, json: bool) -> int:
+    """Tell what a run would meet now and return the status that the command ends with: a refused run's own."""
     if not json:
         for sentence in before.engineering:
             say(f"engineering result: {sentence}")

@@ -9,7 +9,7 @@ from procedures.cli.findings_text import findings_lines
 
 
 def set_text(document: Mapping[str, Any]) -> str:
-    """A coefficient set as text."""
+    """Return a coefficient set as text."""
     stamp = f"{document['status']}{', simulated' if document['simulated'] else ''}"
     sensor, provenance = document["sensor"], document["provenance"]
     lines = [
@@ -23,7 +23,10 @@ def set_text(document: Mapping[str, Any]) -> str:
 
 
 def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
-    """Every axis: parameters with standard uncertainties, standard error, replication tests, warnings, remarks."""
+    """Yield the lines of every axis.
+
+    Parameters with standard uncertainties, standard error, replication tests, warnings, remarks.
+    """
     for name, axis in axes.items():
         yield ""
         dof = axis["degrees_of_freedom"]
@@ -38,7 +41,7 @@ def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _standard_error(axis: Mapping[str, Any]) -> str:
-    """In volts, or in the unit of the readings of a linear calibration."""
+    """Describe an axis' standard error, in volts or in the unit of the readings of a linear calibration."""
     key = next(key for key in axis if key.startswith("standard_error_"))
     unit = key.removeprefix("standard_error_")
     return f"standard error {axis[key]:.3g} {printed(unit)}" if axis[key] is not None else "no error"
@@ -59,14 +62,14 @@ def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
 
 
 def replication_line(replication: Mapping[str, Any]) -> str:
-    """The tests in one line, each against its 95 % limit."""
+    """Describe the replication tests in one line, each against its 95 % limit."""
     fit = _test("lack of fit", replication["lack_of_fit"])
     drift = ", ".join(_test(label_and_unit(name)[0], test) for name, test in replication["drift"].items())
     return f"{replication['n']} replications of {replication['points']} points: {fit}; drift: {drift}"
 
 
 def with_uncertainty(value: float, uncertainty: float | None) -> str:
-    """The value to two digits of its uncertainty."""
+    """Return the value rounded to two digits of its uncertainty."""
     if uncertainty is None or not uncertainty > 0.0:
         return f"{value:+.9g}"
     digits = max(0, 1 - math.floor(math.log10(uncertainty)))

@@ -11,7 +11,7 @@ from procedures.errors import RequestError
 
 
 def demo(*, out: Path = Path("demo-out"), json: Json = False) -> int:
-    """The whole job on the twin: run, solve, archive, report, export.
+    """Do the whole job on the twin: run, solve, archive, report, export.
 
     247 attitudes, 6 replications and 3 axes go through the devices' own bytes in virtual time. The rig and the
     procedure are written beside the result, to be read and changed.

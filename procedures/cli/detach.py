@@ -62,7 +62,7 @@ def detached(
 
 
 def _log_in(out: Path) -> Path:
-    """A file beside the runs, so that it can be renamed into the folder of one."""
+    """Return a file beside the runs, so that it can be renamed into the folder of one."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=".begins-", suffix=".log", dir=out)
@@ -75,7 +75,7 @@ def _log_in(out: Path) -> Path:
 
 
 def _folder_in(log: Path) -> Path | None:
-    """The first whole line that is the folder of a run."""
+    """Return the first whole line that is the folder of a run."""
     lines = log.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True)
     folders = (Path(line.rstrip("\n")) for line in lines if line.endswith("\n"))
     return next((folder for folder in folders if (folder / JOURNAL_FILE).exists()), None)

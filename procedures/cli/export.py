@@ -76,7 +76,10 @@ def verify(file: Path, /, *, json: Json = False) -> None:
 
 
 def _check_schemas(file: Path) -> str:
-    """What to say of the official schemas. Raises: ams.errors.SetError where the file is none by them."""
+    """Validate a file against the official schemas and return what to say of it.
+
+    Raises: ams.errors.SetError where the file is none by them.
+    """
     folder = os.environ.get(DCC_SCHEMAS)
     if not folder:
         return f"not validated against the official schemas: {DCC_SCHEMAS} is not set to the folder they are in"

@@ -70,5 +70,5 @@ def _write_report(error: BaseException) -> Path:
 
 
 def _close_standard_output() -> None:
-    """The reader of our output went away (``calrig … | head``): end quietly."""
+    """End quietly where the reader of our output went away (``calrig … | head``)."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

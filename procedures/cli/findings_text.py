@@ -13,7 +13,10 @@ NEGLIGIBLE = 1e-3
 
 
 def check_trials(trials: int, *, is_possible: bool) -> None:
-    """Raises: RequestError for a number of Monte Carlo trials that says nothing, or that would not end."""
+    """Check the number of Monte Carlo trials.
+
+    Raises: RequestError for a number that says nothing, or that would not end.
+    """
     if trials != 0 and not LEAST_TRIALS <= trials <= MOST_TRIALS:
         raise RequestError(
             f"--monte-carlo: got {trials} trials, allowed {LEAST_TRIALS} to {MOST_TRIALS} (or 0: none); a million "
@@ -24,7 +27,7 @@ def check_trials(trials: int, *, is_possible: bool) -> None:
 
 
 def findings_lines(axis: Mapping[str, Any]) -> Iterator[str]:
-    """Of one axis of a document; nothing where the document holds no findings (a stored set)."""
+    """Yield the findings of one axis of a document; nothing where it holds none (a stored set)."""
     if "extension" in axis:
         yield _extension(axis["extension"])
     yield from (f"advice: {sentence}" for sentence in axis.get("advice", {}).get("sentences", ()))
@@ -54,7 +57,10 @@ def _curvature(found: Mapping[str, Any]) -> str:
 
 
 def _budget(budget: Mapping[str, Any]) -> Iterator[str]:
-    """Sources numbered, then a row for each parameter: what each source puts into it, and what all make."""
+    """Yield an uncertainty budget: its sources, numbered, then a row for each parameter.
+
+    A row says what each source puts into the parameter, and what all make.
+    """
     lines, combined = budget["lines"], budget["combined_standard_uncertainty"]
     if len(lines) > 1:
         yield "uncertainty budget:"

@@ -147,8 +147,8 @@ def fit(
         else:
             document = _solved(file, columns, request, wish, reference, description, monte_carlo)
     except DesignError as error:
-        told = str(error)
-        raise DesignError(told if told.startswith(str(file)) else f"{file}: {told}") from None
+        sentence = str(error)
+        raise DesignError(sentence if sentence.startswith(str(file)) else f"{file}: {sentence}") from None
     if json:
         print_json(document)
     else:
@@ -184,14 +184,17 @@ def _solved(
 
 
 def sensor_of(rig: RigDescription, name: str | None) -> Sensor | None:
-    """The sensor whose channels stand in the rig file: the one named, else its only one; None where that is open."""
+    """Return the sensor whose channels stand in the rig file.
+
+    The one named, else the only one; None where that is open.
+    """
     if name is not None and name in rig.sensors:
         return rig.sensors[name]
     return next(iter(rig.sensors.values())) if len(rig.sensors) == 1 else None
 
 
 def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_joint: bool) -> Package | None:
-    """The sting's set and its columns. Raises: RequestError unless a model package is to be solved."""
+    """Return the sting's set and its columns. Raises: RequestError unless a model package is to be solved."""
     if path is None:
         if pairs:
             raise RequestError("--sting-axis: belongs to --sting, which is missing")
@@ -211,7 +214,7 @@ def _linear(file: Path, columns: Mapping[str, str], request: CalibrationRequest)
 
 
 def _refuse_shared(columns: Mapping[str, str]) -> None:
-    """One column is one sensor."""
+    """Refuse a column that is given for two axes: one column is one sensor."""
     taken: dict[str, str] = {}
     for label, column in columns.items():
         if column in taken:
@@ -222,7 +225,7 @@ def _refuse_shared(columns: Mapping[str, str]) -> None:
 
 
 def _model_name(model: str, package: str | None) -> str:
-    """The name that the mathematics knows: CR's two packages are two models."""
+    """Return the name of a model in the mathematics, where CR's two packages are two models."""
     if model not in names_asked_for():
         raise RequestError(f"--model: got {model!r}, allowed are {', '.join(names_asked_for())}; nothing was solved")
     if model != "pitch-yaw-roll":
@@ -243,7 +246,7 @@ def _coefficients(pairs: list[str] | None, temperature: str) -> Mapping[str, Tem
 
 
 def _two_or_four(text: str) -> TemperatureCoefficients:
-    """Raises: ValueError."""
+    """Read two or four temperature coefficients: two values, then their uncertainties. Raises: ValueError."""
     values = [float(part) for part in text.split(",")]
     if len(values) not in (2, 4) or not all(isfinite(value) for value in values) or any(u < 0.0 for u in values[2:]):
         raise ValueError(text)

@@ -33,7 +33,10 @@ def joint(
 
 
 def check_joint(request: CalibrationRequest, rig: RigDescription | None, has_set: bool) -> RigDescription:
-    """Raises: RequestError where the joint fit does not go with what else is asked for."""
+    """Return the rig of a joint fit.
+
+    Raises: RequestError where the joint fit does not go with what else is asked for.
+    """
     if rig is None:
         raise RequestError("--joint: needs --rig RIG: the table's uncertainties are the priors of its errors")
     if request.model != "pitch-roll" or request.temperature != "none" or request.extended == "test":
@@ -64,15 +67,18 @@ def parse_priors(pairs: list[str] | None) -> dict[str, float]:
 
 
 def joint_lines(document: Mapping[str, Any]) -> Iterator[str]:
-    """The table's own errors for a person: those of the whole table and the seat, then what stays confounded."""
+    """Yield the table's own errors for a person.
+
+    Those of the whole table and the seat, then what stays confounded.
+    """
     whole = {name: entry for name, entry in document["nuisances"].items() if " tooth " not in name}
     yield ""
     yield f"table: {len(document['nuisances']) - len(whole)} teeth and {len(whole)} errors of the whole"
     for name, entry in whole.items():
-        told = "" if entry["is_observed"] else "   (not told by these rows)"
+        remark = "" if entry["is_observed"] else "   (not told by these rows)"
         yield (
             f"  {name:<28} {entry['estimate_arcsec']:+.2f}″   u {entry['standard_deviation_arcsec']:.2g}″"
-            f"   (prior {entry['prior_arcsec']:.3g}″){told}"
+            f"   (prior {entry['prior_arcsec']:.3g}″){remark}"
         )
     yield from (f"  confounded: {sentence}" for sentence in document["confounded"])
 

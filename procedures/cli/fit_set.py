@@ -35,7 +35,10 @@ class WishedSet:
 def wished_set(
     path: Path, sensor: str | None, gravity_mps2: float | None, rig: RigDescription | None, model: str
 ) -> WishedSet:
-    """Raises: RequestError where the command does not say what a set must know."""
+    """Return the set that is to be written.
+
+    Raises: RequestError where the command does not say what a set must know.
+    """
     if model == "linear":
         raise RequestError("--set: no coefficient set has straight lines; keep the JSON document of --json instead")
     if path.suffix != ".json":

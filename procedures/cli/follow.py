@@ -107,7 +107,7 @@ def _progress(event: str, status: RunStatus, message: str) -> Progress:
 
 @contextmanager
 def _keys(folder: Path, by: str) -> Iterator[Callable[[], bool]]:
-    """What asks whether the person has left, and meanwhile obeys the keys; without a terminal there are none."""
+    """Yield what asks whether the person has left and meanwhile obeys the keys; without a terminal there are none."""
     if not sys.stdin.isatty():
         yield lambda: False
         return

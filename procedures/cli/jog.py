@@ -123,7 +123,7 @@ def jog(
 def _screen(
     description: RigDescription, rig: Path, coefficient_set: Path | None, snapshot: Path | None, log: Path | None
 ) -> ExitStatus:
-    """The jog screen. Twins of this process live in real time there, whatever the file says of virtual time."""
+    """Run the jog screen. Twins of this process live in real time there, whatever the file says of virtual time."""
     _refuse_a_second_user_of_the_terminal(description)
     inferred = None if coefficient_set is None else inferred_attitude(coefficient_set, description)
     actions = log or rig.with_name(f"{rig.stem}.jog.jsonl")
@@ -155,7 +155,7 @@ def _homes_kept(opened: Rig) -> Iterator[None]:
 
 
 def _bench_clock(description: RigDescription) -> Clock:
-    """At the bench a person watches: virtual time becomes the machine's."""
+    """Return the clock for a person who watches: the machine's time where the rig's is virtual."""
     clock = choose_clock(description)
     return SystemClock() if isinstance(clock, VirtualClock) else clock
 
@@ -170,11 +170,11 @@ def _refuse_a_second_user_of_the_terminal(description: RigDescription) -> None:
 
 
 def _follow(opened: Rig, samples: int, wait: Wait) -> None:
-    """One line a round with every channel's mean, until the wait is ended."""
+    """Print one line a round with every channel's mean, until the wait is ended."""
     try:
         while True:
-            told = _readings(opened, samples, wait)
-            say("   ".join(f"{name} {_mean(reading)}" for name, reading in told.items()))
+            readings = _readings(opened, samples, wait)
+            say("   ".join(f"{name} {_mean(reading)}" for name, reading in readings.items()))
             SystemClock().sleep(LIVE_PAUSE_S)
     except WaitEnded:
         return
@@ -185,14 +185,14 @@ def _mean(reading: dict[str, float | int | None]) -> str:
 
 
 def _wanted(to: float | None, by: float | None, rate: float | None, *, home: bool, stop: bool) -> list[str]:
-    asked = {
+    given = {
         "--to": to is not None,
         "--by": by is not None,
         "--rate": rate is not None,
         "--home": home,
         "--stop": stop,
     }
-    return [name for name, is_asked in asked.items() if is_asked]
+    return [name for name, is_asked in given.items() if is_asked]
 
 
 def _refuse_unclear(
@@ -256,7 +256,8 @@ def _readings(opened: Rig, samples: int, wait: Wait) -> dict[str, dict[str, floa
 
 def _home_what_has_none(opened: Rig, moved: str | None, wait: Wait) -> None:
     """Twins in this process were switched on by it: unlike a machine they cannot have been homed before. An operator,
-    too, is asked for the zero of the axis that is ``moved``: nobody remembers it. Machines are left alone."""
+    too, is asked for the zero of the axis that is ``moved``: nobody remembers it. Machines are left alone.
+    """
     for name, axis in opened.description.axes.items():
         if axis.port == TWIN_PORT or (name == moved and axis.driver == "manual"):
             home(opened, name, wait)
@@ -279,5 +280,5 @@ def _tell(document: dict[str, Any], json: bool) -> None:
         say(f"{name:<16} {position_deg:+.4f}°")
     for channel, reading in document.get("readings", {}).items():
         mean_v, sd_v = reading["mean_v"], reading["standard_deviation_v"]
-        told = _mean(reading) if mean_v is None else f"{_mean(reading)}   s {sd_v or 0.0:.2g} V"
-        say(f"{channel:<16} {told}   ({reading['samples']} readings)")
+        value = _mean(reading) if mean_v is None else f"{_mean(reading)}   s {sd_v or 0.0:.2g} V"
+        say(f"{channel:<16} {value}   ({reading['samples']} readings)")

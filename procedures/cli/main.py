@@ -56,6 +56,7 @@ GROUPS = {
     "Bench": (
         ("jog", "jog:jog", "The jog screen; or one motion or look by hand, under the limits of the rig."),
         ("devices", "devices:devices", "Serial ports and VISA resources found here, with their identities."),
+        ("prove", "prove:prove", "First contact: what real devices say beside what their twins would say."),
         ("simulate", "simulate:simulate", "The twins of a rig on real ports, until stopped."),
     ),
 }
@@ -63,7 +64,7 @@ GROUPS = {
 
 
 def make_app(called: str = "") -> App:
-    """The command tree. Function names are import paths: nothing is imported before it is called.
+    """Make the command tree. Function names are import paths: nothing is imported before it is called.
 
     ``called``: the command that is called; its help is the whole text of its function, not the summary of the list.
     """
@@ -107,7 +108,7 @@ def run_command(arguments: Sequence[str]) -> int:
 
 
 def _require_seen(arguments: Sequence[str]) -> None:
-    """What is typed hides nothing, whatever option it stands behind; a file that is there may be named anyhow.
+    """Refuse what hides something in what is typed, behind any option; a file that is there may be named anyhow.
 
     Raises: RequestError for a control or a bidirectional character.
     """

@@ -11,17 +11,17 @@ from rig.plain_text import shown
 
 
 def print_json(document: Mapping[str, Any]) -> None:
-    """One JSON document, strict (no NaN), UTF-8, ended by a newline."""
+    """Print one JSON document, strict (no NaN), UTF-8, ended by a newline."""
     print(json.dumps(document, ensure_ascii=False, allow_nan=False))  # noqa: T201
 
 
 def say(text: str = "") -> None:
-    """A line for a person, on standard output."""
+    """Print a line for a person on standard output."""
     print(shown(text))  # noqa: T201
 
 
 def note(text: str) -> None:
-    """A line for a person that is no result, on standard error."""
+    """Print a line for a person that is no result on standard error."""
     with suppress(OSError):  # a closed terminal must not end what is being done
         print(shown(text), file=sys.stderr, flush=True)  # noqa: T201
 

@@ -20,8 +20,8 @@ from procedures.cli.options import (
 from procedures.cli.output import say
 from procedures.cli.places import find_run, login_name
 from procedures.errors import RequestError
-from procedures.journal.corrections import TAKES_BACK, Word, acknowledge, add_note, void_from
-from procedures.journal.corrections import redo as take_back
+from procedures.journal.corrections import TAKES_BACK, Authorisation, acknowledge, add_note, void_from
+from procedures.journal.corrections import redo as redo_replication
 from procedures.journal.owner import is_owned
 from procedures.journal.salvage import salvage as rescue
 from procedures.journal.spool import ask
@@ -96,7 +96,7 @@ def void(
         Step of the first dwell that counts no more, as the report and `calrig handover` name it.
     """
     folder = only_one(run, out, TAKES_BACK, "taken back from")
-    count = void_from(folder, from_, Word(operator, reason, remounted))
+    count = void_from(folder, from_, Authorisation(operator, reason, remounted))
     say(f"{folder}: {count} dwells taken back; calrig resume {folder} measures them again")
 
 
@@ -118,12 +118,12 @@ def redo(
         Number of the replication, from 1.
     """
     folder = only_one(run, out, TAKES_BACK, "taken back from")
-    count = take_back(folder, replication, Word(operator, reason, remounted))
+    count = redo_replication(folder, replication, Authorisation(operator, reason, remounted))
     say(f"{folder}: {count} dwells of replication {replication} taken back; calrig resume {folder} measures them again")
 
 
 def handover(run: AnyRun = None, /, *, out: RunsFolder = RUNS) -> None:
-    """The whole state of a run on one page, for whoever takes over."""
+    """Print the whole state of a run on one page, for whoever takes over."""
     say(page(alive_or_latest(run, out)).rstrip("\n"))
 
 
@@ -145,7 +145,7 @@ def salvage(run: NamedRun, /, *, to: Path | None = None, out: RunsFolder = RUNS)
 
 
 def _is_run(word: str, runs: Path) -> bool:
-    """Whether the one word that was given names a run, and the text is missing."""
+    """Return True where the one word that was given names a run, so that the text is missing."""
     try:
         find_run(word, runs)
     except RequestError:

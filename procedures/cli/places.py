@@ -17,8 +17,10 @@ JOURNAL = "journal.sqlite"
 
 
 def find_run(run: str, runs: Path) -> Path:
-    """The run folder that RUN means: a run folder, its journal, its name under ``runs``, or a folder that holds
-    exactly one run. Raises: RequestError."""
+    """Return the run folder that RUN means. Raises: RequestError.
+
+    RUN is a run folder, its journal, its name under ``runs``, or a folder that holds exactly one run.
+    """
     for candidate in (Path(run), runs / run):
         if candidate.is_file() and candidate.name == JOURNAL:
             return candidate.parent
@@ -58,7 +60,7 @@ def new_run_folder(out: Path, title: str, now: datetime) -> Path:
 
 @contextmanager
 def left_out_where_empty(folder: Path) -> Iterator[None]:
-    """A run that was refused before its journal was made leaves no folder behind."""
+    """Remove a run's folder again where the run was refused before its journal was made."""
     try:
         yield
     except RequestError:
@@ -74,7 +76,7 @@ def default_archive_url() -> str:
 
 
 def login_name() -> str:
-    """Who is logged in, for the record."""
+    """Return who is logged in, for the record."""
     try:
         return getpass.getuser()
     except (OSError, KeyError):

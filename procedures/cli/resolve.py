@@ -63,7 +63,7 @@ def resolve(
 def _place(
     jobs: int, workers: int | None, dask: str | None
 ) -> tuple[Callable[[], AbstractContextManager[Mapper]], int]:
-    """What solves, and how many runs it takes at once."""
+    """Return what solves, and how many runs it takes at once."""
     if dask is not None:
         if workers is not None:
             raise RequestError("give --workers or --dask, not both; nothing was solved")
@@ -78,13 +78,13 @@ def _place(
 
 def _answered(jobs: Sequence[object], where: Callable[[], AbstractContextManager[Mapper]], size: int) -> list[Answer]:
     answers: list[Answer] = []
-    told = 0
+    shown_tenth = 0
     with where() as mapper:
         for part in mapper(chunks(jobs, size)):  # type: ignore[arg-type]
             answers += part
             tenth = 10 * len(answers) // max(len(jobs), 1)
-            if tenth > told:
-                told = tenth
+            if tenth > shown_tenth:
+                shown_tenth = tenth
                 note(f"{len(answers)}/{len(jobs)} runs")
     return sorted(answers, key=lambda one: one.run_id)
 
@@ -112,8 +112,8 @@ def _tell(url: str, answers: Sequence[Answer], published: int, *, json: bool) ->
         counts = {"archive": url, "runs": len(answers), "same": len(kinds["same"]), "published": published}
         print_json(plain({**counts, "changed": changed, **hindered}))
         return
-    told = ", ".join(f"{len(found)} {kind}" for kind, found in kinds.items() if found or kind == "same")
-    say(f"{len(answers)} runs of {url}: {told}")
+    listed = ", ".join(f"{len(found)} {kind}" for kind, found in kinds.items() if found or kind == "same")
+    say(f"{len(answers)} runs of {url}: {listed}")
     for one in kinds["changed"][:LONGEST_LIST]:
         say(f"{one.run_id}: {len(one.changes)} numbers changed, most: {_largest(one)}")
     for one in (*kinds["missing"], *kinds["failed"])[:LONGEST_LIST]:

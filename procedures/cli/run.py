@@ -79,8 +79,8 @@ def run(
     rehearse
         Do all of it on twins of that very rig, in virtual time; no port is opened.
     """
-    described, asked = read_rig(rig), read_procedure(procedure)
-    plan = make_plan(described, asked)
+    described, procedure_description = read_rig(rig), read_procedure(procedure)
+    plan = make_plan(described, procedure_description)
     performed = described.all_on_twins() if rehearse else described
     if not allow_network_folder:
         require_local(out)
@@ -95,6 +95,7 @@ def run(
             opened.identities()  # a device that is silent is told before anything is written
             now = SystemClock().now_utc()
             folder = new_run_folder(out, plan.title, now)
+            opened.belongs_to(folder)
             header = make_header(
                 folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
             )
@@ -104,7 +105,7 @@ def run(
                 attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance,
             ):
                 at_last.callback(attendance.ring_out, folder)
-                outcome = begin(folder, header, plan, opened, attendance.observer, care=attendance.care)
+                outcome = begin(folder, header, plan, opened, attendance.observer, services=attendance.services)
         return conclude(folder, outcome, archive, attendance, json=json)
 
 
@@ -147,14 +148,14 @@ def resume(
                 operator or ("" if accept_changes else login_name()),
                 reason or "",
                 attendance.observer,
-                care=attendance.care,
+                services=attendance.services,
                 accepts_changes=accept_changes,
             )
         return conclude(folder, outcome, archive, attendance, json=json)
 
 
 def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> None:
-    """Looked at before anything moves. Raises: RequestError, DescriptionError."""
+    """Check archive and alerts before anything moves. Raises: RequestError, DescriptionError."""
     if archive is not None:
         require_archive_url(archive)
     if alerts is not None:
@@ -195,7 +196,7 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
 
 
 def _last_word(delivery: Delivery) -> tuple[str, str]:
-    """What the run came to, for who is told of its end: usable or not, the worst uncertainty, where it is."""
+    """Say what the run came to, for who is told of its end: usable or not, the worst uncertainty, where it is."""
     missing = [f"{part}: {told}" for part, told in delivery.failures.items()]
     if delivery.view is None:
         return "finished, but without a report", "\n".join(missing)
@@ -205,14 +206,14 @@ def _last_word(delivery: Delivery) -> tuple[str, str]:
 
 
 def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
-    """The archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
+    """Return the archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
     if archive is not None:
         return archive
     return f"sqlite:///{folder.parent / 'archive.sqlite'}" if is_simulated else default_archive_url()
 
 
 def tell_failures(delivery: Delivery) -> None:
-    """What of the run's results is missing, a line each, and how it is made."""
+    """Tell what of the run's results is missing, a line each, and how it is made."""
     for part, told in delivery.failures.items():
         note(f"{part}: {told}")
     if delivery.failures.keys() == {"archive"}:
@@ -222,7 +223,7 @@ def tell_failures(delivery: Delivery) -> None:
 
 
 def tell(delivery: Delivery) -> None:
-    """The outcome for a person: coefficients, verdict, and where everything is."""
+    """Tell the outcome to a person: coefficients, verdict, and where everything is."""
     if delivery.view is not None:
         print_summary(delivery.view, Console())
         say()

@@ -13,7 +13,8 @@ from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Op
 from procedures.cli.output import print_json, say
 from procedures.cli.places import login_name
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.corrections import Word, close_run
+from procedures.journal.corrections import Authorisation, close_run
+from procedures.journal.guard_record import guard_told, read_guard_record
 from procedures.journal.run_list import ListedRun, RunList
 from procedures.journal.spool import ask
 from procedures.journal.status import status as look
@@ -50,8 +51,10 @@ def status(
         say(f"held by: {one_line(found.held_by)}")
     elif found.why:
         say(f"because: {one_line(found.why)}")
+    if (guarded := read_guard_record(folder)) is not None:
+        say(one_line(guard_told(guarded)))
     for name, line in found.lines.items():
-        say(f"line of {name}: {line.told()}")
+        say(f"line of {name}: {line.in_words()}")
     if not follow:
         return ExitStatus.DONE
     observer = PlainLines(say, parts=None)
@@ -93,7 +96,7 @@ def close(
 ) -> None:
     """Close a run that is not to be resumed, ever. What was measured stays, and its report can be made."""
     folder = only_one(run, out, RESUMABLE, "closed")
-    close_run(folder, Word(operator or login_name(), reason))
+    close_run(folder, Authorisation(operator or login_name(), reason))
     say(f"{folder}: closed; nothing resumes it")
 
 

@@ -15,17 +15,17 @@ ENDS = (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP)
 
 @contextmanager
 def stoppable_wait(clock: Clock) -> Iterator[Wait]:
-    """A :class:`Wait` that a signal ends: within a tenth of a second, and before the caller goes on."""
-    asked: list[str] = []
+    """Yield a :class:`Wait` that a signal ends: within a tenth of a second, and before the caller goes on."""
+    signals: list[str] = []
 
     def ask(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the signature of a handler
-        asked.append(signal.Signals(number).name)
+        signals.append(signal.Signals(number).name)
 
     def wait(duration_s: float) -> None:
         left_s = duration_s
         while True:
-            if asked:
-                raise WaitEnded(f"stopped by {asked[0]}; the axis was stopped where it was")
+            if signals:
+                raise WaitEnded(f"stopped by {signals[0]}; the axis was stopped where it was")
             if left_s <= 0.0:
                 return
             clock.sleep(min(left_s, clock.slice_s))

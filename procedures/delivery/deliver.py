@@ -135,7 +135,7 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
     crash_point(CrashPoint.REPORTED)
     published_to = archive_url if archived is not None else None
     page = run.folder / REPORT_FILE
-    return Delivery(run, parts.told(), view, page, paths or {}, exports or (), published_to, archived)
+    return Delivery(run, parts.in_words(), view, page, paths or {}, exports or (), published_to, archived)
 
 
 class _Parts:
@@ -145,7 +145,7 @@ class _Parts:
         self._told: dict[str, str] = {}
 
     def made(self, part: str, make: Callable[[], Made]) -> Made | None:
-        """What was made; None where it failed, which is kept as a sentence."""
+        """Make a part and return it; None where it failed, which is kept as a sentence."""
         try:
             made = make()
         except AmsError as error:
@@ -165,7 +165,7 @@ class _Parts:
     def fail(self, parts: Iterable[str], why: str) -> None:
         self._told |= dict.fromkeys(parts, f"not made: {why}")
 
-    def told(self) -> dict[str, str]:
+    def in_words(self) -> dict[str, str]:
         return {name: self._told.get(name, DONE) for name in PARTS}
 
 
@@ -205,14 +205,14 @@ def _past(
     archived: PublishedRun | None,
     archive_url: str | None,
 ) -> Past:
-    """As found, as left, and the calibrations before: as the archive knew them when this run ended."""
+    """Return as found, as left and the calibrations before, as the archive knew them when this run ended."""
     if archived is None or archive_url is None:
         return Past(_as_left(run, sets))
     try:
-        told = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
+        histories = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
     except ArchiveError:  # what was published stands; the look at the years before is told where the command looks
-        told = {}
-    return Past(archived.adjustments, {name: one for name, one in told.items() if len(one.history.labels) > 1})
+        histories = {}
+    return Past(archived.adjustments, {name: one for name, one in histories.items() if len(one.history.labels) > 1})
 
 
 def _as_left(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> dict[str, Adjustment]:
@@ -242,7 +242,7 @@ def _sensor_document(solved: SolvedSensor) -> dict[str, Any]:
 
 
 def run_document(delivery: Delivery) -> dict[str, Any]:
-    """What ``calrig run --json`` prints at the end."""
+    """Return the document that ``calrig run --json`` prints at the end."""
     run = delivery.run
     return {
         "run": str(run.folder),
@@ -266,7 +266,7 @@ def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
 
 
 def _with_words(calibration: Calibration, record: RunRecord) -> Calibration:
-    """What a user of the set should know of its run."""
+    """Return the calibration with what a user of the set should know of its run."""
     words = tuple(dict.fromkeys(clock_words(record.events)))
     return replace(calibration, warnings=(*calibration.warnings, *words)) if words else calibration
 
@@ -279,7 +279,7 @@ def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
 
 
 def attachments(coefficients: CoefficientSet) -> list[Attachment]:
-    """A set as the files inside the PDF: for machines as the laboratory's own set and as a DCC."""
+    """Return a set as the files inside the PDF: for machines as the laboratory's own set and as a DCC."""
     wanted = (
         (json_text.FORMAT, "application/json", "coefficient set"),
         (dcc.FORMAT, "application/xml", "digital calibration certificate"),
@@ -301,7 +301,7 @@ def publish_folder(
     override: Override | None = None,
     supersede: Override | None = None,
 ) -> tuple[str, PublishedRun]:
-    """A finished run out of its journal, solved again and published; returns where, and what is there now.
+    """Solve a finished run out of its journal again and publish it; return where, and what is there now.
 
     Raises: RequestError where the run did not finish or has nothing to publish; ams.errors.ArchiveError.
     """

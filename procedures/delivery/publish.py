@@ -21,7 +21,9 @@ def publish_solved(
     override: Override | None = None,
     supersede: Override | None = None,
 ) -> PublishedRun:
-    """Publishing again changes nothing; of several solutions of one run the one published last counts.
+    """Publish a solved run in the archive.
+
+    Publishing again changes nothing; of several solutions of one run the one published last counts.
 
     Raises: ams.errors.ArchiveError where the archive or an expired standard refuses.
     """
@@ -38,7 +40,7 @@ def publish_solved(
 def measured_sensors(
     record: RunRecord, solved: Mapping[str, SolvedSensor], sets: Mapping[str, CoefficientSet]
 ) -> list[MeasuredSensor]:
-    """Every sensor that has a set, with its rows."""
+    """Return every sensor that has a set, with its rows."""
     return [
         MeasuredSensor(one, solved[name].observations, record.plan.sensors[name].check_sensor)
         for name, one in sets.items()
@@ -46,7 +48,7 @@ def measured_sensors(
 
 
 def run_entry(folder: Path, record: RunRecord) -> RunEntry:
-    """The run as the archive keeps it."""
+    """Return the run as the archive keeps it."""
     return RunEntry(
         journal_sha256=record.hashes["journal content"],
         run_id=record.run_id,
@@ -62,7 +64,7 @@ def run_entry(folder: Path, record: RunRecord) -> RunEntry:
 
 
 def history_findings(archive_url: str, published: PublishedRun) -> Iterator[str]:
-    """What the history of each sensor finds of the calibration that was published just now, a sentence each."""
+    """Yield what each sensor's history finds of the calibration that was published just now, a sentence each."""
     for publication in published.publications:
         try:
             found = history(archive_url, publication.sensor).history.findings if publication.is_new else ()

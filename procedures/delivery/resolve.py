@@ -104,7 +104,9 @@ def resolve_job(job: Job) -> Answer:
 def jobs_of(
     archive_url: str, elsewhere: Path | None = None, treatment: Treatment | None = None, *, keep: bool = False
 ) -> list[Job]:
-    """Every run of an archive with the sets that it holds of it. ``elsewhere``: a folder of run folders to look in too.
+    """Return every run of an archive with the sets that it holds of it.
+
+    ``elsewhere``: a folder of run folders to look in too.
 
     Raises: ams.errors.ArchiveError.
     """
@@ -123,13 +125,13 @@ def jobs_of(
 
 
 def chunks(jobs: Sequence[Job], size: int) -> list[Sequence[Job]]:
-    """The jobs in order, so many at once."""
+    """Split the jobs, in order, into chunks of at most ``size``."""
     iterator = iter(jobs)
     return list(iter(lambda: list(islice(iterator, size)), []))
 
 
 def number_changes(sensor: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[NumberChange]:
-    """What differs between the primary parameters of two coefficient sets beyond rounding."""
+    """Yield what differs between the primary parameters of two coefficient sets beyond rounding."""
     for axis in dict.fromkeys([*old["axes"], *new["axes"]]):
         before, after = (document["axes"].get(axis) for document in (old, new))
         if before is None or after is None:
@@ -147,8 +149,8 @@ def _axis_changes(
     spread, new_spread = _uncertainties(before), _uncertainties(after)
     for name in dict.fromkeys([*values, *now]):
         yield from _change(sensor, axis, name, values.get(name), now.get(name), scale, spread.get(name))
-        told = f"u({name})"
-        yield from _change(sensor, axis, told, spread.get(name), new_spread.get(name), scale, spread.get(name))
+        label = f"u({name})"
+        yield from _change(sensor, axis, label, spread.get(name), new_spread.get(name), scale, spread.get(name))
 
 
 def _change(
@@ -236,5 +238,5 @@ Mapper = Callable[[Sequence[Sequence[Job]]], Iterator[list[Answer]]]
 
 @contextmanager
 def in_this_process() -> Iterator[Mapper]:
-    """No other process: for one worker and for tests."""
+    """Yield a mapper that solves in this process: for one worker and for tests."""
     yield lambda parts: (resolve_chunk(part) for part in parts)

@@ -29,13 +29,13 @@ CONNECT_S = 15
 
 
 def chunk_size(jobs: int, workers: int) -> int:
-    """Runs of one chunk in a process pool: several chunks a worker, so that none waits long for the last."""
+    """Return the runs of one chunk in a process pool: several chunks a worker, so that none waits long for the last."""
     return max(1, min(MOST_FITS_OF_A_CHUNK, jobs // (CHUNKS_OF_A_WORKER * workers)))
 
 
 @contextmanager
 def in_processes(workers: int) -> Iterator[Mapper]:
-    """So many processes of this machine."""
+    """Yield a mapper over so many processes of this machine."""
     with ProcessPoolExecutor(workers, get_context("spawn"), one_thread) as pool:
 
         def answers(parts: Sequence[Sequence[Job]]) -> Iterator[list[Answer]]:
@@ -55,14 +55,14 @@ def in_processes(workers: int) -> Iterator[Mapper]:
 
 
 def one_thread() -> None:
-    """Before numpy is imported in a new process."""
+    """Limit a new process to one thread, before numpy is imported in it."""
     for name in THREAD_SETTINGS:
         os.environ[name] = "1"
 
 
 @contextmanager
 def on_cluster(address: str) -> Iterator[Mapper]:
-    """A Dask cluster. Raises: RequestError for an address or workers that cannot be used."""
+    """Yield a mapper over a Dask cluster. Raises: RequestError for an address or workers that cannot be used."""
     _require_safe(address)
     client = _connected(address)
     try:
@@ -99,13 +99,13 @@ def _connected(address: str) -> "Client":
 
 
 def _require_same_version(client: "Client") -> None:
-    """Raises: RequestError where there is no worker, or one has another calrig."""
+    """Check that every worker has this calrig. Raises: RequestError where there is none, or one has another."""
     ours = calrig_version()
     theirs: dict[str, Any] = client.run(calrig_version)
     others = {version for version in theirs.values() if version != ours}
     if not theirs or others:
-        told = "no worker is there" if not theirs else f"workers have calrig {', '.join(sorted(map(str, others)))}"
-        raise RequestError(f"--dask: {told}, this is {ours}; nothing was solved; start workers of the same version")
+        found = "no worker is there" if not theirs else f"workers have calrig {', '.join(sorted(map(str, others)))}"
+        raise RequestError(f"--dask: {found}, this is {ours}; nothing was solved; start workers of the same version")
 
 
 def _on_client(client: "Client", parts: Sequence[Sequence[Job]]) -> Iterator[list[Answer]]:

@@ -59,8 +59,8 @@ class Profile(StrictTable):
     def _agree(self) -> Self:
         needs = set(self.span_deg) if self.shape == "harmonic" else set()
         if set(self.frequency_hz) != needs:
-            told = "a frequency_hz for every axis of span_deg" if needs else "no frequency_hz"
-            raise ValueError(f'shape = "{self.shape}" needs {told}')
+            wanted = "a frequency_hz for every axis of span_deg" if needs else "no frequency_hz"
+            raise ValueError(f'shape = "{self.shape}" needs {wanted}')
         if abs(self.bin_s / self.update_s - round(self.bin_s / self.update_s)) > 1e-6:
             raise ValueError(f"bin_s = {self.bin_s:g} is no whole number of update_s = {self.update_s:g}")
         if self.duration_s < 10.0 * self.bin_s:

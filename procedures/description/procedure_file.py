@@ -65,7 +65,7 @@ class Range(StrictTable):
         return self
 
     def values(self) -> tuple[float, ...]:
-        """The points in degrees, exact in decimals: −90 to 90 by 0.1 holds 0.3 and not 0.30000000000000004."""
+        """Return the points in degrees, exact in decimals: −90 to 90 by 0.1 holds 0.3 and not 0.30000000000000004."""
         first, span = _decimal(self.start), _decimal(self.stop) - _decimal(self.start)
         if self.step is not None:
             return tuple(
@@ -283,7 +283,7 @@ class ProcedureDescription(StrictTable):
         return self._file.path
 
     def error(self, key: Sequence[object], text: str) -> PlanError:
-        """A mistake that only the plan can see, named by file, line and key."""
+        """Return a mistake that only the plan can see, named by file, line and key."""
         return PlanError(self._file.complaint(key, text))
 
 

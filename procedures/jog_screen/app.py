@@ -54,8 +54,8 @@ class JogApp(App[None]):
     Screen { background: #10151a; color: #d8dee6; }
     #head { height: 2; padding: 0 1; background: #182028; }
     .panel { border: round #2c3844; border-title-color: #5fd7d7; padding: 0 1; height: auto; }
-    #told { border-subtitle-color: #9aa5b1; }
-    #told { height: 1fr; min-height: 4; }
+    #messages { border-subtitle-color: #9aa5b1; }
+    #messages { height: 1fr; min-height: 4; }
     #prompt { display: none; height: 3; padding: 0 1; border: round #ffd75f; border-title-color: #ffd75f; }
     #prompt.asked { display: block; }
     #keys { height: 2; padding: 0 1; background: #182028; }
@@ -98,7 +98,12 @@ class JogApp(App[None]):
 
     def compose(self) -> ComposeResult:
         yield Static(id="head")
-        for name, title in (("axes", "axes"), ("channels", "readings"), ("around", "surroundings"), ("told", "log")):
+        for name, title in (
+            ("axes", "axes"),
+            ("channels", "readings"),
+            ("around", "surroundings"),
+            ("messages", "log"),
+        ):
             panel = Static(id=name, classes="panel")
             panel.border_title = title
             yield panel
@@ -109,13 +114,16 @@ class JogApp(App[None]):
         self._loop_of_screen = asyncio.get_running_loop()
         self.bench.start()
         self.set_interval(DRAW_S, self._beat)
-        self.query_one("#told", Static).border_subtitle = self._heading.log
+        self.query_one("#messages", Static).border_subtitle = self._heading.log
         self._draw()
 
     # Losing the operator.
 
     def heed_signals(self) -> None:
-        """A lost terminal (HUP) or a request to end stops every axis first. A suspended process could not: refused."""
+        """Stop every axis on a lost terminal (HUP) or a request to end, and refuse to be suspended.
+
+        A suspended process could not stop anything.
+        """
         for number in _LOST:
             signal.signal(number, self._lost)
         for number in (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
@@ -140,7 +148,7 @@ class JogApp(App[None]):
     # Keys. None goes to a field that might not have the focus yet: a digit is a digit of the number that was asked for.
 
     async def on_event(self, event: events.Event) -> None:
-        """A key that stops overtakes every key before it, which then count for nothing: they wait in queues."""
+        """Let a key that stops overtake every key before it, which then count for nothing: they wait in queues."""
         if isinstance(event, events.Key) and event.key in STOPS:
             self._stopped_at = event.time
             self.bench.stop("the operator pressed stop")
@@ -230,7 +238,7 @@ class JogApp(App[None]):
             "#axes": lambda: panels.axes_panel(view, self.selected, self.step_deg, self.size.width),
             "#channels": lambda: panels.channels_panel(view),
             "#around": lambda: panels.surroundings_panel(view),
-            "#told": lambda: panels.told_panel(view.told, self.query_one("#told").size.height),
+            "#messages": lambda: panels.messages_panel(view.messages, self.query_one("#messages").size.height),
             "#prompt": lambda: panels.prompt_line(self._typed),
             "#keys": lambda: panels.keys_lines(KEYS, self.size.width - 2),
         }
@@ -239,7 +247,7 @@ class JogApp(App[None]):
 
 
 def is_hung_up() -> bool:
-    """Whether the terminal behind standard input was closed."""
+    """Return True where the terminal behind standard input was closed."""
     if sys.__stdin__ is None or not sys.__stdin__.isatty():
         return False
     poller = select.poll()

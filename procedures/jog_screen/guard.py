@@ -47,11 +47,11 @@ class Guard:
         self._bell.set()
 
     def lose(self, why: str) -> None:
-        """The operator is gone: stop every axis, for good. Safe in a signal handler: it only leaves a mark."""
+        """Stop every axis for good: the operator is gone. Safe in a signal handler: it only leaves a mark."""
         self._lost = self._lost or why
 
     def stood_still(self) -> None:
-        """The owner has seen every axis stand: motion may be asked for again, unless the operator is gone."""
+        """Allow motion again, unless the operator is gone: the owner has seen every axis stand."""
         self._why_stop, self._is_told = "", False
         self._leases.clear()
 
@@ -59,12 +59,12 @@ class Guard:
         self._leases[axis] = RateLease(self._clock, is_held=is_held)
 
     def answer(self) -> None:
-        """The terminal answered: for every lease."""
+        """Renew every lease: the terminal answered."""
         for lease in list(self._leases.values()):
             lease.answer()
 
     def press(self, axis: str) -> bool:
-        """The key of a held rate came again; whether there is such a lease."""
+        """Renew the lease of an axis whose key came again; return whether there is such a lease."""
         lease = self._leases.get(axis)
         if lease is not None:
             lease.press()
@@ -78,7 +78,7 @@ class Guard:
         return axis in self._leases
 
     def end_lease(self, axis: str) -> None:
-        """The axis turns no longer."""
+        """Remove the lease of an axis that turns no longer."""
         self._leases.pop(axis, None)
 
     def close(self) -> None:

@@ -55,7 +55,7 @@ class InferredAttitude:
 
 
 def inferred_attitude(path: Path, description: RigDescription) -> InferredAttitude:
-    """The set of a file with the rig's own wiring. Raises: SetError, RequestError, OutsideValidity."""
+    """Return the set of a file with the rig's own wiring. Raises: SetError, RequestError, OutsideValidity."""
     coefficients = load_set(path)
     coefficients.check_vectors(str(path))
     sensors = description.sensors

@@ -25,12 +25,12 @@ class RateLease:
         self._is_held = is_held
 
     def answer(self) -> None:
-        """The terminal answered. A lease that is over stays over."""
+        """Renew the lease: the terminal answered. A lease that is over stays over."""
         if not self.why_over():
             self._answered_until_s = self._clock.monotonic_s() + TERMINAL_S
 
     def press(self) -> None:
-        """The key came again."""
+        """Renew a held lease: the key came again."""
         if self._is_held and not self.why_over():
             self._pressed_until_s = self._clock.monotonic_s() + REPEAT_S
 

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from ams.units import ARCSEC_PER_DEG
 from procedures.jog_screen.heading import Heading
-from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, ChamberView, ChannelView, Told
+from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, ChamberView, ChannelView, ShownMessage
 
 ACCENT, GOOD, WARM, BAD, QUIET, FAINT = "#5fd7d7", "#87d787", "#ffd75f", "#ff5f5f", "#9aa5b1", "#5b6672"
 TONES = {"done": GOOD, "refused": WARM, "failed": BAD, "stopped": BAD, "note": QUIET}
@@ -23,7 +23,7 @@ def head(heading: Heading, view: BenchView) -> Group:
 
 
 def _apart(left: Text, right: Text) -> Table:
-    """One line, its two texts at its two ends."""
+    """Return one line with its two texts at its two ends."""
     table = Table.grid(expand=True, padding=(0, 1))
     table.add_column(ratio=1, no_wrap=True, overflow="ellipsis")
     table.add_column(justify="right", no_wrap=True)
@@ -76,7 +76,7 @@ def axes_panel(view: BenchView, selected: str, step_deg: float, width: int) -> T
 
 
 def gauge(axis: AxisView, width: int) -> Text:
-    """Where the axis stands between its limits: ● itself, ◇ its target, ┼ zero."""
+    """Draw where the axis stands between its limits: ● itself, ◇ its target, ┼ zero."""
     low_deg, high_deg = axis.limits_deg
     cells = ["├", *"─" * (width - 2), "┤"]
     styles = [FAINT] * width
@@ -95,7 +95,7 @@ def gauge(axis: AxisView, width: int) -> Text:
 
 
 def sparkline(values: Sequence[float], width: int = 24) -> str:
-    """The last values as blocks between their own least and greatest."""
+    """Draw the last values as blocks between their own least and greatest."""
     shown = values[-width:]
     if not shown:
         return ""
@@ -125,9 +125,9 @@ def surroundings_panel(view: BenchView) -> Text:
     return Text("\n").join(lines) if lines else Text("no chamber in this rig", FAINT)
 
 
-def told_panel(told: Sequence[Told], lines: int) -> Text:
+def messages_panel(messages: Sequence[ShownMessage], lines: int) -> Text:
     text = Text(overflow="fold")
-    for line in told[-lines:] if lines > 0 else ():
+    for line in messages[-lines:] if lines > 0 else ():
         text.append(f"{line.clock} ", FAINT)
         text.append(f"{line.text}\n", TONES[line.tone])
     text.right_crop(1)
@@ -139,7 +139,7 @@ def volts(value_v: float) -> str:
 
 
 def spread(value_v: float) -> str:
-    """A standard deviation in the unit that leaves it three digits."""
+    """Return a standard deviation in the unit that leaves it three digits."""
     if math.isnan(value_v):
         return "—"
     for factor, unit in ((1.0, "V"), (1e3, "mV"), (1e6, "µV"), (1e9, "nV")):

@@ -15,7 +15,7 @@ from rig.assembly.open_rig import Rig
 from rig.clock import Clock
 from rig.devices.abilities import Readout, TurnLook, Wait
 from rig.devices.rates import measured_rate
-from rig.errors import LinkLost, RequestRefused, RigError
+from rig.errors import LinkLost, MotionBreach, RequestRefused, RigError
 from rig.motion import jog
 from rig.motion.jog_steps import steps_deg
 
@@ -25,7 +25,7 @@ _RATE_OVER_S = 1.0
 _MOST_SAMPLES = 10
 
 
-class Looks:
+class Polling:
     """Belongs to the thread that owns the devices; ``clock`` is the machine's; ``tell`` hears who falls silent."""
 
     def __init__(
@@ -46,7 +46,7 @@ class Looks:
         self.start_anew()
 
     def start_anew(self) -> None:
-        """The lines are open anew: nothing that was seen before is worth anything."""
+        """Forget what was seen before: the lines are open anew."""
         self._axes_due_s = self._chambers_due_s = 0.0
         self._silent_until_s: dict[str, float] = {}
         self._lost: LinkLost | None = None
@@ -55,7 +55,7 @@ class Looks:
         self._channels = cycle([(name, channel) for name, it in self._rig.readouts.items() for channel in it.channels])
 
     def round(self, wait: Wait) -> None:
-        """One look at everything that is due. Raises: WaitEnded, LinkLost."""
+        """Poll everything that is due once. Raises: WaitEnded, LinkLost."""
         self.axes_now_and_then(is_patient=True)
         if self._lost is not None:
             lost, self._lost = self._lost, None
@@ -79,8 +79,11 @@ class Looks:
                 self._missed(name, error)
 
     def _missed(self, name: str, error: RigError) -> None:
-        """An axis does not answer. What nobody sees does not turn."""
+        """Show an axis that does not answer as silent, and stop it: what nobody sees does not turn."""
         view = self._axes[name]
+        if isinstance(error, MotionBreach):
+            self._guard.stop(str(error))
+            return
         self._silent_until_s[name] = self._clock.monotonic_s() + _AGAIN_S
         if view.set_rate_dps:
             self._guard.stop(str(error))
@@ -106,7 +109,7 @@ class Looks:
         self.clear_statistics()
 
     def turning(self) -> str:
-        """Which axis turns at a rate; empty where none does."""
+        """Return which axes turn at a rate; empty where none does."""
         turning = [f"{name} at {view.set_rate_dps:+g}°/s" for name, view in self._axes.items() if view.set_rate_dps]
         return ", ".join(turning)
 
@@ -180,7 +183,7 @@ class Looks:
             self._chambers[name] = view
 
     def _look_at_a_channel(self, wait: Wait) -> None:
-        """One short burst of the next channel; a pause where there is none to read now."""
+        """Read one short burst of the next channel; pause where there is none to read now."""
         name, channel = next(self._channels)
         if self._clock.monotonic_s() < self._ready_from_s[name]:
             wait(_AXES_S / 4.0)

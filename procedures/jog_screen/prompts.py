@@ -12,7 +12,7 @@ class Prompt:
     make: Callable[[float], Request]
 
     def request_of(self, text: str) -> Request | str:
-        """The request, or a sentence about what was typed."""
+        """Return the request, or a sentence about what was typed."""
         try:
             return self.make(float(text.replace("−", "-")))
         except ValueError:
@@ -20,7 +20,7 @@ class Prompt:
 
 
 def prompt_for(what: str, axis: AxisView, view: BenchView, set_held_rate: Callable[[float], None]) -> Prompt | str:
-    """The prompt, or a sentence why there is none for this axis or rig."""
+    """Return the prompt, or a sentence why there is none for this axis or rig."""
     low_deg, high_deg = axis.limits_deg
     if what == "goto":
         return Prompt(f"{axis.name}: go to, {low_deg:g} to {high_deg:g}°", lambda number: GoTo(axis.name, number))

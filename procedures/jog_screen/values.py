@@ -1,5 +1,6 @@
 """What the jog screen asks for and what it shows, as frozen values: the screen and the thread that owns the devices
-share nothing else."""
+share nothing else.
+"""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -132,7 +133,7 @@ class AttitudeView:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class ShownMessage:
     """One line of what happened."""
 
     clock: str
@@ -149,4 +150,4 @@ class BenchView:
     doing: str = ""
     """The motion under way; empty when nothing moves by command."""
     is_stopping: bool = False
-    told: tuple[Told, ...] = ()
+    messages: tuple[ShownMessage, ...] = ()

@@ -25,13 +25,16 @@ class TurningWatchdogs:
         self._armed: list[str] = []
 
     def arm(self, wait: Wait) -> None:
-        """Nothing may speak meanwhile. Raises: WaitEnded."""
+        """Arm the watchdog of every axis that turns. Nothing may speak meanwhile. Raises: WaitEnded."""
         for name, axis in self._rig.axes.items():
             if jog.top_rate_dps(self._rig, name) > 0.0:
                 self._tell(f"{name}: {self._armed_by(name, axis, wait)}")
 
     def disarm(self) -> None:
-        """The axes stand; one that cannot be told so will report a silence, which homing resets."""
+        """Disarm the watchdogs of axes that stand; one that does not answer will report a silence.
+
+        Homing resets it.
+        """
         for name in self._armed:
             axis = self._rig.axes[name]
             try:
@@ -41,17 +44,17 @@ class TurningWatchdogs:
         self._armed.clear()
 
     def _armed_by(self, name: str, axis: object, wait: Wait) -> str:
-        """What stops the axis, in words."""
+        """Arm the watchdog of an axis and return, in words, what stops it."""
         pace = self._rig.clock.slice_s / WAIT_SLICE_S
         if not isinstance(axis, Watchdog) or axis.watchdog_s is None:
             return "no watchdog (axes: watchdog_s): it turns on if this computer dies"
         if axis.watchdog_s / pace < LEAST_S:
             return f"its watchdog of {axis.watchdog_s:g} s is too short at {pace:g} times real time: not armed"
         try:
-            told = axis.arm_watchdog(wait)
+            outcome = axis.arm_watchdog(wait)
         except WaitEnded:
             raise
         except RigError as error:
             return f"its watchdog is not armed: {error}"
         self._armed.append(name)
-        return told
+        return outcome

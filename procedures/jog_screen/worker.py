@@ -14,7 +14,7 @@ from procedures.errors import ProcedureError
 from procedures.jog_screen.guard import Guard
 from procedures.jog_screen.inferred import InferredAttitude
 from procedures.jog_screen.log import ActionLog, Snapshots
-from procedures.jog_screen.polling import Looks
+from procedures.jog_screen.polling import Polling
 from procedures.jog_screen.values import (
     MOTIONS,
     BenchView,
@@ -24,8 +24,8 @@ from procedures.jog_screen.values import (
     Home,
     Pulse,
     Request,
+    ShownMessage,
     Snapshot,
-    Told,
     Tone,
     Turn,
 )
@@ -58,7 +58,7 @@ class Bench:
         self._clock = clock
         self._queue: SimpleQueue[Request] = SimpleQueue()
         self._waiting_motion = ""
-        self._told: tuple[Told, ...] = ()
+        self._messages: tuple[ShownMessage, ...] = ()
         self._is_closing = False
         self._identities = rig.identities()
         self._strangers = ""
@@ -66,7 +66,7 @@ class Bench:
         self._lost_line = ""
         self._tried_s = clock.monotonic_s()
         self.guard = Guard(lambda: rig.axes, clock, lambda text: self._tell("stopped", text))
-        self._looks = Looks(rig, self.guard, clock, inferred, lambda text: self._tell("failed", text))
+        self._polling = Polling(rig, self.guard, clock, inferred, lambda text: self._tell("failed", text))
         self._watchdogs = TurningWatchdogs(rig, lambda text: self._tell("note", text))
         self._thread = Thread(target=self._run, name="jog-bench", daemon=True)
         self.view = BenchView((), (), ())
@@ -74,6 +74,7 @@ class Bench:
         self._publish()
 
     def start(self) -> None:
+        self._rig.prepare_to_move()
         self._log.write("begin", rig=self._rig.description.rig.name, identities=self._identities)
         self._thread.start()
 
@@ -105,7 +106,7 @@ class Bench:
         self._tell("refused", why)
 
     def turn_while_pressed(self, axis: str, rate_dps: float) -> None:
-        """A key that turns an axis came, for the first time or again."""
+        """Turn an axis as long as its key is pressed: called when the key comes, for the first time or again."""
         if not self.guard.press(axis):
             self.ask(Turn(axis, rate_dps, is_held=True))
 
@@ -116,7 +117,7 @@ class Bench:
             return ""
         if self._strangers:
             return self._strangers
-        busy = self._doing or self._waiting_motion or self._looks.turning()
+        busy = self._doing or self._waiting_motion or self._polling.turning()
         return f"{busy} is under way; wait, or stop it (space)" if busy else ""
 
     # The thread that owns the devices.
@@ -130,7 +131,7 @@ class Bench:
         self._watchdogs.disarm()
 
     def _round(self) -> None:
-        """One request or one look; what fails is told and the bench goes on."""
+        """Do one request or one poll; what fails is told and the work goes on."""
         try:
             if self.guard.is_stopping and not self.guard.lost:
                 self._stop_everything("")
@@ -141,7 +142,7 @@ class Bench:
             elif self._lost_line:
                 self._reconnect()
             else:
-                self._looks.round(self._wait)
+                self._polling.round(self._wait)
         except WaitEnded:
             pass
         except LinkLost as error:
@@ -163,9 +164,9 @@ class Bench:
         self._log.write("asked", what=type(request).__name__, asked=str(request))
         self._publish()
         try:
-            told = self._done(request)
-            self._log.write("done", asked=str(request), outcome=told)
-            self._tell("done", told)
+            outcome = self._done(request)
+            self._log.write("done", asked=str(request), outcome=outcome)
+            self._tell("done", outcome)
         except WaitEnded as ended:
             self._log.write("ended", asked=str(request), outcome=str(ended))
             raise
@@ -177,46 +178,46 @@ class Bench:
                 self._lost_line = str(error)
         finally:
             self._doing = ""
-            self._looks.aim(None, None)
+            self._polling.aim(None, None)
 
     def _done(self, request: Request) -> str:
         """Do it; returns what to say. Raises: RigError, ProcedureError."""
         match request:
             case GoTo(axis, degrees, is_step):
-                return self._move(axis, self._looks.position_deg(axis) + degrees if is_step else degrees)
+                return self._move(axis, self._polling.position_deg(axis) + degrees if is_step else degrees)
             case Pulse(axis, pulse_us):
                 return self._move(axis, jog.attitude_of_pulse(self._rig, axis, pulse_us))
             case Home(axis):
-                self._looks.clear_statistics()
+                self._polling.clear_statistics()
                 return f"{axis}: homed, at rest at {jog.home(self._rig, axis, self._wait):+.4f}°"
             case Turn(axis, rate_dps, is_held):
                 return self._turn(axis, rate_dps, is_held=is_held)
             case HoldTemperature(chamber, setpoint_degc):
                 jog.hold(self._rig, chamber, setpoint_degc)
-                self._looks.forget_chambers()
+                self._polling.forget_chambers()
                 return f"{chamber}: holds {setpoint_degc:g} °C"
             case Snapshot():
                 return f"snapshot {self._snapshots.append(self.view)} in {self._snapshots.path}"
             case ClearStatistics():
-                self._looks.clear_statistics()
+                self._polling.clear_statistics()
                 return "statistics begin here"
 
     def _move(self, axis: str, target_deg: float) -> str:
         target_deg = round(target_deg, 9)
-        self._looks.aim(axis, target_deg)
-        self._looks.clear_statistics()
+        self._polling.aim(axis, target_deg)
+        self._polling.clear_statistics()
         at_rest_deg = jog.jog_to(self._rig, axis, target_deg, self._wait, self._made_again)
-        self._looks.clear_statistics()
+        self._polling.clear_statistics()
         return f"{axis}: at rest at {at_rest_deg:+.4f}°"
 
-    def _made_again(self, told: str) -> None:
-        self._log.write("again", why=told)
-        self._tell("note", told)
+    def _made_again(self, reason: str) -> None:
+        self._log.write("again", why=reason)
+        self._tell("note", reason)
 
     def _turn(self, axis: str, rate_dps: float, *, is_held: bool) -> str:
         device = jog.rate_axis(self._rig, axis)
         device.check_rate(rate_dps)
-        self._looks.require_room(axis, rate_dps)
+        self._polling.require_room(axis, rate_dps)
         self.guard.grant(axis, is_held=is_held)
         try:
             device.start_rate(rate_dps)
@@ -224,7 +225,7 @@ class Bench:
             self.guard.end_lease(axis)
             device.stop()
             raise
-        self._looks.turns(axis, rate_dps)
+        self._polling.turns(axis, rate_dps)
         how = "while the key is held" if is_held else "while this terminal answers"
         return f"{axis}: turns at {rate_dps:+g}°/s {how}"
 
@@ -241,7 +242,7 @@ class Bench:
             if self.guard.is_stopping or self._is_closing:
                 raise WaitEnded("stopped by the operator")
             if is_looking:
-                self._looks.axes_now_and_then()
+                self._polling.axes_now_and_then()
                 self._publish()
             if left_s <= 0.0:
                 return
@@ -257,13 +258,13 @@ class Bench:
         self._publish()
         try:
             stop_all(self._rig.axes, self._rig.clock)
-            told, tone = "every axis stands still", "stopped"
+            outcome, tone = "every axis stands still", "stopped"
         except DeviceFault as error:
-            told, tone = str(error), "failed"
-        self._looks.all_stand()
+            outcome, tone = str(error), "failed"
+        self._polling.all_stand()
         self.guard.stood_still()
-        self._log.write("stopped", outcome=told, why=why)
-        self._tell("stopped" if tone == "stopped" else "failed", told)
+        self._log.write("stopped", outcome=outcome, why=why)
+        self._tell("stopped" if tone == "stopped" else "failed", outcome)
 
     def _reconnect(self) -> None:
         """Open every line anew, and see that the same devices answer."""
@@ -279,29 +280,33 @@ class Bench:
             return
         self._lost_line = ""
         self._strangers = _difference(self._identities, identities)
-        self._looks.start_anew()
+        self._polling.start_anew()
         self._tell("failed" if self._strangers else "note", self._strangers or "every line is open again")
         self._log.write("reconnected", identities=identities)
 
     def _tell(self, tone: Tone, text: str) -> None:
         clock = self._clock.now_utc().strftime("%H:%M:%S")
-        self._told = (*self._told, Told(clock, tone, text))[-SHOWN_LINES:]
-        self.view = replace(self.view, told=self._told)
+        self._messages = (*self._messages, ShownMessage(clock, tone, text))[-SHOWN_LINES:]
+        self.view = replace(self.view, messages=self._messages)
 
     def _publish(self) -> None:
-        axes, channels, chambers, attitude = self._looks.views()
+        axes, channels, chambers, attitude = self._polling.views()
         self.view = BenchView(
             axes=axes,
             channels=channels,
             chambers=chambers,
             attitude=attitude,
-            doing=self._doing or self._looks.turning(),
+            doing=self._doing or self._polling.turning(),
             is_stopping=self.guard.is_stopping,
-            told=self._told,
+            messages=self._messages,
         )
 
 
 def _difference(before: dict[str, str], now: dict[str, str]) -> str:
     """Empty where the same devices answer as at the start."""
-    other = [f"{key} was {told!r} and is {now.get(key)!r}" for key, told in before.items() if now.get(key) != told]
+    other = [
+        f"{key} was {identity!r} and is {now.get(key)!r}"
+        for key, identity in before.items()
+        if now.get(key) != identity
+    ]
     return f"other devices answer than before: {'; '.join(other)}; put the cables right and start anew" if other else ""

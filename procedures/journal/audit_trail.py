@@ -36,7 +36,7 @@ class Note:
 
 
 def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
-    """Every stretch between leaving ``running`` and coming back to it, under the name it began with.
+    """Return every stretch between leaving ``running`` and coming back to it, under the name it began with.
 
     A process that died wrote nothing: the resume that took the run over wrote ``interrupted``, and the stretch began
     with the last event before that process opened the journal.
@@ -59,12 +59,12 @@ def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
 
 
 def notes_in(events: Iterable[Event]) -> tuple[Note, ...]:
-    """What people wrote down, and what a reader should know of: words, changes answered for, dwells taken back."""
+    """Return what people wrote down and what a reader should know of: changes answered for, dwells taken back."""
     return tuple(Note(event.utc, _who(event), text) for event in events if (text := _word(event)))
 
 
 def missing_in(events: Iterable[Event]) -> tuple[str, ...]:
-    """What the laboratory lacked for a calibration when the run began."""
+    """Return what the laboratory lacked for a calibration when the run began."""
     return tuple(
         str(sentence) for event in events if event.kind == "readiness" for sentence in _listed(event, "engineering")
     )
@@ -81,7 +81,7 @@ def clock_steps_s(events: Iterable[Event], before: int) -> float:
 
 
 def clock_words(events: Iterable[Event]) -> tuple[str, ...]:
-    """A sentence for every time that the computer's clock was set during the run."""
+    """Return a sentence for every time that the computer's clock was set during the run."""
     return tuple(_word(event) for event in events if event.kind == "clock_step")
 
 
@@ -126,8 +126,8 @@ def identities_in(events: Iterable[Event]) -> Mapping[str, str]:
     }
 
 
-def seam_steps_in(events: Iterable[Event]) -> tuple[str, ...]:
-    """What a check set after a restart found changed beyond its limit."""
+def restart_steps_in(events: Iterable[Event]) -> tuple[str, ...]:
+    """Return what a check set after a restart found changed beyond its limit."""
     return tuple(
         str(event.detail.get("worst", "")) for event in events if event.kind == "seam" and event.detail.get("steps")
     )

@@ -40,7 +40,10 @@ class Change:
 
 
 def changes_since(header: RunHeader) -> tuple[Change, ...]:
-    """Every difference. A file that is gone contradicts nothing: the journal holds its text. Raises: RequestError."""
+    """Return every difference between the header and the files and software of now. Raises: RequestError.
+
+    A file that is gone contradicts nothing: the journal holds its text.
+    """
     found = [
         *_in_file("rig file", header.rig_text, Path(header.rig_path)),
         *_in_file("procedure file", header.procedure_text, Path(header.procedure_path)),
@@ -56,21 +59,24 @@ def require_unchanged(
     new = [str(change) for change in changes if str(change) not in set(known)]
     if not new:
         return
-    told = "\n  ".join(new)
+    listed = "\n  ".join(new)
     if not is_accepted:
         raise RequestError(
             f"{run_dir}: not what the run began with; nothing was changed; put it back, begin a new run, or answer for "
-            f"it: --accept-changes --operator NAME --reason TEXT (the run keeps its own plan):\n  {told}"
+            f"it: --accept-changes --operator NAME --reason TEXT (the run keeps its own plan):\n  {listed}"
         )
     if not (operator and reason.strip()):
         raise RequestError(
             f"{run_dir}: --accept-changes needs a name and a reason: operator got {operator!r}, reason got {reason!r}; "
-            f"nothing was changed; give --operator and --reason:\n  {told}"
+            f"nothing was changed; give --operator and --reason:\n  {listed}"
         )
 
 
 def with_what_may_change(rig_json: str, rig_file: Path, changes: Sequence[Change]) -> str:
-    """The run's own rig at the ports and under the interlocks of the file as it is now. Raises: DescriptionError."""
+    """Return the run's own rig at the ports and under the interlocks of the file as it is now.
+
+    Raises: DescriptionError.
+    """
     document = json.loads(rig_json)
     if any(change.where.startswith(_INTERLOCKS) for change in changes):
         document["interlocks"] = json.loads(read_rig(rig_file).interlocks.model_dump_json())
@@ -85,9 +91,9 @@ def _in_file(name: str, text: str, path: Path) -> Iterator[Change]:
     now = _text_of(path)
     if now is None or now == text:
         return
-    was = dict(_leaves("", tomllib.loads(text)))
+    was = dict(_flattened("", tomllib.loads(text)))
     try:
-        found = dict(_leaves("", tomllib.loads(now)))
+        found = dict(_flattened("", tomllib.loads(now)))
     except tomllib.TOMLDecodeError as error:
         yield Change(f"{name}: {path}", "readable", f"no TOML ({error})")
         return
@@ -96,11 +102,11 @@ def _in_file(name: str, text: str, path: Path) -> Iterator[Change]:
             yield Change(f"{name}: {key}", was.get(key, _ABSENT), found.get(key, _ABSENT))
 
 
-def _leaves(prefix: str, value: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
+def _flattened(prefix: str, value: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
     for key, item in value.items():
         where = f"{prefix}.{key}" if prefix else key
         if isinstance(item, dict) and item:
-            yield from _leaves(where, item)
+            yield from _flattened(where, item)
         else:
             yield where, item
 

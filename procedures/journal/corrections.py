@@ -23,7 +23,7 @@ TAKES_BACK = (*ACTIVE, *RESUMABLE, State.FINISHED)
 
 
 @dataclass(frozen=True, slots=True)
-class Word:
+class Authorisation:
     """Who says it, and why."""
 
     operator: str
@@ -32,7 +32,7 @@ class Word:
     """The package was moved: what is measured from now on belongs to a new mounting."""
 
 
-def void_from(run_dir: Path, step: int, word: Word, clock: Clock | None = None) -> int:
+def void_from(run_dir: Path, step: int, authorisation: Authorisation, clock: Clock | None = None) -> int:
     """Take back the dwell of ``step`` and everything measured after it, in the order of time; returns how many.
 
     Raises: RequestError (a process runs the run, no such dwell, no reason), JournalError, StorageFailed.
@@ -45,21 +45,21 @@ def void_from(run_dir: Path, step: int, word: Word, clock: Clock | None = None) 
             f"{run_dir}: no accepted dwell of step {step} (accepted steps: {known}); nothing was changed; the report "
             "and calrig handover name steps"
         )
-    return _take_back(run_dir, accepted[place:], "void", word, clock)
+    return _void(run_dir, accepted[place:], "void", authorisation, clock)
 
 
-def redo(run_dir: Path, replication: int, word: Word, clock: Clock | None = None) -> int:
+def redo(run_dir: Path, replication: int, authorisation: Authorisation, clock: Clock | None = None) -> int:
     """Take back every dwell of one replication, to be measured again. Returns and raises as :func:`void_from`."""
     dwells = [dwell for dwell in _accepted(run_dir) if dwell.replication == replication]
     if not dwells:
         raise RequestError(
             f"{run_dir}: replication {replication} has no accepted dwell, so it is measured anyway; nothing was changed"
         )
-    return _take_back(run_dir, dwells, "redo", word, clock)
+    return _void(run_dir, dwells, "redo", authorisation, clock)
 
 
 def add_note(run_dir: Path, operator: str, text: str, clock: Clock | None = None) -> None:
-    """A note on a run that no process runs. Raises: RequestError, JournalError, StorageFailed."""
+    """Add a note to a run that no process runs. Raises: RequestError, JournalError, StorageFailed."""
     clock = clock or SystemClock()
     with _owned_journal(run_dir, clock) as journal:
         journal.append_event("note", {"by": operator, "text": text, "at_utc": clock.now_utc().isoformat()}, clock)
@@ -73,7 +73,7 @@ def acknowledge(run_dir: Path, operator: str, text: str, clock: Clock | None = N
 
 
 def is_acknowledged(run_dir: Path) -> bool:
-    """Whether somebody acknowledged the last state of a run, or took the run up again."""
+    """Return True where somebody acknowledged the last state of a run, or took the run up again."""
     with JournalReader.open(run_dir) as reader:
         last, known = reader.last_event("state"), reader.last_event("ack")
     assert last is not None
@@ -85,9 +85,11 @@ def is_acknowledged(run_dir: Path) -> bool:
     return not is_unasked(state, str(last.detail.get("by", "")))
 
 
-def close_run(run_dir: Path, word: Word, clock: Clock | None = None) -> None:
-    """Never to be resumed. Raises: RequestError (a process runs the run, it has ended, no reason), JournalError,
-    StorageFailed."""
+def close_run(run_dir: Path, word: Authorisation, clock: Clock | None = None) -> None:
+    """Close a run, never to be resumed.
+
+    Raises: RequestError (a process runs the run, it has ended, no reason), JournalError, StorageFailed.
+    """
     if not word.reason.strip():
         raise RequestError(f"{run_dir}: close needs a reason, got {word.reason!r}; nothing was changed; give --reason")
     clock = clock or SystemClock()
@@ -110,15 +112,17 @@ def _enter(journal: Journal, source: State, target: State, by: str, reason: str,
 
 
 def _accepted(run_dir: Path) -> list[DwellRecord]:
-    """In the order of commitment, check sets of the past left out: each epoch measures its own."""
+    """Return the accepted dwells in the order of commitment, without check sets: each epoch measures its own."""
     with JournalReader.open(run_dir) as reader:
         return [dwell for dwell in reader.dwells(accepted_only=True) if dwell.purpose != "check"]
 
 
-def _take_back(run_dir: Path, dwells: list[DwellRecord], cause: str, word: Word, clock: Clock | None) -> int:
-    if not word.reason.strip():
+def _void(
+    run_dir: Path, dwells: list[DwellRecord], cause: str, authorisation: Authorisation, clock: Clock | None
+) -> int:
+    if not authorisation.reason.strip():
         raise RequestError(
-            f"{run_dir}: {cause} needs a reason, got {word.reason!r}; nothing was changed; give --reason"
+            f"{run_dir}: {cause} needs a reason, got {authorisation.reason!r}; nothing was changed; give --reason"
         )
     clock = clock or SystemClock()
     with _owned_journal(run_dir, clock) as journal:
@@ -128,10 +132,12 @@ def _take_back(run_dir: Path, dwells: list[DwellRecord], cause: str, word: Word,
             raise RequestError(
                 f"{run_dir}: the run is {state}, nothing follows it; nothing was changed; begin a new run"
             )
-        detail = void_detail(dwells, word.operator, word.reason, cause, is_remounted=word.is_remounted)
+        detail = void_detail(
+            dwells, authorisation.operator, authorisation.reason, cause, is_remounted=authorisation.is_remounted
+        )
         journal.append_event(KIND, detail, clock)
         if state is State.FINISHED:
-            _enter(journal, state, State.STOPPED, word.operator, f"{cause}: {word.reason}", clock)
+            _enter(journal, state, State.STOPPED, authorisation.operator, f"{cause}: {authorisation.reason}", clock)
     return len(dwells)
 
 

@@ -29,7 +29,7 @@ def emergency_copy(run_dir: Path, place: Path, unsaved: DwellRecord | None) -> s
 
 
 def _as_text(record: DwellRecord) -> str:
-    """The dwell that was measured and not committed: for a person, it is not part of the run."""
+    """Return a dwell that was measured and not committed as text for a person: it is not part of the run."""
     text, _ = encode_dwell(record)
     samples = {name: [repr(float(value)) for value in reading.samples] for name, reading in record.readings.items()}
     return compact_json({"record": text, "samples_v": samples})

@@ -33,7 +33,7 @@ _OWN_UNITS = {ANGLE: "deg", LOOKED: "s", TAKEN: "s"}
 
 
 def compact_json(value: object) -> str:
-    """One line. Raises: ValueError for a number that is not finite."""
+    """Return a value as one line of JSON. Raises: ValueError for a number that is not finite."""
     return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 

@@ -35,9 +35,9 @@ class FollowedDwell:
 
     record: DwellRecord
     """Its readings are left out. Accepted as it was committed; a later event may take it back."""
-    mean_v: Mapping[str, float]
-    """Channel to the mean of its samples; not a number where one was overloaded."""
-    standard_deviation_v: Mapping[str, float]
+    mean: Mapping[str, float]
+    """Channel to the mean of its samples, in the channel's unit; not a number where one was overloaded."""
+    standard_deviation: Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,8 +140,8 @@ class Follower:
         found = []
         for number, text, samples, digest in reader.stored_dwells(after=self._number):
             record = decode_dwell(text, None, digest)
-            mean_v, deviation_v = _figures(channels_of(text), samples)
-            found.append(FollowedDwell(record, mean_v, deviation_v))
+            mean, deviation = _figures(channels_of(text), samples)
+            found.append(FollowedDwell(record, mean, deviation))
             self._number = number
         return found
 
@@ -174,11 +174,11 @@ class Follower:
 
 def _figures(channels: list[tuple[str, int]], samples: bytes) -> tuple[dict[str, float], dict[str, float]]:
     values_v, first = np.frombuffer(samples, dtype=FLOAT), 0
-    mean_v, deviation_v = {}, {}
+    mean, deviation = {}, {}
     for channel, count in channels:
         part = values_v[first : first + count]
         first += count
-        mean_v[channel] = float(part.sum() / count) if count else float("nan")
-        spread = part - mean_v[channel]
-        deviation_v[channel] = float(np.sqrt(spread.dot(spread) / (count - 1))) if count > 1 else float("nan")
-    return mean_v, deviation_v
+        mean[channel] = float(part.sum() / count) if count else float("nan")
+        spread = part - mean[channel]
+        deviation[channel] = float(np.sqrt(spread.dot(spread) / (count - 1))) if count > 1 else float("nan")
+    return mean, deviation

@@ -53,7 +53,7 @@ class RunHeader:
 
     @staticmethod
     def from_json(text: str) -> "RunHeader":
-        """Raises: JournalError where it lacks what a header has."""
+        """Read a header. Raises: JournalError where it lacks what a header has."""
         try:
             document: dict[str, Any] = json.loads(text)
             document["created_utc"] = datetime.fromisoformat(document["created_utc"])
@@ -73,7 +73,10 @@ def make_header(
     *,
     is_rehearsal: bool = False,
 ) -> RunHeader:
-    """The header of a new run; ``rig`` is the description that is opened, twins in place where it is a rehearsal."""
+    """Make the header of a new run.
+
+    ``rig`` is the description that is opened, twins in place where it is a rehearsal.
+    """
     plan_json = plan.to_json()
     rig_text, procedure_text = (path.read_text(encoding="utf-8") for path in (rig_path, procedure_path))
     return RunHeader(
@@ -97,7 +100,7 @@ def make_header(
 
 
 def software_versions() -> dict[str, str]:
-    """What measures and what keeps the record."""
+    """Return the versions of what measures and of what keeps the record."""
     return {
         "calrig": calrig_version(),
         "python": platform.python_version(),

@@ -25,7 +25,7 @@ from procedures.journal.storage import (
     put_in_place,
     require_journal_file,
     require_our_schema,
-    told_as,
+    storage_errors_of,
 )
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import State
@@ -49,7 +49,7 @@ class Journal:
 
     @staticmethod
     def create(path: Path, header: RunHeader, clock: Clock) -> "Journal":
-        """A new journal in state ``planned``, made under another name: where there is a journal, it is whole.
+        """Create a journal in state ``planned``, first under another name: where there is a journal, it is whole.
 
         Raises: JournalError where there is a file, StorageFailed.
         """
@@ -73,7 +73,7 @@ class Journal:
 
     @staticmethod
     def open_for_append(path: Path) -> "Journal":
-        """An existing journal, after all of it was verified. Raises: JournalError, StorageFailed."""
+        """Open an existing journal, after all of it was verified. Raises: JournalError, StorageFailed."""
         require_journal_file(path)
         with JournalReader.open(path) as reader:
             reader.verify()
@@ -85,7 +85,7 @@ class Journal:
         return Journal(path, connection, header.run_id, (last.sequence, last.sha256), dwells)
 
     def append_event(self, kind: str, detail: Mapping[str, object], clock: Clock) -> None:
-        """One line of the audit trail, on the disk when this returns. Raises: StorageFailed."""
+        """Append one line of the audit trail, on the disk when this returns. Raises: StorageFailed."""
         with self._transaction():
             chain = self._insert_event(kind, detail, clock)
         self._committed(chain, self._dwells)
@@ -102,7 +102,7 @@ class Journal:
         row = (record.step, record.attempt, record.epoch, int(record.accepted), text, samples, stored.sha256)
         with self._transaction():
             self._connection.execute("INSERT INTO dwells VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (self._dwells + 1, *row))
-            chain = self._insert_event("dwell", _told(stored), clock)
+            chain = self._insert_event("dwell", _dwell_detail(stored), clock)
         self._committed(chain, self._dwells + 1)
         return stored
 
@@ -117,7 +117,7 @@ class Journal:
 
     def _has(self, record: DwellRecord) -> bool:
         key = (record.step, record.attempt, record.epoch)
-        with told_as(self.path):
+        with storage_errors_of(self.path):
             found = self._connection.execute(
                 "SELECT sha256 FROM dwells WHERE step = ? AND attempt = ? AND epoch = ?", key
             ).fetchone()
@@ -144,7 +144,7 @@ class Journal:
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
-        with told_as(self.path):
+        with storage_errors_of(self.path):
             self._connection.execute("BEGIN IMMEDIATE")
             try:
                 yield
@@ -156,7 +156,7 @@ class Journal:
                     self._connection.execute("ROLLBACK")
 
 
-def _told(record: DwellRecord) -> dict[str, object]:
+def _dwell_detail(record: DwellRecord) -> dict[str, object]:
     return {
         "step": record.step,
         "attempt": record.attempt,

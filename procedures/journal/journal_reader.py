@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from procedures.errors import JournalError
 from procedures.journal.encoding import decode_dwell, decode_event, hash_dwell, hash_event
 from procedures.journal.header import RunHeader, sha256
-from procedures.journal.storage import JOURNAL_FILE, CommittedCount, open_for_reading, told_as
+from procedures.journal.storage import JOURNAL_FILE, CommittedCount, open_for_reading, storage_errors_of
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import QUARANTINED, Key, keys_in, voided_in
 from procedures.records.dwells import DwellRecord, Event
@@ -78,7 +78,7 @@ class JournalReader:
             yield decode_event(*row)
 
     def last_event(self, kind: str | None = None) -> Event | None:
-        """The newest event, of one kind if given; None where there is none."""
+        """Return the newest event, of one kind if given; None where there is none."""
         row = self._one(_LAST_EVENT, (kind, kind))
         return None if row is None else decode_event(*row)
 
@@ -117,7 +117,10 @@ class JournalReader:
         return (*damaged, *left_out)
 
     def state(self) -> State:
-        """As last written; whether its owner still lives is :func:`procedures.journal.status.status`'s to say."""
+        """Return the state as last written.
+
+        Whether its owner still lives is :func:`procedures.journal.status.status`'s to say.
+        """
         event = self.last_event("state")
         if event is None:
             raise JournalError(f"{self.path}: holds no state; {_LEFT}")
@@ -127,24 +130,27 @@ class JournalReader:
         return int(self._one("SELECT count(*) FROM dwells")[0])  # type: ignore[index]
 
     def accepted_steps(self) -> set[int]:
-        """Steps with an accepted dwell that was not taken back."""
+        """Return the steps with an accepted dwell that was not taken back."""
         voided = voided_in(self.events(VOIDED))
-        with told_as(self.path):
+        with storage_errors_of(self.path):
             rows = self._connection.execute("SELECT step, attempt, epoch FROM dwells WHERE accepted = 1").fetchall()
         return {key[0] for row in rows if (key := _key(*row)) not in voided}
 
     def verify(self) -> None:
         """Check the file, the chain of events and the SHA-256 of every dwell. Raises: JournalError naming the first
-        dwell or event that is not as it was written."""
-        with told_as(self.path):
+        dwell or event that is not as it was written.
+        """
+        with storage_errors_of(self.path):
             problems = [row[0] for row in self._connection.execute("PRAGMA quick_check(1)")]
         if problems != ["ok"]:
             raise JournalError(f"{self.path}: is damaged ({problems[0]}); {_LEFT}; restore it from a copy")
-        told = self._verify_chain()
-        self._verify_dwells(told)
+        digests = self._verify_chain()
+        self._verify_dwells(digests)
 
     def sha256_of_content(self) -> str:
-        """Of header, events and dwells as they were written, whatever the state of the file around them.
+        """Return the SHA-256 of header, events and dwells as they were written.
+
+        The state of the file around them does not matter.
 
         Notes and acknowledgements behind the last other event change nothing of what was measured.
         """
@@ -154,7 +160,7 @@ class JournalReader:
         return self._digest([row[-1] for row in events], [row[-1] for row in self._rows(_DWELLS_WITHOUT_SAMPLES)])
 
     def earlier_contents(self) -> tuple[str, ...]:
-        """The :meth:`sha256_of_content` that the journal had at each end before the present one."""
+        """Return the :meth:`sha256_of_content` that the journal had at each end before the present one."""
         rows, dwells = list(self._rows(_EVENTS)), [row[-1] for row in self._rows(_DWELLS_WITHOUT_SAMPLES)]
         ends = [place for place, row in enumerate(rows) if row[3] == "state" and _is_finish(row)]
         return tuple(
@@ -188,8 +194,8 @@ class JournalReader:
             )
 
     def _verify_chain(self) -> dict[Key, str]:
-        """The SHA-256 that the chain tells of every dwell."""
-        previous, told = self._one("SELECT sha256 FROM header")[0], {}  # type: ignore[index]
+        """Verify the chain of events and return the SHA-256 that it tells of every dwell."""
+        previous, digests = self._one("SELECT sha256 FROM header")[0], {}  # type: ignore[index]
         expected = 1
         for row in self._rows(_EVENTS):
             sequence, utc, monotonic_s, kind, detail, digest = row
@@ -199,30 +205,30 @@ class JournalReader:
                 raise JournalError(f"{self.path}: event {sequence} ({kind}) is not as it was written; {_LEFT}")
             if kind == "dwell":
                 dwell = decode_event(*row).detail
-                told[_key(dwell["step"], dwell["attempt"], dwell["epoch"])] = str(dwell["sha256"])
+                digests[_key(dwell["step"], dwell["attempt"], dwell["epoch"])] = str(dwell["sha256"])
             if kind == QUARANTINED:
                 for key in keys_in(decode_event(*row)):
-                    told.pop(key, None)
+                    digests.pop(key, None)
             previous, expected = digest, expected + 1
-        return told
+        return digests
 
-    def _verify_dwells(self, told: dict[Key, str]) -> None:
+    def _verify_dwells(self, digests: dict[Key, str]) -> None:
         found = 0
         for _, step, attempt, epoch, accepted, text, samples, digest in self._rows(_DWELLS):
             name = f"{self.path}: the dwell of step {step}, attempt {attempt}, epoch {epoch}"
-            if hash_dwell(text, samples) != digest or told.get((step, attempt, epoch)) != digest:
+            if hash_dwell(text, samples) != digest or digests.get((step, attempt, epoch)) != digest:
                 raise JournalError(f"{name} is not as it was written (SHA-256 differs); {_LEFT}; {_SALVAGE}")
             record = decode_dwell(text, samples, digest, self._units)
             if (record.step, record.attempt, record.epoch, record.accepted) != (step, attempt, epoch, bool(accepted)):
                 raise JournalError(f"{name} is filed under another key than its own; {_LEFT}; {_SALVAGE}")
             found += 1
-        if found != len(told):
-            raise JournalError(f"{self.path}: {len(told)} dwells were committed, {found} are there; {_LEFT}")
+        if found != len(digests):
+            raise JournalError(f"{self.path}: {len(digests)} dwells were committed, {found} are there; {_LEFT}")
 
     def _rows(self, query: str, bindings: tuple[object, ...] = (), last: int = 0) -> Iterator[tuple[Any, ...]]:
         """All rows of a query that ends in ``> ? … LIMIT ?`` over its first column, a short transaction a chunk."""
         while True:
-            with told_as(self.path):
+            with storage_errors_of(self.path):
                 rows = self._connection.execute(query, (last, *bindings, _CHUNK)).fetchall()
             yield from rows
             if len(rows) < _CHUNK:
@@ -230,7 +236,7 @@ class JournalReader:
             last = int(rows[-1][0])  # type: ignore[arg-type]
 
     def _one(self, query: str, bindings: tuple[object, ...] = ()) -> tuple[Any, ...] | None:
-        with told_as(self.path):
+        with storage_errors_of(self.path):
             row: tuple[Any, ...] | None = self._connection.execute(query, bindings).fetchone()
             return row
 
@@ -256,7 +262,7 @@ def _is_whole(row: tuple[Any, ...]) -> bool:
 def _as_it_stands(
     row: tuple[Any, ...], voided: Mapping[Key, str], units: Callable[[], Mapping[str, str]], with_samples: bool
 ) -> DwellRecord | None:
-    """The dwell of a row; None where it is too damaged to be shown."""
+    """Return the dwell of a row; None where it is too damaged to be shown."""
     *_, text, samples, digest = row
     taken_back = voided.get(_key(*row[1:4]))
     if with_samples and not _is_whole(row):

@@ -19,15 +19,15 @@ class LineFigures:
     stale_bytes: int
     """That nobody had asked for."""
 
-    def told(self) -> str:
-        """In one phrase."""
+    def in_words(self) -> str:
+        """Describe the figures in one phrase."""
         rate = f" ({self.errors / self.asked:.2%})" if self.errors and self.asked else ""
         stale = f", {self.stale_bytes} bytes nobody asked for" if self.stale_bytes else ""
         return f"{self.asked} questions, {self.errors} without a good answer{rate}{stale}"
 
 
 def link_detail(counts: Mapping[str, ExchangeCounts]) -> dict[str, object]:
-    """An event's detail; since the lines were opened."""
+    """Return the counts since the lines were opened as an event's detail."""
     return {name: [one.asked, one.errors, one.stale_bytes] for name, one in counts.items()}
 
 

@@ -112,5 +112,5 @@ def _synchronisers(folder: Path) -> Iterator[Path]:
 
 
 def _unescaped(point: str) -> str:
-    """The kernel writes a blank as \\040."""
+    r"""Return a mount point with the blanks that the kernel writes as ``\040``."""
     return re.sub(r"\\(\d{3})", lambda found: chr(int(found[1], 8)), point)

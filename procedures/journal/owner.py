@@ -22,7 +22,7 @@ def owning(run_dir: Path, clock: Clock | None = None) -> Iterator[None]:
     with open(run_dir / OWNER_FILE, "a+", encoding="utf-8") as file:
         if not file_lock.take(file, clock, _ATTEMPTS):
             raise RequestError(
-                f"{run_dir}: the run belongs to process {_told(run_dir)}; nothing was changed; steer it with "
+                f"{run_dir}: the run belongs to process {_owner_in_words(run_dir)}; nothing was changed; steer it with "
                 "calrig status, pause, continue, stop or abort"
             )
         file_lock.say(file, json.dumps({"pid": os.getpid(), "since_utc": clock.now_utc().isoformat()}))
@@ -30,7 +30,7 @@ def owning(run_dir: Path, clock: Clock | None = None) -> Iterator[None]:
 
 
 def is_owned(run_dir: Path) -> bool:
-    """True while a living process runs the run."""
+    """Return True while a living process runs the run."""
     try:
         with open(run_dir / OWNER_FILE, encoding="utf-8") as file:
             return file_lock.is_held(file)
@@ -39,14 +39,14 @@ def is_owned(run_dir: Path) -> bool:
 
 
 def owned_since(run_dir: Path) -> datetime | None:
-    """When the present or last owner took the run; None where nobody ever did."""
+    """Return when the present or last owner took the run; None where nobody ever did."""
     try:
         return datetime.fromisoformat(json.loads((run_dir / OWNER_FILE).read_text(encoding="utf-8"))["since_utc"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
-def _told(run_dir: Path) -> str:
+def _owner_in_words(run_dir: Path) -> str:
     try:
         document = json.loads((run_dir / OWNER_FILE).read_text(encoding="utf-8"))
         return f"{document['pid']} since {document['since_utc']}"

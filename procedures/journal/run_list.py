@@ -140,7 +140,7 @@ def _unreadable(path: Path, fingerprint: Fingerprint | None, trouble: str, *, is
 
 
 def _is_owned_for_all_we_know(path: Path) -> bool:
-    """A run whose lock may not be looked at is another user's, not ours to steer."""
+    """Return True while a process runs the run; False where its lock may not be looked at: it is another user's."""
     try:
         return is_owned(path)
     except OSError:
@@ -148,7 +148,7 @@ def _is_owned_for_all_we_know(path: Path) -> bool:
 
 
 def _fingerprint(path: Path) -> Fingerprint:
-    """Raises: OSError where the journal itself cannot be looked at."""
+    """Return what changes with a run's files. Raises: OSError where the journal itself cannot be looked at."""
     journal = path / JOURNAL_FILE
     beside = (journal.with_name(journal.name + "-wal"), CommittedCount(journal).path)
     return (_stamp(journal.stat()), *map(_stamp_if_there, beside))

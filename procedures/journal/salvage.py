@@ -27,7 +27,7 @@ from procedures.journal.storage import (
     put_in_place,
     require_journal_file,
     require_our_schema,
-    told_as,
+    storage_errors_of,
 )
 from procedures.journal.voids import QUARANTINED, Key
 from procedures.records.states import State
@@ -70,7 +70,7 @@ def salvage(source: Path, target: Path, clock: Clock | None = None) -> Salvaged:
 
 
 def _copied(source: Path, scratch: Path) -> Path:
-    """The journal with its write-ahead log: opening the copy changes nothing of the original."""
+    """Copy the journal with its write-ahead log: opening the copy changes nothing of the original."""
     copy = scratch / JOURNAL_FILE
     shutil.copyfile(source, copy)
     log = source.with_name(source.name + "-wal")
@@ -85,9 +85,9 @@ def _fill_up(copy: Path) -> None:
     with open(copy, "r+b") as file:
         start = file.read(32)
         page = int.from_bytes(start[16:18], "big")
-        told = (65536 if page == 1 else page) * int.from_bytes(start[28:32], "big")
-        if file.seek(0, 2) < told:
-            file.truncate(told)
+        size = (65536 if page == 1 else page) * int.from_bytes(start[28:32], "big")
+        if file.seek(0, 2) < size:
+            file.truncate(size)
 
 
 class _Rows:
@@ -110,7 +110,7 @@ class _Rows:
         self._connection.close()
 
     def events(self) -> Iterator[tuple[Any, ...]]:
-        """As long as the chain holds."""
+        """Yield the events as long as the chain holds."""
         previous = self.header[1]
         sequence = 1
         while (row := self._row("SELECT * FROM events WHERE sequence = ?", sequence)) is not None:
@@ -120,7 +120,7 @@ class _Rows:
             previous, sequence = row[5], sequence + 1
 
     def dwells(self) -> Iterator[tuple[Any, ...]]:
-        """Every row that can be read, whatever lies between."""
+        """Yield every row that can be read, whatever lies between."""
         number, missed = 1, 0
         while missed < _FURTHEST_MISS:
             row = self._row("SELECT * FROM dwells WHERE number = ?", number)
@@ -138,7 +138,7 @@ class _Rows:
 
 
 def _opened(copy: Path, source: Path) -> _Rows:
-    with told_as(source):
+    with storage_errors_of(source):
         connection = apsw.Connection(str(copy), flags=apsw.SQLITE_OPEN_READWRITE)
         try:
             require_our_schema(source, connection)
@@ -150,9 +150,11 @@ def _opened(copy: Path, source: Path) -> _Rows:
 
 def _written(rows: _Rows, source: Path, path: Path, clock: Clock) -> Salvaged:
     kept = list(rows.events())
-    told = _told(kept)
-    whole = [row for row in rows.dwells() if hash_dwell(row[5], row[6]) == row[7] == told.get((row[1], row[2], row[3]))]
-    lost = sorted(told.keys() - {(row[1], row[2], row[3]) for row in whole})
+    digests = _kept_digests(kept)
+    whole = [
+        row for row in rows.dwells() if hash_dwell(row[5], row[6]) == row[7] == digests.get((row[1], row[2], row[3]))
+    ]
+    lost = sorted(digests.keys() - {(row[1], row[2], row[3]) for row in whole})
     promised = _promised(source)
     keys = [list(key) for key in lost]
     detail = {"dwells": keys, "from": str(source), "events_kept": len(kept), "events_promised": promised}
@@ -164,7 +166,7 @@ def _written(rows: _Rows, source: Path, path: Path, clock: Clock) -> Salvaged:
     new_file = path.with_name(path.name + ".new")
     new_file.unlink(missing_ok=True)
     connection = make_file(new_file)
-    with told_as(new_file):
+    with storage_errors_of(new_file):
         connection.execute("BEGIN IMMEDIATE")
         connection.execute(SCHEMA)
         connection.execute("INSERT INTO header VALUES (1, ?, ?)", rows.header)
@@ -178,17 +180,17 @@ def _written(rows: _Rows, source: Path, path: Path, clock: Clock) -> Salvaged:
     return Salvaged(path, len(kept), len(whole), names, promised)
 
 
-def _told(events: list[tuple[Any, ...]]) -> dict[Key, str]:
-    """The SHA-256 of every dwell that the kept events tell of, but for those quarantined before."""
-    told: dict[Key, str] = {}
+def _kept_digests(events: list[tuple[Any, ...]]) -> dict[Key, str]:
+    """Return the SHA-256 of every dwell that the kept events tell of, but for those quarantined before."""
+    digests: dict[Key, str] = {}
     for *_, kind, text, _ in events:
         detail = json.loads(text)
         if kind == "dwell":
-            told[(detail["step"], detail["attempt"], detail["epoch"])] = detail["sha256"]
+            digests[(detail["step"], detail["attempt"], detail["epoch"])] = detail["sha256"]
         elif kind == QUARANTINED:
             for key in detail["dwells"]:
-                told.pop((key[0], key[1], key[2]), None)
-    return told
+                digests.pop((key[0], key[1], key[2]), None)
+    return digests
 
 
 def _renumbered(rows: list[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:

@@ -48,9 +48,9 @@ class Taken:
     complaint: str = ""
 
     def detail(self) -> Mapping[str, object]:
-        """For the journal."""
-        told = {} if self.request is None else asdict(self.request)
-        return {"file": self.file, **told, **({"refused": self.complaint} if self.complaint else {})}
+        """Return what the journal keeps of it."""
+        request_fields = {} if self.request is None else asdict(self.request)
+        return {"file": self.file, **request_fields, **({"refused": self.complaint} if self.complaint else {})}
 
 
 class Spool:
@@ -77,7 +77,7 @@ class Spool:
         return target
 
     def take(self) -> list[Taken]:
-        """Requests in the order in which they were made; :meth:`remove` each when it is journalled."""
+        """Return the requests in the order in which they were made; :meth:`remove` each when it is journalled."""
         try:
             changed_ns = os.stat(self.folder).st_mtime_ns
         except FileNotFoundError:
@@ -104,7 +104,7 @@ class Spool:
 
 
 def _request(document: object) -> Request:
-    """Raises: ValueError for what is no request."""
+    """Return a document as a request. Raises: ValueError for what is no request."""
     if not isinstance(document, dict) or not all(isinstance(value, str) for value in document.values()):
         raise ValueError("expected an object of texts")
     if document.get("kind") not in get_args(Kind):
@@ -119,6 +119,6 @@ def ask(run_dir: Path, kind: Kind, by: str, now: datetime, text: str = "") -> No
     with JournalReader.open(run_dir) as reader:
         state = reader.state()
     if state not in ACTIVE or not is_owned(run_dir):
-        told = f"it is {state}" if state not in ACTIVE else "its process is gone; calrig resume continues it"
-        raise RequestError(f"{run_dir}: cannot {kind}: no process runs this run: {told}; nothing was asked")
+        reason = f"it is {state}" if state not in ACTIVE else "its process is gone; calrig resume continues it"
+        raise RequestError(f"{run_dir}: cannot {kind}: no process runs this run: {reason}; nothing was asked")
     Spool(run_dir).submit(Request(kind, by, now.isoformat(), text))

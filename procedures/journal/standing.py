@@ -38,7 +38,7 @@ class RunStatus:
         return told_of_state(self.reason, self.asked_by)
 
     def to_document(self) -> dict[str, Any]:
-        """The JSON form of ``calrig status --json``; a run that stands still also says why and who asked for it."""
+        """Return the JSON of ``calrig status --json``; a run that stands still also says why and who asked for it."""
         still = {"reason": self.reason, "asked_by": self.asked_by} if self.state in STANDING_STILL else {}
         return {
             "run": self.run,

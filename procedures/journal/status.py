@@ -8,6 +8,6 @@ from procedures.journal.standing import RunStatus
 
 
 def status(run_dir: Path) -> RunStatus:
-    """Raises: JournalError."""
+    """Return where a run stands. Raises: JournalError."""
     with closing(Follower(run_dir, with_dwells=False)) as follower:
         return follower.poll().status

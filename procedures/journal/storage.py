@@ -45,8 +45,8 @@ CREATE TABLE dwells (
 
 
 def open_for_writing(path: Path) -> apsw.Connection:
-    """The engine's only connection to an existing journal. Raises: JournalError, StorageFailed."""
-    with told_as(path):
+    """Open the engine's only connection to an existing journal. Raises: JournalError, StorageFailed."""
+    with storage_errors_of(path):
         connection = apsw.Connection(str(path), flags=apsw.SQLITE_OPEN_READWRITE)
         connection.set_busy_timeout(BUSY_MS)
         connection.execute("PRAGMA journal_mode = WAL")
@@ -55,20 +55,20 @@ def open_for_writing(path: Path) -> apsw.Connection:
 
 
 def make_file(path: Path) -> apsw.Connection:
-    """A new file, to be put in place when it is whole. Raises: StorageFailed."""
-    with told_as(path):
+    """Make a new file, to be put in place when it is whole. Raises: StorageFailed."""
+    with storage_errors_of(path):
         apsw.Connection(str(path), flags=apsw.SQLITE_OPEN_READWRITE | apsw.SQLITE_OPEN_CREATE).close()
     return open_for_writing(path)
 
 
 def fold(path: Path, connection: apsw.Connection) -> None:
     """Bring the write-ahead log into a file that is to be renamed, and close it. Raises: StorageFailed."""
-    with told_as(path):
+    with storage_errors_of(path):
         checkpoint_and_close(connection)
 
 
 def checkpoint_and_close(connection: apsw.Connection) -> None:
-    """Closing alone would keep silent about a checkpoint that failed. Raises: apsw.Error."""
+    """Write the log back and close: closing alone would keep silent about a failure. Raises: apsw.Error."""
     try:
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
     finally:
@@ -87,7 +87,7 @@ def put_in_place(new_file: Path, path: Path) -> None:
 def open_for_reading(path: Path) -> apsw.Connection:
     """Read-only, of a journal that may be written to meanwhile. Raises: JournalError."""
     require_journal_file(path)
-    with told_as(path):
+    with storage_errors_of(path):
         connection = apsw.Connection(_reading_uri(path), flags=apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI)
         connection.set_busy_timeout(BUSY_MS)
         require_our_schema(path, connection)
@@ -95,13 +95,13 @@ def open_for_reading(path: Path) -> apsw.Connection:
 
 
 def _reading_uri(path: Path) -> str:
-    """A journal at rest in a folder that may not be written is read as it lies."""
+    """Return the URI to read a journal by; one at rest in a folder that may not be written is read as it lies."""
     at_rest = not path.with_name(path.name + "-wal").exists() and not os.access(path.parent, os.W_OK)
     return path.resolve().as_uri() + ("?immutable=1" if at_rest else "?mode=ro")
 
 
 def require_journal_file(path: Path) -> None:
-    """What can be told from the first bytes. Raises: JournalError."""
+    """Check what can be told from the first bytes of a journal. Raises: JournalError."""
     try:
         with open(path, "rb") as file:
             start = file.read(len(_MAGIC))
@@ -116,7 +116,7 @@ def require_journal_file(path: Path) -> None:
 
 
 def require_our_schema(path: Path, connection: apsw.Connection) -> None:
-    """Raises: JournalError for another program's file and for a version of another calrig."""
+    """Check whose file it is. Raises: JournalError for another program's and for a version of another calrig."""
     application, version = connection.pragma("application_id"), connection.pragma("user_version")
     if application != APPLICATION_ID:
         raise JournalError(f"{path}: is an SQLite file but not a journal of calrig; it was left as it is")
@@ -128,7 +128,7 @@ def require_our_schema(path: Path, connection: apsw.Connection) -> None:
 
 
 @contextmanager
-def told_as(path: Path) -> Iterator[None]:
+def storage_errors_of(path: Path) -> Iterator[None]:
     """SQLite's errors as ours: a damaged file is the journal's, everything about space and rights the disk's."""
     try:
         yield
@@ -154,7 +154,10 @@ class CommittedCount:
         self.path = journal.with_name("journal.count")
 
     def write(self, run_id: str, events: int, dwells: int) -> None:
-        """One small write: it survives the death of the process; a power cut may leave it a commit behind."""
+        """Write the counts in one go.
+
+        They survive the death of the process; a power cut may leave them a commit behind.
+        """
         line = json.dumps({"run": run_id, "events": events, "dwells": dwells})
         try:
             handle = os.open(self.path, os.O_WRONLY | os.O_CREAT, 0o644)
@@ -169,7 +172,8 @@ class CommittedCount:
 
     def read(self) -> tuple[int, int] | None:
         """(events, dwells) committed at least; None where there is no such file, or a power cut left it without its
-        content. Raises: JournalError."""
+        content. Raises: JournalError.
+        """
         try:
             text = self.path.read_text(encoding="utf-8").strip("\0")
             document = json.loads(text) if text else None

@@ -26,23 +26,26 @@ def key_of(dwell: DwellRecord) -> Key:
 def void_detail(
     dwells: Sequence[DwellRecord], by: str, reason: str, cause: str, *, is_remounted: bool = False
 ) -> dict[str, object]:
-    """What the journal keeps. ``cause``: ``void``, ``redo`` or what in the run itself took them back."""
+    """Return what the journal keeps of dwells taken back.
+
+    ``cause``: ``void``, ``redo`` or what in the run itself took them back.
+    """
     keys = [list(key_of(dwell)) for dwell in dwells]
     return {"by": by, "reason": reason, "cause": cause, "remounted": is_remounted, "dwells": keys}
 
 
 def voided_in(events: Iterable[Event]) -> dict[Key, str]:
-    """Every dwell that was taken back, with the sentence for its reasons; the first word stands."""
+    """Return every dwell that was taken back, with the sentence for its reasons; the first word stands."""
     found: dict[Key, str] = {}
     for event in events:
-        told = f"voided{_by(event)}: {event.detail.get('reason', '')}"
+        sentence = f"voided{_by(event)}: {event.detail.get('reason', '')}"
         for key in keys_in(event):
-            found.setdefault(key, told)
+            found.setdefault(key, sentence)
     return found
 
 
 def keys_in(event: Event) -> list[Key]:
-    """The dwells that a ``voided`` or ``quarantined`` event names."""
+    """Return the dwells that a ``voided`` or ``quarantined`` event names."""
     rows = event.detail.get("dwells", [])
     assert isinstance(rows, list)
     return [(int(step), int(attempt), int(epoch)) for step, attempt, epoch in rows]

@@ -55,7 +55,10 @@ def forecast_of_design(
 
 
 def time_correlation(plan: Plan) -> float:
-    """Of time in the first replication with the terms of the model: near 1, a drift passes for a parameter."""
+    """Return the correlation of time with the terms of the model in the first replication.
+
+    Near 1, a drift passes for a parameter.
+    """
     by_label = {point.label: point for point in plan.design.points}
     points = [by_label[dwell.point] for dwell in plan.design_dwells if dwell.replication == 1]
     terms = basis(plan.solve.model, points)[:, 1:]
@@ -68,7 +71,7 @@ def time_correlation(plan: Plan) -> float:
 def expected_uncertainties(
     rig: RigDescription, procedure: ProcedureDescription, plan: Plan
 ) -> tuple[ExpectedAxis, ...]:
-    """One entry for every sensor axis of the plan."""
+    """Return one entry for every sensor axis of the plan."""
     table = table_uncertainty(rig)
     return tuple(
         _expected_axis(rig, procedure, plan, table, serial, axis)
@@ -115,7 +118,10 @@ def _expected_on_gimbal(
     sensor: tuple[float, float, float],
     table: TableUncertainty | None,
 ) -> Mapping[str, float | None]:
-    """Of models that know yaw. ``sensor``: sensitivity (V/g), coning and azimuth (degrees) in TP's terms."""
+    """Return the expected uncertainties of a model that knows yaw.
+
+    ``sensor``: sensitivity (V/g), coning and azimuth (degrees) in TP's terms.
+    """
     angles = {
         name: np.deg2rad([getattr(point, f"{name}_deg") for point in plan.design.points])
         for name in ("pitch", "yaw", "roll")
@@ -145,7 +151,10 @@ def _truth(rig: RigDescription, serial: str, axis: str) -> AxisTruth | None:
 def _noise(
     procedure: ProcedureDescription, plan: Plan, truth: AxisTruth | None, sensitivity_v_per_g: float
 ) -> tuple[float, str]:
-    """What the procedure states, else the twin's, else half an arc second a dwell (TP's precision)."""
+    """Return the noise of a dwell, V, and its source.
+
+    What the procedure states, else the twin's, else half an arc second a dwell (TP's precision).
+    """
     stated = "expected_noise_arcsec" in procedure.solve.model_fields_set
     if truth is not None and not stated:
         return truth.noise_v / sqrt(plan.dwell.samples), f"the twin's {truth.noise_v:g} V a reading"
@@ -155,7 +164,7 @@ def _noise(
 
 
 def _advice(plan: Plan) -> Iterator[str]:
-    """Where TP's recommendations are not followed."""
+    """Yield where TP's recommendations are not followed."""
     if plan.replications < LEAST_REPLICATIONS:
         yield (
             f"{plan.replications} replication{'s' if plan.replications > 1 else ''}: drift and lack of fit want "

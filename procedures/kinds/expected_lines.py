@@ -67,7 +67,7 @@ def _advice(plan: Plan) -> Iterator[str]:
 
 
 def _expected(rig: RigDescription, plan: Plan, name: str, sensor: Sensor) -> Iterator[ExpectedAxis]:
-    """Of every axis whose noise the twin knows and whose rows can be told beforehand."""
+    """Yield every axis whose noise the twin knows and whose rows can be told beforehand."""
     truths = {} if rig.twin is None else {str(axis): truth for axis, truth in rig.twin.truth.get(name, {}).items()}
     if _follows(plan) or plan.solve.model not in ("gyro", "linear"):
         return
@@ -126,7 +126,7 @@ def _levels(rig: RigDescription, plan: Plan, sensor: Sensor, axis: str, rates: F
 
 
 def _samples(rig: RigDescription, plan: Plan, dwell: Dwell, sensor: Sensor, axis: str) -> float:
-    """How many readings of one channel a dwell takes."""
+    """Return how many readings of one channel a dwell takes."""
     name = {str(key): channel for key, channel in sensor.channels.items()}[axis].partition(".")[0]
     if name in rig.readouts:
         return float(plan.dwell.samples)

@@ -124,7 +124,7 @@ def _refuse_profile(rig: RigDescription, procedure: ProcedureDescription, profil
 
 
 def _refuse_keeping_step(rig: RigDescription, procedure: ProcedureDescription, profile: Profile) -> None:
-    """Samples that always meet the same moment between two commands see a wrong mean rate."""
+    """Refuse samples that always meet the same moment between two commands: they see a wrong mean rate."""
     for name, stream in rig.streams.items():
         samples = profile.update_s * stream.samples_hz()
         if samples < MOST_IN_STEP and abs(samples - round(samples)) < IN_STEP:

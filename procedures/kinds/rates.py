@@ -117,7 +117,7 @@ def _sweeps(
     rate_dps: float,
     channels: Sequence[str],
 ) -> Turn:
-    """As many sweeps in one sense as the reading takes."""
+    """Return a turn of as many sweeps in one sense as the reading takes."""
     key = ("rates", f"{axis}_dps")
     voltages = [channel for channel in channels if channel.partition(".")[0] in rig.readouts]
     if voltages:
@@ -139,7 +139,7 @@ def _sweeps(
 
 
 def _refuse_undetermined(procedure: ProcedureDescription, rates: Rates) -> None:
-    """A gyro's sensitive axis has three components; each wants an axis that turns."""
+    """Refuse rates that leave a component of a gyro's sensitive axis open: each wants an axis that turns."""
     missing = [name for name in AXES if name not in rates.by_axis]
     if procedure.solve.model == "gyro" and missing:
         raise procedure.error(

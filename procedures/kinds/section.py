@@ -165,7 +165,7 @@ def _label(name: str) -> tuple[str, str]:
 
 
 def _budgets(budgets: Mapping[str, AxisBudget]) -> Iterator[TextTable]:
-    """What each source alone puts into each parameter."""
+    """Yield a table of what each source alone puts into each parameter."""
     rows = [
         (axis if place == 0 else "", line.source, line.type, *_contributions(budget, line), line.stated)
         for axis, budget in budgets.items()
@@ -207,8 +207,8 @@ def _tests(calibration: Calibration) -> Iterator[TextTable]:
             continue
         tests = {"lack of fit": one.replication.lack_of_fit, **one.replication.drift}
         for subject, test in tests.items():
-            told = subject if subject == "lack of fit" else f"drift of {_label(subject)[0]}"
-            rows.append((axis, told, three_digits(test.t), three_digits(test.f_95), p_value(test.p_value)))
+            label = subject if subject == "lack of fit" else f"drift of {_label(subject)[0]}"
+            rows.append((axis, label, three_digits(test.t), three_digits(test.f_95), p_value(test.p_value)))
     if rows:
         note = "Significant only after Holm's correction over the tests of an axis."
         yield TextTable("Replication", ("axis", "test", "T", "F₀.₉₅", "p"), tuple(rows), note)
@@ -216,10 +216,10 @@ def _tests(calibration: Calibration) -> Iterator[TextTable]:
 
 def _rates(rows: Sequence[DwellRecord], plan: Plan) -> Iterator[TextTable]:
     """Measured rates beside what was asked for."""
-    asked = {step.step: step.motion for step in plan.dwells if isinstance(step.motion, Turn)}
+    turns = {step.step: step.motion for step in plan.dwells if isinstance(step.motion, Turn)}
     cells = []
     for row in rows:
-        turn = asked.get(row.step)
+        turn = turns.get(row.step)
         if turn is not None and row.motion is not None:
             measured = row.motion.rates_dps[turn.turned_axis]
             value, uncertainty = with_uncertainty(measured, row.motion.rate_uncertainty_dps[turn.turned_axis])

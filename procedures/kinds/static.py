@@ -55,11 +55,11 @@ class LongRest:
         assert static is not None
         if static.duration_s >= 4.0 * static.use_s:
             return Forecast()
-        told = (
+        sentence = (
             f"a rest of {static.duration_s:g} s says little about a use of {static.use_s:g} s: the verdict rests on a "
             "handful of neighbouring means; rest for ten times as long"
         )
-        return Forecast(advice=(told,))
+        return Forecast(advice=(sentence,))
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         rows = item.at_declared()
@@ -88,6 +88,12 @@ def _points(request: PlanRequest) -> list[Point]:
     for axis, angle in wanted.items():
         if angle != 0.0 and axis not in rig.axes:
             raise procedure.error(("static", f"{axis}_deg"), f"the rig has no axis {axis}")
+    if static.shortest_s > static.duration_s / 4.0:
+        raise procedure.error(
+            ("static", "shortest_s"),
+            f"{static.shortest_s:g} s leaves no averaging time of {static.duration_s:g} s at rest; allowed are up to "
+            f"{static.duration_s / 4.0:g} s; lower it or rest for longer",
+        )
     return [({name: angle for name, angle in wanted.items() if name in rig.axes}, Rest(static.duration_s), None)]
 
 
@@ -96,10 +102,13 @@ def _static(sensor: Sensor, rows: list[DwellRecord], rig: RigDescription, plan: 
 
 
 def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: RigDescription, plan: Plan) -> StaticAxis:
-    """Of the longest look: the Allan deviation at the time of use says how far two neighbouring means lie apart."""
+    """Return what the longest look says of an axis.
+
+    The Allan deviation at the time of use says how far two neighbouring means lie apart.
+    """
     assert plan.static is not None
     reading = rows[0].readings[channel]
-    allan = allan_deviation(reading.samples, reading.interval_s)
+    allan = allan_deviation(reading.samples, reading.interval_s).from_tau(plan.static.shortest_s)
     coefficients = read_coefficients(allan)
     count = reading.samples.size
     factor = min(max(round(plan.static.use_s / reading.interval_s), 1), count // 2)
@@ -125,7 +134,7 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
 
 
 def _of_the_meter(rig: RigDescription, sensor: Sensor, channel: str, mean: float) -> Iterator[float]:
-    """Standard uncertainties of a mean by what the rig declares of the chain that reads it."""
+    """Yield standard uncertainties of a mean by what the rig declares of the chain that reads it."""
     axis = next(str(axis) for axis, name in sensor.channels.items() if name == channel)
     for error in shared_errors(rig, sensor)[axis]:
         if error.effect == "reading":
@@ -152,7 +161,7 @@ def _verdict(drift_deg: float | None, use_s: float, allowed_deg: float) -> str:
 
 
 def _static_result(name: str, static: Mapping[str, StaticAxis]) -> str:
-    """Which axes hold what is allowed."""
+    """Say which axes hold what is allowed."""
     one = next(iter(static.values()))
     words = {True: f"within ±{one.allowed_deg:g}°", False: f"beyond ±{one.allowed_deg:g}°", None: "of unknown size"}
     parts = [

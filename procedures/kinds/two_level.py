@@ -57,8 +57,10 @@ class TwoLevel:
         forecast = forecast_of_points(rig, plan)
         if plan.levels is None or plan.levels.method != "magnet-difference":
             return forecast
-        told = "the magnet's field is taken from the sensor itself: this tells symmetry and offset, no absolute scale"
-        return replace(forecast, advice=(*forecast.advice, told))
+        sentence = (
+            "the magnet's field is taken from the sensor itself: this tells symmetry and offset, no absolute scale"
+        )
+        return replace(forecast, advice=(*forecast.advice, sentence))
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         return solve_lines(item, observed(item))
@@ -97,7 +99,7 @@ def _coil(rig: RigDescription, procedure: ProcedureDescription, levels: Levels) 
 def _attitudes_along(
     rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor], direction: FloatArray
 ) -> list[dict[str, float]]:
-    """For every axis of every sensor the least turned attitude that lays it along the field, and one against it."""
+    """Return two attitudes for every axis of every sensor: along the field and against it, each the least turned."""
     unit = direction / np.linalg.norm(direction)
     reachable = [[angle for angle in (0.0, 90.0, -90.0, 180.0, -180.0) if _can_go(rig, name, angle)] for name in AXES]
     attitudes = sorted(product(*reachable), key=lambda angles: (sum(map(abs, angles)), angles))
@@ -118,7 +120,7 @@ def _attitudes_along(
 
 
 def _component(sensor: Sensor, axis: str, attitude_deg: tuple[float, ...], level: FloatArray) -> float:
-    """Of a level vector along a body axis of the package."""
+    """Return the component of a level vector along a body axis of the package."""
     return float(body_axis(sensor, axis) @ to_stage(*np.deg2rad(attitude_deg)) @ level)
 
 

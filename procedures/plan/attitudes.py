@@ -14,7 +14,7 @@ from procedures.errors import PlanError
 from procedures.plan.design_kind import DESIGNS, Wanted
 from procedures.plan.designs import Design, DesignPoint
 from procedures.plan.order import DRAWN_ANEW, SHUFFLED, sequence
-from procedures.plan.specific_force import felt_force
+from procedures.plan.specific_force import package_specific_force
 from procedures.plan.steps import Dwell, Purpose, Soak, Step
 from rig.description.rig_file import RigDescription
 
@@ -22,7 +22,7 @@ CHECK_ATTITUDES = 6
 
 
 def make_design(procedure: ProcedureDescription) -> Design:
-    """The design that a procedure file asks for. Raises: PlanError naming file, line and key."""
+    """Make the design that a procedure file asks for. Raises: PlanError naming file, line and key."""
     kind = DESIGNS[procedure.design.kind]
     for key in ("pitch_deg", "roll_deg", "yaw_deg"):
         if key not in kind.takes and getattr(procedure.design, key) is not None:
@@ -34,7 +34,7 @@ def make_design(procedure: ProcedureDescription) -> Design:
 
 
 def environment_of(rig: RigDescription, procedure: ProcedureDescription) -> EnvironmentPlan | None:
-    """The plateaus with the name of the environment that holds them."""
+    """Return the plateaus with the name of the environment that holds them, or None."""
     if procedure.environment is None:
         return None
     known = ", ".join(rig.environment) or "none"
@@ -102,9 +102,10 @@ def _replication(
 
 def check_points(design: Design) -> tuple[DesignPoint, ...]:
     """Up to six attitudes of the design as different as they can be: first the one nearest to level, then always the
-    one whose specific force lies farthest from those chosen. On a full circle of roll this is the six-point tumble."""
+    one whose specific force lies farthest from those chosen. On a full circle of roll this is the six-point tumble.
+    """
     points = sorted(design.points, key=lambda point: (_turned_deg(point), point.label))
-    force = felt_force(points)
+    force = package_specific_force(points)
     chosen = [0]
     while len(chosen) < CHECK_ATTITUDES:
         apart = np.linalg.norm(force[:, None, :] - force[chosen], axis=2).min(axis=1).round(9)

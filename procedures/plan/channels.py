@@ -18,12 +18,12 @@ class TemperatureChannel:
 
 
 def sensors_that_measure(rig: RigDescription, *what: str) -> dict[str, Sensor]:
-    """Serial to package, those that a procedure of this kind calibrates."""
+    """Return the packages, by serial, that a procedure of this kind calibrates."""
     return {name: sensor for name, sensor in rig.sensors.items() if sensor.measures in what}
 
 
 def channels_of(rig: RigDescription, sensors: Mapping[str, Sensor]) -> tuple[str, ...]:
-    """Outputs first, then the sensors' own temperatures, then the supplies; each once."""
+    """Return the channels to read: outputs, then the sensors' own temperatures, then the supplies; each once."""
     outputs = [channel for sensor in sensors.values() for channel in sensor.channels.values()]
     temperatures = [sensor.temperature.channel for sensor in sensors.values() if sensor.temperature]
     supplies = [chain.supply_channel for chain in rig.chain.values() if chain.supply_channel]
@@ -31,7 +31,7 @@ def channels_of(rig: RigDescription, sensors: Mapping[str, Sensor]) -> tuple[str
 
 
 def temperature_source(rig: RigDescription, sensor: Sensor) -> TemperatureChannel | str | None:
-    """The sensor's own channel, else the rig's only environment, else none."""
+    """Return the sensor's own channel, else the rig's only environment, else None."""
     if sensor.temperature is not None:
         own = sensor.temperature
         return TemperatureChannel(own.channel, own.offset_degc, own.slope_degc_per_v)

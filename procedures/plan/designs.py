@@ -72,8 +72,10 @@ def uniform_symmetric(pitch_deg: Sequence[float], roll_deg: Sequence[float]) -> 
 
 
 def fractional(pitch_deg: Sequence[float], roll_deg: Sequence[float], every: tuple[int, int]) -> Design:
-    """A grid thinned by ``every`` = (K_α, K_R): a point stays on every K_α-th pitch, on every K_R-th roll and on the
-    borders. Where the grid divides evenly the count is C′ of TP (109).
+    """Thin a grid by ``every`` = (K_α, K_R).
+
+    A point stays on every K_α-th pitch, on every K_R-th roll and on the borders. Where the grid divides evenly the
+    count is C′ of TP (109).
 
     Raises: PlanError for a factor below 1, or one so large that no interior row or column would stay.
     """
@@ -98,7 +100,7 @@ def up_down() -> Design:
 
 
 def with_yaw(design: Design, yaw_deg: Sequence[float]) -> Design:
-    """Every attitude of a design at every yaw, yaw by yaw."""
+    """Return every attitude of a design at every yaw, yaw by yaw."""
     yaws = tuple(sorted(set(yaw_deg)))
     turned = [replace(point, yaw_deg=yaw) for yaw in yaws for point in design.points]
     points = tuple(replace(point, label=place) for place, point in enumerate(turned, start=1))
@@ -114,8 +116,9 @@ def scattered(kind: str, attitudes_deg: Sequence[tuple[float, ...]]) -> Design:
 
 
 def read_points(path: Path) -> Design:
-    """A design from a CSV file with the columns ``pitch_deg`` and, where the package is rolled, ``roll_deg``; on a
-    gimbal also ``yaw_deg``.
+    """Read a design from a CSV file.
+
+    Columns: ``pitch_deg`` and, where the package is rolled, ``roll_deg``; on a gimbal also ``yaw_deg``.
 
     Raises: PlanError naming file and line.
     """
@@ -140,12 +143,15 @@ def uniform_circle_deg(count: int, repeat: bool = False) -> tuple[float, ...]:
 
 
 def with_repeated_roll(roll_deg: Sequence[float]) -> tuple[float, ...]:
-    """The roll set with +180° at its end, where it does not stand there already."""
+    """Return the roll set with +180° at its end, where it does not stand there already."""
     return tuple(roll_deg) if HALF_TURN_DEG in roll_deg else (*roll_deg, HALF_TURN_DEG)
 
 
 def require_uniform_circle(roll_deg: Sequence[float]) -> None:
-    """Raises: PlanError unless the set is uniform on [−180°, 180° − ΔR], with +180° or without. One value passes."""
+    """Check that a roll set is uniform on [−180°, 180° − ΔR], with +180° or without; one value passes.
+
+    Raises: PlanError.
+    """
     values = sorted(roll_deg)
     circle = values[:-1] if values[-1] == HALF_TURN_DEG and len(values) > 1 else values
     if len(values) > 1 and not _agree(circle, uniform_circle_deg(len(circle))):
@@ -156,7 +162,7 @@ def require_uniform_circle(roll_deg: Sequence[float]) -> None:
 
 
 def require_uniform_symmetric(pitch_deg: Sequence[float]) -> None:
-    """Raises: PlanError unless the set is uniform and symmetric about 0°, each value once."""
+    """Check that a pitch set is uniform and symmetric about 0°, each value once. Raises: PlanError."""
     values, last = sorted(pitch_deg), len(pitch_deg) - 1
     uniform = [-values[last] + 2.0 * values[last] * place / max(last, 1) for place in range(last + 1)]
     if last < 1 or values[last] <= 0.0 or not _agree(values, uniform):

@@ -80,13 +80,13 @@ def _dwell_s(rig: RigDescription, dwell: Dwell, settling_s: float, reading: _Rea
 
 
 def window_s(rig: RigDescription, dwell: DwellSettings, channel: str) -> float:
-    """One settle window: as long as its fewest readings take, where that is longer than asked for."""
+    """Return the length of one settle window: as its fewest readings take, where that is longer than asked for."""
     reading_s = channel_reading_s(rig, channel, dwell.settle_nplc)
     return max(dwell.settle.window_s, FEWEST_READINGS * reading_s)
 
 
 def earliest_settling_s(dwell: DwellSettings, one_window_s: float) -> float:
-    """The shortest time in which a package can be found at rest: whole windows."""
+    """Return the shortest time in which a package can be found at rest: whole windows."""
     return max(dwell.settle.windows, ceil(dwell.settle.min_s / one_window_s)) * one_window_s
 
 
@@ -96,7 +96,10 @@ def move_s(axes: Mapping[str, AxisSettings], start_deg: Mapping[str, float], end
 
 
 def _axis_move_s(axis: AxisSettings, start_deg: float, end_deg: float) -> float:
-    """An axis that is approached from one side goes back to the approach even where it stands at its target."""
+    """Return how long an axis moves.
+
+    An axis that is approached from one side goes back to the approach even where it stands at its target.
+    """
     coupling_s = COUPLING_S if axis.increment_deg > 0.0 else 0.0
     if axis.approach_deg == 0.0:
         return abs(end_deg - start_deg) / axis.speed_dps + coupling_s if start_deg != end_deg else 0.0

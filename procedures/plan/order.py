@@ -25,7 +25,7 @@ SHUFFLED = ("blocks", "random", "seeded")
 
 
 def visits(design: Design, order: Order) -> Design:
-    """The design with one point a visit: twice the points for forward-reverse, else the design itself.
+    """Return the design with one point a visit: twice the points for forward-reverse, else the design itself.
 
     The visit of label k on the way back is labelled K + k.
     """
@@ -37,8 +37,10 @@ def visits(design: Design, order: Order) -> Design:
 
 
 def sequence(design: Design, order: Order, chance: np.random.Generator | None = None) -> tuple[DesignPoint, ...]:
-    """The points of one replication in their order. ``design`` is what :func:`visits` made for this order; the shuffled
-    orders need ``chance``."""
+    """Return the points of one replication in their order.
+
+    ``design`` is what :func:`visits` made for this order; the shuffled orders need ``chance``.
+    """
     points = design.points
     if order == "forward-reverse":
         half = len(points) // 2

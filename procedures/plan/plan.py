@@ -103,7 +103,10 @@ class Plan:
         return hashlib.sha256(self.to_json().encode("utf-8")).hexdigest()
 
     def to_json(self) -> str:
-        """One line of JSON: the same plan is the same text everywhere. Key order is kept: axes move in it."""
+        """Return the plan as one line of JSON: the same plan is the same text everywhere.
+
+        Key order is kept: axes move in it.
+        """
         document = _adapter().dump_python(self, mode="json")
         return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
@@ -136,6 +139,6 @@ def _adapter() -> TypeAdapter[Plan]:
 
 
 def summary(plan: Plan) -> dict[str, Any]:
-    """The plan without its steps, for screens and logs."""
+    """Return the plan without its steps, for screens and logs."""
     document = json.loads(plan.to_json())
     return {item.name: document[item.name] for item in fields(plan) if item.name not in ("steps", "design")}

@@ -6,7 +6,7 @@ from procedures.plan.steps import Follow
 
 
 def profile_deg(motion: Follow, axis: str, after_s: float) -> float:
-    """How far an axis is from its start. Before the motion 0, behind it where it ended."""
+    """Return how far an axis is from its start: before the motion 0, behind it where it ended."""
     span_deg, elapsed_s = motion.span_deg[axis], min(max(after_s, 0.0), motion.seconds)
     if motion.shape == "ramp":
         return span_deg * elapsed_s / motion.seconds
@@ -14,13 +14,13 @@ def profile_deg(motion: Follow, axis: str, after_s: float) -> float:
 
 
 def top_rate_dps(motion: Follow, axis: str) -> float:
-    """The largest rate of the profile."""
+    """Return the largest rate of the profile."""
     span_deg = abs(motion.span_deg[axis])
     return span_deg / motion.seconds if motion.shape == "ramp" else span_deg * 2.0 * pi * motion.frequency_hz[axis]
 
 
 def acceleration_dps2(motion: Follow, axis: str) -> float:
-    """The largest acceleration on the way, without the start: 0 of a ramp."""
+    """Return the largest acceleration on the way, without the start: 0 of a ramp."""
     if motion.shape == "ramp":
         return 0.0
     return abs(motion.span_deg[axis]) * (2.0 * pi * motion.frequency_hz[axis]) ** 2

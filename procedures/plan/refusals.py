@@ -14,7 +14,7 @@ from procedures.description.procedure_file import EnvironmentPlan, ProcedureDesc
 from procedures.errors import PlanError
 from procedures.plan.channels import temperature_source
 from procedures.plan.designs import Design, DesignPoint
-from procedures.plan.specific_force import felt_force
+from procedures.plan.specific_force import package_specific_force
 from rig.description.rig_file import RigDescription, Sensor
 from rig.errors import RequestRefused
 
@@ -156,12 +156,12 @@ def basis(model: str, points: Sequence[DesignPoint], package: str = "model", axi
 
     ``package`` is CR's, ``axis`` the nominal axis of a straight line.
     """
-    columns = felt_force(points, package)[:, _components(model, axis)]
+    columns = package_specific_force(points, package)[:, _components(model, axis)]
     return np.concatenate([np.ones((len(points), 1)), columns], axis=1)
 
 
 def _components(model: str, axis: str) -> list[int]:
-    """Of the specific force that the model feels."""
+    """Return the components of specific force that the model senses."""
     if model == "linear":
         return ["xyz".index(axis)]
     return [0, 2] if model == "pitch-only" else [0, 1, 2]
@@ -229,7 +229,7 @@ def nominal_jacobian(name: str, axis: str, design: Design, sensor: Sensor) -> Fl
     """Return (K, P) the columns of a model at the points, for a sensor that reads as it nominally should."""
     model = model_named(name, axis)
     attitude = Attitude(*(np.deg2rad([getattr(point, key) for point in design.points]) for key in _ANGLES))
-    nominal_v = sensor.nominal_sensitivity_v_per_g * felt_force(design.points)[:, "xyz".index(axis)]
+    nominal_v = sensor.nominal_sensitivity_v_per_g * package_specific_force(design.points)[:, "xyz".index(axis)]
     if model.basis_key is not None:
         return model.basis(attitude)
     return model.jacobian(model.start(attitude, nominal_v), attitude)

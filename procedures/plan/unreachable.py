@@ -29,8 +29,8 @@ def unreachable(
         yield from _of_axis(procedure, key_of(axis), axis, settings, _targets(dwells, axis))
         # The reference attitude is asked for at a key of its own.
         for dwell in reference[:1]:
-            asked = {"the reference attitude": dwell.targets_deg[axis]}
-            yield from _of_axis(procedure, ("check", f"{axis}_deg"), axis, settings, asked)
+            wanted_deg = {"the reference attitude": dwell.targets_deg[axis]}
+            yield from _of_axis(procedure, ("check", f"{axis}_deg"), axis, settings, wanted_deg)
 
 
 def _targets(dwells: Iterable[Dwell], axis: str) -> dict[str, float]:

@@ -18,7 +18,9 @@ def correcting(chains: Mapping[str, Chain]) -> dict[str, Chain]:
 
 
 def at_declared(record: DwellRecord, chains: Mapping[str, Chain]) -> DwellRecord:
-    """With the corrected channels' samples as they would be by declaration; supplies of ratiometric sensors left out.
+    """Return the record with the corrected channels' samples as they would be by declaration.
+
+    Supplies of ratiometric sensors are left out.
 
     Where a supply was not read, or overloaded, its sensor's reading stays as it is.
     """

@@ -140,18 +140,18 @@ class Measurement:
     settle_s: float
     motion: MotionRecord | None = None
     """Of a dwell with motion, a field or a reference."""
-    told_deg: Mapping[str, float] | None = None
+    reference_deg: Mapping[str, float] | None = None
     """The attitude that a reference sensor told, which is better than the axes' own read-back."""
 
     def mean_position_deg(self) -> dict[str, float]:
-        """Of before and after the readings."""
+        """Return the mean position of before and after the readings; a reference's where there is one."""
         after = self.after.axes
-        told = self.told_deg or {}
+        reference = self.reference_deg or {}
         own = {name: 0.5 * (state.position_deg + after[name].position_deg) for name, state in self.before.axes.items()}
-        return {**own, **told}
+        return {**own, **reference}
 
     def mean_temperature_degc(self) -> dict[str, float]:
-        """Of before and after; what is not finite is left out."""
+        """Return the mean temperature of before and after; what is not finite is left out."""
         after = self.after.temperature_degc
         means = {name: 0.5 * (degc + after[name]) for name, degc in self.before.temperature_degc.items()}
         return {name: degc for name, degc in means.items() if isfinite(degc)}

@@ -35,7 +35,10 @@ class RunObserver(Protocol):
 
 
 def line_of(progress: Progress) -> str:
-    """``running 120/1482 · replication 1 of 6 · 7.4 dwells/min · ends 2026-03-01 04:12 UTC · message``."""
+    """Return progress in one line.
+
+    ``running 120/1482 · replication 1 of 6 · 7.4 dwells/min · ends 2026-03-01 04:12 UTC · message``.
+    """
     parts = [f"{progress.state} {progress.dwells_done}/{progress.dwells_planned}"]
     if progress.replication:
         parts.append(f"replication {progress.replication} of {progress.replications}")

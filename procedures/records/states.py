@@ -109,7 +109,7 @@ def told_of_state(reason: str, by: str) -> str:
 
 
 def diagram() -> str:
-    """The table as the text of ``docs/run-states.md``: a Mermaid diagram and the same lines in words."""
+    """Return the text of ``docs/run-states.md``: a Mermaid diagram of the table and the same lines in words."""
     pairs = "\n".join(f"    {line.source} --> {line.target}: {line.cause}" for line in TRANSITIONS)
     rows = "\n".join(f"| {line.source} | {line.target} | {line.cause} |" for line in TRANSITIONS)
     return (

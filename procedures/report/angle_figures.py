@@ -31,7 +31,7 @@ MILLIDEGREE = 1e3
 
 
 def angle_error_figure(sensor: SensorView) -> Figure | None:
-    """One row an angle, against pitch and against roll; None where the model tells no angles.
+    """Draw one row an angle, against pitch and against roll; None where the model tells no angles.
 
     Call inside ``canvas.style()``.
     """
@@ -78,11 +78,11 @@ def _draw(panel: "Axes", errors: AngleErrors, against: str, limit_deg: float | N
 
 
 def _visible(limit_deg: float | None, errors: AngleErrors) -> float | None:
-    """The limit, unless drawing it would press the errors into a line."""
+    """Return the limit, unless drawing it would press the errors into a line."""
     largest = float((np.abs(errors.error_deg) + errors.expanded_deg).max())
     return limit_deg if limit_deg is not None and limit_deg < 8.0 * largest else None
 
 
 def _limits_caption(limits_deg: Mapping[str, float]) -> str:
-    told = ", ".join(f"{name} ±{limit:g}°" for name, limit in limits_deg.items())
-    return f" Dashed, where in sight: the limits accepted ({told})." if told else ""
+    limits = ", ".join(f"{name} ±{limit:g}°" for name, limit in limits_deg.items())
+    return f" Dashed, where in sight: the limits accepted ({limits})." if limits else ""

@@ -9,7 +9,7 @@ from datetime import datetime
 
 import numpy as np
 
-from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in, seam_steps_in
+from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in, restart_steps_in
 from procedures.kinds.registry import KINDS
 from procedures.records.dwells import DwellRecord
 from procedures.report.conclusions import axis_view
@@ -32,7 +32,7 @@ def assemble_view(
     table_arcsec: float | None = None,
     past: Past | None = None,
 ) -> RunView:
-    """The run as every screen draws it.
+    """Assemble the run as every screen draws it.
 
     ``solved``: sensor name to its solution. ``table_arcsec``: standard uncertainty of one attitude of the table.
     ``past``: what the archive says of the sensors.
@@ -64,7 +64,7 @@ def assemble_view(
         approved_by=record.rig.approved_by,
         started_utc=started_utc,
         ended_utc=_ended_utc(record),
-        verdict=judge(record.state, counts, sensors, interruptions, seam_steps_in(record.events), table_arcsec),
+        verdict=judge(record.state, counts, sensors, interruptions, restart_steps_in(record.events), table_arcsec),
         design=_design_view(record),
         counts=counts,
         sensors=sensors,

@@ -32,7 +32,7 @@ class Band:
 
 
 def band_along(calibration: AxisCalibration, observations: Observations, along: Along) -> Band:
-    """The widest 95 % band at every station along an angle, over what else the design visits.
+    """Return the widest 95 % band at every station along an angle, over what else the design visits.
 
     The prediction is for one more dwell of this calibration: its variance is S_E². Source: TP (72), (73).
     """
@@ -52,14 +52,14 @@ def band_along(calibration: AxisCalibration, observations: Observations, along: 
 
 
 def components_of(calibration: AxisCalibration) -> tuple[VarianceComponent, ...]:
-    """The parts of the covariance; the whole as one part where the solution names none."""
+    """Return the parts of the covariance; the whole as one part where the solution names none."""
     if calibration.variance_components:
         return calibration.variance_components
     return (VarianceComponent("residuals", calibration.primary_covariance, float(np.nanmin(calibration.primary_dof))),)
 
 
 def _visited(observations: Observations, along: Along) -> Attitude:
-    """One row for each combination of everything but the angle along the figure, an even choice of at most 37.
+    """Return one row for each combination of everything but the angle along the figure, an even choice of at most 37.
 
     A band is widest at the ends of the temperatures, so only these are taken.
     """
@@ -83,7 +83,7 @@ def _visited(observations: Observations, along: Along) -> Attitude:
 
 
 def _stationed(stations_rad: FloatArray, visited: Attitude, along: Along) -> Attitude:
-    """Every station with every visited combination, station by station."""
+    """Return every station with every visited combination, station by station."""
     count = visited.pitch_rad.size
     grid = _taken(visited, np.tile(np.arange(count), stations_rad.size))
     angle_rad = np.repeat(stations_rad, count)
@@ -91,7 +91,7 @@ def _stationed(stations_rad: FloatArray, visited: Attitude, along: Along) -> Att
 
 
 def _taken(attitude: Attitude, places: IntArray) -> Attitude:
-    """The rows at the places, which may repeat."""
+    """Return the rows at the places, which may repeat."""
     return Attitude(
         attitude.pitch_rad[places],
         attitude.roll_rad[places],

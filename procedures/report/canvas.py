@@ -67,7 +67,7 @@ class Figure:
 
 
 def canvas(height_in: float) -> "Canvas":
-    """An empty figure as wide as the page. Call inside :func:`style`."""
+    """Make an empty figure as wide as the page. Call inside :func:`style`."""
     from matplotlib.figure import Figure as Canvas
 
     return Canvas(figsize=(WIDTH_IN, height_in))
@@ -81,7 +81,7 @@ def style() -> Any:
 
 
 def to_svg(figure: "Canvas") -> bytes:
-    """The figure's bytes, without date and without the version of the program that drew it."""
+    """Return the figure's bytes, without date and without the version of the program that drew it."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     buffer = BytesIO()

@@ -77,7 +77,7 @@ def axis_view(
 
 
 def budget_view(budget: AxisBudget) -> BudgetView:
-    """The budget as it is printed: sources, what they combine to, and the expanded uncertainty."""
+    """Return the budget as it is printed: sources, what they combine to, and the expanded uncertainty."""
     names = list(budget.combined)
     labels = [LABELS.get(name, (name.replace("_", " "), "", "")) for name in names]
     sources = [
@@ -105,14 +105,14 @@ def _unit(name: str) -> str:
 
 
 def _smaller(unit: str) -> tuple[str, float]:
-    """The unit that uncertainties are readable in, and how many of it make one."""
+    """Return the unit that uncertainties are readable in, and how many of it make one."""
     if unit == "°":
         return "″", ARCSEC_PER_DEG
     return (f"µ{unit}", 1e6) if unit.startswith(("V", "g")) else (unit, 1.0)
 
 
 def parameter_row(estimate: ParameterEstimate, sensitivity: float, truth: float | None) -> ParameterRow:
-    """One printed row. ``sensitivity``: magnitude, V/g, that turns an offset into an angle."""
+    """Return one printed row. ``sensitivity``: magnitude, V/g, that turns an offset into an angle."""
     label, symbol, unit = LABELS.get(estimate.name, (estimate.name.replace("_", " "), "", ""))
     factor, expanded = _expanded(estimate)
     return ParameterRow(
@@ -133,7 +133,7 @@ def parameter_row(estimate: ParameterEstimate, sensitivity: float, truth: float 
 
 
 def _expanded(estimate: ParameterEstimate) -> tuple[float | None, float | None]:
-    """k from Student's t and U = k·u."""
+    """Return k from Student's t and U = k·u, or None twice."""
     u, dof = estimate.standard_uncertainty, estimate.effective_degrees_of_freedom
     if u is None or dof is None or not dof > 0.0:
         return None, None
@@ -153,7 +153,7 @@ def _in_other_terms(estimate: ParameterEstimate, expanded: float | None, sensiti
 
 
 def _remarks(calibration: AxisCalibration, sensitivity: float) -> tuple[str, ...]:
-    """What was tried beside the model."""
+    """Return what was tried beside the model."""
     extension = calibration.notes.get("extension")
     if not isinstance(extension, Extension):
         return ()
@@ -191,7 +191,7 @@ def by_replication(replication: Replication, parameter: str) -> dict[int, float]
 
 
 def repeating_v(replication: Replication) -> float:
-    """Standard deviation over the attitudes of what repeats from replication to replication, the table's part included.
+    """Return the standard deviation over the attitudes of what repeats in every replication, the table's part included.
 
     From the test value itself: s² = (MS_lof − MS_prec)/n with MS_lof = T·MS_prec.
     """

@@ -14,13 +14,13 @@ def condition_sections(events: Sequence[Event]) -> dict[str, dict[str, str]]:
     sections = {
         **_meters(event for event in events if event.kind == meter_checks.KIND),
         "watchdogs of the axes": _watchdogs(event for event in events if event.kind == watchdogs.KIND),
-        "lines": {name: figures.told() for name, figures in lines_in(events).items()},
+        "lines": {name: figures.in_words() for name, figures in lines_in(events).items()},
     }
     return {heading: rows for heading, rows in sections.items() if rows}
 
 
 def _watchdogs(events: Iterable[Event]) -> dict[str, str]:
-    """The latest word on each axis."""
+    """Return the latest word on each axis' watchdog."""
     return {str(event.detail["axis"]): str(event.detail["told"]) for event in events}
 
 
@@ -47,7 +47,7 @@ def _counted(words: Sequence[str]) -> list[str]:
 
 
 def _proofs(checks: Sequence[Event]) -> dict[str, str]:
-    """Of every short and reference how far it was off at most, and what was allowed."""
+    """Return how far every short and reference was off at most, and what was allowed."""
     read: dict[str, list[Mapping[str, object]]] = {}
     for check in checks:
         proofs = check.detail["proofs"]
@@ -63,13 +63,13 @@ def _proof(proofs: Sequence[Mapping[str, object]]) -> str:
     overloaded, limit = len(proofs) - len(offs_v), proofs[-1]["limit_v"]
     limit_v = None if limit is None else _number(limit)
     unit, per_v = ("µV", 1e6) if max(map(abs, [*offs_v, limit_v or 0.0])) < MILLIVOLT else ("V", 1.0)
-    told = "never read"
+    text = "never read"
     if offs_v:
         low, high = (f"{end_v * per_v:+.3g}" for end_v in (min(offs_v), max(offs_v)))
-        told = f"off by {low if low == high else f'{low} to {high}'} {unit}"
-    told += "" if limit_v is None else f", allowed ±{limit_v * per_v:.3g} {unit}"
+        text = f"off by {low if low == high else f'{low} to {high}'} {unit}"
+    text += "" if limit_v is None else f", allowed ±{limit_v * per_v:.3g} {unit}"
     bad = sum(not proof["is_good"] for proof in proofs)
-    return told + (f", {bad} beyond it" if bad else "") + (f", {overloaded} overloaded" if overloaded else "")
+    return text + (f", {bad} beyond it" if bad else "") + (f", {overloaded} overloaded" if overloaded else "")
 
 
 def _number(value: object) -> float:

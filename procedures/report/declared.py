@@ -11,26 +11,33 @@ UNITS = {"arcsec": "″", "v": "V", "degc": "°C", "ohm": "Ω"}
 
 
 def device_rows(rig: RigDescription, identities: Mapping[str, str]) -> tuple[Device, ...]:
-    """Every device of the rig file with what it answered when asked who it is."""
+    """Return every device of the rig file with what it answered when asked who it is."""
     groups: Mapping[str, Mapping[str, BaseModel]] = {
         "axes": rig.axes,
         "readouts": rig.readouts,
         "environment": rig.environment,
+        "streams": rig.streams,
+        "field": rig.field,
     }
-    return tuple(
+    devices = tuple(
         Device(
             name=f"{group}.{name}",
             driver=str(getattr(settings, "driver", "")),
             identity=identities.get(f"{group}.{name}", identities.get(name, "")),
             standard=str(getattr(settings, "standard", None) or ""),
         )
-        for group, devices in groups.items()
-        for name, settings in devices.items()
+        for group, named in groups.items()
+        for name, settings in named.items()
     )
+    reference = rig.attitude_reference
+    if reference is None:
+        return devices
+    channels = ", ".join(f"{axis} by {channel}" for axis, channel in reference.channels.items())
+    return (*devices, Device("attitude_reference", "", channels, reference.standard or ""))
 
 
 def standard_rows(rig: RigDescription) -> tuple[StandardRow, ...]:
-    """Every certificate that the rig file names."""
+    """Return every certificate that the rig file names."""
     return tuple(
         StandardRow(name, standard.serial, standard.certificate, standard.due.isoformat(), _uncertainty(standard))
         for name, standard in rig.standards.items()
@@ -59,12 +66,12 @@ def _uncertainty(standard: Standard) -> str:
 
 def _flat(table: BaseModel) -> dict[str, str]:
     """Keys that were given, nested ones joined by a dot."""
-    return dict(_leaves("", table.model_dump(mode="json", exclude_defaults=True)))
+    return dict(_flattened("", table.model_dump(mode="json", exclude_defaults=True)))
 
 
-def _leaves(prefix: str, value: object) -> list[tuple[str, str]]:
+def _flattened(prefix: str, value: object) -> list[tuple[str, str]]:
     if isinstance(value, dict):
         return [
-            leaf for key, item in value.items() for leaf in _leaves(f"{prefix}.{key}" if prefix else str(key), item)
+            leaf for key, item in value.items() for leaf in _flattened(f"{prefix}.{key}" if prefix else str(key), item)
         ]
     return [(prefix, ", ".join(map(str, value)) if isinstance(value, list) else str(value))]

@@ -29,13 +29,13 @@ class Figures:
 
 
 def draw_figures(view: RunView) -> Figures:
-    """Every figure that has something to show."""
+    """Draw every figure that has something to show."""
     with style():
         return Figures(tuple(run_figures(view)), {sensor.name: _of_sensor(view, sensor) for sensor in view.sensors})
 
 
 def write_figures(figures: Figures, folder: Path) -> tuple[Path, ...]:
-    """One SVG file a figure, for slides and papers. Raises: WriteFailed where the folder cannot be written."""
+    """Write one SVG file a figure, for slides and papers. Raises: WriteFailed where the folder cannot be written."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = tuple(folder / f"{figure.name}.svg" for figure in figures.all())
     for path, figure in zip(paths, figures.all(), strict=True):
@@ -51,5 +51,5 @@ def _of_sensor(view: RunView, sensor: SensorView) -> tuple[Figure, ...]:
 
 
 def _history(sensor: SensorView) -> Figure | None:
-    """The sensor's control charts up to this calibration."""
+    """Draw the sensor's control charts up to this calibration, or return None."""
     return None if sensor.history is None else replace(history_figure(sensor.history), name=f"{sensor.slug}-history")

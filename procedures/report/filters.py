@@ -62,7 +62,7 @@ def expanded_text(row: ParameterRow) -> Markup:
 
 
 def truth_text(row: ParameterRow) -> Markup:
-    """The truth with one digit more than the estimate."""
+    """Return the truth with one digit more than the estimate."""
     if row.truth is None:
         return grouped("—")
     u = row.standard_uncertainty

@@ -31,7 +31,7 @@ CAPTION = (
 
 
 def history_figure(found: SensorHistory) -> Figure:
-    """All charts of a sensor on one page; those of a check sensor with its components."""
+    """Draw all charts of a sensor on one page; those of a check sensor with its components."""
     history = found.history
     rows = [[chart for chart in history.charts if _kind(chart.name) == kind] for kind in _kinds(history.charts)]
     components = [] if found.check is None else [chart for chart in found.check.charts if _is_shared(chart)]
@@ -83,7 +83,7 @@ def _draw_component(axes: "Axes", when: Any, chart: ComponentChart) -> None:
 
 
 def _mark(axes: "Axes", when: Any, found: SensorHistory, chart: Chart) -> None:
-    """Every finding in the panels that told it."""
+    """Mark every finding in the panels that told it."""
     value = _as_arcsec(chart, chart.value)
     places = {label.sha256: place for place, label in enumerate(found.history.labels)}
     for finding in found.history.findings:
@@ -116,7 +116,7 @@ def _kind(name: str) -> str:
 
 
 def _is_shared(chart: ComponentChart) -> bool:
-    """The components that the charts of the sensor do not show already."""
+    """Return True for a component that the charts of the sensor do not show already."""
     return not chart.name.startswith("sensor") and chart.name in ("meter gain", "meter offset", "table tilt y")
 
 
@@ -127,5 +127,5 @@ def _label(name: str) -> str:
 
 def _title(found: SensorHistory) -> str:
     history = found.history
-    told = ", ".join(dict.fromkeys(SIGNS[finding.kind] for finding in history.findings)) or "nothing found"
-    return f"{history.sensor}: {len(history.labels)} calibrations on {history.labels[-1].rig}: {told}"
+    signs = ", ".join(dict.fromkeys(SIGNS[finding.kind] for finding in history.findings)) or "nothing found"
+    return f"{history.sensor}: {len(history.labels)} calibrations on {history.labels[-1].rig}: {signs}"

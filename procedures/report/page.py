@@ -10,7 +10,7 @@ from pathlib import Path
 from jinja2 import Environment
 
 from procedures.numbers import to_place
-from procedures.pages import own_style, page_environment
+from procedures.pages import page_environment, page_style
 from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS
 from procedures.report.section import sections_in_order
@@ -21,12 +21,12 @@ STYLE_SHEET = TEMPLATES / "page.css"
 
 
 def render_page(view: RunView, figures: Figures) -> str:
-    """The page's text: its head, and every registered section in its order."""
+    """Return the page's text: its head, and every registered section in its order."""
     environment = report_environment(TEMPLATES)
     shown = [section for section in sections_in_order() if section.is_shown(view)]
     return environment.get_template("page.html.j2").render(
         view=view,
-        **own_style(STYLE_SHEET),
+        **page_style(STYLE_SHEET),
         attitudes=f"{view.design.points} × {view.design.replications} replications",
         temperature=_temperature(view),
         contents={anchor: title for section in shown for anchor, title in section.contents(view).items()},

@@ -44,7 +44,7 @@ DODGE = 0.6
 
 
 def residual_figures(view: RunView, sensor: SensorView) -> Iterator[Figure]:
-    """The figures of one solved sensor. Call inside ``canvas.style()``."""
+    """Draw the figures of one solved sensor. Call inside ``canvas.style()``."""
     observations = sensor.observations
     if observations is None or not sensor.axes:
         return
@@ -104,7 +104,7 @@ def _over_time(view: RunView, sensor: SensorView, observations: Observations, ti
 
 
 def _stacked(sensor: SensorView, draw: "Callable[[Axes, AxisView], None]", label: str) -> "Canvas":
-    """One panel an axis, a common abscissa, volts on the left and arc seconds on the right."""
+    """Draw one panel an axis, a common abscissa, volts on the left and arc seconds on the right."""
     count = len(sensor.axes)
     height = 0.95 + 1.75 * count
     figure = canvas(height)

@@ -47,7 +47,7 @@ def run_figures(view: RunView) -> Iterator[Figure]:
 
 
 def drift_figure(sensor: SensorView) -> Figure | None:
-    """Every parameter by replication; None where there was one replication."""
+    """Draw every parameter by replication; None where there was one replication."""
     if not any(axis.tests for axis in sensor.axes):
         return None
     columns = max(len(axis.parameters) for axis in sensor.axes)
@@ -103,7 +103,10 @@ def _changes(replication: Replication, name: str) -> dict[int, float]:
 
 
 def _one_replication(axis: AxisView, replication: Replication, parameter: ParameterRow) -> float | None:
-    """Standard uncertainty of one replication's estimate: the pooled one, at the precision alone, times √n."""
+    """Return the standard uncertainty of one replication's estimate, or None.
+
+    The pooled one, at the precision alone, times √n.
+    """
     pooled = parameter.tp_standard_uncertainty
     if pooled is None or not axis.calibration.standard_error_v > 0.0:
         return None

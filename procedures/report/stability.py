@@ -16,7 +16,7 @@ Labels = Mapping[str, tuple[str, float]]
 
 
 def temperature_traces(dwells: Sequence[DwellRecord]) -> tuple[TemperatureTrace, ...]:
-    """One trace an environment, all dwells in the order in which they were measured."""
+    """Return one trace an environment, all dwells in the order in which they were measured."""
     hours = run_times_s(dwells) / 3600.0
     names = sorted({name for dwell in dwells for name in dwell.temperature_degc})
     traces = []
@@ -29,7 +29,10 @@ def temperature_traces(dwells: Sequence[DwellRecord]) -> tuple[TemperatureTrace,
 
 
 def reference_traces(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[ReferenceTrace, ...]:
-    """Every channel at the reference attitude, as the change from its first visit; nothing with fewer than two."""
+    """Return every channel at the reference attitude, as the change from its first visit.
+
+    Nothing with fewer than two.
+    """
     hours = run_times_s(dwells) / 3600.0
     places = [place for place, dwell in enumerate(dwells) if dwell.accepted and dwell.purpose == "reference"]
     if len(places) < 2:
@@ -43,7 +46,7 @@ def reference_traces(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[Ref
 
 
 def check_comparisons(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[CheckComparison, ...]:
-    """The check set of every later epoch against the first one's, attitude by attitude."""
+    """Compare the check set of every later epoch with the first one's, attitude by attitude."""
     checks = sorted(
         (dwell for dwell in dwells if dwell.accepted and dwell.purpose == "check"), key=lambda dwell: dwell.epoch
     )
@@ -97,6 +100,6 @@ def _compare(
 
 
 def _variance(reading: ChannelReading) -> float:
-    """Of the mean, from the scatter of the samples; 0 where one sample tells nothing."""
+    """Return the variance of the mean, from the scatter of the samples; 0 where one sample tells nothing."""
     size = reading.samples.size
     return reading.standard_deviation**2 / size if size > 1 else 0.0

@@ -29,7 +29,7 @@ def print_summary(view: RunView, console: Console) -> None:
 
 
 def worst_uncertainty(view: RunView) -> str:
-    """The offset that is known worst, as an angle or in parts; empty where no offset has an interval."""
+    """Name the offset that is known worst, as an angle or in parts; empty where no offset has an interval."""
     offsets = [
         (
             row.expanded_uncertainty / abs(sensitivity),
@@ -48,12 +48,12 @@ def _value(rows: Sequence[ParameterRow], name: str) -> float | None:
     return next((row.value for row in rows if row.name.startswith(name)), None)
 
 
-def text_table(name: str, told: TextTable) -> Table:
-    """What was turned, stood in a field or rested: the first table of its section."""
+def text_table(name: str, content: TextTable) -> Table:
+    """Return the first table of a section: what was turned, stood in a field or rested."""
     table = Table(box=SIMPLE_HEAD, title=Text(name), title_justify="left", title_style="bold", pad_edge=False)
-    for heading in told.headings:
+    for heading in content.headings:
         table.add_column(heading)
-    for row in told.rows:
+    for row in content.rows:
         table.add_row(*(Text(cell) for cell in row))
     return table
 

@@ -45,7 +45,7 @@ def truth_of(
 
 
 def _best_linear(truth: AxisTruth, values: dict[str, float], calibration: AxisCalibration) -> dict[str, float]:
-    """What of the truth another sensor without terms of second order comes closest to, over the points of the run."""
+    """Return what of the truth a sensor without terms of second order comes closest to, over the points of the run."""
     if not calibration.centring or not {"offset_v", "sensitivity_v_per_g"} <= values.keys():
         return {}
     q = np.array(truth.q_v_per_g2 or np.zeros(len(Q_NAMES)))
@@ -67,7 +67,7 @@ def _is_straight(mount: Mount) -> bool:
 
 
 def _reference_degc(truth: AxisTruth, observations: Observations, calibration: AxisCalibration) -> float:
-    """Where the solution's offset and sensitivity hold: its own reference, or the mean of what was measured."""
+    """Return where the solution's offset and sensitivity hold: its own reference, or the mean of what was measured."""
     for parameter in calibration.parameters:
         if parameter.name == "reference_temperature_degc" and parameter.value is not None:
             return parameter.value

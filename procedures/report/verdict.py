@@ -26,10 +26,10 @@ def judge(
     counts: Counts,
     sensors: Sequence[SensorView],
     interruptions: Sequence[Interruption],
-    seam_steps: Sequence[str],
+    restart_steps: Sequence[str],
     table_arcsec: float | None,
 ) -> Verdict:
-    """The verdict on a run.
+    """Return the verdict on a run.
 
     ``seam_steps``: what a check set after a restart found changed. ``table_arcsec``: standard uncertainty of one
     attitude of the table, pitch and roll together; None where none is declared.
@@ -38,7 +38,7 @@ def judge(
     doubts = [
         *_run_doubts(state, counts),
         *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, table_arcsec)),
-        *(f"A restart made a step: {step}." for step in seam_steps),
+        *(f"A restart made a step: {step}." for step in restart_steps),
         *(doubt for sensor in sensors for doubt in _conformity_doubts(sensor)),
     ]
     beyond = [text for sensor in sensors for text in _sentences(sensor, "as left", "fail")]
@@ -48,8 +48,8 @@ def judge(
         *_rejected(counts),
         *(remark for sensor in sensors for remark in _remarks(sensor)),
     ]
-    told = [sensor.section.result for sensor in sensors if sensor.section is not None]
-    result = "; ".join(told) if told else _result([sensor for sensor in sensors if sensor.axes])
+    results = [sensor.section.result for sensor in sensors if sensor.section is not None]
+    result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])
     if failures:
         return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
     if beyond:
@@ -62,7 +62,7 @@ def judge(
 
 
 def _result(sensors: Sequence[SensorView]) -> str:
-    """Which axes, over which attitudes, how good; the worst axis speaks for several sensors."""
+    """Say which axes, over which attitudes, how good; the worst axis speaks for several sensors."""
     axes = [axis for sensor in sensors for axis in sensor.axes]
     if not axes:
         return "Nothing was solved"
@@ -120,20 +120,20 @@ def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[s
 
 
 def _remarks(sensor: SensorView) -> Iterable[str]:
-    """What was asked for and what it means; nothing to hold against the result."""
+    """Yield what was asked for and what it means; nothing to hold against the result."""
     yield from (f"{sensor.name}: {text}" for text in sensor.remarks)
     yield from (f"{sensor.name}: {text}" for axis in sensor.axes for text in axis.calibration.remarks)
 
 
 def _conformity_doubts(sensor: SensorView) -> Iterable[str]:
-    """What the limits leave open, and what users of the sensor must be told about the time before."""
+    """Yield what the limits leave open, and what users of the sensor must be told about the time before."""
     yield from _sentences(sensor, "as left", "conditional")
     for text in _sentences(sensor, "as found", "fail"):
         yield f"{text} What was measured with it since its last calibration is affected."
 
 
 def _sentences(sensor: SensorView, kind: str, verdict: str) -> Iterable[str]:
-    """The judgements of one kind that came out so."""
+    """Yield the judgements of one kind that came out so."""
     adjustment = sensor.adjustment
     condition = adjustment and (adjustment.as_left if kind == "as left" else adjustment.as_found)
     for judgement in condition.judgements if condition else ():

@@ -22,7 +22,7 @@ FIGURES_FOLDER = "figures"
 
 
 def view_of(record: RunRecord, solved: Mapping[str, SolvedSensor], past: Past | None = None) -> RunView:
-    """The run as every screen draws it; ``past``: what the archive says of the sensors."""
+    """Return the run as every screen draws it; ``past``: what the archive says of the sensors."""
     return assemble_view(record, solved, _table_arcsec(record.rig), past)
 
 
@@ -68,5 +68,5 @@ def _imprint(view: RunView) -> Imprint:
 
 
 def _table_arcsec(rig: RigDescription) -> float | None:
-    """Standard uncertainty of one attitude of the table, pitch and roll together; None where none is declared."""
+    """Return the standard uncertainty of one attitude of the table, pitch and roll together, or None."""
     return hypot(*(standard_uncertainty_arcsec(rig, axis) for axis in ("pitch", "roll"))) or None

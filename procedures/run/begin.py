@@ -15,7 +15,7 @@ from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
 from procedures.run.readiness import readiness
-from procedures.run.services import Care, with_precautions
+from procedures.run.services import RunServices, with_run_limits
 from procedures.run.watch.disk_space import require_room
 from rig.assembly.open_rig import open_rig
 from rig.clock import Clock
@@ -31,31 +31,31 @@ def begin(
     rig: OpenRig,
     observer: RunObserver | None = None,
     idle_clock: Clock | None = None,
-    care: Care | None = None,
+    services: RunServices | None = None,
 ) -> Outcome:
     """Run ``plan`` on an open rig in a new folder.
 
     Raises: RequestError (also where the disk has no room or a standard is out of date), JournalError and
     StorageFailed before the first move; a defect of ours after the safe stop.
     """
-    care = with_precautions(care, header)
+    services = with_run_limits(services, header)
     ready = readiness(rig_from_json(header.rig_json), header.created_utc.date())
     if not header.is_simulated:
         ready.require(header.rig_path)
-    require_room(run_dir, plan, care.free_bytes(run_dir), care.precautions.min_free_mb)
+    require_room(run_dir, plan, services.free_bytes(run_dir), services.run_limits.min_free_mb)
     with owning(run_dir, idle_clock):
         journal = Journal.create(run_dir / JOURNAL_FILE, header, rig.clock)
         crash_point(CrashPoint.RUN_CREATED)
         journal.append_event("readiness", {"engineering": [*ready.missing, *ready.contradictions]}, rig.clock)
         write_whole(run_dir / "plan.json", (header.plan_json + "\n").encode("utf-8"))
-        care.begun()
-        return run(plan, rig, journal, Spool(run_dir), Start(header.operator), None, observer, idle_clock, care)
+        services.begun()
+        return run(plan, rig, journal, Spool(run_dir), Start(header.operator), None, observer, idle_clock, services)
 
 
 def rehearse(
     run_dir: Path, header: RunHeader, plan: Plan, description: RigDescription, observer: RunObserver | None = None
 ) -> Outcome:
-    """The same run on twins of that very rig, in virtual time. Raises as :func:`begin`, and DescriptionError."""
+    """Run the same on twins of that very rig, in virtual time. Raises as :func:`begin`, and DescriptionError."""
     twins = description.all_on_twins()
     rehearsed = replace(header, is_simulated=True, is_rehearsal=True, rig_json=twins.model_dump_json())
     with open_rig(twins, purpose="rehearsal") as rig:

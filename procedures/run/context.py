@@ -12,8 +12,8 @@ from procedures.records.states import State
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import PROCESS, Ending, RunEnds
 from procedures.run.judgement.alarm import Alarm
-from procedures.run.progress_log import Trail
-from procedures.run.services import Care
+from procedures.run.progress_log import ProgressLog
+from procedures.run.services import RunServices
 from procedures.run.steering import Steering
 from procedures.run.watch.process_health import PROCESS_EVERY, growth, process_figures
 from procedures.run.watch.watch import Watch
@@ -26,15 +26,15 @@ LOOK_S = 1.0
 
 
 @dataclass
-class Conduct:
+class RunContext:
     """One process working through one plan."""
 
     plan: Plan
     rig: OpenRig
-    trail: Trail
+    progress_log: ProgressLog
     wait: Steering
     watch: Watch
-    care: Care
+    services: RunServices
     explain: Callable[[], None]
     """Write the page that says why the run stands still."""
     watchdogs: Watchdogs
@@ -50,12 +50,15 @@ class Conduct:
         self.began_s = self.rig.clock.monotonic_s()
 
     def count_dwell(self) -> None:
-        """Every hundred dwells the process looks at itself. Raises: RunEnds where it has grown too far."""
+        """Count a dwell; after every hundred the process looks at itself.
+
+        Raises: RunEnds where it has grown too far.
+        """
         self.dwells += 1
         if self.dwells % PROCESS_EVERY:
             return
         now = process_figures()
-        self.trail.event("process", now)
+        self.progress_log.event("process", now)
         self.record_lines()
         self.first_figures = self.first_figures or now
         grown = growth(self.first_figures, now)
@@ -69,8 +72,8 @@ class Conduct:
             )
 
     def record_lines(self) -> None:
-        """What happened on every line since it was opened."""
-        self.trail.event(LINKS, link_detail(self.rig.link_counts()))
+        """Record what happened on every line since it was opened."""
+        self.progress_log.event(LINKS, link_detail(self.rig.link_counts()))
 
     def stop_if_asked(self) -> None:
         if self.wait.stop is not None:
@@ -88,20 +91,20 @@ class Conduct:
         limit_s, spent_s = self.plan.max_duration_s, self.rig.clock.monotonic_s() - self.began_s
         if limit_s is not None and spent_s > limit_s:
             raise RunEnds(Ending(State.STOPPED, f"[stop] max_duration_s = {limit_s:g} s has passed", "procedure"))
-        if self.wait.pause is not None and self.trail.state is State.RUNNING:
+        if self.wait.pause is not None and self.progress_log.state is State.RUNNING:
             self._pause(self.wait.pause)
 
     def hold(self, alarm: Alarm, is_over: Callable[[], bool] = lambda: False) -> None:
         """Stand still until ``is_over``, or until a person says continue where the alarm asks for one."""
-        before = self.trail.state
+        before = self.progress_log.state
         self.enter_held(alarm.cause, alarm.reason)
         self.wait.continued = None
         by = self.stand_still(lambda: (alarm.response == "ask" and self.wait.continued is not None) or is_over())
-        self.trail.enter(before, by=by)
+        self.progress_log.enter(before, by=by)
 
     def enter_held(self, cause: str, reason: str) -> None:
-        """Raises: RunEnds where nobody could ever clear it."""
-        self.trail.enter(State.HELD, reason, cause=cause)
+        """Enter ``held``. Raises: RunEnds where nobody could ever clear it."""
+        self.progress_log.enter(State.HELD, reason, cause=cause)
         crash_point(CrashPoint.HELD)
         self.explain()
         if not self.is_attended:
@@ -123,7 +126,7 @@ class Conduct:
         return self.wait.continued.by if self.wait.continued is not None else ""
 
     def _pause(self, request: Request) -> None:
-        self.trail.enter(State.PAUSED, request.text, request.by)
+        self.progress_log.enter(State.PAUSED, request.text, request.by)
         crash_point(CrashPoint.PAUSED)
         by = self.stand_still(lambda: self.wait.pause is None)
-        self.trail.enter(State.RUNNING, by=by)
+        self.progress_log.enter(State.RUNNING, by=by)

@@ -21,6 +21,8 @@ from dataclasses import dataclass, replace
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
 from procedures.journal.emergency import emergency_copy
+from procedures.journal.guard_record import EVENT as GUARDED
+from procedures.journal.guard_record import forget_guard_record, read_guard_record
 from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
@@ -30,15 +32,15 @@ from procedures.journal.spool import Spool
 from procedures.plan.plan import Plan
 from procedures.records.progress import RunObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, told_of_state
-from procedures.run.context import Conduct
+from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import PROCESS, STORAGE, Ending, Outcome, RunEnds
 from procedures.run.epoch import Epoch
 from procedures.run.judgement.alarm import RECONNECT, TrustLost
 from procedures.run.judgement.history import History, read_history
 from procedures.run.progress import SilentObserver
-from procedures.run.progress_log import Trail
-from procedures.run.services import Care
+from procedures.run.progress_log import ProgressLog
+from procedures.run.services import RunServices
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import UNASKED, explain
 from procedures.run.watch.clock_watch import GapWatch
@@ -86,17 +88,17 @@ def run(
     history: History | None = None,
     observer: RunObserver | None = None,
     idle_clock: Clock | None = None,
-    care: Care | None = None,
+    services: RunServices | None = None,
 ) -> Outcome:
     """Work through what is left of ``plan``; the journal is closed when this returns.
 
     ``idle_clock`` is a person's; in virtual time, without one, nobody is there.
     Raises: nothing that a device, a disk or an operator can cause; a defect of ours passes on after the safe stop.
     """
-    history, care = history or History((), 1, None, None), care or Care()
+    history, services = history or History((), 1, None, None), services or RunServices()
     done = sum(dwell.accepted and dwell.purpose == "design" for dwell in history.dwells)
     counts = (done, len(plan.design_dwells), plan.replications)
-    trail = Trail(journal, rig.clock, observer or SilentObserver(), start.state, counts)
+    progress_log = ProgressLog(journal, rig.clock, observer or SilentObserver(), start.state, counts)
 
     unwritten: deque[Mapping[str, object]] = deque()
 
@@ -104,34 +106,36 @@ def run(
 
     def pulse() -> float:
         if (gap_s := gaps.look()) > 0.0:
-            told = f"this process did not run for {gap_s:.0f} s: stopped by a signal, or starved"
-            trail.event("held_up", {"gap_s": round(gap_s, 1), "text": told})
-        unwritten.extend(care.pulse())
+            alert = f"this process did not run for {gap_s:.0f} s: stopped by a signal, or starved"
+            progress_log.event("held_up", {"gap_s": round(gap_s, 1), "text": alert})
+        unwritten.extend(services.pulse())
         with suppress(StorageFailed):  # what became of an alert ends no run; a dwell that finds no room does
             while unwritten:
-                trail.event("alert", unwritten[0])
+                progress_log.event("alert", unwritten[0])
                 unwritten.popleft()
         return watchdogs.feed()
 
-    watchdogs = Watchdogs(rig, trail.event)
-    steering = Steering(spool, rig.clock, idle_clock or SystemClock(), trail.request, pulse, trail.terminal_closed)
-    watch = Watch(rig, care.precautions, steering, trail.event)
+    watchdogs = Watchdogs(rig, progress_log.event)
+    steering = Steering(
+        spool, rig.clock, idle_clock or SystemClock(), progress_log.request, pulse, progress_log.terminal_closed
+    )
+    watch = Watch(rig, services.run_limits, steering, progress_log.event)
     is_attended = idle_clock is not None or not isinstance(rig.clock, VirtualClock)
 
     def tell_why() -> None:
-        explain(trail.folder, positions_deg=resting_deg(rig), second_place=care.second_place)
+        explain(progress_log.folder, positions_deg=resting_deg(rig), second_place=services.second_place)
 
-    conduct = Conduct(plan, rig, trail, steering, watch, care, tell_why, watchdogs, is_attended)
+    context = RunContext(plan, rig, progress_log, steering, watch, services, tell_why, watchdogs, is_attended)
     with signals_steer(steering):
         try:
-            outcome = _closed(journal, _Engine(conduct, start, history))
+            outcome = _closed(journal, _Engine(context, start, history))
         except BaseException:
             # A defect of ours: the rig is safe, the page tells of it, and it goes on its way.
-            explain(trail.folder, second_place=care.second_place)
+            explain(progress_log.folder, second_place=services.second_place)
             raise
         if outcome.state in UNASKED or outcome.cause in (STORAGE, PROCESS):
-            page = explain(trail.folder, outcome.reason, outcome.positions_deg, care.second_place)
-            if page is not None and page.parent != trail.folder:
+            page = explain(progress_log.folder, outcome.reason, outcome.positions_deg, services.second_place)
+            if page is not None and page.parent != progress_log.folder:
                 return replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
         return outcome
 
@@ -145,17 +149,17 @@ def _closed(journal: Journal, engine: "_Engine") -> Outcome:
     except JournalError as error:
         if outcome is None:
             raise
-        told = "; ".join(part for part in (outcome.reason, str(error)) if part)
-        return replace(outcome, reason=told, cause=STORAGE)
+        reasons = "; ".join(part for part in (outcome.reason, str(error)) if part)
+        return replace(outcome, reason=reasons, cause=STORAGE)
     return outcome
 
 
 class _Engine:
     """One process of one run."""
 
-    def __init__(self, conduct: Conduct, start: Start, history: History) -> None:
-        self._conduct = conduct
-        self._rig, self._trail, self._wait = conduct.rig, conduct.trail, conduct.wait
+    def __init__(self, context: RunContext, start: Start, history: History) -> None:
+        self._context = context
+        self._rig, self._progress_log, self._wait = context.rig, context.progress_log, context.wait
         self._start = start
         self._history = history
 
@@ -164,10 +168,12 @@ class _Engine:
         try:
             self._work()
             ending = Ending(State.FINISHED)
-        except RunEnds as asked:
-            ending = asked.ending
-        except WaitEnded:
+        except RunEnds as ends:
+            ending = ends.ending
+        except WaitEnded as ended:
             ending = self._wait.ending()
+            if self._wait.abort is None and self._wait.terminated is None:  # the stop guard heard it first
+                ending = Ending(State.ABORTED, str(ended))
         except StorageFailed as error:
             ending = Ending(State.STOPPED, f"{error}{self._copied()}", cause=STORAGE)
         except (DeviceFault, DeviceRefused, RequestRefused) as error:
@@ -184,59 +190,59 @@ class _Engine:
         return outcome
 
     def _end(self, ending: Ending, defect: BaseException | None) -> Outcome:
-        """The safe state first, then the journal's last line; a failure of either is told, neither is skipped.
+        """Make the rig safe, then write the journal's last line; a failure of either is told, neither is skipped.
 
         A resume that failed before it began leaves the run as resumable as it was.
         """
         crash_point(CrashPoint.ENDING)
-        safe = make_safe(self._rig, self._conduct.plan)
+        safe = make_safe(self._rig, self._context.plan)
         crash_point(CrashPoint.MADE_SAFE)
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
         if safe.failures:
             state, reasons = _without_safety(state), [*reasons, *safe.failures]
         told = told_of_state("; ".join(reasons), ending.by)
-        is_left_as_it_was = self._trail.state in RESUMABLE
+        is_left_as_it_was = self._progress_log.state in RESUMABLE
         if not is_left_as_it_was or cause == STORAGE:
             self._announce(state, "; ".join(reasons), ending.by)
         try:
             if defect is not None:
-                self._trail.event("defect", {"traceback": "".join(traceback.format_exception(defect))})
+                self._progress_log.event("defect", {"traceback": "".join(traceback.format_exception(defect))})
             if not is_left_as_it_was:
-                self._conduct.watchdogs.disarm()
-                self._conduct.record_lines()
-                self._trail.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
-                self._trail.enter(state, "; ".join(reasons), ending.by, cause, is_told=True)
+                self._context.watchdogs.disarm()
+                self._context.record_lines()
+                self._progress_log.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
+                self._progress_log.enter(state, "; ".join(reasons), ending.by, cause, is_told=True)
         except StorageFailed as error:
             told = "; ".join(dict.fromkeys([*reasons, str(error)]))
             if cause != STORAGE:
                 self._announce(State.INTERRUPTED, told, "")
             state, cause = State.INTERRUPTED, STORAGE
-        done, planned = self._trail.dwells_done, self._trail.dwells_planned
+        done, planned = self._progress_log.dwells_done, self._progress_log.dwells_planned
         return Outcome(state, told, done, planned, cause, safe.positions_deg)
 
     def _announce(self, state: State, reason: str, by: str) -> None:
         with suppress(Exception):  # the rim: a screen that fails keeps no run from its last line
-            self._trail.announce(state, reason, by)
+            self._progress_log.announce(state, reason, by)
 
     def _work(self) -> None:
         """Epochs, until nothing is left."""
         self._open_epoch()
         identities, restarts = self._start.identities, 0
         while True:
-            known = self._trail.dwells_done
+            known = self._progress_log.dwells_done
             try:
                 self._run_epoch(identities)
                 return
             except TrustLost as lost:
-                restarts = 1 if self._trail.dwells_done > known else restarts + 1
+                restarts = 1 if self._progress_log.dwells_done > known else restarts + 1
                 self._regain(lost, restarts)
                 identities = self._reread()
                 self._open_epoch(lost.reason)
 
     def _run_epoch(self, identities: dict[str, str] | None) -> None:
-        """Raises: TrustLost for whatever a new epoch can heal."""
+        """Run one epoch. Raises: TrustLost for whatever a new epoch can heal."""
         try:
-            Epoch(self._conduct, self._history, identities).run()
+            Epoch(self._context, self._history, identities).run()
         except _LOST as error:
             alarm = lost_link(error)
             raise TrustLost(alarm.cause, alarm.reason) from error
@@ -247,7 +253,7 @@ class _Engine:
 
     def _has_home(self) -> bool:
         try:
-            return all(self._rig.axes[name].state().is_homed for name in self._conduct.plan.axes)
+            return all(self._rig.axes[name].state().is_homed for name in self._context.plan.axes)
         except _LOST as error:
             alarm = lost_link(error)
             raise TrustLost(alarm.cause, alarm.reason) from error
@@ -256,55 +262,58 @@ class _Engine:
         start = self._start
         opened = {"operator": start.operator, "reason": regained or start.reason, "epoch": self._history.epoch}
         process = {"pid": os.getpid(), "host": platform.node(), "calrig": calrig_version()}
-        self._trail.event("opened", opened | process | {"place": place_of(self._trail.folder)})
+        self._progress_log.event("opened", opened | process | {"place": place_of(self._progress_log.folder)})
+        if (guarded := read_guard_record(self._progress_log.folder)) is not None:
+            self._progress_log.event(GUARDED, guarded)
+            forget_guard_record(self._progress_log.folder)
         if not regained:
-            self._wait.discard_pending(owned_since(self._trail.folder))
+            self._wait.discard_pending(owned_since(self._progress_log.folder))
             if start.state in ACTIVE and self._history.epoch > 1:
-                self._trail.enter(State.INTERRUPTED, "the process ended without a last line")
-        self._trail.enter(State.CHECKING, "" if regained else start.reason, "" if regained else start.operator)
+                self._progress_log.enter(State.INTERRUPTED, "the process ended without a last line")
+        self._progress_log.enter(State.CHECKING, "" if regained else start.reason, "" if regained else start.operator)
         crash_point(CrashPoint.EPOCH_OPENED)
 
     def _regain(self, lost: TrustLost, restarts: int) -> None:
         """Held, the axes told to stop, until every line answers again. Raises: RunEnds, WaitEnded."""
-        self._conduct.watchdogs.forget()
-        safe = make_safe(self._rig, self._conduct.plan, is_over=False)
-        self._trail.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
-        self._conduct.record_lines()
+        self._context.watchdogs.forget()
+        safe = make_safe(self._rig, self._context.plan, is_over=False)
+        self._progress_log.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
+        self._context.record_lines()
         if restarts > MOST_RESTARTS:
             raise RunEnds(
                 Ending(State.TRIPPED, f"{lost.reason}; lost {restarts} times without a dwell between", cause=lost.cause)
             )
         if lost.cause not in RECONNECT:
-            self._trail.enter(State.HELD, lost.reason, cause=lost.cause)
+            self._progress_log.enter(State.HELD, lost.reason, cause=lost.cause)
             return
-        self._conduct.enter_held(lost.cause, lost.reason)
-        pause_s, told = FIRST_PAUSE_S, ""
+        self._context.enter_held(lost.cause, lost.reason)
+        pause_s, last_error = FIRST_PAUSE_S, ""
         while True:
-            self._conduct.stand_still(lambda: False, pause_s)
+            self._context.stand_still(lambda: False, pause_s)
             try:
                 self._rig.reconnect()
                 self._rig.identities()
             except RigError as error:
-                if str(error) != told:
-                    self._trail.event("reconnect", {"failed": str(error)})
-                told, pause_s = str(error), min(2.0 * pause_s, LONGEST_PAUSE_S)
+                if str(error) != last_error:
+                    self._progress_log.event("reconnect", {"failed": str(error)})
+                last_error, pause_s = str(error), min(2.0 * pause_s, LONGEST_PAUSE_S)
                 continue
-            self._trail.event("reconnect", {"failed": ""})
+            self._progress_log.event("reconnect", {"failed": ""})
             return
 
     def _reread(self) -> dict[str, str] | None:
-        """The journal is the truth about what was done; returns the identities as they were at the start."""
-        with JournalReader.open(self._trail.folder) as reader:
-            self._history = read_history(reader, self._conduct.plan)
+        """Read again what was done: the journal is the truth. Return the identities as they were at the start."""
+        with JournalReader.open(self._progress_log.folder) as reader:
+            self._history = read_history(reader, self._context.plan)
             known = reader.last_event("identities")
-        return None if known is None else {name: str(told) for name, told in known.detail.items()}
+        return None if known is None else {name: str(identity) for name, identity in known.detail.items()}
 
     def _copied(self) -> str:
         """Save what can be saved of a journal whose disk has failed."""
-        place = self._conduct.care.second_place
-        return "" if place is None else emergency_copy(self._trail.folder, place, self._trail.unsaved)
+        place = self._context.services.second_place
+        return "" if place is None else emergency_copy(self._progress_log.folder, place, self._progress_log.unsaved)
 
 
 def _without_safety(state: State) -> State:
-    """A run whose axes are not known to rest is for a person to look at, then to take up where that is possible."""
+    """Return the state of a run whose axes are not known to rest: a person looks first, then takes it up."""
     return State.FAILED if state is State.FAILED else State.TRIPPED

@@ -18,7 +18,7 @@ from procedures.journal.voids import DROPPED, void_detail
 from procedures.plan.steps import Dwell, Soak, Step
 from procedures.records.dwells import DwellRecord, Measurement
 from procedures.records.states import State
-from procedures.run.context import LOOK_S, Conduct
+from procedures.run.context import LOOK_S, RunContext
 from procedures.run.dwell.measure import Announcement, move
 from procedures.run.dwell.perform import perform
 from procedures.run.dwell.soak import soak
@@ -45,10 +45,10 @@ INTERLOCK = "interlock"
 class Epoch:
     """Takes the run as far as trust in positions and lines lasts."""
 
-    def __init__(self, conduct: Conduct, history: History, identities: dict[str, str] | None) -> None:
-        self._conduct = conduct
-        self._plan, self._rig, self._trail = conduct.plan, conduct.rig, conduct.trail
-        self._wait, self._watch = conduct.wait, conduct.watch
+    def __init__(self, context: RunContext, history: History, identities: dict[str, str] | None) -> None:
+        self._context = context
+        self._plan, self._rig, self._progress_log = context.plan, context.rig, context.progress_log
+        self._wait, self._watch = context.wait, context.watch
         self._history = history
         self._identities = identities
         self._noise = history.noise()
@@ -60,9 +60,9 @@ class Epoch:
         self._accepted: list[DwellRecord] = []
         self._left: deque[Step] = deque()
         increments_deg = {name: axis.increment_deg for name, axis in self._rig.axes.items()}
-        self._chains = conduct.care.precautions.chains
+        self._chains = context.services.run_limits.chains
         self._suspects = Suspects(self._plan, history, increments_deg, self._chains)
-        self._meters = MeterWatch(self._rig, self._trail.event, self._wait)
+        self._meters = MeterWatch(self._rig, self._progress_log.event, self._wait)
 
     def run(self) -> None:
         """Everything that is left. Raises: RunEnds, TrustLost, RigError, StorageFailed."""
@@ -72,25 +72,25 @@ class Epoch:
         while self._left or self._watch.is_in_doubt or self._meters.owes(self._last_dwell_s):
             step = self._left.popleft() if self._left else None
             if step is None:
-                self._conduct.wait_unless_stopped(LOOK_S)
+                self._context.wait_unless_stopped(LOOK_S)
                 self._boundary()
             elif isinstance(step, Soak):
                 self._soak(step)
             else:
                 self._dwell(step)
-        if self._trail.state is State.CHECKING:
-            self._trail.enter(State.RUNNING)
+        if self._progress_log.state is State.CHECKING:
+            self._progress_log.enter(State.RUNNING)
 
     def _check_rig(self) -> None:
         identities = dict(self._rig.identities())
-        self._trail.event("identities", identities)
-        if self._identities is not None and self._identities != identities:
-            raise RunEnds(Ending(State.TRIPPED, other_devices(self._identities, identities), cause="identity"))
+        self._progress_log.event("identities", identities)
+        if self._identities is not None and (difference := other_devices(self._identities, identities)):
+            raise RunEnds(Ending(State.TRIPPED, difference, cause="identity"))
         self._prepare_readouts()
         for name, readout in self._rig.readouts.items():
-            self._trail.event("meter", {"readout": name, **readout.checks()})
+            self._progress_log.event("meter", {"readout": name, **readout.checks()})
         self._watch.forget_positions()
-        self._conduct.watchdogs.arm(self._wait)
+        self._context.watchdogs.arm(self._wait)
         for name in self._plan.axes:
             position_deg = home_and_arrive(self._rig.axes[name], self._rig.clock, self._wait)
             self._watch.rests_at({name: position_deg})
@@ -101,27 +101,29 @@ class Epoch:
             readout.prepare()
 
     def _warm_up(self) -> None:
-        gates = self._conduct.care.precautions.warm_ups
+        gates = self._context.services.run_limits.warm_ups
         dwells = [step for step in self._left if isinstance(step, Dwell)]
         if not gates or not dwells:
             return
         self._watch.rests_at(move(self._rig, dwells[0], self._wait, self._again))
         self._announce(dwells[0], "warm-up")
         for gate in gates:
-            self._trail.tell("check", f"{gate.channel}: warming up")
-            self._trail.event("warm_up", warm_up(self._rig, gate, self._conduct.wait_unless_stopped))
+            self._progress_log.tell("check", f"{gate.channel}: warming up")
+            self._progress_log.event("warm_up", warm_up(self._rig, gate, self._context.wait_unless_stopped))
 
     def _soak(self, step: Soak) -> None:
         self._boundary()
         self._bring_to(step)
 
     def _bring_to(self, step: Soak) -> None:
-        self._trail.event("intent", {"step": step.step, "soak": step.environment, "setpoint_degc": step.setpoint_degc})
+        self._progress_log.event(
+            "intent", {"step": step.step, "soak": step.environment, "setpoint_degc": step.setpoint_degc}
+        )
         self._rig.chance.announce(step.step, "soak", self._history.epoch, self._replications[step.step])
-        self._trail.tell("soak", f"{step.environment} to {step.setpoint_degc:g} degC for {step.soak_s:g} s")
+        self._progress_log.tell("soak", f"{step.environment} to {step.setpoint_degc:g} degC for {step.soak_s:g} s")
         environment = self._rig.environments[step.environment]
-        degc = soak(environment, step, self._rig.clock, self._conduct.wait_unless_stopped)
-        self._trail.event("soaked", {"step": step.step, "temperature_degc": degc})
+        degc = soak(environment, step, self._rig.clock, self._context.wait_unless_stopped)
+        self._progress_log.event("soaked", {"step": step.step, "temperature_degc": degc})
         self._plateau = step
         self._suspects.forget()
 
@@ -129,7 +131,7 @@ class Epoch:
         """Until the dwell is accepted or the run ends."""
         if dwell.purpose != "check":
             self._stand_on_its_plateau(dwell)
-            if self._trail.state is State.CHECKING:
+            if self._progress_log.state is State.CHECKING:
                 self._leave_checking()
         retries = self._plan.dwell.retries
         judged = self._judged[dwell.step]
@@ -147,47 +149,51 @@ class Epoch:
             if self._regained_its_plateau():
                 granted = judged + retries + 1
             elif judged >= granted:
-                told = f"step {dwell.step}: rejected {judged} times: {'; '.join(record.reasons)}"
-                if not self._went_on_without(record, told):
-                    self._conduct.hold(Alarm("suspect dwell", told, "ask"))
+                reason = f"step {dwell.step}: rejected {judged} times: {'; '.join(record.reasons)}"
+                if not self._went_on_without(record, reason):
+                    self._context.hold(Alarm("suspect dwell", reason, "ask"))
                 granted = judged + retries + 1
 
-    def _went_on_without(self, record: DwellRecord, told: str) -> bool:
-        """One sensor alone spoils the dwell and others remain: they go on without it, and somebody is told."""
+    def _went_on_without(self, record: DwellRecord, reason: str) -> bool:
+        """Drop a sensor that alone spoils the dwell, where others remain, and tell; return whether there was one."""
         sensor = self._suspects.alone_to_blame(record.reasons)
         if sensor is None:
             return False
         self._suspects.drop(sensor)
-        self._trail.event(DROPPED, {"sensor": sensor, "step": record.step, "reason": told})
-        self._trail.tell(DROPPED, f"{sensor}: dropped, the other sensors go on: {told}")
+        self._progress_log.event(DROPPED, {"sensor": sensor, "step": record.step, "reason": reason})
+        self._progress_log.tell(DROPPED, f"{sensor}: dropped, the other sensors go on: {reason}")
         return True
 
     def _stand_on_its_plateau(self, dwell: Dwell) -> None:
-        """A step that is gone back to, or a band that was left, needs its soak anew."""
+        """Soak anew for a step that is gone back to, or after a band was left."""
         plateau = self._plateaus.get(dwell.step)
         if plateau is not None and plateau != self._plateau:
             self._soak(plateau)
 
     def _regained_its_plateau(self) -> bool:
-        """Where the temperature has left its band, wait for it and soak anew; False where it has not."""
+        """Wait for the temperature where it has left its band, and soak anew; return False where it has not."""
         plateau = self._plateau
         if plateau is None:
             return False
         degc = self._rig.environments[plateau.environment].temperature_degc()
         if abs(degc - plateau.setpoint_degc) <= plateau.band_degc:
             return False
-        before = self._trail.state
-        told = f"got {degc:.2f} degC, allowed {plateau.setpoint_degc:g} ± {plateau.band_degc:g} degC (procedure file:"
-        self._trail.enter(State.HELD, f"{plateau.environment}: {told} environment.band_degc)", cause=INTERLOCK)
-        self._conduct.explain()
+        before = self._progress_log.state
+        measured = (
+            f"got {degc:.2f} degC, allowed {plateau.setpoint_degc:g} ± {plateau.band_degc:g} degC (procedure file:"
+        )
+        self._progress_log.enter(
+            State.HELD, f"{plateau.environment}: {measured} environment.band_degc)", cause=INTERLOCK
+        )
+        self._context.explain()
         self._bring_to(plateau)
-        self._trail.enter(before)
+        self._progress_log.enter(before)
         return True
 
     def _attempt(self, dwell: Dwell, attempt: int) -> DwellRecord:
         """Move, measure, judge, commit."""
         intent = {"step": dwell.step, "purpose": dwell.purpose, "attempt": attempt, "epoch": self._history.epoch}
-        self._trail.event("intent", intent | {"targets_deg": dict(dwell.targets_deg)})
+        self._progress_log.event("intent", intent | {"targets_deg": dict(dwell.targets_deg)})
         crash_point(CrashPoint.INTENT_COMMITTED)
         self._watch.rests_at(move(self._rig, dwell, self._wait, self._again))
         crash_point(CrashPoint.IN_POSITION)
@@ -222,24 +228,24 @@ class Epoch:
         record, doubt = self._suspects.examine(record)
         if doubt is not None and doubt.dubious:  # before the dwell is kept: a kill in between leaves nothing in doubt
             detail = void_detail(doubt.dubious, "", "; ".join(doubt.reasons), doubt.kind)
-            self._trail.take_back(doubt.dubious, detail)
+            self._progress_log.void_dwells(doubt.dubious, detail)
         self._watch.saw(measured, is_accepted=record.accepted)
-        stored = self._keep(self._trail.commit(record))
+        stored = self._keep(self._progress_log.commit(record))
         if doubt is not None and doubt.kind != "unexplained":
             self._act_on(doubt)
         return stored
 
-    def _again(self, told: str) -> None:
-        """A move that is made again is on record."""
-        self._trail.event("again", {"reason": told})
-        self._trail.tell("void", told)
+    def _again(self, reason: str) -> None:
+        """Record that a move is made again."""
+        self._progress_log.event("again", {"reason": reason})
+        self._progress_log.tell("void", reason)
 
     def _act_on(self, doubt: Doubt) -> None:
-        """Raises: RunEnds where channels changed places, TrustLost where an axis slipped."""
-        told = "; ".join(doubt.reasons)
+        """Raise what a doubt asks for: RunEnds where channels changed places, TrustLost where an axis slipped."""
+        reason = "; ".join(doubt.reasons)
         if doubt.kind == "slip":
-            raise TrustLost("slip", told)
-        raise RunEnds(Ending(State.TRIPPED, f"{told}; look at scanner and wiring", cause="channels"))
+            raise TrustLost("slip", reason)
+        raise RunEnds(Ending(State.TRIPPED, f"{reason}; look at scanner and wiring", cause="channels"))
 
     def _keep(self, record: DwellRecord) -> DwellRecord:
         """Later dwells are judged by accepted ones, in the order in which an uninterrupted run takes them."""
@@ -250,7 +256,7 @@ class Epoch:
                 self._checks[record.step] = record
             if record.purpose != "check" or self._is_first_check_set:
                 self._noise.learn(record.readings)
-        self._conduct.count_dwell()
+        self._context.count_dwell()
         return record
 
     def _measured(self, dwell: Dwell, announcement: Announcement) -> Measurement:
@@ -259,8 +265,8 @@ class Epoch:
                 return perform(self._rig, self._suspects.plan, dwell, announcement, self._wait)
             except (DeviceNonsense, DeviceSilent, DeviceRefused) as error:
                 detail = {"step": dwell.step, "attempt": announcement.attempt, "void": void, "reason": str(error)}
-                self._trail.event("void", detail)
-                self._trail.tell("void", str(error))
+                self._progress_log.event("void", detail)
+                self._progress_log.tell("void", str(error))
                 if void > self._plan.dwell.retries:
                     raise
                 self._prepare_readouts()
@@ -271,7 +277,10 @@ class Epoch:
         return self._history.first_check_epoch is None
 
     def _announcement(self, dwell: Dwell, attempt: int) -> Announcement:
-        """A check set that is measured again has chance of its own, and the drift of the moment."""
+        """Return what the twins are told of a dwell.
+
+        A check set that is measured again has chance of its own, and the drift of the moment.
+        """
         if dwell.purpose != "check":
             return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "read")
         if self._is_first_check_set:
@@ -298,23 +307,23 @@ class Epoch:
         )
 
     def _leave_checking(self) -> None:
-        """The check set is measured: is the package mounted as declared, and was there a step since the start?"""
+        """Judge the measured check set: the package mounted as declared, and no step since the start."""
         sensors = {name: sensor for name, sensor in self._plan.sensors.items() if name in self._suspects.remaining}
-        require_declared_mounts(sensors, self._checks, self._trail)
+        require_declared_mounts(sensors, self._checks, self._progress_log)
         before = self._history.baseline
         if before:
             is_alike = self._plateaus.get(min(before)) == self._plateau
-            require_no_step(self._history, self._checks, self._trail, self._chains, is_alike=is_alike)
+            require_no_step(self._history, self._checks, self._progress_log, self._chains, is_alike=is_alike)
         elif self._history.epoch > 1 and self._history.mounting > 1:
-            self._trail.event("seam", {"tested": False, "reason": "the package was mounted anew"})
-        self._trail.enter(State.RUNNING)
-        self._trail.begin_pace(self._plan.expected.p50_s / max(len(self._plan.design_dwells), 1))
+            self._progress_log.event("seam", {"tested": False, "reason": "the package was mounted anew"})
+        self._progress_log.enter(State.RUNNING)
+        self._progress_log.begin_pace(self._plan.expected.p50_s / max(len(self._plan.design_dwells), 1))
 
     def _boundary(self, dwell: Dwell | None = None) -> bool:
         """Between dwells; True where earlier steps come first now and ``dwell`` was put behind them."""
-        self._conduct.requests()
+        self._context.requests()
         while (alarm := self._look(dwell)) is not None:
-            voided = self._take_back(alarm)
+            voided = self._void_dwells(alarm)
             self._answer(alarm, dwell)
             first = [] if dwell is None else [dwell]
             if voided or (dwell is not None and self._has_lost_plateau(dwell)):
@@ -323,10 +332,10 @@ class Epoch:
         return False
 
     def _look(self, dwell: Dwell | None) -> Alarm | None:
-        care, folder = self._conduct.care, self._trail.folder
+        services, folder = self._context.services, self._progress_log.folder
         needed = needed_bytes(self._plan, len(self._left) + 1)
         announced = dwell or next((step for step in self._left if isinstance(step, Dwell)), self._plan.dwells[0])
-        found = self._watch.look(care.free_bytes(folder), needed, lambda: self._announce(announced, INTERLOCK))
+        found = self._watch.look(services.free_bytes(folder), needed, lambda: self._announce(announced, INTERLOCK))
         is_last = dwell is None and not self._left
         return found or self._meters.look(
             lambda: self._announce(announced, PHASE), self._last_dwell_s if is_last else None
@@ -336,7 +345,7 @@ class Epoch:
     def _last_dwell_s(self) -> float | None:
         return self._accepted[-1].ended_s if self._accepted else None
 
-    def _take_back(self, alarm: Alarm) -> list[Step]:
+    def _void_dwells(self, alarm: Alarm) -> list[Step]:
         """Void what was measured since the band was left; its steps, to be measured again."""
         if alarm.void_from_s is None:
             return []
@@ -346,7 +355,7 @@ class Epoch:
         self._accepted = [record for record in self._accepted if record.ended_s <= alarm.void_from_s]
         for record in voided:
             self._checks.pop(record.step, None)
-        self._trail.take_back(voided, void_detail(voided, "", alarm.reason, alarm.cause))
+        self._progress_log.void_dwells(voided, void_detail(voided, "", alarm.reason, alarm.cause))
         steps = {record.step for record in voided}
         return [step for step in self._plan.steps if step.step in steps]
 
@@ -357,10 +366,10 @@ class Epoch:
             raise TrustLost(alarm.cause, alarm.reason)
         if alarm.cause == INTERLOCK:
             self._plateau = None
-        self._conduct.hold(alarm, lambda: alarm.response == "hold" and not self._is_still(alarm, dwell))
+        self._context.hold(alarm, lambda: alarm.response == "hold" and not self._is_still(alarm, dwell))
 
     def _is_still(self, alarm: Alarm, dwell: Dwell | None) -> bool:
-        """A hold is over when nothing of its kind is found any more; anything worse is answered at once."""
+        """Return whether a hold goes on; anything worse that is found is answered at once."""
         found = self._look(dwell)
         if found is not None and found.response in ("trip", "restart"):
             self._answer(found, dwell)

@@ -89,8 +89,8 @@ def _rejected(dwells: Iterable[DwellRecord]) -> Iterable[str]:
         for reason in dwell.reasons[:1]
     )
     if reasons:
-        told = "; ".join(f"{count} × {reason}" for reason, count in reasons.most_common(4))
-        yield f"rejected   {sum(reasons.values())} dwells: {told}"
+        listed = "; ".join(f"{count} × {reason}" for reason, count in reasons.most_common(4))
+        yield f"rejected   {sum(reasons.values())} dwells: {listed}"
 
 
 def _kind(reason: str) -> str:
@@ -102,6 +102,6 @@ def _listed(name: str, events: list[Event]) -> Iterable[str]:
         return
     yield f"{name} ({len(events)})"
     for event in events[-_MOST:]:
-        told = event.detail.get("text") or event.detail.get("reason") or event.detail.get("to") or ""
+        text = event.detail.get("text") or event.detail.get("reason") or event.detail.get("to") or ""
         by = f" {event.detail['by']}:" if event.detail.get("by") else ""
-        yield one_line(f"  {event.utc:%m-%d %H:%M}{by} {told}")
+        yield one_line(f"  {event.utc:%m-%d %H:%M}{by} {text}")

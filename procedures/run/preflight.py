@@ -18,7 +18,7 @@ from rig.description.rig_file import RigDescription
 
 
 @dataclass(frozen=True, slots=True)
-class Beforehand:
+class Preflight:
     """Two lists of sentences."""
 
     refusals: tuple[str, ...]
@@ -27,34 +27,34 @@ class Beforehand:
     """What is missing for a calibration; empty where twins are measured, which is none anyway."""
 
 
-def beforehand(
+def preflight(
     rig_file: Path,
     rig: RigDescription,
     plan: Plan | None,
     out: Path,
     today: date,
     free: Callable[[Path], int] = free_bytes,
-) -> Beforehand:
+) -> Preflight:
     """``out``: where run folders are made; it need not exist. ``plan``: None where only the rig is looked at."""
     ready = readiness(rig, today)
-    asked: list[Callable[[], None]] = [lambda: require_local(out)]
+    checks: list[Callable[[], None]] = [lambda: require_local(out)]
     if not rig.is_simulated:
-        asked.append(lambda: ready.require(str(rig_file)))
+        checks.append(lambda: ready.require(str(rig_file)))
     if plan is not None:
         planned, most_mb = plan, rig.interlocks.min_free_mb
-        asked.append(lambda: require_room(out, planned, free(_nearest(out)), most_mb))
-    return Beforehand(tuple(_refused(asked)), () if rig.is_simulated else ready.missing)
+        checks.append(lambda: require_room(out, planned, free(_nearest(out)), most_mb))
+    return Preflight(tuple(_refused(checks)), () if rig.is_simulated else ready.missing)
 
 
-def _refused(asked: list[Callable[[], None]]) -> Iterator[str]:
-    for ask in asked:
+def _refused(checks: list[Callable[[], None]]) -> Iterator[str]:
+    for check in checks:
         try:
-            ask()
+            check()
         except ProcedureError as error:
             yield str(error)
 
 
 def _nearest(folder: Path) -> Path:
-    """The innermost folder that is there."""
+    """Return the innermost folder that is there."""
     folder = folder.resolve()
     return next(place for place in (folder, *folder.parents) if place.exists())

@@ -93,20 +93,20 @@ class PlainLines:
         """``parts``: None tells every dwell."""
         self._write = write
         self._parts = parts
-        self._told = -1
+        self._shown_part = -1
 
     def on_event(self, progress: Progress) -> None:
         if progress.event == "dwell" and self._parts is not None:
             part = self._parts * progress.dwells_done // max(progress.dwells_planned, 1)
-            if part == self._told:
+            if part == self._shown_part:
                 return
-            self._told = part
+            self._shown_part = part
         self._write(line_of(progress))
 
 
 @contextmanager
 def shown_on(stream: TextIO) -> Iterator[RunObserver]:
-    """An observer that draws on ``stream``: a live bar where it is a terminal, plain lines otherwise."""
+    """Yield an observer that draws on ``stream``: a live bar where it is a terminal, plain lines otherwise."""
     if not stream.isatty():
         yield PlainLines(Lines(stream))
         return
@@ -123,13 +123,13 @@ def _bar_on(stream: TextIO) -> Iterator[RunObserver]:
 
         class Drawn:
             def on_event(self, progress: Progress) -> None:
-                told = line_of(progress).partition(" · ")[2]
+                figures = line_of(progress).partition(" · ")[2]
                 bar.update(
                     task,
                     description=str(progress.state),
                     total=progress.dwells_planned,
                     completed=progress.dwells_done,
-                    told="" if progress.event in ("rejected", "void") else told,
+                    told="" if progress.event in ("rejected", "void") else figures,
                 )
                 if progress.event in ("rejected", "void"):
                     bar.console.print(one_line(progress.message), markup=False, highlight=False)

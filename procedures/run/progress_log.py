@@ -17,7 +17,7 @@ TERMINAL = "terminal"
 TERMINAL_CLOSED = "the terminal was closed; the run goes on"
 
 
-class Trail:
+class ProgressLog:
     """Writes to the journal first and tells the observer afterwards."""
 
     def __init__(
@@ -53,7 +53,7 @@ class Trail:
         self.tell("state", told_of_state(reason, by), state, by)
 
     def event(self, kind: str, detail: Mapping[str, object]) -> None:
-        """One line of the audit trail."""
+        """Write one line of the audit trail."""
         self._journal.append_event(kind, detail, self._clock)
 
     def terminal_closed(self) -> None:
@@ -62,14 +62,14 @@ class Trail:
         self.tell(TERMINAL, TERMINAL_CLOSED)
 
     def request(self, taken: Taken) -> None:
-        """A request that was taken; a note and an acknowledgement are events of their own."""
-        asked = taken.request
-        if asked is not None and asked.kind in ("note", "ack"):
-            self.event(asked.kind, {"by": asked.by, "text": asked.text, "at_utc": asked.at_utc})
+        """Record a request that was taken; a note and an acknowledgement are events of their own."""
+        request = taken.request
+        if request is not None and request.kind in ("note", "ack"):
+            self.event(request.kind, {"by": request.by, "text": request.text, "at_utc": request.at_utc})
         else:
             self.event("request", taken.detail())
-        if asked is not None and asked.kind in ("ack", "continue"):
-            self.tell("ack", f"acknowledged by {asked.by}")
+        if request is not None and request.kind in ("ack", "continue"):
+            self.tell("ack", f"acknowledged by {request.by}")
 
     def commit(self, record: DwellRecord) -> DwellRecord:
         """Store a judged dwell and tell of it."""
@@ -89,8 +89,8 @@ class Trail:
         """Of the run."""
         return self._journal.path.parent
 
-    def take_back(self, dwells: Sequence[DwellRecord], detail: Mapping[str, object]) -> None:
-        """Accepted dwells that count no more."""
+    def void_dwells(self, dwells: Sequence[DwellRecord], detail: Mapping[str, object]) -> None:
+        """Void accepted dwells: they count no more."""
         self.event(VOIDED, detail)
         taken_back = sum(dwell.accepted and dwell.purpose == "design" for dwell in dwells)
         self.dwells_done -= taken_back

@@ -23,11 +23,11 @@ class Readiness:
     contradictions: tuple[str, ...]
 
     def require(self, source: str) -> None:
-        """Raises: RequestError where the rig file contradicts itself or the day."""
+        """Check that nothing contradicts. Raises: RequestError where the rig file contradicts itself or the day."""
         if self.contradictions:
-            told = "; ".join(self.contradictions)
+            reasons = "; ".join(self.contradictions)
             raise RequestError(
-                f"{source}: not ready for a calibration: {told}; nothing moved; renew it, or correct the rig file"
+                f"{source}: not ready for a calibration: {reasons}; nothing moved; renew it, or correct the rig file"
             )
 
 

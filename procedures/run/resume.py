@@ -29,7 +29,7 @@ from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
 from procedures.run.judgement.history import History, read_history
-from procedures.run.services import Care, with_precautions
+from procedures.run.services import RunServices, with_run_limits
 from rig.assembly.open_rig import open_rig
 from rig.clock import Clock
 from rig.description.read import rig_from_json
@@ -51,7 +51,7 @@ class Interrupted:
 
 
 @dataclass(frozen=True, slots=True)
-class Word:
+class ResumeAuthorisation:
     """Who resumes, and why."""
 
     operator: str
@@ -66,7 +66,7 @@ def resume(
     reason: str = "",
     observer: RunObserver | None = None,
     idle_clock: Clock | None = None,
-    care: Care | None = None,
+    services: RunServices | None = None,
     *,
     accepts_changes: bool = False,
 ) -> Outcome:
@@ -77,13 +77,14 @@ def resume(
     name and reason),
     JournalError (damaged), RigBusy and other rig errors before the first move.
     """
-    word = Word(operator, reason, accepts_changes)
-    with _taken_over(run_dir, word, idle_clock) as found:
+    authorisation = ResumeAuthorisation(operator, reason, accepts_changes)
+    with _taken_over(run_dir, authorisation, idle_clock) as found:
         rig_file = None if found.header.is_rehearsal else Path(found.header.rig_path)
         with open_rig(
             rig_from_json(found.header.rig_json), rig_file=rig_file, purpose="calrig resume", write=replace_file
         ) as rig:
-            return _go_on(run_dir, found, rig, word, observer, idle_clock, care)
+            rig.belongs_to(run_dir)
+            return _go_on(run_dir, found, rig, authorisation, observer, idle_clock, services)
 
 
 def resume_on(
@@ -93,49 +94,49 @@ def resume_on(
     reason: str = "",
     observer: RunObserver | None = None,
     idle_clock: Clock | None = None,
-    care: Care | None = None,
+    services: RunServices | None = None,
 ) -> Outcome:
-    """As :func:`resume`, on a rig that the caller has opened."""
-    word = Word(operator, reason)
-    with _taken_over(run_dir, word, idle_clock) as found:
-        return _go_on(run_dir, found, rig, word, observer, idle_clock, care)
+    """Resume a run as :func:`resume`, on a rig that the caller has opened."""
+    authorisation = ResumeAuthorisation(operator, reason)
+    with _taken_over(run_dir, authorisation, idle_clock) as found:
+        return _go_on(run_dir, found, rig, authorisation, observer, idle_clock, services)
 
 
 def _go_on(
     run_dir: Path,
     found: Interrupted,
     rig: OpenRig,
-    word: Word,
+    authorisation: ResumeAuthorisation,
     observer: RunObserver | None,
     idle_clock: Clock | None,
-    care: Care | None,
+    services: RunServices | None,
 ) -> Outcome:
     journal = Journal.open_for_append(run_dir / JOURNAL_FILE)
-    new = [told for change in found.changes if (told := str(change)) not in found.answered]
+    new = [sentence for change in found.changes if (sentence := str(change)) not in found.answered]
     if new:
-        detail = {"by": word.operator, "reason": word.reason, "differences": new}
+        detail = {"by": authorisation.operator, "reason": authorisation.reason, "differences": new}
         journal.append_event(OVERRIDE, detail, rig.clock)
-    care = with_precautions(care, found.header)
-    care.begun()
-    start = Start(word.operator, found.state, word.reason, found.identities)
-    return run(found.plan, rig, journal, Spool(run_dir), start, found.history, observer, idle_clock, care)
+    services = with_run_limits(services, found.header)
+    services.begun()
+    start = Start(authorisation.operator, found.state, authorisation.reason, found.identities)
+    return run(found.plan, rig, journal, Spool(run_dir), start, found.history, observer, idle_clock, services)
 
 
 @contextmanager
-def _taken_over(run_dir: Path, word: Word, clock: Clock | None) -> Iterator[Interrupted]:
+def _taken_over(run_dir: Path, authorisation: ResumeAuthorisation, clock: Clock | None) -> Iterator[Interrupted]:
     """Own the run and know where it stands. Raises: RequestError, JournalError."""
     with JournalReader.open(run_dir):
         pass  # a folder without a journal is told before anything is written there
     with owning(run_dir, clock):
         found = _read(run_dir)
-        _require_resumable(run_dir, found, word.operator, word.reason)
+        _require_resumable(run_dir, found, authorisation.operator, authorisation.reason)
         require_unchanged(
             run_dir,
             found.changes,
             found.answered,
-            is_accepted=word.accepts_changes,
-            operator=word.operator,
-            reason=word.reason,
+            is_accepted=authorisation.accepts_changes,
+            operator=authorisation.operator,
+            reason=authorisation.reason,
         )
         if found.changes:
             own = found.header
@@ -159,7 +160,7 @@ def _read(run_dir: Path) -> Interrupted:
 
 
 def _copied(run_dir: Path, reader: JournalReader) -> Iterator[Change]:
-    """A run that goes on in two places is two runs under one name: somebody has to answer for the second."""
+    """Tell that this folder is a copy: a run that goes on in two places is two runs under one name."""
     opened, salvaged = reader.last_event("opened"), reader.last_event(QUARANTINED)
     if opened is None or (salvaged is not None and salvaged.sequence > opened.sequence):
         return  # a salvaged run lies elsewhere by its nature

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from procedures.journal.header import RunHeader
-from procedures.run.judgement.run_limits import Precautions, precautions_of
+from procedures.run.judgement.run_limits import RunLimits, run_limits_of
 from procedures.run.watch.disk_space import free_bytes
 from rig.description.read import rig_from_json
 
@@ -21,10 +21,10 @@ def _tell_nobody() -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Care:
+class RunServices:
     """Collaborators of an unattended run."""
 
-    precautions: Precautions = field(default_factory=Precautions)
+    run_limits: RunLimits = field(default_factory=RunLimits)
     pulse: Pulse = _nothing
     """Called at every look of every wait: a heartbeat goes out while the engine really lives. What it returns, such as
     what became of an alert, is journalled."""
@@ -36,6 +36,6 @@ class Care:
     """Where an emergency copy of the journal goes when its own disk fails."""
 
 
-def with_precautions(care: Care | None, header: RunHeader) -> Care:
-    """What the journal's own rig description asks for."""
-    return replace(care or Care(), precautions=precautions_of(rig_from_json(header.rig_json)))
+def with_run_limits(services: RunServices | None, header: RunHeader) -> RunServices:
+    """Return the services with what the journal's own rig description asks for."""
+    return replace(services or RunServices(), run_limits=run_limits_of(rig_from_json(header.rig_json)))

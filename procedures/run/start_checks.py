@@ -1,4 +1,4 @@
-"""From checking to running: is the package mounted as declared, and did a restart make a step since the start?"""
+"""From checking to running: check the declared mounts, and that a restart made no step since the start."""
 
 from collections.abc import Mapping
 
@@ -11,46 +11,51 @@ from procedures.run.ending import Ending, RunEnds
 from procedures.run.judgement.history import History
 from procedures.run.judgement.mount_check import contradictions
 from procedures.run.judgement.restart_step import compare
-from procedures.run.progress_log import Trail
+from procedures.run.progress_log import ProgressLog
 from rig.description.rig_file import Sensor
 from rig.description.signal_chain import Chain
 
 
-def require_declared_mounts(sensors: Mapping[str, Sensor], checks: Mapping[int, DwellRecord], trail: Trail) -> None:
-    """Raises: RunEnds naming every axis that contradicts its declared mount; the check set is taken back."""
+def require_declared_mounts(
+    sensors: Mapping[str, Sensor], checks: Mapping[int, DwellRecord], progress_log: ProgressLog
+) -> None:
+    """Check every sensor against its declared mount; a contradicted check set is taken back.
+
+    Raises: RunEnds naming every axis that contradicts.
+    """
     dwells = tuple(checks.values())
-    found = [told for name, sensor in sensors.items() for told in contradictions(name, sensor, dwells)]
+    found = [sentence for name, sensor in sensors.items() for sentence in contradictions(name, sensor, dwells)]
     if found:
-        told = f"mount check: {'; '.join(found)}; correct mount, wiring or rig file"
-        trail.event(VOIDED, void_detail(dwells, "", "the mount check found a contradiction", "mount"))
-        raise RunEnds(Ending(State.TRIPPED, told, cause="mount"))
+        sentence = f"mount check: {'; '.join(found)}; correct mount, wiring or rig file"
+        progress_log.event(VOIDED, void_detail(dwells, "", "the mount check found a contradiction", "mount"))
+        raise RunEnds(Ending(State.TRIPPED, sentence, cause="mount"))
 
 
 def require_no_step(
     history: History,
     checks: Mapping[int, DwellRecord],
-    trail: Trail,
+    progress_log: ProgressLog,
     chains: Mapping[str, Chain],
     *,
     is_alike: bool,
 ) -> None:
     """``is_alike``: the check set before was measured at the same plateau. Raises: RunEnds where there is a step."""
     if not is_alike:
-        trail.event("seam", {"tested": False, "reason": "the check set was measured at another plateau"})
+        progress_log.event("seam", {"tested": False, "reason": "the check set was measured at another plateau"})
         return
     before = {step: at_declared(dwell, chains) for step, dwell in history.baseline.items()}
     after = {step: at_declared(dwell, chains) for step, dwell in checks.items()}
     found = compare(before, after, (at_declared(dwell, chains) for dwell in history.visits))
     steps = [one for one in found if one.is_step]
     worst = max(found, key=lambda one: abs(one.t) / one.t_limit)
-    told = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"
-    detail = {"tested": True, "comparisons": len(found), "steps": len(steps), "worst": told}
-    trail.event("seam", {**detail, "against_epoch": history.baseline_epoch})
+    sentence = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"
+    detail = {"tested": True, "comparisons": len(found), "steps": len(steps), "worst": sentence}
+    progress_log.event("seam", {**detail, "against_epoch": history.baseline_epoch})
     if steps:
         raise RunEnds(
             Ending(
                 State.TRIPPED,
-                f"the restart made a step: {told}, allowed {worst.t_limit:.3g}; look at mount, sensor and meter; "
+                f"the restart made a step: {sentence}, allowed {worst.t_limit:.3g}; look at mount, sensor and meter; "
                 "a resume with a name and a reason accepts it",
                 cause="seam",
             )

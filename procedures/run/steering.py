@@ -106,8 +106,10 @@ class Steering:
         return min(self._clock.slice_s, self._pulse_within_s)
 
     def discard_pending(self, since: datetime | None) -> None:
-        """Requests that a dead process left behind are journalled and, but for words, not obeyed; what was asked
-        ``since`` this process owns the run was asked of it."""
+        """Journal the requests that a dead process left behind without obeying them, but for words.
+
+        What was asked ``since`` this process owns the run was asked of it.
+        """
         for taken in self._spool.take():
             request = taken.request
             if request is None or request.kind in ("note", "ack") or _is_asked_since(request, since):

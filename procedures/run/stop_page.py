@@ -79,7 +79,7 @@ def explain(
 
 
 def _unread(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> Why:
-    """What can be said where the journal cannot even be read."""
+    """Return what can be said where the journal cannot even be read."""
     return Why(
         run=str(run_dir),
         title=run_dir.name,
@@ -97,7 +97,7 @@ def _unread(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> W
 
 
 def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> Why:
-    """Raises: JournalError."""
+    """Return why a run stopped. Raises: JournalError."""
     with JournalReader.open(run_dir) as reader:
         events, state = list(reader.events()), reader.last_event("state")
         plan = reader.header.plan
@@ -118,12 +118,12 @@ def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> 
             advice=advice(cause),
             traces=_traces(dwells),
             dwells=dwells[-_MOST_ROWS:],
-            events=[(event.utc, event.kind, _told(event)) for event in events if event.utc >= since][-_MOST_ROWS:],
+            events=[(event.utc, event.kind, _in_words(event)) for event in events if event.utc >= since][-_MOST_ROWS:],
         )
 
 
 def text_of(why: Why) -> str:
-    """The same for a terminal or a mail."""
+    """Return the page as text for a terminal or a mail."""
     lines = [
         one_line(f"{why.title}: {why.state}"),
         f"run      {why.run}",
@@ -134,7 +134,7 @@ def text_of(why: Why) -> str:
         f"to do    {why.advice}",
         "",
         "last events:",
-        *(one_line(f"  {utc:%H:%M:%S}  {kind:<11} {told}") for utc, kind, told in why.events),
+        *(one_line(f"  {utc:%H:%M:%S}  {kind:<11} {words}") for utc, kind, words in why.events),
     ]
     return "\n".join(lines) + "\n"
 
@@ -142,8 +142,8 @@ def text_of(why: Why) -> str:
 def _positions(positions_deg: Mapping[str, float]) -> str:
     if not positions_deg:
         return "not known: no axis answered; go and look before anything is moved"
-    told = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in positions_deg.items())
-    return f"at rest, read back: {told}; nothing has been moved since"
+    positions = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in positions_deg.items())
+    return f"at rest, read back: {positions}; nothing has been moved since"
 
 
 def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:
@@ -169,7 +169,7 @@ def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:
     return [sparkline(name, unit, minutes, values) for name, unit, values in rows]
 
 
-def _told(event: Event) -> str:
+def _in_words(event: Event) -> str:
     detail = event.detail
     match event.kind:
         case "state":
@@ -182,7 +182,7 @@ def _told(event: Event) -> str:
 
 
 def _plain(value: object) -> str:
-    """As a person reads it: what a journal keeps as tables and lists, without their brackets."""
+    """Return a value as a person reads it: tables and lists of the journal without their brackets."""
     match value:
         case bool():
             return "yes" if value else "no"

@@ -18,7 +18,7 @@ from procedures.solution.request import SensorRows
 
 
 def profile_observations(item: SensorRows) -> Observations:
-    """One row a bin of every dwell: mean rates between two looks, mean readings of the samples between."""
+    """Return one row a bin of every dwell: mean rates between two looks, mean readings of the samples between."""
     rows, plan, channels, source = item.at_declared(), item.plan, item.channels, item.source
     parts = [_bins(row, plan, channels, source) for row in rows]
     place = {name: np.concatenate([part.angles_rad[name] for part in parts]) for name in AXES}
@@ -79,7 +79,7 @@ def _bins(row: DwellRecord, plan: Plan, channels: Mapping[str, str], source: str
 
 
 def _taken(row: DwellRecord, channel: str) -> ChannelReading:
-    """When the samples of a channel were taken."""
+    """Return when the samples of a channel were taken."""
     return row.readings[f"{channel.partition('.')[0]}.{TAKEN}"]
 
 

@@ -209,9 +209,9 @@ def _of_coils(item: SensorRows, observations: Observations, axis: str) -> Iterat
         u_ut, largest_ut = item.rig.field[coil].uncertainty_ut, max(map(abs, fields_ut))
         if u_ut > 0.0 and largest_ut > 0.0:
             along = [turned(row, {}, _unit(item.rig, coil)) * field_ut for row, field_ut in enumerate(fields_ut)]
-            told = f"field.{coil}: standard {u_ut:g} µT of {largest_ut:g} µT, an error of its scale"
+            stated = f"field.{coil}: standard {u_ut:g} µT of {largest_ut:g} µT, an error of its scale"
             column = np.array(along)[:, None] * u_ut / largest_ut
-            yield LevelError(SharedError(f"scale of field {coil}", "level", 1.0, "standard", told), column)
+            yield LevelError(SharedError(f"scale of field {coil}", "level", 1.0, "standard", stated), column)
 
 
 def _magnet_levels(rows: Sequence[DwellRecord], reading: FloatArray) -> LevelRows:

@@ -39,8 +39,8 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     for label in item.channels:
         levels = known_levels(item, observations, label)
         if levels.level.size == 0 or float(np.ptp(levels.level)) == 0.0:
-            told = f"axis {label}: it was exposed to one level only: no line goes through it; it has no result"
-            warnings[told] = None
+            sentence = f"axis {label}: it was exposed to one level only: no line goes through it; it has no result"
+            warnings[sentence] = None
             continue
         model = _model(item, observations, label, levels)
         errors = _errors(item, label, levels)

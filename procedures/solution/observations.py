@@ -24,7 +24,7 @@ def observations_of(
     source: str = "run",
     chains: Mapping[str, Chain] | None = None,
 ) -> Observations:
-    """Accepted design dwells as rows.
+    """Return accepted design dwells as rows.
 
     ``channels``: sensor axis (``x``) to full channel name (``dmm.x``). ``temperature``: the sensor's own channel, or
     the environment whose reading stands for it, or None. Roll and yaw are 0 where the rig has no such axis.
@@ -100,9 +100,14 @@ def _refuse_repeats(rows: Sequence[DwellRecord], source: str) -> None:
 
 
 def _attitude_rad(rows: Sequence[DwellRecord], axis: str) -> FloatArray:
-    """As read back or told by a reference; of an axis that turned its start: where it is enters no equation."""
-    told = [row.targets_deg.get(axis, 0.0) if _rate_dps(row, axis) else row.measured_deg.get(axis, 0.0) for row in rows]
-    return np.asarray(np.deg2rad(np.array(told, dtype=float)))
+    """Return the attitude as read back or told by a reference.
+
+    Of an axis that turned, its start: where it is enters no equation.
+    """
+    angles_deg = [
+        row.targets_deg.get(axis, 0.0) if _rate_dps(row, axis) else row.measured_deg.get(axis, 0.0) for row in rows
+    ]
+    return np.asarray(np.deg2rad(np.array(angles_deg, dtype=float)))
 
 
 def _knows_yaw(row: DwellRecord) -> bool:

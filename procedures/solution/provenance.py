@@ -54,19 +54,22 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
 
 
 def _approved_by(record: RunRecord) -> str | None:
-    """An approval counts only where nothing was missing for a calibration when the run began; twins need nothing."""
+    """Return who approved the set, or None.
+
+    An approval counts only where nothing was missing for a calibration when the run began; twins need nothing.
+    """
     lacks = not record.is_simulated and bool(missing_in(record.events))
     return None if lacks else record.rig.approved_by
 
 
 def _chained(sensor: Sensor, rig: RigDescription) -> list[str]:
-    """The channels of this sensor whose chain is declared."""
+    """Return the channels of this sensor whose chain is declared."""
     thermometer = [] if sensor.temperature is None else [sensor.temperature.channel]
     return [channel for channel in [*sensor.channels.values(), *thermometer] if channel in rig.chain]
 
 
 def _range(values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float]:
-    """Ends rounded to what a file states: degrees went through radians."""
+    """Return the ends rounded to what a file states: degrees went through radians."""
     return round(float(values.min()), 9), round(float(values.max()), 9)
 
 
@@ -79,7 +82,7 @@ def _yaw_range(solved: SolvedSensor) -> tuple[float, float] | None:
 
 
 def _rate_range(solved: SolvedSensor) -> tuple[float, float] | None:
-    """Of the angular velocity along the package's axes; None where the model senses no rate."""
+    """Return the range of angular velocity along the package's axes; None where the model senses no rate."""
     rows, calibration = solved.observations, solved.calibration
     if calibration is None or calibration.model != "gyro" or rows.euler_rate_rad_s is None or rows.yaw_rad is None:
         return None
@@ -100,7 +103,7 @@ def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
 
 
 def _standards(rig: RigDescription) -> Iterable[Standard]:
-    """The standards that a device or a resistor of this rig points to, each once."""
+    """Yield the standards that a device or a resistor of this rig points to, each once."""
     pointed = [
         *(axis.standard for axis in rig.axes.values()),
         *(readout.standard for readout in rig.readouts.values()),

@@ -91,6 +91,6 @@ def read_record(reader: JournalReader) -> RunRecord:
 
 
 def _state(reader: JournalReader) -> State:
-    """A run whose process is gone does not run, whatever its last line says."""
+    """Return the state of a run; one whose process is gone does not run, whatever its last line says."""
     written = reader.state()
     return State.INTERRUPTED if written in ACTIVE and not is_owned(reader.path.parent) else written

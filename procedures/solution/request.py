@@ -92,7 +92,7 @@ def request_for(
     table: TableUncertainty | None,
     shared: Mapping[str, tuple[SharedError, ...]] = MappingProxyType({}),
 ) -> CalibrationRequest:
-    """What a procedure's ``[solve]`` asks of one sensor, under the certificates of its rig."""
+    """Return what a procedure's ``[solve]`` asks of one sensor, under the certificates of its rig."""
     axes = tuple(channels)
     known = {
         axis: solve.known_temperature[key]
@@ -121,22 +121,22 @@ def budgets_of(
 ) -> dict[str, AxisBudget]:
     """Axis to its budget under what was asked for; ``trials`` of a Monte Carlo check, 0: none."""
     gravity = None if rig is None else gravity_of(rig)
-    told = {} if rig is None else {"table": table_in_words(rig)}
+    stated = {} if rig is None else {"table": table_in_words(rig)}
     return {
-        label: axis_budget(axis, request.shared_errors.get(label, ()), gravity, stated=told, trials=trials)
+        label: axis_budget(axis, request.shared_errors.get(label, ()), gravity, stated=stated, trials=trials)
         for label, axis in calibration.axes.items()
     }
 
 
 def model_name(solve: Solve, sensor: str) -> str:
-    """What the mathematics calls the model of one sensor: CR's two packages are two models."""
+    """Return what the mathematics calls the model of one sensor: CR's two packages are two models."""
     if solve.model == "pitch-yaw-roll":
         return f"pitch-yaw-roll-{solve.packages.get(sensor, 'model')}"
     return "linear-accelerometer" if solve.model == "linear" else solve.model
 
 
 def request_of(name: str, rig: RigDescription, sensor: Sensor, solve: Solve) -> CalibrationRequest:
-    """What is asked of one sensor of a run."""
+    """Return what is asked of one sensor of a run."""
     source = temperature_source(rig, sensor)
     errors = shared_errors(rig, sensor, source if isinstance(source, str) else None)
     return request_for(name, sensor.channels, solve, table_uncertainty(rig), errors)

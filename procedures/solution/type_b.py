@@ -22,15 +22,18 @@ Kind = Literal["limit", "standard", "expanded"]
 
 
 def divisor(standard: Standard | None) -> float:
-    """What a stated uncertainty is divided by; a limit where no certificate says otherwise."""
+    """Return what a stated uncertainty is divided by; a limit where no certificate says otherwise."""
     if standard is None:
         return sqrt(3.0)
     return {"limit": sqrt(3.0), "standard": 1.0, "expanded": standard.k}[standard.kind]
 
 
 def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:
-    """Of one attitude: what a reference sensor tells it to, else of the axis' index: a limit divided by √3 unless its
-    standard says otherwise; 0 where there is no such axis."""
+    """Return the standard uncertainty of one attitude; 0 where there is no such axis.
+
+    What a reference sensor tells it to, else of the axis' index: a limit divided by √3 unless its standard says
+    otherwise.
+    """
     reference = rig.attitude_reference
     if reference is not None and axis in reference.channels:
         return ARCSEC_PER_DEG * reference.uncertainty_deg
@@ -41,7 +44,7 @@ def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:
 
 
 def table_uncertainty(rig: RigDescription) -> TableUncertainty | None:
-    """The rig's indices as its axes and their standards declare them; None where no axis has any uncertainty."""
+    """Return the rig's indices as its axes and their standards declare them; None where no axis has any uncertainty."""
     names = ("pitch", "roll", "yaw")
     pitch_rad, roll_rad, yaw_rad = (radians(standard_uncertainty_arcsec(rig, name) / ARCSEC_PER_DEG) for name in names)
     errors = {name: declared for name in names if (declared := _index_errors(rig, name)) is not None}
@@ -52,7 +55,8 @@ def table_uncertainty(rig: RigDescription) -> TableUncertainty | None:
 
 def _index_errors(rig: RigDescription, name: str) -> IndexErrors | None:
     """As attitudes: what the machine's own angles say, turned by the sign of the axis. None where nothing is declared,
-    or a reference sensor tells the attitude."""
+    or a reference sensor tells the attitude.
+    """
     axis = rig.axes.get(name)
     is_told = rig.attitude_reference is not None and name in rig.attitude_reference.channels
     if axis is None or is_told:
@@ -81,7 +85,7 @@ def _known(axis: AxisSettings, divided_by: float) -> KnownErrors | None:
 
 
 def table_in_words(rig: RigDescription) -> str:
-    """What is declared of the table's indices."""
+    """Describe what is declared of the table's indices."""
     return ", ".join(
         f"{name} u {u:.2g}″{_shape_in_words(rig, name)}"
         for name in ("pitch", "yaw", "roll")
@@ -103,7 +107,7 @@ def _shape_in_words(rig: RigDescription, name: str) -> str:
 
 
 def level_remarks(rig: RigDescription) -> tuple[str, ...]:
-    """That nobody read the level of the base, where the attitude is counted from it."""
+    """Say that nobody read the level of the base, where the attitude is counted from it."""
     reference = rig.attitude_reference
     is_told = reference is not None and {"pitch", "roll"} <= set(reference.channels)
     if rig.level.before is not None or rig.level.after is not None or is_told:
@@ -134,26 +138,32 @@ def shared_errors(
 
 
 def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:
-    """The meter behind a channel, and its load resistor."""
+    """Yield the errors of the meter behind a channel, and of its load resistor."""
     readout, _, name = channel.partition(".")
     meter = _standard(rig, rig.readouts[readout].standard) if readout in rig.readouts else None
     if meter is not None and meter[1].uncertainty_v:
-        u_v, told = meter[1].uncertainty_v / divisor(meter[1]), _told(meter, meter[1].uncertainty_v, "V")
-        yield SharedError("multimeter zero", "reading", u_v, meter[1].kind, told)
+        u_v, stated = meter[1].uncertainty_v / divisor(meter[1]), _in_words(meter, meter[1].uncertainty_v, "V")
+        yield SharedError("multimeter zero", "reading", u_v, meter[1].kind, stated)
         range_v = _range_v(rig, readout, name)
         if range_v:
-            yield SharedError("multimeter gain", "gain", u_v / range_v, meter[1].kind, f"{told}, over {range_v:g} V")
+            yield SharedError("multimeter gain", "gain", u_v / range_v, meter[1].kind, f"{stated}, over {range_v:g} V")
     chain = rig.chain.get(channel)
+    if chain is not None and chain.load_resistor_ohm and readout in rig.readouts:
+        input_ohm = rig.readouts[readout].input_ohm(name)
+        if input_ohm is not None:
+            told = f"{chain.load_resistor_ohm:g} Ω on an input of {input_ohm:g} Ω"
+            u = chain.load_resistor_ohm / input_ohm / sqrt(3.0)
+            yield SharedError("multimeter input", "gain", u, "limit", told, is_of_one_channel=True)
     resistor = None if chain is None else _standard(rig, chain.standard)
     if chain is not None and chain.load_resistor_ohm and resistor is not None and resistor[1].uncertainty_ohm:
         u = resistor[1].uncertainty_ohm / divisor(resistor[1]) / chain.load_resistor_ohm
-        told = _told(resistor, resistor[1].uncertainty_ohm, "Ω")
-        told = f"{told}, of {chain.load_resistor_ohm:g} Ω"
-        yield SharedError("load resistor", "gain", u, resistor[1].kind, told, is_of_one_channel=True)
+        stated = _in_words(resistor, resistor[1].uncertainty_ohm, "Ω")
+        stated = f"{stated}, of {chain.load_resistor_ohm:g} Ω"
+        yield SharedError("load resistor", "gain", u, resistor[1].kind, stated, is_of_one_channel=True)
 
 
 def _level(rig: RigDescription) -> Iterator[SharedError]:
-    """The base as it was read before and after, and the instrument's own uncertainty (a limit)."""
+    """Yield the errors of the base, as it was read before and after, and of the instrument itself (a limit)."""
     read = [reading for reading in (rig.level.before, rig.level.after) if reading is not None]
     own_arcsec = rig.level.uncertainty_arcsec
     places: tuple[tuple[str, Effect], ...] = (("about_pitch", "pitch"), ("about_roll", "base-tilt"))
@@ -161,8 +171,8 @@ def _level(rig: RigDescription) -> Iterator[SharedError]:
         largest_arcsec = max((abs(getattr(reading, f"{key}_arcsec")) for reading in read), default=0.0)
         u_rad = radians(hypot(largest_arcsec, own_arcsec) / sqrt(3.0) / ARCSEC_PER_DEG)
         if u_rad > 0.0:
-            told = f"level: read up to {largest_arcsec:g}″, instrument ±{own_arcsec:g}″"
-            yield SharedError(f"level of the base {key.replace('_', ' ')}", effect, u_rad, "limit", told)
+            stated = f"level: read up to {largest_arcsec:g}″, instrument ±{own_arcsec:g}″"
+            yield SharedError(f"level of the base {key.replace('_', ' ')}", effect, u_rad, "limit", stated)
 
 
 def _thermometer(rig: RigDescription, sensor: Sensor, temperature: str | None) -> Iterator[SharedError]:
@@ -173,15 +183,15 @@ def _thermometer(rig: RigDescription, sensor: Sensor, temperature: str | None) -
         probe = None if temperature is None else _standard(rig, rig.environment[temperature].standard)
     if probe is not None and probe[1].uncertainty_degc:
         u_degc = probe[1].uncertainty_degc / divisor(probe[1])
-        told = _told(probe, probe[1].uncertainty_degc, "°C")
-        yield SharedError("thermometer", "temperature", u_degc, probe[1].kind, told)
+        stated = _in_words(probe, probe[1].uncertainty_degc, "°C")
+        yield SharedError("thermometer", "temperature", u_degc, probe[1].kind, stated)
 
 
 def _standard(rig: RigDescription, name: str | None) -> tuple[str, Standard] | None:
     return (name, rig.standards[name]) if name is not None and name in rig.standards else None
 
 
-def _told(standard: tuple[str, Standard], stated: float, unit: str) -> str:
+def _in_words(standard: tuple[str, Standard], stated: float, unit: str) -> str:
     name, declared = standard
     coverage = f", k = {declared.k:g}" if declared.kind == "expanded" else ""
     size = f"{1e6 * stated:g} µV" if unit == "V" else f"{stated:g} {unit}"
@@ -189,7 +199,7 @@ def _told(standard: tuple[str, Standard], stated: float, unit: str) -> str:
 
 
 def _range_v(rig: RigDescription, readout: str, channel: str) -> float | None:
-    """Of a channel, where its readout has ranges in volts."""
+    """Return the range of a channel in volts, or None."""
     channels = getattr(rig.readouts[readout], "channels", {})
     range_v = getattr(channels.get(channel), "range_v", None)
     return float(range_v) if isinstance(range_v, int | float) else None

@@ -31,11 +31,11 @@ class SerialPort:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class DeviceAnswer:
     """A device that was asked who it is, by its table in the rig file."""
 
     key: str
-    told: str = ""
+    identity: str = ""
     trouble: str = ""
     """Why there is no answer, or why it is the wrong one."""
 
@@ -54,13 +54,13 @@ def serial_ports(by_id: Path = BY_ID) -> list[SerialPort]:
     ]
 
 
-def identify_each(description: RigDescription, rig_file: Path) -> list[Asked]:
+def identify_each(description: RigDescription, rig_file: Path) -> list[DeviceAnswer]:
     """Ask every device of a rig who it is, line by line: one that does not answer keeps no other from being asked.
 
     Nothing moves. Raises: RigBusy where somebody owns the rig.
     """
     with acquire([str(rig_file)], "devices"):
-        found = [asked for line in _lines(description) for asked in _asked(line)]
+        found = [asked for line in _lines(description) for asked in _ask_line(line)]
     return [_judged(asked, expected(description)) for asked in found]
 
 
@@ -75,7 +75,7 @@ def _lines(description: RigDescription) -> Iterator[RigDescription]:
             yield description.model_copy(update=nothing | {table: {name: device}})
 
 
-def _asked(line: RigDescription) -> list[Asked]:
+def _ask_line(line: RigDescription) -> list[DeviceAnswer]:
     """Ask the devices of one line; where it cannot be opened, that is what each of them has to say."""
     try:
         with open_rig(line) as rig:
@@ -83,21 +83,21 @@ def _asked(line: RigDescription) -> list[Asked]:
     except RigBusy:
         raise
     except RigError as error:
-        return [Asked(key, trouble=str(error)) for key in drivers_of(line)]
+        return [DeviceAnswer(key, trouble=str(error)) for key in drivers_of(line)]
 
 
-def _answer(key: str, device: Identifiable) -> Asked:
+def _answer(key: str, device: Identifiable) -> DeviceAnswer:
     try:
-        return Asked(key, device.identify())
+        return DeviceAnswer(key, device.identify())
     except RigError as error:
-        return Asked(key, trouble=str(error))
+        return DeviceAnswer(key, trouble=str(error))
 
 
-def _judged(asked: Asked, expected_of: dict[str, str]) -> Asked:
+def _judged(asked: DeviceAnswer, expected_of: dict[str, str]) -> DeviceAnswer:
     try:
-        require_expected(expected_of, {asked.key: asked.told} if asked.told else {})
+        require_expected(expected_of, {asked.key: asked.identity} if asked.identity else {})
     except RequestRefused as stranger:
-        return Asked(asked.key, asked.told, str(stranger))
+        return DeviceAnswer(asked.key, asked.identity, str(stranger))
     return asked
 
 

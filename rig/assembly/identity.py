@@ -25,12 +25,16 @@ def expected(description: RigDescription) -> dict[str, str]:
     return {} if description.is_simulated else dict(_stated(description))
 
 
-def require_expected(expected: Mapping[str, str], told: Mapping[str, str]) -> None:
+def require_expected(expected: Mapping[str, str], identities: Mapping[str, str]) -> None:
     """Refuse devices that are not the expected ones.
 
     Raises: RequestRefused naming every device that is another one, and whose it is where that can be told.
     """
-    wrong = [_sentence(key, expected, told) for key in told if key in expected and expected[key] not in told[key]]
+    wrong = [
+        _sentence(key, expected, identities)
+        for key in identities
+        if key in expected and expected[key] not in identities[key]
+    ]
     if wrong:
         raise RequestRefused(f"{'; '.join(wrong)}; nothing moved; put the cables right, or correct the rig file")
 
@@ -47,8 +51,8 @@ def _stated(description: RigDescription) -> Iterator[tuple[str, str]]:
                 yield f"{table}.{name}", device.identity
 
 
-def _sentence(key: str, expected: Mapping[str, str], told: Mapping[str, str]) -> str:
-    owner = next((other for other, text in expected.items() if other != key and text in told[key]), None)
+def _sentence(key: str, expected: Mapping[str, str], identities: Mapping[str, str]) -> str:
+    owner = next((other for other, text in expected.items() if other != key and text in identities[key]), None)
     whose = "" if owner is None else f", which is {owner}: their cables changed places"
     allowed = f"allowed is one with {expected[key]!r} ({key}: identity)"
-    return f"{key}: another device answers: got {told[key]!r}{whose}, {allowed}"
+    return f"{key}: another device answers: got {identities[key]!r}{whose}, {allowed}"

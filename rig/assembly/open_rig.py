@@ -3,12 +3,15 @@
 Everything is opened together or not at all, and given back in the opposite order.
 """
 
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import cast
+
+from platformdirs import user_state_path
 
 from rig.assembly.faulty_lines import with_faults
 from rig.assembly.identity import Identifiable, expected, require_expected
@@ -17,17 +20,32 @@ from rig.crash_points import refuse_crash_points
 from rig.description.device_settings import TWIN_PORT
 from rig.description.fault_plan import FaultPlan
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Axis, Environment, Field, NoChance, Readout, Stream, TwinChance, WriteFile
+from rig.devices.abilities import (
+    Axis,
+    Environment,
+    Field,
+    NoChance,
+    Readout,
+    Stoppable,
+    Stream,
+    TwinChance,
+    WriteFile,
+)
 from rig.devices.cable import CableGuard, TurningAxis
 from rig.devices.cable_memory import memory_of
 from rig.drivers.open import open_axes, open_environment, open_field, open_readout, open_sample_stream
 from rig.drivers.twin_lines import axis_lines, twin_lines
 from rig.errors import DescriptionError, LinkLost
-from rig.lines.lock import RigLock, acquire
+from rig.guard.ask import FOLDER as GUARDS
+from rig.guard.stop_guard import GuardedLine, StopGuard
+from rig.lines.lock import RigLock, acquire, canonical, serial_of
 from rig.lines.open_lines import Lines
 from rig.lines.recording import LineSource
 from rig.link.counts import ExchangeCounts
 from rig.link.gpib import port_of
+from rig.link.terminal_stream import TERMINAL
+from rig.machine_folder import machine_folder
+from rig.motion.supervisor import Supervisor
 from rig.twins.control import RemoteChance
 from rig.twins.twin import Twin
 from rig.twins.world import World
@@ -44,6 +62,8 @@ class Connected:
     fields: Mapping[str, Field]
     chance: TwinChance
     counts: Callable[[], Mapping[str, ExchangeCounts]]
+    guarded: tuple[GuardedLine, ...]
+    """Real lines on which axes are that somebody else could stop."""
     lines: ExitStack
 
 
@@ -57,12 +77,20 @@ class Rig:
         connect: Callable[[], Connected],
         devices: Connected,
         held: ExitStack,
+        guard: StopGuard | None = None,
+        purpose: str = "calrig",
     ) -> None:
         self.description = description
         self.clock = clock
         self._connect = connect
         self._devices = devices
         self._held = held
+        self._guard = guard
+        self._purpose = purpose
+        self._locked: set[str] = set()
+        """Devices by their serial numbers."""
+        if guard is not None:
+            guard.hold(devices.guarded)
 
     @property
     def axes(self) -> Mapping[str, Axis]:
@@ -100,17 +128,42 @@ class Rig:
 
         Nothing moves. Where it fails, the lines are closed and it can be tried again. Raises as :func:`open_rig`.
         """
+        if self._guard is not None:
+            self._guard.release()
         self._close_lines()
         self._devices = self._connect()
+        if self._guard is not None:
+            self._guard.hold(self._devices.guarded)
+
+    def prepare_to_move(self) -> None:
+        """Begin what must be there before anything moves, where the first motion should not wait for it."""
+        if self._guard is not None:
+            self._guard.begin()
+
+    def belongs_to(self, run_dir: Path) -> None:
+        """Whoever stops these axes from elsewhere tells of it in the run's folder."""
+        if self._guard is not None:
+            self._guard.belongs_to(run_dir)
 
     def identities(self) -> dict[str, str]:
         """Return who every device says it is, by table (``axes.pitch``).
 
         Raises: DeviceSilent, DeviceNonsense, LinkLost, RequestRefused where one is not the one that the file means.
         """
-        told = {key: device.identify() for key, device in self.by_table().items()}
-        require_expected(expected(self.description), told)
-        return told
+        found = {key: device.identify() for key, device in self.by_table().items()}
+        require_expected(expected(self.description), found)
+        return found
+
+    def _lock_devices(self, identities: Iterable[str]) -> None:
+        """Lock every device that tells its serial number: it is this rig's by whatever port others reach it.
+
+        Twins tell those of others. Raises: RigBusy.
+        """
+        if self.description.is_simulated:
+            return
+        wanted = {serial for told in identities if (serial := serial_of(told)) is not None} - self._locked
+        self._held.enter_context(acquire(sorted(wanted), self._purpose))
+        self._locked |= wanted
 
     def require_identities(self) -> None:
         """Ask those who they are of whom the file states it. Raises as :meth:`identities`."""
@@ -129,8 +182,13 @@ class Rig:
         return {f"{table}.{name}": device for table, devices in tables.items() for name, device in devices.items()}
 
     def close(self) -> None:
-        """Give ports and locks back; closing twice is harmless. Nothing is moved or stopped."""
+        """Give ports and locks back; closing twice is harmless.
+
+        Nothing is moved; what is not known to stand is stopped.
+        """
         try:
+            if self._guard is not None:
+                self._guard.close()
             self._close_lines()
         finally:
             self._held.close()
@@ -178,10 +236,12 @@ def open_rig(
             served = with_faults(served, faults, world, clock.monotonic_s(), tell_fault)
         twins = {key: line.twin for line in served for key in line.keys}
 
-        def connect() -> Connected:
-            return _connected(description, clock, world, twins, line_source, write)
+        guard = stop_guard(description, rig_file, purpose)
 
-        return Rig(description, clock, connect, connect(), held.pop_all())
+        def connect() -> Connected:
+            return _connected(description, clock, world, twins, line_source, guard, write)
+
+        return Rig(description, clock, connect, connect(), held.pop_all(), guard, purpose)
 
 
 def _connected(
@@ -190,6 +250,7 @@ def _connected(
     world: World | None,
     twins: Mapping[str, Twin],
     line_source: LineSource | None,
+    guard: StopGuard | None,
     write: WriteFile | None,
 ) -> Connected:
     """Open every device over lines of its own, or none."""
@@ -198,7 +259,9 @@ def _connected(
         found: dict[str, Axis] = {}
         for names in axis_lines(description.axes):
             found |= open_axes({name: description.axes[name] for name in names}, lines)
-        found = {name: guarded(axis, description, name, write) for name, axis in found.items()}
+        guarded_lines = _guarded_lines(description, found, lines)
+        supervisor = Supervisor(clock, guard if guarded_lines else None)
+        found = {name: guarded(supervisor.supervise(axis), description, name, write) for name, axis in found.items()}
         return Connected(
             axes={name: found[name] for name in description.axes},
             readouts={
@@ -213,8 +276,35 @@ def _connected(
             fields={name: open_field(name, settings, lines) for name, settings in description.field.items()},
             chance=world or _remote_chance(description, lines),
             counts=lines.counts,
+            guarded=guarded_lines,
             lines=opened.pop_all(),
         )
+
+
+def _guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines: Lines) -> tuple[GuardedLine, ...]:
+    """Return the lines of axes that somebody else can stop; a port is one line, whatever its names."""
+    found: dict[str, GuardedLine] = {}
+    for name, axis in axes.items():
+        port = description.axes[name].port
+        descriptor = None if port == TWIN_PORT else lines.descriptor(port)
+        if descriptor is None or not isinstance(axis, Stoppable):
+            continue
+        line = found.get(canonical(port)) or GuardedLine(f"axes.{name}", port, descriptor, "rfc2217://" in port)
+        found[canonical(port)] = replace(line, orders={**line.orders, name: tuple(axis.stop_steps())})
+    return tuple(found.values())
+
+
+def stop_guard(description: RigDescription, rig_file: Path | None, purpose: str) -> StopGuard | None:
+    """Return the guard of a rig with axes on real ports; its process begins with the first motion."""
+    if all(axis.port in (TWIN_PORT, TERMINAL) for axis in description.axes.values()):
+        return None
+    rig = {"purpose": purpose, "rig_file": "" if rig_file is None else os.path.realpath(rig_file)}
+    record = user_state_path("calrig") / "stop-guards" / f"{os.getpid()}.json"
+    try:
+        folder: Path | None = Path(machine_folder(GUARDS))
+    except OSError:
+        folder = None  # then nobody finds it; it guards all the same
+    return StopGuard(record, rig, folder, SystemClock())
 
 
 def guarded(axis: Axis, description: RigDescription, name: str, write: WriteFile | None) -> Axis:

@@ -27,6 +27,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _unknown_interlocks(file, rig, channels)
     yield from _unknown_standards(file, rig)
     yield from _axis_twice(file, rig)
+    yield from _cables_that_never_wind(file, rig)
     yield from _unusable_dialects(file, rig)
     yield from _unusable_resources(file, rig)
     if rig.uses_twins:
@@ -150,6 +151,16 @@ def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
         if axis.port != TWIN_PORT and address in taken:
             yield file.complaint(("axes", name, "axis"), f"axis {axis.axis} at {axis.port} is already {taken[address]}")
         taken[address] = name
+
+
+def _cables_that_never_wind(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """Asked of files only: journals hold rigs from before this was refused."""
+    for name, axis in rig.axes.items():
+        if axis.wrap_turns is not None and axis.turning != "revolves":
+            told = "give top_rate_dps, or remove it" if hasattr(axis, "top_rate_dps") else "remove it"
+            yield file.complaint(
+                ("axes", name, "wrap_turns"), f"the axis does not turn on and on, no cable of it winds up; {told}"
+            )
 
 
 def _missing_truth(file: TomlFile, rig: RigDescription) -> Iterable[str]:

@@ -63,6 +63,10 @@ class AxisSettings(StrictTable):
         """Whether it can turn at a rate that is asked for: on and on, or between its limits."""
         return "no"
 
+    def remarks(self) -> tuple[str, ...]:
+        """Return what a person should know of this machine before a run. Raises: DescriptionError."""
+        return ()
+
     def refuse_rate(self, name: str, rate_dps: float) -> None:
         """Refuse what the file can tell of a rate before any port is opened. Raises: RequestRefused."""
         raise RequestRefused(
@@ -107,6 +111,10 @@ class ReadoutSettings(StrictTable):
     def reading_s(self, nplc: float | None = None) -> float:
         """Return the expected seconds for one reading; ``nplc`` None: the description's."""
         raise NotImplementedError
+
+    def input_ohm(self, channel: str) -> float | None:  # noqa: ARG002 for those that have channels of their own
+        """Return what the input of ``channel`` loads its source with; None where that is nothing that counts."""
+        return None
 
 
 class EnvironmentSettings(StrictTable):

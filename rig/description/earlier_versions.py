@@ -7,12 +7,16 @@ the beliefs that it began with, so that it is solved to its own numbers.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
-DROPPED: Mapping[str, tuple[str, ...]] = {"readouts": ("settle_nplc",)}
-"""Table of tables to keys. ``settle_nplc`` was read and never used: the procedure's ``[dwell]`` says it."""
-BELIEVED: Mapping[str, Mapping[str, object]] = {"axes": {"index_errors": "independent"}}
-"""Table of tables to what a missing key stood for when it was not there yet."""
+DROPPED: tuple[tuple[str, ...], ...] = (
+    ("readouts", "*", "settle_nplc"),
+    ("streams", "*", "count", "unit_s"),
+)
+"""Keys by their path, ``*`` for any name. ``settle_nplc`` was read and never used: the procedure's ``[dwell]`` says it.
+A count has no seconds: ``unit_s`` belongs to ``time``."""
+BELIEVED: Mapping[tuple[str, ...], object] = {("axes", "*", "index_errors"): "independent"}
+"""Keys by their path to what they stood for when they were not there yet."""
 
 
 def as_stored_now(text: str) -> str:
@@ -21,16 +25,22 @@ def as_stored_now(text: str) -> str:
         document = json.loads(text)
     except ValueError:
         return text
-    for table, keys in DROPPED.items():
-        for settings in _tables(document, table):
-            for key in keys:
-                settings.pop(key, None)
-    for table, beliefs in BELIEVED.items():
-        for settings in _tables(document, table):
-            settings.update({key: value for key, value in beliefs.items() if key not in settings})
+    for *tables, key in DROPPED:
+        for table in _found(document, tables):
+            table.pop(key, None)
+    for (*tables, key), belief in BELIEVED.items():
+        for table in _found(document, tables):
+            table.setdefault(key, belief)
     return json.dumps(document)
 
 
-def _tables(document: object, name: str) -> list[dict[str, object]]:
-    tables = document.get(name) if isinstance(document, dict) else None
-    return [table for table in tables.values() if isinstance(table, dict)] if isinstance(tables, dict) else []
+def _found(document: object, path: Sequence[str]) -> Iterator[dict[str, object]]:
+    """Yield the tables at a path, those that are there."""
+    found = [document]
+    for name in path:
+        found = [inner for table in found if isinstance(table, dict) for inner in _below(table, name)]
+    yield from (table for table in found if isinstance(table, dict))
+
+
+def _below(table: Mapping[str, object], name: str) -> list[object]:
+    return list(table.values()) if name == "*" else [table[name]] if name in table else []

@@ -102,8 +102,8 @@ class FaultRule(StrictTable):
     def _is_clear(self) -> "FaultRule":
         triggers = [name for name in _TRIGGERS if getattr(self, name) is not None]
         if len(triggers) != 1:
-            told = " and ".join(triggers) or "none"
-            raise ValueError(f"give one of {', '.join(_TRIGGERS)} that says when, got {told}")
+            given = " and ".join(triggers) or "none"
+            raise ValueError(f"give one of {', '.join(_TRIGGERS)} that says when, got {given}")
         needed, known = NEEDS.get(self.kind, ()), MAY_HAVE.get(self.kind, ())
         missing = [name for name in needed if getattr(self, name) is None]
         if missing:

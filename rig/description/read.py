@@ -30,7 +30,7 @@ def read_rig(path: Path) -> RigDescription:
     """Read and check a rig file. Raises: DescriptionError naming file, line and key of every mistake."""
     file = read_toml(path)
     file.require_seen()
-    description = file.validate(_file_model(file.values))
+    description = file.validate(rig_form(file.values))
     tables, complaints = _index_tables(file, description.axes)
     complaints += complaints_about_references(file, description)
     if complaints:
@@ -41,11 +41,14 @@ def read_rig(path: Path) -> RigDescription:
     )
 
 
-def _file_model(values: Mapping[str, Any]) -> type[RigDescription]:
-    """Return RigDescription with the tables of the drivers that the values name in place of their bases."""
+def rig_form(values: Mapping[str, Any] | None = None) -> type[RigDescription]:
+    """Return the form of a file: in place of the devices' bases the tables of the drivers that the values name.
+
+    Without values the tables of every driver.
+    """
     fields: dict[str, Any] = {}
     for table, ability in TABLES.items():
-        classes = classes_for(ability, values.get(table, {}))
+        classes = classes_for(ability, None if values is None else values.get(table, {}))
         if classes:
             default = Field(min_length=1) if table == "axes" else {}
             fields[table] = (dict[Name, _one_of(classes)], default)  # type: ignore[misc]
@@ -87,7 +90,7 @@ def rig_from_json(text: str) -> RigDescription:
     """Return a description that ``model_dump_json`` wrote, as a journal keeps it. Raises: DescriptionError."""
     try:
         stored = as_stored_now(text)
-        return _file_model(_values_in(stored)).model_validate_json(stored)
+        return rig_form(_values_in(stored)).model_validate_json(stored)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"])

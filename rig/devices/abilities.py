@@ -4,7 +4,7 @@ The engine, the jog and the checks know these and no driver. A driver holds a li
 only through the :class:`Wait` that it is given: that is how a stop reaches it within a tenth of a second.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
@@ -150,6 +150,47 @@ class Watchdog(Protocol):
 
     def disarm_watchdog(self) -> None:
         """Leave the machine at rest: where it can be told so, it need not notice."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServoAim:
+    """The position that a servo controller answers becomes the servo's target."""
+
+    channel: int
+    device: int | None
+    has_crc: bool
+
+
+@dataclass(frozen=True, slots=True)
+class StopStep:
+    """Bytes that help to stop an axis, whoever sends them, without an answer being needed."""
+
+    send: bytes
+    pause_s: float = 0.0
+    """Silence behind them."""
+    aim: ServoAim | None = None
+    """Where ``send`` is a question whose answer becomes the order."""
+
+    def document(self) -> dict[str, object]:
+        """Return it as the stop guard reads it."""
+        document: dict[str, object] = {"send": self.send.hex(), "pause_s": self.pause_s}
+        if self.aim is not None:
+            document["aim"] = {
+                "channel": self.aim.channel,
+                "device": self.aim.device,
+                "has_crc": self.aim.has_crc,
+            }
+        return document
+
+
+@runtime_checkable
+class Stoppable(Protocol):
+    """An axis whose stop can be sent by somebody else: the stop guard (:mod:`rig.guard`)."""
+
+    name: str
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        """Return what stops it, in order; harmless when it is at rest and when it is sent again."""
 
 
 @dataclass(frozen=True, slots=True)

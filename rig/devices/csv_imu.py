@@ -82,13 +82,18 @@ class CsvChannel(StrictTable):
 
 
 class CsvColumn(StrictTable):
-    """``count`` or ``time``: a column that tells the order."""
+    """``count``: a column that tells the order."""
 
     column: str
     wraps_at: Positive | None = None
     """It starts again at 0 behind this minus one; None: never."""
+
+
+class CsvTime(CsvColumn):
+    """``time``: a column that tells the order and when."""
+
     unit_s: Positive = 1.0
-    """Seconds of one unit, for ``time``."""
+    """Seconds of one unit."""
 
 
 class CsvImuSettings(StreamSettings):
@@ -102,10 +107,15 @@ class CsvImuSettings(StreamSettings):
     channels: dict[str, CsvChannel] = Field(min_length=1)
     """By column."""
     count: CsvColumn | None = None
-    time: CsvColumn | None = None
+    time: CsvTime | None = None
     separator: Literal[",", ";", "\t", " "] = ","
     prefix: Annotated[str, Field(max_length=32, pattern=r"^[ -)+-~]*$")] = ""
     checksum: Checksum = "none"
+    banner_lines: Annotated[int, Field(ge=0, le=10_000)] = 50
+    """So many lines that are no sample may come before the first that is one: boards tell of themselves first."""
+    dtr_low: bool = False
+    rts_low: bool = False
+    """Held low before the port opens; boards with native USB send nothing then. Linux raises DTR for a moment."""
 
     @model_validator(mode="after")
     def _columns_agree(self) -> "CsvImuSettings":
@@ -152,7 +162,7 @@ class CsvImu:
         self._stream = stream
         self._clock = clock
         self._shape = settings.shape()
-        self._reader = RowReader(stream, name, self._parse)
+        self._reader = RowReader(stream, name, self._parse, settings.banner_lines + 1)
         self._last_count: float | None = None
         self._last_time: float | None = None
 

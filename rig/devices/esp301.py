@@ -1,4 +1,4 @@
-"""Newport ESP300 and ESP301 motion controllers: axes that go to any angle.
+"""Newport ESP300, ESP301 and ESP302 motion controllers: axes that go to any angle.
 
 Commands are silent, so every one is followed by reading the error queue. The controller has no word for "homed": an
 axis counts as homed once this driver saw its home search end without an error, until its motor is off, the time
@@ -7,14 +7,14 @@ was found earlier. Replies do not repeat the question: after any doubt the line 
 tell the controller's version, which no number can be taken for; and a position at rest is believed when two agree.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from threading import RLock
 from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field
 
-from rig.description.device_settings import AxisSettings
-from rig.devices.abilities import AxisState
+from rig.description.device_settings import AxisSettings, Positive
+from rig.devices.abilities import AxisState, StopStep
 from rig.devices.machine_limits import require_travel
 from rig.devices.targets import check_target
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
@@ -24,6 +24,7 @@ from rig.wire import esp301 as wire
 from rig.wire.esp301 import Command, ErrorRecord
 
 _SPEED_TOLERANCE = 1e-3
+_RESOLUTION_TOLERANCE = 1e-4
 _LOOKS = 3
 _CLOCK_SLACK_S, _CLOCK_DRIFT = 5.0, 1e-3
 """How far the controller's clock may be from ours and still have run all the time."""
@@ -42,6 +43,8 @@ class Esp301Settings(AxisSettings):
     """Parameter of the home search ``OR``."""
     homed_before: bool = False
     """The operator vouches that the axis was homed since power came on."""
+    resolution_deg: Positive | None = None
+    """Of one encoder count (SU): "degrees" (SN) is a label only, which proves no scale."""
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 1.0
 
 
@@ -65,7 +68,7 @@ class Esp301Controller:
         return self._ask(wire.ask(letters, axis), wire.decode_flag, "0 or 1")
 
     def version(self) -> str:
-        return self._ask(wire.ask("VE"), wire.decode_version, "the version of an ESP300 or ESP301")
+        return self._ask(wire.ask("VE"), wire.decode_version, "the version of an ESP300, ESP301 or ESP302")
 
     def command(self, *commands: Command) -> list[ErrorRecord]:
         """Send once; the errors that came of it. Older ones are kept for :meth:`take_errors`."""
@@ -103,8 +106,8 @@ class Esp301Controller:
             return self._exchange.read_line(self._exchange.patience.timeout_s, b"VE?")
         except DeviceSilent:
             raise DeviceNonsense(
-                f"{self._exchange.stream.name}: no ESP300 or ESP301 answers to VE?: got {line!r}; nothing was taken"
-                " from it; check the line settings and that this is the right device"
+                f"{self._exchange.stream.name}: no ESP300, ESP301 or ESP302 answers to VE?: got {line!r}; nothing was"
+                " taken from it; check the line settings and that this is the right device"
             ) from None
 
     def _read_errors(self) -> list[ErrorRecord]:
@@ -170,7 +173,8 @@ class Esp301Axis:
         """Return the controller's version and its own limits, which may be wider than the file's."""
         version = self._controller.version()
         low_deg, high_deg = self._verified()
-        return f"{version}, axis {self._settings.axis}, own limits {low_deg:g} to {high_deg:g} deg"
+        scale = "" if self._settings.resolution_deg is None else f", {self._settings.resolution_deg:g} deg a count"
+        return f"{version}, axis {self._settings.axis}, own limits {low_deg:g} to {high_deg:g} deg{scale}"
 
     def check_target(self, target_deg: float) -> None:
         check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
@@ -218,6 +222,9 @@ class Esp301Axis:
         if self._home == "searching":
             self._home = "none"
         self._controller.command(Command("ST", self._settings.axis))
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        return (StopStep(wire.encode(Command("ST", self._settings.axis))),)
 
     def home_mark(self) -> Mapping[str, float]:
         return {"stamp": float(self._controller.stamp())}
@@ -282,11 +289,24 @@ class Esp301Axis:
                     f"{self.name}: the controller counts this axis in unit {unit:g} (SN), allowed {wire.DEGREES}"
                     " (degrees); nothing moved; set its unit to degrees, or correct the axis' number"
                 )
+            self._require_resolution(number)
             travel_deg = controller.ask_number("SL", number), controller.ask_number("SR", number)
             low_deg, high_deg = (self._settings.attitude_deg(table_deg) for table_deg in travel_deg)
             require_travel(self.name, self.limits_deg, (low_deg, high_deg))
             self._travel_deg = travel_deg
         return self._travel_deg
+
+    def _require_resolution(self, number: int) -> None:
+        need_deg = self._settings.resolution_deg
+        if need_deg is None:
+            return
+        told_deg = self._controller.ask_number("SU", number)
+        if abs(told_deg - need_deg) > _RESOLUTION_TOLERANCE * need_deg:
+            raise DeviceRefused(
+                f"{self.name}: the controller reckons with (SU) {told_deg:g} deg a count, the rig file says"
+                f" {need_deg:g} (axes.{self.name}: resolution_deg); nothing moved; another stage is"
+                " connected, or its scale was changed: correct one of them"
+            )
 
     def _pace(self) -> None:
         """Tell the controller the file's speed and see it taken. Raises: DeviceRefused, DeviceFault."""

@@ -50,6 +50,8 @@ class Hp3458aChecks(MeterChecks):
     autocalibrate: bool = False
     """ACAL DCV before the run and when the meter's own temperature has moved."""
     temperature_step_degc: Positive = 1.0
+    autocalibrate_every_h: Positive = 24.0
+    """Its specifications count from the last ACAL for so long, whatever the temperature did."""
     short_scanner: Annotated[int, Field(ge=0, le=599)] | None = None
     reference_scanner: Annotated[int, Field(ge=0, le=599)] | None = None
     """As in ``channels``: below 100 it means slot 1."""
@@ -84,6 +86,12 @@ class Hp3458aSettings(ReadoutSettings):
         if twice:
             raise ValueError(f"scanner channel {twice[0]} is used by more than one name; each needs its own")
         self.checks.refuse_conflicts(used, self.ranges_v())
+        for number in [*used, *(place for place in self.checks.places().values() if place is not None)]:
+            if not any(scanner_wire.has_channel(card, number) for card in scanner_wire.SWITCHED_BY):
+                raise ValueError(
+                    f"scanner channel {number}: no card of a 3488A has it (allowed: slot 1 to 5, with the channels of"
+                    f" {', '.join(scanner_wire.SWITCHED_BY)}, such as 100 to 109)"
+                )
         return self
 
     def ranges_v(self) -> list[float]:
@@ -92,6 +100,10 @@ class Hp3458aSettings(ReadoutSettings):
 
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
+
+    def input_ohm(self, channel: str) -> float | None:
+        """More than 10 gigohm up to 10 V, with FIXEDZ OFF as after PRESET."""
+        return 10.0e6 if self.channels[channel].range_v > 10.0 else None
 
     def reading_s(self, nplc: float | None = None) -> float:
         """Return the seconds for one reading: autozero takes a second conversion for each."""
@@ -116,6 +128,7 @@ class Hp3458aReadout:
         self._settings = settings
         self._calibrated_degc: float | None = None
         """The meter's own temperature when it last calibrated itself; None before."""
+        self._calibrated_s = 0.0
         self._bus = bus
         self._nplc = settings.nplc
         self._clock = clock
@@ -160,7 +173,7 @@ class Hp3458aReadout:
         return {"meter_temperature_degc": self.meter.temperature_degc()}
 
     def needs_check(self) -> bool:
-        return self._settings.checks.autocalibrate and self._has_drifted(self.meter.temperature_degc())
+        return self._settings.checks.autocalibrate and self._is_due(self.meter.temperature_degc())
 
     def check_itself(self, wait: Wait) -> MeterLook:
         """Check the meter by known voltages, calibrated anew where it has drifted.
@@ -168,12 +181,13 @@ class Hp3458aReadout:
         The scanner opens everything before the meter calibrates itself: its inputs must not be driven.
         """
         checks, degc = self._settings.checks, self.meter.temperature_degc()
-        is_calibrated_anew = checks.autocalibrate and self._has_drifted(degc)
+        is_calibrated_anew = checks.autocalibrate and self._is_due(degc)
         if is_calibrated_anew:
             with self._quiet_unless_done():
                 self.scanner.release(wait)
                 self.meter.autocalibrate(wait)
             degc = self._calibrated_degc = self.meter.temperature_degc()
+            self._calibrated_s = self._clock.monotonic_s()
 
         def read(place: int, range_v: float) -> Burst:
             return self._burst(
@@ -182,9 +196,12 @@ class Hp3458aReadout:
 
         return MeterLook(proofs(checks, self._settings.ranges_v(), read), degc, is_calibrated_anew)
 
-    def _has_drifted(self, degc: float) -> bool:
+    def _is_due(self, degc: float) -> bool:
         before_degc = self._calibrated_degc
-        return before_degc is None or abs(degc - before_degc) >= self._settings.checks.temperature_step_degc
+        if before_degc is None or abs(degc - before_degc) >= self._settings.checks.temperature_step_degc:
+            return True
+        age_h = (self._clock.monotonic_s() - self._calibrated_s) / 3600.0
+        return age_h >= self._settings.checks.autocalibrate_every_h
 
     def _entry(self, channel: str, samples: int) -> ScannedChannel:
         if channel not in self._inputs:

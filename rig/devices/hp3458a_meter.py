@@ -34,8 +34,10 @@ AUTOCALIBRATION_S, AUTOCALIBRATION_LIMIT_S = 150.0, 150.0
 """ACAL DCV takes 165 s by the manual: first look, and how much later it may end."""
 LONGEST_ERROR_LIST = 40
 
-CONFIGURATION = b"QFORMAT NORM;INBUF ON;OFORMAT ASCII;MEM OFF;MATH OFF;AZERO ON;TRIG AUTO;TARM HOLD"
-"""INBUF ON frees the bus during a burst, so that the meter can be polled and cleared."""
+CONFIGURATION = b"QFORMAT NORM;INBUF ON;OFORMAT ASCII;MEM OFF;MATH OFF;AZERO ON;FIXEDZ OFF;TRIG AUTO;TARM HOLD"
+"""FIXEDZ OFF is more than 10 gigohm up to 10 V.
+
+INBUF ON frees the bus during a burst, so that the meter can be polled and cleared."""
 CONFIRMED: tuple[tuple[bytes, float], ...] = ((b"OFORMAT?", 1), (b"AZERO?", 1), (b"TRIG?", 1), (b"TARM?", 4))
 
 
@@ -65,7 +67,13 @@ class Hp3458aMeter:
 
     def identify(self) -> str:
         self._bus.send(self._address, b"END ALWAYS")
-        return f"{self._ask(b'ID?', wire.parse_identity)} at address {self._address}"
+        who = self._ask(b"ID?", wire.parse_identity)
+        master, slave = self._ask(b"REV?", wire.parse_pair)
+        option, adjusted = (self._ask(query, wire.parse_number) for query in (b"OPT?", b"CALNUM?"))
+        return (
+            f"{who} at address {self._address}, revision {master:g},{slave:g}, option {option:g},"
+            f" adjusted {adjusted:g} times"
+        )
 
     def prepare(self) -> None:
         """Clear, reset, identify, configure, read back."""

@@ -16,6 +16,9 @@ from rig.wire.hp3488a import Status
 
 READY_LIMIT_S = 2.0
 
+END = b"\r\n"
+"""Behind every message: that the unit takes EOI alone for its end is not known."""
+
 
 class Hp3488aScanner:
     """The scanner at ``address``, with the channels (slot and two digits) that the rig uses."""
@@ -34,7 +37,7 @@ class Hp3488aScanner:
 
     def identify(self) -> str:
         """Return the identity and the card in every slot that is used. Raises: DeviceSilent, DeviceNonsense."""
-        identity = self._bus.ask(self._address, b"ID?", wire.parse_identity, idempotent=True)
+        identity = self._bus.ask(self._address, b"ID?" + END, wire.parse_identity, idempotent=True)
         return ", ".join([identity, *(f"{card} in slot {slot}" for slot, card in self._cards().items())])
 
     def prepare(self, wait: Wait) -> None:
@@ -42,8 +45,8 @@ class Hp3488aScanner:
         self._is_known = False
         self._bus.clear(self._address)
         self._settle(wait)
-        self._bus.ask(self._address, b"ERROR", wire.parse_errors, idempotent=False)
-        self._bus.ask(self._address, b"ID?", wire.parse_identity, idempotent=True)
+        self._bus.ask(self._address, b"ERROR" + END, wire.parse_errors, idempotent=False)
+        self._bus.ask(self._address, b"ID?" + END, wire.parse_identity, idempotent=True)
         self._require_cards()
         for channel in self._channels:
             self._require(channel, closed=False)
@@ -58,7 +61,7 @@ class Hp3488aScanner:
         if self._closed != channel:
             self._is_known = False
             self._open(wait)
-            self._bus.send(self._address, wire.close(channel))
+            self._bus.send(self._address, wire.close(channel) + END)
             self._settle(wait)
             self._closed = channel
             self._is_known = True
@@ -83,7 +86,7 @@ class Hp3488aScanner:
     def _open(self, wait: Wait) -> None:
         if self._closed is None:
             return
-        self._bus.send(self._address, wire.open_channel(self._closed))
+        self._bus.send(self._address, wire.open_channel(self._closed) + END)
         self._settle(wait)
         self._require(self._closed, closed=False)
         self._closed = None
@@ -105,7 +108,7 @@ class Hp3488aScanner:
         )
 
     def _require(self, channel: int, *, closed: bool) -> None:
-        is_closed = self._bus.ask(self._address, wire.view(channel), wire.parse_view, idempotent=True)
+        is_closed = self._bus.ask(self._address, wire.view(channel) + END, wire.parse_view, idempotent=True)
         if is_closed != closed:
             self._is_known = False
             raise DeviceFault(
@@ -114,7 +117,7 @@ class Hp3488aScanner:
             )
 
     def _require_no_error(self, after: str) -> None:
-        if errors := self._bus.ask(self._address, b"ERROR", wire.parse_errors, idempotent=False):
+        if errors := self._bus.ask(self._address, b"ERROR" + END, wire.parse_errors, idempotent=False):
             self._is_known = False
             raise DeviceRefused(
                 f"{self.name}: scanner: {after}: {', '.join(errors)} error; the relays are in doubt;"
@@ -135,7 +138,7 @@ class Hp3488aScanner:
     def _cards(self) -> dict[int, str]:
         """Return the model of the card in every slot that is used."""
         return {
-            slot: self._bus.ask(self._address, wire.card_type(slot), wire.parse_card_type, idempotent=True)
+            slot: self._bus.ask(self._address, wire.card_type(slot) + END, wire.parse_card_type, idempotent=True)
             for slot in sorted({wire.slot_of(channel) for channel in self._channels})
         }
 

@@ -1,6 +1,6 @@
 """Indexing tables with a curvic coupling: they stop only at multiples of their increment, and are exact there."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from threading import Lock
 from typing import Literal
@@ -8,13 +8,14 @@ from typing import Literal
 from pydantic import Field
 
 from rig.description.device_settings import AxisSettings
-from rig.devices.abilities import AxisState
+from rig.devices.abilities import AxisState, StopStep
 from rig.devices.starting import start_once
 from rig.devices.targets import check_target
 from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from rig.wire.indexing_table import (
+    Acknowledged,
     AskPosition,
     AskState,
     Command,
@@ -23,16 +24,18 @@ from rig.wire.indexing_table import (
     Identity,
     Move,
     Position,
+    Prepare,
     Refused,
     Reply,
     Stop,
     TableCodec,
     TableState,
 )
-from rig.wire.table_dialect import load_dialect
+from rig.wire.table_dialect import Dialect, load_dialect
 
 _SAME_ANGLE_DEG = 1e-4
 """Half the last digit of a read-back, rounded up: closer than this is the commanded tooth."""
+_STILL_DEG = 1e-6
 _TIMES_REFUSED = 3
 """So often the machine may refuse a question before it is believed: the line may have damaged it on its way."""
 
@@ -44,6 +47,41 @@ class IndexingTableSettings(AxisSettings):
     increment_deg: float = Field(gt=0.0)
     dialect: str | None = None
     """Name of a shipped dialect or path of a dialect file; by default it follows from the increment."""
+    homed_before: bool = False
+    """The operator vouches for a home of a machine that does not tell of it."""
+
+    def spoken(self) -> Dialect:
+        """Return the dialect that this axis is spoken to in. Raises: DescriptionError."""
+        return load_dialect(self.dialect, self.increment_deg)
+
+    @property
+    def baud_rate(self) -> int:
+        return self.spoken().line.baud_rate
+
+    @property
+    def parity(self) -> str:
+        return self.spoken().line.parity
+
+    @property
+    def data_bits(self) -> int:
+        return self.spoken().line.data_bits
+
+    @property
+    def stop_bits(self) -> int:
+        return self.spoken().line.stop_bits
+
+    @property
+    def rts_cts(self) -> bool:
+        return self.spoken().line.rts_cts
+
+    def remarks(self) -> tuple[str, ...]:
+        dialect = self.spoken()
+        lacks = [
+            (dialect.stop, "it cannot be stopped: a move that began ends at its target"),
+            (dialect.identity, "it cannot be asked who it is"),
+            (dialect.state, f"it does not tell whether it moves: two equal positions {dialect.still_s:g} s apart do"),
+        ]
+        return tuple(f"dialect {dialect.name}: {sentence}" for query, sentence in lacks if query is None)
 
 
 class IndexingTableAxis:
@@ -69,8 +107,13 @@ class IndexingTableAxis:
         self._number = settings.axis
         self._settings = settings
         self._codec, self._exchange, self._turn = codec, exchange, turn
+        self._home: Literal["none", "searching", "found"] = "found" if settings.homed_before else "none"
+        """Where the machine does not tell."""
 
     def identify(self) -> str:
+        if not self._codec.knows(Identify):
+            self._ask(AskPosition(self._number))
+            return f"{self._codec.dialect.name}, axis {self._number}; it cannot be asked who it is"
         reply = self._ask(Identify())
         assert isinstance(reply, Identity)
         return f"{reply.text}, axis {self._number}"
@@ -85,26 +128,64 @@ class IndexingTableAxis:
                 f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
             )
         # Adding 0.0 turns −0.0 into 0.0, which the wire would show as -000.0000.
-        self._start(Move(self._number, round(self._settings.table_deg(target_deg), 6) + 0.0), target_deg)
+        self._go(round(self._settings.table_deg(target_deg), 6) + 0.0, target_deg)
 
     def home(self) -> None:
+        """Without a home of its own the machine goes to the zero of its absolute positions."""
+        if not self._codec.knows(Home):
+            self._go(0.0, self._settings.attitude_deg(0.0))
+            return
+        self._home = "none"
         self._start(Home(self._number), None)
+        self._home = "searching"
+
+    def _go(self, table_deg: float, target_deg: float) -> None:
+        if self._codec.knows(Prepare):
+            self._ask(Prepare(self._number))
+        self._start(Move(self._number, table_deg), target_deg)
 
     def state(self) -> AxisState:
-        told = self._ask(AskState(self._number))
-        position = self._ask(AskPosition(self._number))
-        assert isinstance(told, TableState)
-        assert isinstance(position, Position)
+        told = self._told_state()
+        table_deg = self._table_deg()
+        if self._home == "searching" and not told.is_moving:
+            self._home = "none" if told.is_faulty else "found"
+        is_homed = not self._codec.knows(Home) or self._home == "found" if told.is_homed is None else told.is_homed
         return AxisState(
-            position_deg=self._settings.attitude_deg(position.position_deg),
+            position_deg=self._settings.attitude_deg(table_deg),
             is_moving=told.is_moving,
-            is_homed=told.is_homed,
+            is_homed=is_homed,
             is_seated=told.is_seated,
             fault="the controller reports a fault" if told.is_faulty else "",
         )
 
     def stop(self) -> None:
+        if not self._codec.knows(Stop):
+            raise DeviceRefused(
+                f"{self.name}: the dialect {self._codec.dialect.name} has no stop: a move that began ends at its"
+                " target; nothing was sent; cut its power where it must not"
+            )
+        if self._home == "searching":
+            self._home = "none"
         self._ask(Stop(self._number))
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        return (StopStep(self._codec.encode_command(Stop(self._number))),)
+
+    def _told_state(self) -> TableState:
+        """By its own word, or by whether it is still where it was."""
+        if self._codec.knows(AskState):
+            told = self._ask(AskState(self._number))
+            assert isinstance(told, TableState)
+            return told
+        before_deg = self._table_deg()
+        self._exchange.stream.clock.sleep(self._codec.dialect.still_s)
+        is_moving = abs(self._table_deg() - before_deg) > _STILL_DEG
+        return TableState(is_moving=is_moving, is_seated=True, is_homed=None)
+
+    def _table_deg(self) -> float:
+        position = self._ask(AskPosition(self._number))
+        assert isinstance(position, Position)
+        return position.position_deg
 
     def _start(self, command: Move | Home, target_deg: float | None) -> None:
         start_once(lambda: self._ask(command), lambda: self._has_started(target_deg))
@@ -131,6 +212,9 @@ class IndexingTableAxis:
     def _ask_once(self, command: Command) -> Reply:
         idempotent = not isinstance(command, Move | Home)
         with self._turn:
+            if not self._codec.is_answered(type(command)):
+                self._exchange.tell(self._codec.encode_command(command))
+                return Acknowledged()
             return self._exchange.ask(
                 self._codec.encode_command(command), lambda line: self._parse(line, command), idempotent=idempotent
             )
@@ -145,8 +229,8 @@ class IndexingTableAxis:
 def connect(axes: Mapping[str, IndexingTableSettings], stream: ByteStream) -> dict[str, IndexingTableAxis]:
     """Return the axes of one controller, which share its line. Raises: DescriptionError (its dialect)."""
     finest = min(axes.values(), key=lambda settings: settings.increment_deg)
-    codec = TableCodec(load_dialect(finest.dialect, finest.increment_deg))
+    codec = TableCodec(finest.spoken())
     patience = Patience(timeout_s=codec.dialect.reply_timeout_s)
-    exchange = Exchange(stream, terminator=codec.terminator, patience=patience)
+    exchange = Exchange(stream, terminator=codec.reply_terminator, patience=patience)
     turn = Lock()
     return {name: IndexingTableAxis(name, settings, codec, exchange, turn) for name, settings in axes.items()}

@@ -24,7 +24,7 @@ from pydantic import Field, field_validator, model_validator
 from rig.clock import Clock
 from rig.description.device_settings import AxisSettings, Positive, WatchdogSeconds
 from rig.devices import rates
-from rig.devices.abilities import AxisState, TurnLook, Wait
+from rig.devices.abilities import AxisState, ServoAim, StopStep, TurnLook, Wait
 from rig.devices.targets import check_target, nearest_step
 from rig.devices.watchdog import prove
 from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
@@ -134,7 +134,7 @@ class MaestroController:
         self.proof = ""
         """What was seen when its serial time-out was tried; empty before."""
         self._exchange = exchange
-        self._codec = codec
+        self.codec = codec
         self._turn = RLock()
 
     def tell(self, *requests: Request) -> None:
@@ -143,7 +143,7 @@ class MaestroController:
             failures = self.failures
             self.poll_errors()
             if self.failures == failures:
-                self._exchange.tell(b"".join(self._codec.encode(request) for request in requests))
+                self._exchange.tell(b"".join(self.codec.encode(request) for request in requests))
                 self.poll_errors()
         if self.failures != failures:
             raise DeviceFault(
@@ -184,7 +184,7 @@ class MaestroController:
         Silence, then an answer of one byte, which no late answer of two can be, then silence.
         """
         self._exchange.wait_for_quiet()
-        question = self._codec.encode(Request(wire.GET_SCRIPT_STATUS))
+        question = self.codec.encode(Request(wire.GET_SCRIPT_STATUS))
         self._exchange.stream.write(question)
         told = self._exchange.read_bytes(1, self._exchange.patience.timeout_s, question)
         if told[0] > _STOPPED:
@@ -201,7 +201,7 @@ class MaestroController:
                 raise DeviceNonsense(f"{value} is more than {highest}")
             return value
 
-        question = b"".join(self._codec.encode(request) for request in requests)
+        question = b"".join(self.codec.encode(request) for request in requests)
         with self._turn:
             return self._exchange.ask(question, parse, idempotent=True, length=length)
 
@@ -299,6 +299,12 @@ class MaestroAxis:
         if position not in (0, self._target):
             self._target = position
             self._controller.tell(wire.set_target(self._settings.axis, position))
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        """Return the question whose answer becomes the target: a servo has no other stop."""
+        codec, channel = self._controller.codec, self._settings.axis
+        question = codec.encode(wire.get_position(channel))
+        return (StopStep(question, aim=ServoAim(channel, codec.device, codec.has_crc)),)
 
     def home_mark(self) -> Mapping[str, float]:
         return {"pulse": float(self._controller.position(self._settings.axis, self._place))}

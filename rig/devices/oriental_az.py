@@ -1,36 +1,43 @@
 """Oriental Motor AZ series drivers by Modbus RTU: direct data operation, to positions and at rates.
 
 One frame carries a whole operation and starts it; it is sent once, and where its acknowledgement is lost the driver is
-asked whether it moves. The operating current, which only we write, is the sentinel after every doubt on the line.
-Outputs and alarm are read in one block, the position with the feedback behind it, so that no answer is as long as
-another's. Homed is the driver's own output, as it keeps its absolute position without power.
+asked whether it moves. An acknowledgement is no start: the motor must be seen to take it up. The operating current,
+which only we write, is the sentinel after every doubt on the line. Values that are read have numbers of registers of
+their own, so that no answer is as long as another's.
 
-Source: the maker's public samples and manual HM-60262E; the numbers of the output bits are remembered, so settings.
+Homed is "the coordinates are set" (ABSPEN), as it keeps its absolute position without power; HOME-END goes off when an
+operation starts. Both, with READY and MOVE, are internal signals that no assignment of outputs moves.
+
+Source: docs/devices/oriental-az.md; the registers of gear and wrap are remembered.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass
 from threading import RLock
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator, model_validator
 
 from rig.clock import Clock
 from rig.description.device_settings import Positive
 from rig.devices import rates
-from rig.devices.abilities import AxisState, TurnLook, Wait
+from rig.devices.abilities import AxisState, StopStep, TurnLook, Wait
 from rig.devices.starting import start_once
 from rig.devices.targets import check_target, nearest_step
 from rig.devices.watchdog import prove
-from rig.errors import DeviceFault, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Patience
 from rig.link.modbus import ModbusRtu
+from rig.toml_file import as_tuple
 from rig.wire import oriental_az as wire
 from rig.wire.oriental_az import Operation
 
 GAP_S = 0.03
 """Between two frames, as in the maker's sample."""
+TAKEN_UP_S = 0.5
+"""A start that was acknowledged shows itself within this time; a public driver looks 40 ms later."""
 Bit = Annotated[int, Field(ge=0, le=15)]
 
 
@@ -45,14 +52,44 @@ class OrientalAzSettings(rates.RevolvingSettings):
     current_percent: Annotated[float, Field(gt=0.0, le=100.0)] = 100.0
     baud_rate: Literal[9600, 19200, 38400, 57600, 115200, 230400] = 115200
     parity: Literal["N", "E", "O"] = "E"
+    signals: Literal["internal", "outputs"] = "internal"
+    """Where its state is read: fixed signals from register 0x178 on, or the outputs as they are assigned (0x7F)."""
     home_end_bit: Bit = 4
+    ready_bit: Bit = 5
     alarm_bit: Bit = 7
     move_bit: Bit = 13
-    """Bits of the output status, register 0x7F."""
+    """Bits of the output status, register 0x7F, where ``signals`` says "outputs"."""
+    wrap: bool | None = None
+    """The drive's wrap function, which makes positions jump; None: it must be off, and the drive must say so."""
+    electronic_gear: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = None
+    """A and B that ``step_deg`` was reckoned with; the drive must have the same."""
     watchdog_s: Annotated[float, Field(ge=2.0, le=wire.LONGEST_SILENCE_MS / 1000.0)] | None = None
     """Written to the driver's parameter "communication timeout" when a run begins; 0 is written when it ends."""
     watchdog_register: Annotated[int, Field(ge=0, le=0xFFFE)] = wire.SILENCE_MS
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
+
+    @field_validator("electronic_gear", mode="before")
+    @classmethod
+    def _gear_pair(cls, value: object) -> object:
+        return as_tuple(value)
+
+    @model_validator(mode="after")
+    def _turns_without_wrap(self) -> "OrientalAzSettings":
+        if self.wrap and self.top_rate_dps is not None:
+            raise ValueError("wrap = true makes positions jump, so no rate can be measured: leave out top_rate_dps")
+        return self
+
+
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """The drive's own state."""
+
+    is_at_home: bool
+    """HOME-END: no operation was started since the return to home."""
+    is_homed: bool
+    is_ready: bool
+    is_moving: bool
+    is_alarmed: bool
 
 
 class OrientalAzAxis:
@@ -76,10 +113,15 @@ class OrientalAzAxis:
         self._modbus = modbus
         self._turn = turn
         self._has_sentinel = False
+        self._was_at_home = False
+        """Where only HOME-END is read: it was seen, and no alarm since."""
+        self._set_up: str | None = None
 
     def identify(self) -> str:
-        """Return the driver's unit and that its registers answer: it tells no name."""
-        return f"Oriental AZ, unit {self._settings.axis}, current {self._current() / 10:g} %"
+        """Return the driver's unit, that its registers answer and what it is set up to: it tells no name."""
+        current = self._current()
+        self._signals()
+        return f"Oriental AZ, unit {self._settings.axis}, current {current / 10:g} %, {self._require_set_up()}"
 
     def check_target(self, target_deg: float) -> None:
         check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
@@ -92,13 +134,14 @@ class OrientalAzAxis:
         self._require_ready(f"move to {target_deg:g} deg")
         target = nearest_step(self._step(target_deg), (self._step(self.limits_deg[0]), self._step(self.limits_deg[1])))
         operation = self._operation(wire.ABSOLUTE, target, self._steps(self.speed_dps))
-        self._start(lambda: self._operate(operation), lambda: self._position() == target)
+        self._start(lambda: self._operate(operation), lambda: self._position() == target, f"move to {target_deg:g} deg")
 
     def start_rate(self, rate_dps: float) -> None:
         self.check_rate(rate_dps)
-        self._require_ready(f"turn at {rate_dps:g} deg/s")
-        operation = self._operation(wire.CONTINUOUS_SPEED, 0, self._steps(self._settings.sign * rate_dps))
-        self._start(lambda: self._operate(operation), lambda: False)
+        self._require_ready(f"turn at {rate_dps:g} deg/s", may_turn=True)
+        speed_hz = self._steps(self._settings.sign * rate_dps)
+        operation = self._operation(wire.CONTINUOUS_SPEED, 0, speed_hz)
+        self._start(lambda: self._operate(operation), lambda: speed_hz == 0, f"turn at {rate_dps:g} deg/s")
 
     def home(self) -> None:
         """Return to home at speed (ZHOME).
@@ -109,23 +152,30 @@ class OrientalAzAxis:
         if self._has_noticed() and self.watchdog_s is not None:
             self.disarm_watchdog()
         self._require_no_alarm("home")
-        self._start(lambda: self._input(wire.ZHOME, idempotent=False), lambda: False)
+        self._require_set_up()
+        self._start(lambda: self._input(wire.ZHOME, idempotent=False), lambda: self._signals().is_at_home, "home")
 
     def turn_look(self, clock: Clock) -> TurnLook:
         return rates.look(lambda: self._attitude_deg(self._position()), clock)
 
     def state(self) -> AxisState:
-        outputs, alarm = self._status()
+        signals = self._signals()
         return AxisState(
             position_deg=self._attitude_deg(self._position()),
-            is_moving=self._is_set(outputs, self._settings.move_bit),
-            is_homed=self._is_set(outputs, self._settings.home_end_bit),
+            is_moving=signals.is_moving,
+            is_homed=signals.is_homed,
             is_seated=True,
-            fault=_told(alarm) if alarm or self._is_set(outputs, self._settings.alarm_bit) else "",
+            fault=_told(self._status()[1]) if signals.is_alarmed else "",
         )
 
     def stop(self) -> None:
         self._input(wire.STOP, idempotent=True)
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        """Return the frames that switch the input on, and off again, as :meth:`stop` does."""
+        return tuple(
+            StopStep(self._modbus.write_frame(wire.INPUTS, wire.words(bits)), GAP_S) for bits in (wire.STOP, 0)
+        )
 
     def reset_alarm(self) -> None:
         """Clear an alarm whose cause is gone. Nothing moves."""
@@ -170,8 +220,21 @@ class OrientalAzAxis:
                 f" (axes.{self.name}: watchdog_register); nothing moved; compare the register with the driver's manual"
             )
 
-    def _start(self, send: Callable[[], None], is_there: Callable[[], bool]) -> None:
+    def _start(self, send: Callable[[], None], is_there: Callable[[], bool], task: str) -> None:
+        """Start once, and see it taken up: READY goes off, or MOVE on, or the axis is where it shall be."""
         start_once(send, lambda: self.state().is_moving or is_there())
+        clock = self._modbus.stream.clock
+        limit_s = clock.monotonic_s() + TAKEN_UP_S
+        while True:
+            signals = self._signals()
+            if signals.is_moving or not signals.is_ready or is_there():
+                return
+            if clock.monotonic_s() >= limit_s:
+                raise DeviceFault(
+                    f"{self.name}: {task}: it was acknowledged, but the motor does not start within {TAKEN_UP_S:g} s:"
+                    " READY stays on, MOVE off; nothing moved; look at the driver's inputs and information codes"
+                    " (MEXE02)"
+                )
 
     def _operate(self, operation: Operation) -> None:
         self._current()
@@ -191,15 +254,110 @@ class OrientalAzAxis:
         rate = max(self._steps(self._settings.acceleration_dps2), 1)
         return Operation(kind, position, speed_hz, rate, rate, round(self._settings.current_percent * 10.0))
 
-    def _require_ready(self, task: str) -> None:
-        self._require_no_alarm(task)
-        if not self.state().is_homed:
+    def _require_ready(self, task: str, *, may_turn: bool = False) -> None:
+        self._require_set_up()
+        signals = self._signals()
+        if signals.is_alarmed:
+            self._require_no_alarm(task)
+        if not signals.is_homed:
             raise RequestRefused(f"{self.name}: {task}: the axis is not homed; nothing moved; home it first")
+        if not (signals.is_ready or (may_turn and signals.is_moving)):
+            held = self._inputs()
+            on = ", ".join(name for name, bit in (("STOP", wire.STOP), ("FREE", wire.FREE)) if held & bit)
+            raise DeviceRefused(
+                f"{self.name}: {task}: the driver is not READY{f' (inputs left on: {on})' if on else ''}; nothing"
+                " moved; let it come to rest, and switch off what another program or a wired input holds on"
+            )
 
     def _require_no_alarm(self, task: str) -> None:
         _, alarm = self._status()
         if alarm:
             raise DeviceFault(f"{self.name}: {task}: {_told(alarm)}; nothing moved; find its cause and reset it")
+
+    def _require_set_up(self) -> str:
+        """Gear, wrap and software limits against the rig file, once; what they are, for the record."""
+        if self._set_up is None:
+            found = self._parameters()
+            self._set_up = self._without_parameters() if found is None else self._judged(found)
+        return self._set_up
+
+    def _parameters(self) -> wire.Parameters | None:
+        try:
+            return wire.parameters_of(self._read(wire.PARAMETERS, wire.PARAMETER_VALUES))
+        except (DeviceRefused, ValueError):
+            return None
+
+    def _without_parameters(self) -> str:
+        if self._settings.wrap is None:
+            raise DeviceNonsense(
+                f"{self.name}: the driver does not tell gear and wrap (registers {wire.PARAMETERS:#x} to"
+                f" {wire.PARAMETERS + 2 * wire.PARAMETER_VALUES - 1:#x}); nothing moved; look at them with MEXE02 and"
+                f" say wrap = false or true (axes.{self.name})"
+            )
+        return f"wrap {'on' if self._settings.wrap else 'off'} by the rig file, gear and software limits not told"
+
+    def _judged(self, found: wire.Parameters) -> str:
+        if found.wraps is not bool(self._settings.wrap):
+            says = (
+                "without wrap = true" if self._settings.wrap is None else f"with wrap = {self._settings.wrap}".lower()
+            )
+            raise DeviceRefused(
+                f"{self.name}: the driver's wrap function is {'on' if found.wraps else 'off'}, the rig file is {says}"
+                f" (axes.{self.name}: wrap); nothing moved; with it positions jump at half its range: switch it off"
+                " with MEXE02, or correct the file"
+            )
+        gear, wanted = found.gear, self._settings.electronic_gear
+        if wanted not in (None, gear):
+            raise DeviceRefused(
+                f"{self.name}: the electronic gear is {gear[0]}/{gear[1]}, the rig file says {wanted[0]}/{wanted[1]}"
+                f" (axes.{self.name}: electronic_gear, with which step_deg was reckoned); nothing moved; correct one"
+            )
+        if found.limits is not None:
+            ends = sorted(self._attitude_deg(steps) for steps in found.limits)
+            if ends[0] > self.limits_deg[0] or ends[1] < self.limits_deg[1]:
+                raise DeviceRefused(
+                    f"{self.name}: the driver's software limits allow {ends[0]:g} to {ends[1]:g} deg only"
+                    f" (axes.{self.name}: limits_deg); nothing moved; narrow the file's or widen the driver's"
+                )
+        return f"gear {gear[0]}/{gear[1]}, wrap {'on' if found.wraps else 'off'}"
+
+    def _signals(self) -> Signals:
+        if self._settings.signals == "outputs":
+            return self._from_outputs()
+        try:
+            with self._turn:
+                words = self._modbus.read_holding(wire.SIGNALS, wire.SIGNAL_WORDS)
+        except DeviceRefused as error:
+            raise DeviceNonsense(
+                f"{self.name}: the driver has no internal signals (registers from {wire.SIGNALS:#x} on); nothing moved;"
+                " look up how its outputs are assigned and say signals = 'outputs' with home_end_bit, ready_bit,"
+                f" alarm_bit and move_bit (axes.{self.name})"
+            ) from error
+        first, second = words[:2]
+        return Signals(
+            is_at_home=bool(first & wire.HOME_END),
+            is_homed=bool(first & wire.ABSPEN),
+            is_ready=bool(second & wire.READY),
+            is_moving=bool(second & wire.MOVE),
+            is_alarmed=bool(second & wire.ALARM_A),
+        )
+
+    def _from_outputs(self) -> Signals:
+        """HOME-END goes off when an operation starts: it was seen, and the drive keeps its coordinates."""
+        settings = self._settings
+        outputs, alarm = self._status()
+        is_alarmed = bool(alarm) or self._is_set(outputs, settings.alarm_bit)
+        self._was_at_home = not is_alarmed and (self._was_at_home or self._is_set(outputs, settings.home_end_bit))
+        return Signals(
+            is_at_home=self._is_set(outputs, settings.home_end_bit),
+            is_homed=self._was_at_home,
+            is_ready=self._is_set(outputs, settings.ready_bit),
+            is_moving=self._is_set(outputs, settings.move_bit),
+            is_alarmed=is_alarmed,
+        )
+
+    def _inputs(self) -> int:
+        return self._read(wire.INPUTS, 1)[0]
 
     def _status(self) -> tuple[int, int]:
         """Return outputs and alarm."""

@@ -2,12 +2,13 @@
 
 A burst is a scan of one channel, swept as often as readings are asked for. What the unit was told is read back, each
 reading comes with the number of its channel, and a burst counts only when the error queue is empty behind it.
+``CONF`` puts the input at 10 megohm and switches off all that stands beside a reading: both are set behind it, and
+asked for again before every burst.
 
-Source: 34970A user's guide (scan list, sweeps, reading memory); the shape of a reading with its channel and the LAN
-port 5025 are not confirmed, so ``channel_echo`` and the port in ``resource`` are settings.
+Source: docs/devices/scpi-daq.md; the LAN port 5025 is not confirmed and stands in ``resource``.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -22,7 +23,7 @@ from rig.devices.abilities import Burst, MeterLook, Wait
 from rig.devices.meter_checks import MeterChecks, proofs
 from rig.devices.waiting import wait_until
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkClosed, LinkLost, RequestRefused
-from rig.link.messages import MessageLine
+from rig.link.messages import TALK_TIMEOUT_S, MessageLine
 from rig.toml_file import StrictTable
 from rig.wire import scpi
 
@@ -30,6 +31,12 @@ RANGES_V = (0.1, 1.0, 10.0, 100.0, 300.0)
 POWER_LINE_CYCLES = (0.02, 0.2, 1.0, 2.0, 10.0, 20.0, 100.0, 200.0)
 DEFAULT_ADDRESS = 9
 OVERHEAD_S = 0.005
+PART = 1000
+"""Readings in one answer: a longer burst is taken out of the unit's memory in parts."""
+BYTES_PER_READING, SLOWEST_BYTES_PER_S = 21, 900.0
+"""With its channel and commas; by serial line at 9600 baud."""
+FIXED_OHM = 10.0e6
+HIGH_IMPEDANCE_RANGES_V = (0.1, 1.0, 10.0)
 DATA_LIMIT_S, LATENESS = 3.0, 0.5
 """How much later than expected the readings may be there: seconds, and a part of the burst."""
 READ_BACK_TOLERANCE = 1e-3
@@ -47,12 +54,20 @@ class Model:
     """Channel 101 or 1001: the slot is the channel divided by this."""
     card_place: int
     """``SYST:CTYP?`` asks for slot × this."""
+    most_channels: int
+    """Of any multiplexer card."""
+    impedance: bytes
+    """The header that takes the input off its 10 megohm."""
 
 
 MODELS: Mapping[str, Model] = {
-    "34970A": Model(("34970A", "34972A"), slots=3, slot_place=100, card_place=100),
-    "34980A": Model(("34980A",), slots=8, slot_place=1000, card_place=1),
+    "34970A": Model(("34970A", "34972A"), 3, 100, 100, most_channels=40, impedance=b"INP:IMP:AUTO"),
+    "34980A": Model(("34980A",), 8, 1000, 1, most_channels=80, impedance=b"VOLT:DC:IMP:AUTO"),
 }
+CARD_CHANNELS: Mapping[str, int] = {
+    "34901A": 20, "34902A": 16, "34908A": 40, "34921A": 40, "34922A": 70, "34923A": 80, "34924A": 70, "34925A": 80,
+}  # fmt: skip
+"""Highest channel for volts of the cards that are known; remembered, so a card that is not here is left to the unit."""
 
 
 class DaqChannel(StrictTable):
@@ -102,6 +117,8 @@ class ScpiDaqSettings(ReadoutSettings):
     """Each reading names its channel; false only for a firmware that writes it otherwise."""
     autozero: bool = True
     """A second conversion for every reading: what the unit does from 1 power-line cycle on."""
+    high_impedance: bool = True
+    """More than 10 gigohm on the ranges up to 10 V; false: 10 megohm on every range, as the unit is after a reset."""
     channels: dict[str, DaqChannel] = Field(min_length=1)
     checks: DaqChecks = DaqChecks()
 
@@ -116,9 +133,13 @@ class ScpiDaqSettings(ReadoutSettings):
         used = [entry.channel for entry in self.channels.values()]
         self.checks.refuse_conflicts(used, self.ranges_v())
         for number in [*used, *(place for place in self.checks.places().values() if place is not None)]:
-            if not 1 <= number // model.slot_place <= model.slots:
-                first, last = model.slot_place + 1, model.slots * model.slot_place + model.slot_place - 1
-                raise ValueError(f"a {self.model} has no channel {number} (allowed: {first} to {last})")
+            slot, place = divmod(number, model.slot_place)
+            if not (1 <= slot <= model.slots and 1 <= place <= model.most_channels):
+                first, last = model.slot_place + 1, model.slots * model.slot_place + model.most_channels
+                raise ValueError(
+                    f"a {self.model} has no channel {number} (allowed: {first} to {last}, the last two digits or three"
+                    f" from 1 to {model.most_channels})"
+                )
             if used.count(number) > 1:
                 raise ValueError(f"channel {number} is used by more than one name; each needs its own")
         return self
@@ -129,6 +150,10 @@ class ScpiDaqSettings(ReadoutSettings):
 
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
+
+    def input_ohm(self, channel: str) -> float | None:
+        high = self.high_impedance and self.channels[channel].range_v in HIGH_IMPEDANCE_RANGES_V
+        return None if high else FIXED_OHM
 
     def reading_s(self, nplc: float | None = None) -> float:
         conversions = 2.0 if self.autozero else 1.0
@@ -164,7 +189,7 @@ class ScpiDaqReadout:
         numbers = [entry.channel for entry in self._inputs.values()]
         numbers += [place for place in self._settings.checks.places().values() if place is not None]
         slots = sorted({number // self._model.slot_place for number in numbers})
-        cards = [f"{self._card(slot)} in slot {slot}" for slot in slots]
+        cards = [f"{self._card(slot, numbers)} in slot {slot}" for slot in slots]
         carrier = self._line.identify()
         return ", ".join([f"{maker} {model} {serial} {firmware}".strip(), *cards, *([carrier] if carrier else [])])
 
@@ -233,38 +258,46 @@ class ScpiDaqReadout:
         return cycles
 
     def _configure(self) -> None:
-        """Set up what no burst changes.
-
-        Readings without unit, time and alarm, with their channel; swept at once.
-        """
-        echo = self._settings.channel_echo
-        for command, state in ((b"UNIT", 0), (b"TIME", 0), (b"ALAR", 0), (b"CHAN", int(echo))):
-            self._line.tell(b"FORM:READ:%s %d" % (command, state))
-            self._require(b"FORM:READ:%s?" % command, state)
+        """Set up what no burst and no ``CONF`` changes: swept at once."""
         self._line.tell(b"TRIG:SOUR IMM")
         self._require_no_error("configuration", "it is not set up")
         self._is_prepared = True
 
     def _set_up(self, entry: DaqChannel, cycles: float, samples: int) -> None:
-        """Send what one burst needs and read it back. ``CONF`` comes first, since it resets the channel."""
+        """Send what one burst needs and read it back; what the last burst had is only asked for again."""
         wanted = (entry.channel, cycles, samples)
-        if wanted == self._set_up_for:
-            return
-        self._set_up_for = None
+        if wanted != self._set_up_for:
+            self._set_up_for = None
+            self._tell_setup(entry, cycles, samples)
+        where = scpi.channel_list([entry.channel])
+        for switch, state in self._beside_a_reading():
+            self._require(b"FORM:READ:%s?" % switch, state)
+        self._require(self._model.impedance + b"? " + where, self._settings.high_impedance)
+        self._set_up_for = wanted
+
+    def _beside_a_reading(self) -> tuple[tuple[bytes, int], ...]:
+        return (b"UNIT", 0), (b"TIME", 0), (b"ALAR", 0), (b"CHAN", int(self._settings.channel_echo))
+
+    def _tell_setup(self, entry: DaqChannel, cycles: float, samples: int) -> None:
+        """``CONF`` comes first: it starts the channel anew, at 10 megohm, and switches off what is beside readings."""
         where = scpi.channel_list([entry.channel])
         zero = b"ON" if self._settings.autozero else b"OFF"
+        impedance = b"ON" if self._settings.high_impedance else b"OFF"
         self._line.tell(b"CONF:VOLT:DC %s,%s" % (_text(entry.range_v), where))
         self._line.tell(b"SENS:VOLT:DC:NPLC %s,%s" % (_text(cycles), where))
+        self._line.tell(b"%s %s,%s" % (self._model.impedance, impedance, where))
         self._line.tell(b"SENS:ZERO:AUTO %s,%s" % (zero, where))
         self._line.tell(b"ROUT:CHAN:DEL %s,%s" % (_text(self._settings.relay_settle_s), where))
         self._line.tell(b"ROUT:SCAN " + where)
         self._line.tell(b"TRIG:COUN %d" % samples)
+        for switch, state in self._beside_a_reading():
+            self._line.tell(b"FORM:READ:%s %d" % (switch, state))
         self._require_no_error(f"channel {entry.channel}", "nothing is measured on it")
         self._require(b"SENS:VOLT:DC:RANG? " + where, entry.range_v)
         self._require(b"SENS:VOLT:DC:NPLC? " + where, cycles)
+        self._require(b"SENS:ZERO:AUTO? " + where, self._settings.autozero)
         self._require(b"TRIG:COUN?", samples)
         self._require_scan_list(entry.channel)
-        self._set_up_for = wanted
 
     def _scan(self, channel: int, cycles: float, samples: int, wait: Wait) -> tuple[NDArray[np.float64], float]:
         """Read one burst: all readings, volts, shape (samples,), and when it was started, rig seconds."""
@@ -286,22 +319,34 @@ class ScpiDaqReadout:
         return self._fetched(channel, samples), started_s
 
     def _fetched(self, channel: int, samples: int) -> NDArray[np.float64]:
-        if not self._settings.channel_echo:
-            readings = self._line.ask(b"FETC?", scpi.parse_readings, idempotent=True)
-        else:
-            named = self._line.ask(b"FETC?", scpi.parse_named_readings, idempotent=True)
-            readings = tuple(reading for reading, _ in named)
-            if others := {number for _, number in named} - {channel}:
-                raise DeviceFault(
-                    f"{self.name}: channel {channel} was scanned, but readings name {sorted(others)};"
-                    " the burst is dropped; check that nobody else uses the unit"
-                )
-        if len(readings) != samples:
+        """Fetch a short burst by an answer that may be asked for again, a long one by parts that leave the memory."""
+        if samples <= PART:
+            return np.array(self._answered(b"FETC?", channel, samples, idempotent=True))
+        counts = [min(PART, samples - start) for start in range(0, samples, PART)]
+        parts = [self._answered(b"DATA:REM? %d" % count, channel, count, idempotent=False) for count in counts]
+        if left := self._line.ask(b"DATA:POIN?", scpi.parse_whole, idempotent=True):
             raise DeviceFault(
-                f"{self.name}: channel {channel}: got {len(readings)} readings, asked for {samples};"
+                f"{self.name}: channel {channel}: got {samples + left} readings, asked for {samples};"
                 " the burst is dropped; check that nobody else uses the unit"
             )
-        return np.array(readings)
+        return np.concatenate(parts)
+
+    def _answered(self, query: bytes, channel: int, count: int, *, idempotent: bool) -> tuple[float, ...]:
+        """One answer of ``count`` readings, volts; it has the time that its length needs on the slowest line."""
+        limit_s = TALK_TIMEOUT_S + count * BYTES_PER_READING / SLOWEST_BYTES_PER_S
+        parse = scpi.parse_named_readings if self._settings.channel_echo else _unnamed
+        named = self._line.ask(query, parse, idempotent=idempotent, timeout_s=limit_s)
+        if others := {number for _, number in named} - {channel, None}:
+            raise DeviceFault(
+                f"{self.name}: channel {channel} was scanned, but readings name {sorted(filter(None, others))};"
+                " the burst is dropped; check that nobody else uses the unit"
+            )
+        if len(named) != count:
+            raise DeviceFault(
+                f"{self.name}: channel {channel}: got {len(named)} readings, asked for {count};"
+                " the burst is dropped; check that nobody else uses the unit"
+            )
+        return tuple(reading for reading, _ in named)
 
     def _require(self, query: bytes, need: float) -> None:
         got = self._line.ask(query, scpi.parse_number, idempotent=True)
@@ -334,7 +379,7 @@ class ScpiDaqReadout:
                 raise DeviceNonsense(f"{self.name}: more than {LONGEST_ERROR_LIST} errors; power it off and on")
         return errors
 
-    def _card(self, slot: int) -> str:
+    def _card(self, slot: int, numbers: Sequence[int]) -> str:
         query = b"SYST:CTYP? %d" % (slot * self._model.card_place)
         _, card, _, _ = self._line.ask(query, scpi.parse_identity, idempotent=True)
         if card == "0":
@@ -342,6 +387,13 @@ class ScpiDaqReadout:
                 f"{self.name}: slot {slot} is empty, but the rig file uses its channels (readouts.{self.name}:"
                 " channels); nothing was switched; put the card in or correct the file"
             )
+        last = CARD_CHANNELS.get(card, self._model.most_channels)
+        for number in numbers:
+            if number // self._model.slot_place == slot and number % self._model.slot_place > last:
+                raise DeviceRefused(
+                    f"{self.name}: the {card} in slot {slot} measures volts on channels 1 to {last}, the rig file uses"
+                    f" channel {number} (readouts.{self.name}: channels); nothing was switched; correct the file"
+                )
         return card
 
     def _forget(self) -> None:
@@ -375,6 +427,10 @@ def _offered(nplc: float) -> float:
     if nplc not in POWER_LINE_CYCLES:
         raise ValueError(f"the unit has no such integration time, got {nplc:g} (allowed: {_listed(POWER_LINE_CYCLES)})")
     return nplc
+
+
+def _unnamed(line: bytes) -> tuple[tuple[float, None], ...]:
+    return tuple((reading, None) for reading in scpi.parse_readings(line))
 
 
 def _text(number: float) -> bytes:

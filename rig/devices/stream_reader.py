@@ -12,18 +12,22 @@ from rig.link.exchange import shown
 from rig.wire.stream_lines import LONGEST_LINE, Floats, Refusal, Rows, split_whole_lines
 
 FOREIGN_LINES = 5
-"""So many lines without a single sample among them are no stream of this kind."""
+"""So many lines without a single sample among them are no stream of this kind, where the stream says nothing else."""
 
 
 class RowReader:
     """Rows of one stream. ``parse`` makes rows of whole lines."""
 
-    def __init__(self, stream: ByteStream, name: str, parse: Callable[[bytes], Rows]) -> None:
+    def __init__(
+        self, stream: ByteStream, name: str, parse: Callable[[bytes], Rows], foreign_lines: int = FOREIGN_LINES
+    ) -> None:
+        """``foreign_lines``: so many before the first sample are no stream of this kind."""
         self.rows = 0
         """Rows since :meth:`begin`."""
         self._stream = stream
         self._name = name
         self._parse = parse
+        self._foreign_lines = foreign_lines
         self._received = b""
         self._is_aligned = False
         self._foreign = 0
@@ -55,7 +59,7 @@ class RowReader:
         self.rows += len(rows.values)
         if not self.rows:
             self._foreign += len(rows.refused)
-            if self._foreign >= FOREIGN_LINES:
+            if self._foreign >= self._foreign_lines:
                 self._foreign = 0
                 last = rows.refused[-1]
                 raise self._nonsense(last.line, last.why)

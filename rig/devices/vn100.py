@@ -4,6 +4,9 @@ Commands are answered by lines that repeat command and register, so an answer is
 late one does no harm. A streamed line carries neither count nor time: a line that fails its checksum is a gap of
 unknown length, and bytes that were lost whole show only in the number of samples.
 
+The default output is IMU, "uncompensated": the factory's calibration is in it and cannot be taken out, the user's
+compensation and the filter's bias estimate are not. YMR is compensated by registers 21, 23 and 25, which are recorded.
+
 Source: VN-100 user manual UM001; see :mod:`rig.wire.vn100`. The baud rate as delivered (115 200) is a setting.
 """
 
@@ -34,7 +37,8 @@ class Vn100Settings(StreamSettings):
 
     driver: Literal["vn100"]
     baud_rate: Annotated[int, Field()] = 115200
-    output: Literal["YPR", "MAG", "ACC", "GYR", "MAR", "YMR", "IMU"] = "YMR"
+    output: Literal["YPR", "MAG", "ACC", "GYR", "MAR", "YMR", "IMU"] = "IMU"
+    """What is calibrated must not carry a compensation: of these IMU alone, with MAG to YMR by the unit's registers."""
     rate_hz: Annotated[int, Field()] = 40
 
     @field_validator("rate_hz")
@@ -92,7 +96,9 @@ class Vn100:
         """Return model, serial number and firmware; streaming pauses and is not resumed."""
         self._command(wire.PAUSE)
         model, serial, firmware = (self._read(number) for number in (wire.MODEL, wire.SERIAL, wire.FIRMWARE))
-        return f"VectorNav {model}, serial {serial}, firmware {firmware}"
+        compensated = [str(number) for number in wire.COMPENSATION if self._is_compensating(number)]
+        told = f"user compensation in register {' and '.join(compensated)}" if compensated else "no user compensation"
+        return f"VectorNav {model}, serial {serial}, firmware {firmware}, {told}"
 
     def start(self) -> None:
         self._command(wire.PAUSE)
@@ -133,6 +139,17 @@ class Vn100:
 
     def _read(self, register: int) -> str:
         return ",".join(self._command(b"VNRRG,%d" % register)[2:])
+
+    def _is_compensating(self, register: int) -> bool:
+        """Whether a matrix and offset are other than as delivered; a firmware without the register compensates not."""
+        try:
+            told = self._read(register)
+        except DeviceRefused:
+            return False
+        try:
+            return tuple(map(float, told.split(","))) != wire.NO_COMPENSATION
+        except ValueError as error:
+            raise DeviceNonsense(f"{self.name}: register {register}: {told!r} are no numbers") from error
 
     def _write(self, register: int, value: int) -> None:
         told = self._command(b"VNWRG,%d,%d" % (register, value))[2:]

@@ -1,21 +1,29 @@
 """Watlow F4 chamber controller, Modbus RTU.
 
-Register 606 tells the decimals of input 1: a chamber set to none reads ten times too little where that is ignored.
-It never changes while we are connected, so it is also the sentinel that must answer rightly after every doubt.
+Register 0 says that it is one; only then do 606 (decimals of input 1) and 901 (unit: °F or °C) mean what they say: a
+chamber set to no decimals reads ten times too little where that is ignored, one in °F heats or cools to another place.
+Both never change while we are connected: they are asked for again with every temperature and before every set point. A
+profile that runs would follow its own set points, so none is written then (register 200).
 
-Source: register list of the chamber maker's public library (100 process value, 300 setpoint, 606 decimals).
+Source: docs/devices/watlow-f4.md (register list of the chamber maker's public library).
 """
 
+from collections.abc import Container
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from rig.description.device_settings import EnvironmentSettings
-from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
 
-PROCESS_VALUE, SETPOINT, DECIMALS = 100, 300, 606
+MODEL, PROCESS_VALUE, PROFILE, SETPOINT, LOW_LIMIT, HIGH_LIMIT = 0, 100, 200, 300, 602, 603
+DECIMALS, KIND, UNIT = 606, 608, 901
+PROFILE_SETPOINT = 4122
+SERIES_F4, TEMPERATURE, FAHRENHEIT, CELSIUS = 5270, 0, 0, 1
+RUNNING = {2: "runs", 3: "is held"}
 PLAUSIBLE_DEGC = (-100.0, 200.0)
 """A process value outside is a wrong scale or a broken probe."""
 _MOST_DECIMALS = 3
@@ -27,6 +35,32 @@ class WatlowF4Settings(EnvironmentSettings):
     driver: Literal["watlow-f4"]
     unit: Annotated[int, Field(ge=1, le=247)] = 1
     baud_rate: Literal[9600, 19200] = 9600
+    values: Literal["degc", "degf"] | None = None
+    """What the controller must be set to; None: whichever it says that it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """How numbers stand in registers."""
+
+    decimals: int
+    is_fahrenheit: bool
+
+    @property
+    def name(self) -> str:
+        return "degF" if self.is_fahrenheit else "degC"
+
+    @property
+    def step(self) -> float:
+        return 10.0**-self.decimals
+
+    def degc(self, raw: int) -> float:
+        value = (raw - 65536 if raw >= 32768 else raw) / 10.0**self.decimals
+        return (value - 32.0) / 1.8 if self.is_fahrenheit else value
+
+    def raw(self, degc: float) -> float:
+        """Not rounded."""
+        return (degc * 1.8 + 32.0 if self.is_fahrenheit else degc) * 10.0**self.decimals
 
 
 class WatlowF4:
@@ -36,14 +70,21 @@ class WatlowF4:
         self.name = name
         self._modbus = modbus
         self._settings = settings
-        self._scale: float | None = None
+        self._scale: Scale | None = None
+        self._holds = False
 
     def identify(self) -> str:
         scale = self._learned_scale()
-        return f"Watlow F4 at unit {self._settings.unit}, steps of {1.0 / scale:g} degC"
+        return f"Watlow F4 at unit {self._settings.unit}, steps of {scale.step:g} {scale.name}"
 
     def temperature_degc(self) -> float:
-        degc = self._read_degc(PROCESS_VALUE)
+        scale = self._unchanged_scale()
+        if self._holds and (state := RUNNING.get(self._read(PROFILE))):
+            raise DeviceFault(
+                f"{self.name}: a profile {state} (register {PROFILE}), since the set point was written: the chamber"
+                " follows the profile; end it at the front panel"
+            )
+        degc = scale.degc(self._read(PROCESS_VALUE))
         low_degc, high_degc = PLAUSIBLE_DEGC
         if not low_degc <= degc <= high_degc:
             raise DeviceFault(
@@ -53,41 +94,90 @@ class WatlowF4:
         return degc
 
     def setpoint_degc(self) -> float:
-        return self._read_degc(SETPOINT)
+        """Return the set point that the chamber follows: a profile's while one runs."""
+        scale = self._learned_scale()
+        return scale.degc(self._read(PROFILE_SETPOINT if self._read(PROFILE) in RUNNING else SETPOINT))
 
     def hold(self, setpoint_degc: float) -> None:
         self._settings.refuse_beyond_limits(self.name, setpoint_degc)
-        scale = self._learned_scale()
-        raw = round(setpoint_degc * scale)
-        if abs(raw / scale - setpoint_degc) > 1e-9 or not -32768 <= raw <= 32767:
+        scale = self._unchanged_scale()
+        self._refuse_profile()
+        self._refuse_beyond_its_own_limits(setpoint_degc, scale)
+        raw = round(scale.raw(setpoint_degc))
+        if abs(raw - scale.raw(setpoint_degc)) > 1e-6 or not -32768 <= raw <= 32767:
             raise RequestRefused(
-                f"{self.name}: setpoint {setpoint_degc:g} degC: the chamber takes multiples of {1.0 / scale:g} degC"
-                " in 16 bits; nothing was changed; ask for a multiple"
+                f"{self.name}: setpoint {setpoint_degc:g} degC: the chamber takes multiples of {scale.step:g}"
+                f" {scale.name} in 16 bits; nothing was changed; ask for one of them, the nearest is"
+                f" {scale.degc(raw % 65536):.6g} degC"
             )
         self._modbus.write_register(SETPOINT, raw % 65536)
-        told_degc = self.setpoint_degc()
-        if told_degc != raw / scale:
+        self._holds = True
+        told = self._read(SETPOINT)
+        if told != raw % 65536:
             raise DeviceFault(
-                f"{self.name}: setpoint {setpoint_degc:g} degC was acknowledged, but reads back {told_degc:g} degC;"
-                " the chamber may heat or cool; look at its front panel"
+                f"{self.name}: setpoint {setpoint_degc:g} degC was acknowledged, but reads back"
+                f" {scale.degc(told):g} degC; the chamber may heat or cool; look at its front panel"
             )
 
-    def _read_degc(self, register: int) -> float:
-        scale = self._learned_scale()
-        (raw,) = self._modbus.read_holding(register)
-        return (raw - 65536 if raw >= 32768 else raw) / scale
+    def _refuse_profile(self) -> None:
+        if state := RUNNING.get(self._read(PROFILE)):
+            raise DeviceRefused(
+                f"{self.name}: a profile {state} (register {PROFILE}): the chamber would follow it and not a set"
+                " point; nothing was changed; end it at the front panel"
+            )
 
-    def _learned_scale(self) -> float:
+    def _refuse_beyond_its_own_limits(self, setpoint_degc: float, scale: Scale) -> None:
+        """Refuse a set point beyond the chamber's own limits: some take one below their range for "off"."""
+        low_degc, high_degc = (scale.degc(self._read(register)) for register in (LOW_LIMIT, HIGH_LIMIT))
+        if not low_degc - 1e-9 <= setpoint_degc <= high_degc + 1e-9:
+            raise RequestRefused(
+                f"{self.name}: setpoint {setpoint_degc:g} degC: the chamber allows {low_degc:g} to {high_degc:g} degC"
+                f" (its registers {LOW_LIMIT} and {HIGH_LIMIT}); nothing was changed; ask for one inside"
+            )
+
+    def _read(self, register: int) -> int:
+        (raw,) = self._modbus.read_holding(register)
+        return raw
+
+    def _learned_scale(self) -> Scale:
         if self._scale is None:
-            (decimals,) = self._modbus.read_holding(DECIMALS)
-            if decimals > _MOST_DECIMALS:
+            self._require(MODEL, "model", (SERIES_F4,), "a Series F4 says 5270")
+            self._require(KIND, "kind of input 1", (TEMPERATURE,), "0 is a temperature")
+            decimals = self._require(DECIMALS, "decimals", range(_MOST_DECIMALS + 1), f"allowed 0 to {_MOST_DECIMALS}")
+            unit = self._require(UNIT, "unit", (FAHRENHEIT, CELSIUS), "0 is degF, 1 is degC")
+            scale = Scale(decimals, unit == FAHRENHEIT)
+            if self._settings.values not in (None, scale.name.lower()):
                 raise DeviceNonsense(
-                    f"{self.name}: register 606 (decimals) reads {decimals}, allowed 0 to {_MOST_DECIMALS};"
-                    " nothing was changed; check that this is a Watlow F4"
+                    f"{self.name}: the controller is set to {scale.name} (register {UNIT}), the rig file says"
+                    f" {self._settings.values!r} (environment.{self.name}: values); nothing was changed; correct the"
+                    " file, or the unit at the front panel"
                 )
-            self._modbus.set_sentinel(DECIMALS, decimals)
-            self._scale = 10.0**decimals
+            self._modbus.set_sentinel(MODEL, SERIES_F4)
+            self._scale = scale
         return self._scale
+
+    def _unchanged_scale(self) -> Scale:
+        """Return unit and decimals, as they were when we connected. Raises: DeviceFault."""
+        if self._scale is None:
+            return self._learned_scale()
+        was = {DECIMALS: self._scale.decimals, UNIT: FAHRENHEIT if self._scale.is_fahrenheit else CELSIUS}
+        for register, need in was.items():
+            if (told := self._read(register)) != need:
+                raise DeviceFault(
+                    f"{self.name}: register {register} ({'unit' if register == UNIT else 'decimals'}) was {need} and"
+                    f" reads {told}: somebody set the controller otherwise; nothing was changed; set it back, or start"
+                    " anew"
+                )
+        return self._scale
+
+    def _require(self, register: int, meaning: str, allowed: Container[int], words: str) -> int:
+        told = self._read(register)
+        if told not in allowed:
+            raise DeviceNonsense(
+                f"{self.name}: register {register} ({meaning}) reads {told}, {words}; nothing was changed; check that"
+                " this is a Watlow F4"
+            )
+        return told
 
 
 def connect(name: str, settings: WatlowF4Settings, stream: ByteStream) -> WatlowF4:

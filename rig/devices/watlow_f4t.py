@@ -2,16 +2,17 @@
 
 Every number is a float in two registers. Which word comes first is a setting of the controller: read in the wrong
 order 25 °C is 2e-41, so the order of the rig file is verified when we connect: process value, set point and both set
-point limits must be plausible temperatures by it.
+point limits must be plausible temperatures by it. The unit is a setting of each communications channel: it is read,
+compared with the rig file, and asked for again with every temperature and before every set point.
 
-Source: F4T manual, Modbus appendix (loop 1: 2782 set point, 2820 process value, 2774 and 2776 set point limits, 2730
-control mode to write, 2814 to read, 10 automatic, 54 manual, 62 off; loop n is 160 further on). That the values may
-be in Fahrenheit is not confirmed, so it is a setting.
+Source: docs/devices/watlow-f4t.md (loop 1: 2782 set point, 2820 process value, 2774 and 2776 set point limits, 2730
+control mode to write, 2814 to read, 10 automatic, 54 manual, 62 off; loop n is 160 further on). The registers of the
+channels' units are in the chamber maker's library only: a controller without them needs its unit in the rig file.
 """
 
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal, Protocol
 
 from pydantic import Field, field_validator
@@ -28,6 +29,12 @@ LOW_LIMIT, HIGH_LIMIT, SETPOINT, PROCESS_VALUE = 2774, 2776, 2782, 2820
 MODE_WRITE, MODE_READ = 2730, 2814
 AUTO, MANUAL, OFF = 10, 54, 62
 MODES = {AUTO: "automatic", MANUAL: "manual", OFF: "off"}
+UNIT_OF_CHANNEL = {"rtu": 14080, "tcp": 6730}
+Unit = Literal["degc", "degf"]
+UNITS: Mapping[int, Unit] = {15: "degc", 30: "degf"}
+NAMES: Mapping[Unit, str] = {"degc": "degC", "degf": "degF"}
+PROFILE = 16568
+RUNNING = {149: "runs", 146: "is held", 1783: "waits for its start time"}
 SMALLEST = 1e-6
 """Degrees nearer to zero than this, but not zero, are words in the wrong order."""
 RTU_GAP_S = 0.03
@@ -54,8 +61,8 @@ class WatlowF4TSettings(EnvironmentSettings):
     baud_rate: Literal[9600, 19200, 38400, 57600, 115200] = 38400
     loop: Annotated[int, Field(ge=1, le=4)] = 1
     word_order: WordOrder = "low-first"
-    values: Literal["degc", "degf"] = "degc"
-    """Unit of the numbers on the wire, as set in the controller."""
+    values: Unit | None = None
+    """Unit of the numbers on the wire, as set for this communications channel; None: as the controller says."""
     plausible_degc: tuple[float, float] = (-100.0, 250.0)
 
     @field_validator("plausible_degc", mode="before")
@@ -73,17 +80,27 @@ class WatlowF4T:
         self._settings = settings
         self._offset = LOOP * (settings.loop - 1)
         self._limits_degc: tuple[float, float] | None = None
+        self._values: Unit = settings.values or "degc"
+        self._told_unit: int | None = None
+        """What the register of the channel's unit said when we connected; None where the controller has none."""
+        self._holds = False
 
     def identify(self) -> str:
         low_degc, high_degc = self._verified_limits_degc()
         settings = self._settings
+        unit = "" if self._values == "degc" else f", numbers in {NAMES[self._values]}"
         return (
             f"Watlow F4T at unit {settings.unit}, loop {settings.loop},"
-            f" set points from {low_degc:g} to {high_degc:g} degC, {settings.word_order}"
+            f" set points from {low_degc:g} to {high_degc:g} degC, {settings.word_order}{unit}"
         )
 
     def temperature_degc(self) -> float:
-        self._verified_limits_degc()
+        self._require_same_unit()
+        if self._holds and (state := self._profile()):
+            raise DeviceFault(
+                f"{self.name}: a profile {state} (register {PROFILE}), since the set point was written: the chamber"
+                " follows the profile; end it at the front panel"
+            )
         degc = self._read_degc(PROCESS_VALUE)
         if not self._is_plausible(degc):
             low_degc, high_degc = self._settings.plausible_degc
@@ -101,6 +118,12 @@ class WatlowF4T:
         """Write the set point, switch the loop on where it is off, read both back."""
         self._settings.refuse_beyond_limits(self.name, setpoint_degc)
         low_degc, high_degc = self._verified_limits_degc()
+        self._require_same_unit()
+        if state := self._profile():
+            raise DeviceRefused(
+                f"{self.name}: a profile {state} (register {PROFILE}): the chamber would follow it and not a set"
+                " point; nothing was changed; end it at the front panel"
+            )
         if not low_degc <= setpoint_degc <= high_degc:
             raise RequestRefused(
                 f"{self.name}: set point {setpoint_degc:g} degC: the chamber allows {low_degc:g} to {high_degc:g} degC"
@@ -114,6 +137,7 @@ class WatlowF4T:
             )
         words = _words(self._to_wire(setpoint_degc), self._settings.word_order)
         self._registers.write_registers(SETPOINT + self._offset, words)
+        self._holds = True
         self._require_setpoint(setpoint_degc, words)
         if mode == OFF:
             self._switch_on()
@@ -138,9 +162,54 @@ class WatlowF4T:
         (mode,) = self._registers.read_holding(MODE_READ + self._offset)
         return mode
 
+    def _profile(self) -> str | None:
+        told = self._if_there(PROFILE)
+        return None if told is None else RUNNING.get(told)
+
+    def _if_there(self, register: int) -> int | None:
+        """Of a register that not every firmware has."""
+        try:
+            (told,) = self._registers.read_holding(register)
+        except DeviceRefused:
+            return None
+        return told
+
+    def _learn_unit(self) -> None:
+        """Learn the unit of this communications channel, which the rig file may not contradict."""
+        register, wanted = UNIT_OF_CHANNEL[self._settings.transport], self._settings.values
+        told = self._if_there(register)
+        unit = None if told is None else UNITS.get(told)
+        if unit is None and wanted is None:
+            raise DeviceNonsense(
+                f"{self.name}: the controller does not tell the unit of its {self._settings.transport} channel"
+                f" (register {register} reads {'nothing' if told is None else told}, need 15 or 30); nothing was"
+                f" changed; look at its communications settings and say values = 'degc' or 'degf'"
+                f" (environment.{self.name})"
+            )
+        if unit is not None and wanted not in (None, unit):
+            raise DeviceNonsense(
+                f"{self.name}: the controller sends {NAMES[unit]} on this channel (register {register}), the rig file"
+                f" says {wanted!r} (environment.{self.name}: values); nothing was changed; correct the file or the"
+                " channel's unit"
+            )
+        self._values = unit or wanted or "degc"
+        self._told_unit = None if unit is None else told
+
+    def _require_same_unit(self) -> None:
+        self._verified_limits_degc()
+        if self._told_unit is not None:
+            register = UNIT_OF_CHANNEL[self._settings.transport]
+            (told,) = self._registers.read_holding(register)
+            if told != self._told_unit:
+                raise DeviceFault(
+                    f"{self.name}: register {register} (unit of this channel) was {self._told_unit} and reads {told}:"
+                    " somebody set the controller otherwise; nothing was changed; set it back, or start anew"
+                )
+
     def _verified_limits_degc(self) -> tuple[float, float]:
         """Set point limits, read once, after every value was plausible in the word order of the rig file."""
         if self._limits_degc is None:
+            self._learn_unit()
             addresses = (LOW_LIMIT, HIGH_LIMIT, SETPOINT, PROCESS_VALUE)
             pairs = [self._registers.read_holding(address + self._offset, 2) for address in addresses]
             self._require_order(pairs)
@@ -182,10 +251,10 @@ class WatlowF4T:
 
     def _from_wire(self, words: Sequence[int]) -> float:
         value = _float(words, self._settings.word_order)
-        return value if self._settings.values == "degc" else (value - 32.0) / 1.8
+        return value if self._values == "degc" else (value - 32.0) / 1.8
 
     def _to_wire(self, degc: float) -> float:
-        return degc if self._settings.values == "degc" else degc * 1.8 + 32.0
+        return degc if self._values == "degc" else degc * 1.8 + 32.0
 
 
 def _words(value: float, order: WordOrder) -> tuple[int, int]:

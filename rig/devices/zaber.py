@@ -6,7 +6,7 @@ Not homed is the stage's own warning (WR, WH). A start is sent once: where its a
 asked whether it moves.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from threading import RLock
 from typing import Annotated, Literal
 
@@ -15,7 +15,7 @@ from pydantic import Field
 from rig.clock import Clock
 from rig.description.device_settings import Positive
 from rig.devices import rates
-from rig.devices.abilities import AxisState, TurnLook
+from rig.devices.abilities import AxisState, StopStep, TurnLook
 from rig.devices.machine_limits import require_travel
 from rig.devices.starting import start_once
 from rig.devices.targets import check_target, nearest_step
@@ -26,6 +26,7 @@ from rig.link.exchange import Exchange, Patience
 from rig.wire import zaber as wire
 from rig.wire.zaber import Command, Reply
 
+_TURN_TOLERANCE_DEG = 0.001
 _RATE_TOLERANCE = 1e-3
 
 
@@ -101,6 +102,7 @@ class ZaberAxis:
     def identify(self) -> str:
         """Return who the stage says it is. Raises: DeviceSilent, DeviceNonsense, LinkLost."""
         names = ("deviceid", "system.serial", "version")
+        self._require_scale()
         device_id, serial, version = (self._chain.ask(self._settings.axis, 0, f"get {name}").data for name in names)
         return f"Zaber device {device_id}, serial {serial}, firmware {version}, number {self._settings.axis}"
 
@@ -143,6 +145,10 @@ class ZaberAxis:
     def stop(self) -> None:
         self._ask("stop")
 
+    def stop_steps(self) -> Sequence[StopStep]:
+        """Without an id: whoever sends it waits for no reply."""
+        return (StopStep(wire.encode_command(Command(self._settings.axis, self._settings.device_axis, "stop"))),)
+
     def _prepare(self) -> None:
         """Compare the stage's travel with the file's limits and see the file's speed taken, once.
 
@@ -150,6 +156,7 @@ class ZaberAxis:
         """
         if self._is_prepared:
             return
+        self._require_scale()
         low, high = (self._whole(self._ask(f"get limit.{end}")) for end in ("min", "max"))
         require_travel(self.name, self.limits_deg, (self._attitude_deg(low), self._attitude_deg(high)))
         speed = self._velocity(self.speed_dps)
@@ -161,6 +168,23 @@ class ZaberAxis:
                 f" (axes.{self.name}: speed_dps); nothing moved; ask for a speed that the stage has"
             )
         self._is_prepared = True
+
+    def _require_scale(self) -> None:
+        """``limit.cycle.dist`` is the one number on the device that proves degrees per microstep.
+
+        0, or no such setting, is a device that does not turn on and on: it proves nothing. Raises: DeviceRefused.
+        """
+        try:
+            turn = self._whole(self._ask("get limit.cycle.dist"))
+        except DeviceRefused:
+            return
+        told_deg = turn * self._settings.microstep_deg
+        if turn and abs(told_deg - 360.0) > _TURN_TOLERANCE_DEG:
+            raise DeviceRefused(
+                f"{self.name}: the stage has {turn} microsteps a turn, which are {told_deg:g} deg with microstep_deg ="
+                f" {self._settings.microstep_deg:g} (axes.{self.name}); nothing moved; another stage is connected, or"
+                " its resolution was changed: correct the file or the stage"
+            )
 
     def _require_home(self, task: str) -> None:
         if not self.state().is_homed:

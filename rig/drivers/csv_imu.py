@@ -12,7 +12,10 @@ from rig.twins.twin import Twin
 
 
 def _open(name: str, settings: CsvImuSettings, lines: Lines, clock: Clock) -> Stream:
-    return csv_imu.connect(name, settings, lines.stream(f"streams.{name}", settings.port, settings.baud_rate), clock)
+    line = lines.stream(
+        f"streams.{name}", settings.port, settings.baud_rate, dtr_low=settings.dtr_low, rts_low=settings.rts_low
+    )
+    return csv_imu.connect(name, settings, line, clock)
 
 
 def _twin(name: str, settings: CsvImuSettings, source: StrappedDown) -> Twin:

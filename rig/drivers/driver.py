@@ -31,7 +31,7 @@ OfReadout = TypeVar("OfReadout", bound=ReadoutSettings)
 OfEnvironment = TypeVar("OfEnvironment", bound=EnvironmentSettings)
 OfStream = TypeVar("OfStream", bound=StreamSettings)
 OfField = TypeVar("OfField", bound=FieldSettings)
-LINE_SETTINGS = ("baud_rate", "parity", "rts_cts")
+LINE_SETTINGS = ("baud_rate", "parity", "rts_cts", "data_bits", "stop_bits")
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,10 @@ def _twin(axes: Mapping[str, ZaberSettings], world: World, _time_factor: float) 
     stages = {
         axis.axis: (name, Stage(axis.microstep_deg, velocity_scale=axis.velocity_scale)) for name, axis in axes.items()
     }
-    return ZaberTwin(stages, world)
+    twin = ZaberTwin(stages, world)
+    for axis in axes.values():  # a file that asks for no checksums is that of a stage which sends none
+        twin.stages[axis.axis].settings["comm.checksum"] = int(axis.require_checksum)
+    return twin
 
 
 DRIVER = Driver("zaber", axes=AxesDriver(ZaberSettings, on_one_line(zaber.connect), _twin))

@@ -1,29 +1,37 @@
-"""Who owns a rig: one lock a real port and one a rig file, in the user's runtime folder.
+"""Who owns a rig: one lock a real port, one a device that tells its serial number and one a rig file, machine-wide.
 
-The lock is that of :mod:`rig.file_lock`; the file's text says who holds it. It keeps a second calrig away, not another
-program: nothing can.
+The lock is that of :mod:`rig.file_lock`, on a file in one folder for all accounts (:mod:`rig.machine_folder`); a file
+beside it, each account's own, says who holds it. It keeps a second calrig on this machine away, whatever name it has
+for the port, not another program and not another machine: nothing here can.
 """
 
 import json
 import os
+import pwd
 import re
-import tempfile
-import warnings
+import socket
+import stat
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from hashlib import blake2b
+from ipaddress import ip_address
 from pathlib import Path
 from types import TracebackType
 from typing import IO
 
-import platformdirs
-
 from rig import file_lock
 from rig.clock import Clock, SystemClock
 from rig.errors import RigBusy
+from rig.machine_folder import OVERRIDE, machine_folder
 
+FOLDER = "locks"
+DEVICE = "device "
+"""Of a resource that is a device by its own serial number."""
 _ATTEMPTS = 5
+_READABLE = 0o644
+_NETWORK = re.compile(r"(?P<scheme>[A-Za-z0-9+.-]+)://(?P<host>\[[^\]]*\]|[^:/#]+):(?P<port>\d+)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,14 +39,16 @@ class LockOwner:
     """Who holds a lock."""
 
     resource: str
-    """The port or the rig file."""
+    """The port, the device or the rig file."""
     pid: int
     since_utc: str
     purpose: str
     """What it holds it for: the command."""
+    account: str = ""
 
     def __str__(self) -> str:
-        return f"process {self.pid} ({self.purpose or 'calrig'}) since {self.since_utc}"
+        whose = f" of {self.account}" if self.account not in ("", account()) else ""
+        return f"process {self.pid} ({self.purpose or 'calrig'}){whose} since {self.since_utc}"
 
 
 class RigLock:
@@ -64,21 +74,21 @@ class RigLock:
 def acquire(
     resources: Sequence[str], purpose: str, *, folder: Path | None = None, clock: Clock | None = None
 ) -> RigLock:
-    """Lock every resource (port addresses and rig file paths) for this process.
+    """Lock every resource (port addresses, devices, rig file paths) for this process.
 
     Raises: RigBusy naming the owner of the first one that is held; then none is kept.
     """
     clock = clock or SystemClock()
-    names = tuple(sorted({canonical(resource) for resource in resources}))
+    names = {identity_of(resource): canonical(resource) for resource in sorted(resources, reverse=True)}
     with ExitStack() as held:
-        for name in names:
-            held.enter_context(_locked(_file_of(name, folder or lock_folder()), name, purpose, clock))
-        return RigLock(held.pop_all(), names)
+        for identity, name in sorted(names.items()):
+            held.enter_context(_locked(_file_of(identity, folder or lock_folder()), name, purpose, clock))
+        return RigLock(held.pop_all(), tuple(sorted(names.values())))
 
 
 def owner_of(resource: str, *, folder: Path | None = None) -> LockOwner | None:
-    """Return who holds a resource now, or None."""
-    path = _file_of(canonical(resource), folder or lock_folder())
+    """Who holds a resource now, or None."""
+    path = _file_of(identity_of(resource), folder or lock_folder())
     return _holder(path) if path.exists() else None
 
 
@@ -89,61 +99,130 @@ def owners(*, folder: Path | None = None) -> list[LockOwner]:
 
 
 def lock_folder() -> Path:
-    """Return the user's runtime folder, or a private one in the temporary folder where the system has none."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # it warns that it falls back: so do we, without alarm
-        preferred = Path(platformdirs.user_runtime_dir("calrig"))
-    for folder in (preferred, Path(tempfile.gettempdir()) / f"calrig-{os.getuid()}"):
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK):
-            return folder
-    raise RigBusy(
-        f"{preferred}: no folder for locks can be made; nothing was opened; set XDG_RUNTIME_DIR to a folder of yours"
-    )
+    """Return the one folder for all accounts. Raises: RigBusy where there is none."""
+    try:
+        return Path(machine_folder(FOLDER))
+    except OSError as error:
+        raise RigBusy(
+            f"{error.filename or error}: no folder for locks that all accounts share: {error.strerror}; nothing was"
+            f" opened; set {OVERRIDE} to the same folder, writable by all and sticky, for every account"
+        ) from error
 
 
 def canonical(resource: str) -> str:
-    """Return one name for one thing.
-
-    Links to a device are followed, host names in lower case, rig files full paths.
-    """
+    """Return how a resource is told: links to a device followed, host names in lower case, rig files as full paths."""
+    if resource.startswith(DEVICE):
+        return resource
     scheme, mark, rest = resource.partition("://")
     return f"{scheme.lower()}{mark}{rest.lower()}" if mark else str(Path(resource).resolve())
 
 
+def identity_of(resource: str) -> str:
+    """Return what a resource is, whatever it is called.
+
+    It is a host's address for its name, a device's numbers for its path. By any scheme, a port of a host is one thing.
+    """
+    if network := _NETWORK.match(canonical(resource)):
+        return f"tcp {address_of(network['host'].strip('[]'))} {network['port']}"
+    path = Path(canonical(resource))
+    with suppress(OSError):
+        found = path.stat()
+        if stat.S_ISCHR(found.st_mode):
+            return f"character device {os.major(found.st_rdev)} {os.minor(found.st_rdev)}"
+    return str(path) if not resource.startswith(DEVICE) else resource
+
+
+@lru_cache
+def address_of(host: str) -> str:
+    """Return the one number by which a host is known: this machine's own are one; its name where it has none now."""
+    try:
+        found = sorted({str(entry[4][0]) for entry in socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)})
+    except OSError:
+        return host
+    if any(ip_address(one.partition("%")[0]).is_loopback for one in found):
+        return "this machine"
+    return next((one for one in found if ":" not in one), found[0])
+
+
+def serial_of(identity: str) -> str | None:
+    """Return the part of a device's answer that only this one gives: its words up to its serial number, or None."""
+    found = re.search(r"^(.*?\bserial(?: number)?:? *([A-Za-z0-9-]*\d[A-Za-z0-9-]*))", identity, re.IGNORECASE)
+    return None if found is None or not found[2].strip("0-") else f"{DEVICE}{found[1]}"
+
+
+def account() -> str:
+    """Return the name of this account."""
+    try:
+        return pwd.getpwuid(os.getuid()).pw_name
+    except KeyError:
+        return f"uid {os.getuid()}"
+
+
 @contextmanager
 def _locked(path: Path, resource: str, purpose: str, clock: Clock) -> Iterator[None]:
-    with path.open("a+", encoding="utf-8") as file:
+    with _opened(path) as file:
         if not file_lock.take(file, clock, _ATTEMPTS):
             raise RigBusy(
-                f"{resource}: in use by {_owner(file) or 'another process'}; nothing was opened;"
+                f"{resource}: in use by {_owner(path) or 'another process'}; nothing was opened;"
                 " wait until it has finished, or stop it"
             )
-        owner = LockOwner(resource, os.getpid(), clock.now_utc().isoformat(timespec="seconds"), purpose)
-        file_lock.say(file, json.dumps(asdict(owner)))
+        since_utc = clock.now_utc().isoformat(timespec="seconds")
+        text = _text_of(path)
+        _say(text, LockOwner(resource, os.getpid(), since_utc, purpose, account()))
         try:
             yield
         finally:
-            file_lock.say(file, "")
+            with suppress(OSError):
+                text.unlink()
+
+
+def _opened(path: Path) -> IO[str]:
+    """Open a lock's file, to be read by all: one that another account made cannot be written, and need not be."""
+    while True:
+        with suppress(FileNotFoundError):
+            return path.open(encoding="utf-8")
+        with suppress(FileExistsError):
+            os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, _READABLE))
+            path.chmod(_READABLE)  # past the umask
 
 
 def _holder(path: Path) -> LockOwner | None:
-    with path.open("a+", encoding="utf-8") as file:
-        return _owner(file) if file_lock.is_held(file) else None
+    with _opened(path) as file:
+        return _owner(path) if file_lock.is_held(file) else None
 
 
-def _owner(file: IO[str]) -> LockOwner | None:
-    """Return what the file says; None where it says nothing whole (its owner is just writing it)."""
-    file.seek(0)
+def _owner(path: Path) -> LockOwner | None:
+    """Return what the newest text of a living process beside it says; None where none is whole."""
+    found = []
+    for text in path.parent.glob(f"{path.stem}.*.owner"):
+        with suppress(OSError, ValueError, TypeError):
+            owner = LockOwner(**json.loads(text.read_text(encoding="utf-8")))
+            if _is_alive(owner.pid):
+                found.append(owner)
+    return max(found, key=lambda owner: owner.since_utc, default=None)
+
+
+def _say(text: Path, owner: LockOwner) -> None:
+    """For people: where another account keeps this one from it, the lock holds all the same."""
+    with suppress(OSError):
+        text.write_text(json.dumps(asdict(owner)), encoding="utf-8")
+        text.chmod(_READABLE)
+
+
+def _text_of(path: Path) -> Path:
+    return path.with_name(f"{path.stem}.{os.getuid()}.owner")
+
+
+def _is_alive(pid: int) -> bool:
     try:
-        return LockOwner(**json.loads(file.read()))
-    except (ValueError, TypeError):
-        return None
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True
 
 
-def _file_of(resource: str, folder: Path) -> Path:
-    slug = re.sub(r"[^A-Za-z0-9]+", "-", resource).strip("-")[-60:]
-    return folder / f"{slug}-{blake2b(resource.encode(), digest_size=6).hexdigest()}.lock"
+def _file_of(identity: str, folder: Path) -> Path:
+    slug = re.sub(r"[^A-Za-z0-9]+", "-", identity).strip("-")[-60:]
+    return folder / f"{slug}-{blake2b(identity.encode(), digest_size=6).hexdigest()}.lock"

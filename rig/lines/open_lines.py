@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from dataclasses import asdict
 
 from rig.clock import Clock, SystemClock
 from rig.description.device_settings import TWIN_PORT
@@ -13,6 +14,8 @@ from rig.link.gpib import GpibBus, GpibResource
 from rig.link.memory import MemoryStream
 from rig.link.ports import open_stream
 from rig.link.prologix import PrologixBus
+from rig.link.serial_stream import LineSettings, SerialStream
+from rig.link.socket_stream import SocketStream
 from rig.link.visa import VisaBus
 from rig.twins.twin import Twin
 
@@ -28,10 +31,22 @@ class Lines:
         self._streams: dict[str, ByteStream] = {}
         self._counted: dict[str, CountedStream] = {}
         """By the table that opened the line."""
+        self._opened_ports: dict[str, ByteStream] = {}
+        """By canonical port."""
         self._buses: dict[tuple[str, str], GpibBus] = {}
 
     def stream(
-        self, key: str, port: str, baud_rate: int = 9600, *, parity: str = "N", rts_cts: bool = False
+        self,
+        key: str,
+        port: str,
+        baud_rate: int = 9600,
+        *,
+        parity: str = "N",
+        rts_cts: bool = False,
+        data_bits: int = 8,
+        stop_bits: float = 1.0,
+        dtr_low: bool = False,
+        rts_low: bool = False,
     ) -> ByteStream:
         """Return the line to ``port``; a twin's is in memory and its own.
 
@@ -39,7 +54,8 @@ class Lines:
         """
         name = f"twin of {key}" if port == TWIN_PORT else canonical(port)
         if name not in self._streams:
-            stream = CountedStream(self._source(key, lambda: self._open(key, port, baud_rate, parity, rts_cts)))
+            line = LineSettings(baud_rate, data_bits, parity, stop_bits, rts_cts, dtr_low, rts_low)
+            stream = CountedStream(self._source(key, lambda: self._open(key, port, line)))
             self._opened.callback(stream.close)
             self._streams[name] = stream
             self._counted[key] = stream
@@ -52,6 +68,11 @@ class Lines:
         """
         return {name: one for key, stream in self._counted.items() for name, one in stream.by_slave(key).items()}
 
+    def descriptor(self, port: str) -> int | None:
+        """Return what the system knows an open port by; None where it is none of the system's (a twin, a terminal)."""
+        stream = self._opened_ports.get(canonical(port))
+        return stream.descriptor() if isinstance(stream, SerialStream | SocketStream) else None
+
     def bus(self, key: str, resource: GpibResource) -> GpibBus:
         """Return the controller that carries an instrument.
 
@@ -63,10 +84,12 @@ class Lines:
             self._opened.callback(self._buses[place].close)
         return self._buses[place]
 
-    def _open(self, key: str, port: str, baud_rate: int, parity: str, rts_cts: bool) -> ByteStream:
+    def _open(self, key: str, port: str, line: LineSettings) -> ByteStream:
         if port == TWIN_PORT:
             return MemoryStream(self._twins[key], self._clock, f"twin of {key}")
-        return open_stream(port, clock=SystemClock(), baud_rate=baud_rate, parity=parity, rts_cts=rts_cts, owner=key)
+        stream = open_stream(port, clock=SystemClock(), **asdict(line), owner=key)
+        self._opened_ports[canonical(port)] = stream
+        return stream
 
     def _open_bus(self, key: str, resource: GpibResource) -> GpibBus:
         if resource.carrier == "visa":

@@ -25,7 +25,7 @@ from rig.errors import DeviceNonsense, DeviceSilent
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
 from rig.link.exchange import Patience
-from rig.link.modbus_replies import granted, told
+from rig.link.modbus_replies import granted, in_words
 from rig.link.symptoms import remedy
 
 _Answer = TypeVar("_Answer")
@@ -90,6 +90,12 @@ class ModbusRtu:
         attempts = self._patience.attempts if idempotent else 1
         self._repeated(lambda: self._write_many(address, list(values)), attempts)
 
+    def write_frame(self, address: int, values: Sequence[int]) -> bytes:
+        """Return the frame that :meth:`write_registers` would send."""
+        return self._framer.buildFrame(
+            WriteMultipleRegistersRequest(dev_id=self._unit, address=address, registers=list(values))
+        )
+
     def _read(self, address: int, count: int) -> tuple[int, ...]:
         request = ReadHoldingRegistersRequest(dev_id=self._unit, address=address, count=count)
         return tuple(self._transact(request).registers)
@@ -134,10 +140,10 @@ class ModbusRtu:
         self._is_in_doubt = False
 
     def _ask_the_sentinel(self, address: int, value: int) -> None:
-        (told,) = self._read(address, 1)
-        if told != value:
+        (answered,) = self._read(address, 1)
+        if answered != value:
             raise DeviceNonsense(
-                f"{self.stream.name}: register {address} is {value} and cannot be {told}: replies are shifted or"
+                f"{self.stream.name}: register {address} is {value} and cannot be {answered}: replies are shifted or"
                 " another device answers; nothing was taken from it; check the line and its other masters"
             )
         # That may have been the late answer to an earlier sentinel: then this one's own is still on its way.
@@ -175,8 +181,8 @@ class ModbusRtu:
             more = self.stream.read(deadline_s)
             if not more:
                 raise DeviceSilent(
-                    f"{self.stream.name}: no whole reply to {told(request)}: got {frame.hex(' ') or 'nothing'} within"
-                    f" {self._patience.timeout_s:g} s; nothing was taken from it;"
+                    f"{self.stream.name}: no whole reply to {in_words(request)}: got {frame.hex(' ') or 'nothing'}"
+                    f" within {self._patience.timeout_s:g} s; nothing was taken from it;"
                     f" {remedy(question, frame, 'check power, unit number, baud rate, parity and line')}"
                 )
             frame += more
@@ -201,7 +207,7 @@ class ModbusRtu:
     def _nonsense(self, request: ModbusPDU, why: str, frame: bytes = b"?") -> DeviceNonsense:
         look = "check baud rate, parity, the unit number and other masters on this line"
         return DeviceNonsense(
-            f"{self.stream.name}: no answer to {told(request)}: {why}; nothing was taken from it;"
+            f"{self.stream.name}: no answer to {in_words(request)}: {why}; nothing was taken from it;"
             f" {remedy(self._framer.buildFrame(request), frame, look)}"
         )
 

@@ -36,11 +36,11 @@ def granted(ask: Callable[[ModbusPDU], ModbusPDU], request: ModbusPDU, stream: B
         kind, text = _EXCEPTIONS.get(reply.exception_code, (DeviceNonsense, "unknown exception"))
         raise kind(
             f"{stream.name}: unit {request.dev_id} answered exception {reply.exception_code} ({text}) to"
-            f" {told(request)}; nothing was changed; compare the request with the device's manual"
+            f" {in_words(request)}; nothing was changed; compare the request with the device's manual"
         )
     return reply
 
 
-def told(request: ModbusPDU) -> str:
+def in_words(request: ModbusPDU) -> str:
     """Return a request in words, for messages."""
     return f"function {request.function_code}, register {request.address}"

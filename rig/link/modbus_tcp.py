@@ -17,7 +17,7 @@ from rig.errors import DeviceNonsense, DeviceSilent
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
 from rig.link.exchange import Patience
-from rig.link.modbus_replies import granted, told
+from rig.link.modbus_replies import granted, in_words
 
 _Answer = TypeVar("_Answer")
 
@@ -98,8 +98,9 @@ class ModbusTcp:
             more = self.stream.read(deadline_s)
             if not more:
                 raise DeviceSilent(
-                    f"{self.stream.name}: no whole reply to {told(request)} within {self._patience.timeout_s:g} s: got"
-                    f" {self._received.hex(' ') or 'nothing'}; nothing was taken from it; check power, address and unit"
+                    f"{self.stream.name}: no whole reply to {in_words(request)} within {self._patience.timeout_s:g} s:"
+                    f" got {self._received.hex(' ') or 'nothing'}; nothing was taken from it; check power, address"
+                    " and unit"
                 )
             self._received += more
         frame, self._received = self._received[:length], self._received[length:]
@@ -141,6 +142,6 @@ class ModbusTcp:
 
     def _nonsense(self, request: ModbusPDU, why: str) -> DeviceNonsense:
         return DeviceNonsense(
-            f"{self.stream.name}: no answer to {told(request)}: {why}; nothing was taken from it;"
+            f"{self.stream.name}: no answer to {in_words(request)}: {why}; nothing was taken from it;"
             " check the address, the unit number and that this is a Modbus TCP device"
         )

@@ -18,6 +18,8 @@ def open_stream(
     parity: str = "N",
     stop_bits: float = 1.0,
     rts_cts: bool = False,
+    dtr_low: bool = False,
+    rts_low: bool = False,
     connect_timeout_s: float = 5.0,
     owner: str = "",
 ) -> ByteStream:
@@ -31,4 +33,5 @@ def open_stream(
         return TerminalStream(clock)
     if url.startswith(SOCKET_SCHEME):
         return SocketStream(url, clock, connect_timeout_s, owner)
-    return SerialStream(url, clock, LineSettings(baud_rate, data_bits, parity, stop_bits, rts_cts), owner)
+    line = LineSettings(baud_rate, data_bits, parity, stop_bits, rts_cts, dtr_low, rts_low)
+    return SerialStream(url, clock, line, owner)

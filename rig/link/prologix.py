@@ -1,10 +1,13 @@
 """GPIB through a Prologix adapter (USB or Ethernet), on any byte stream.
 
-The adapter remembers whatever its last user set, so every setting is written and read back each time, with
-``++savecfg 0`` first to spare its EEPROM. A message and the ``++read eoi`` that fetches its answer leave in one send.
-The answer to ``++ver`` is known, so after a doubt it serves as the sentinel: whatever comes before it is stale.
+The adapter remembers whatever its last user set, so every setting is written and read back each time. ``++savecfg 0``
+first spares the EEPROM of a Prologix and writes that of an AR488, which is therefore asked for its real name before.
+An instrument that another program left talking is silenced by what disturbs least: no automatic reading, interface
+clear, device clear of the addressed instrument, reset of the adapter. A message and the ``++read eoi`` that fetches
+its answer leave in one send. The answer to ``++ver`` is known, so after a doubt it serves as the sentinel: whatever
+comes before it is stale.
 
-Source: Prologix GPIB-USB controller manual 6.107.
+Source: docs/devices/prologix.md (manual 6.107; manual and firmware of the AR488).
 """
 
 from collections.abc import Callable
@@ -18,6 +21,10 @@ from rig.wire import prologix as wire
 
 Reply = TypeVar("Reply")
 
+SILENCERS = (wire.NO_AUTO, wire.INTERFACE_CLEAR, wire.CLEAR, wire.RESET)
+"""In the order of what they disturb."""
+RESET_S = 5.5
+REAL_VERSION_S = 1.0
 ADAPTER_TIMEOUT_S = wire.TIMEOUT_RANGE_MS[1] / 1000.0
 TALK_TIMEOUT_S = ADAPTER_TIMEOUT_S + 0.5
 """The adapter gives up first, so that it listens again when we ask again."""
@@ -32,7 +39,7 @@ class PrologixBus:
         self.clock = stream.clock
         self._exchange = Exchange(stream, terminator=b"\n", patience=PATIENCE, resynchronise=self._resynchronise)
         self._address: int | None = None
-        self._version = ""
+        self._version = self._real_version = ""
         self._set_up()
 
     @property
@@ -40,7 +47,7 @@ class PrologixBus:
         return self._exchange.counts
 
     def identify(self) -> str:
-        return self._version
+        return f"{self._version} ({self._real_version})" if self._real_version else self._version
 
     def send(self, address: int, message: bytes) -> None:
         self._exchange.tell(self._addressed(address) + wire.message(message))
@@ -74,12 +81,49 @@ class PrologixBus:
         self._exchange.stream.close()
 
     def _set_up(self) -> None:
-        without_saving = b"\n" + wire.setting("savecfg", 0)
-        self._version = self._asked(without_saving + wire.VERSION, wire.parse_version, True, TALK_TIMEOUT_S)
+        self._version = self._first_version()
+        if wire.CLONE not in self._version:
+            self._tell_apart()
         self._exchange.tell(b"".join(wire.setting(name, value) for name, value in wire.SETTINGS.items()))
         self._exchange.tell(wire.INTERFACE_CLEAR)
         for name, value in wire.SETTINGS.items():
             self._require_setting(name, value)
+
+    def _first_version(self) -> str:
+        """Return the answer to ``++ver``, once nothing on the bus talks. Raises: DeviceSilent, DeviceNonsense."""
+        question = b"\n" + wire.VERSION
+        try:
+            return self._asked(question, wire.parse_version, True, TALK_TIMEOUT_S)
+        except DeviceNonsense as error:
+            first = error
+        for silencer in SILENCERS:
+            self._exchange.stream.write(b"\n" + silencer)
+            if silencer is wire.RESET:
+                self.clock.sleep(RESET_S)
+            try:
+                return self._asked(question, wire.parse_version, False, TALK_TIMEOUT_S)
+            except (DeviceSilent, DeviceNonsense):
+                continue
+        tried = ", ".join(silencer.decode("ascii").strip() for silencer in SILENCERS)
+        try:
+            self._exchange.wait_for_quiet()
+        except DeviceNonsense as error:
+            raise DeviceNonsense(
+                f"{self.name}: an instrument on the bus talks without end, or another device sends on this line:"
+                f" {tried} did not silence it; nothing was set; switch it off and on (a 3458A that runs freely"
+                " with END OFF does so), or take it off the bus"
+            ) from error
+        raise first
+
+    def _tell_apart(self) -> None:
+        """Find a clone under another name: its EEPROM is written by the command that spares a Prologix's."""
+        try:
+            real = self._asked(wire.REAL_VERSION, wire.parse_real_version, False, REAL_VERSION_S)
+        except (DeviceSilent, DeviceNonsense):
+            real = ""
+        self._real_version = real if wire.CLONE in real else ""
+        if not self._real_version:
+            self._exchange.tell(wire.setting("savecfg", 0))
 
     def _require_setting(self, name: str, value: int) -> None:
         got = self._asked(wire.setting_query(name), wire.parse_number, True, TALK_TIMEOUT_S)

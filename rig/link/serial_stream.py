@@ -46,6 +46,9 @@ class LineSettings:
     parity: str = "N"
     stop_bits: float = 1.0
     rts_cts: bool = False
+    dtr_low: bool = False
+    rts_low: bool = False
+    """Whether the line is low from the opening on; the kernel raises it for a moment all the same."""
 
 
 class SerialStream:
@@ -78,6 +81,12 @@ class SerialStream:
         with _losses(self.name):
             return bytes(self._port.read(waiting)) if (waiting := self._port.in_waiting) else b""
 
+    def descriptor(self) -> int:
+        """Return what the system knows the line by: the device, or the connection of ``rfc2217://``."""
+        connection = getattr(self._port, "_socket", None)
+        number: int = self._port.fileno() if connection is None else connection.fileno()
+        return number
+
     def close(self) -> None:
         self._is_closed = True
         with _losses(self.name):
@@ -97,8 +106,9 @@ def _open(url: str, line: LineSettings, name: str) -> serial.Serial:
     if is_device and Path(url).resolve().is_relative_to(_PSEUDO_TERMINALS):
         line = replace(line, parity="N")  # it has no parity, and refuses to be configured with one
     try:
-        return serial.serial_for_url(
+        port = serial.serial_for_url(
             url,
+            do_not_open=True,
             baudrate=line.baud_rate,
             bytesize=line.data_bits,
             parity=line.parity,
@@ -108,6 +118,12 @@ def _open(url: str, line: LineSettings, name: str) -> serial.Serial:
             write_timeout=WRITE_TIMEOUT_S,
             **({"exclusive": True} if is_device else {}),
         )
+        if line.dtr_low:
+            port.dtr = False
+        if line.rts_low:
+            port.rts = False
+        port.open()
+        return port
     except ValueError as error:
         raise RequestRefused(f"{name}: not a port or not its settings: {error}; nothing was opened") from error
     except PORT_ERRORS as error:

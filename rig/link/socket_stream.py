@@ -54,6 +54,10 @@ class SocketStream:
             waiting += self._receive()
         return waiting
 
+    def descriptor(self) -> int:
+        """Return what the system knows the line by."""
+        return self._socket.fileno()
+
     def close(self) -> None:
         self._is_closed = True
         self._socket.close()

@@ -132,9 +132,9 @@ def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: 
     require_room_to_turn(rig, axis, position_deg(rig, axis), rate_dps)
     if isinstance(device, CableGuard):
         device.require_room(rate_dps * duration_s)
-    begun_s = rig.clock.monotonic_s()
     try:
         device.start_rate(rate_dps)
+        begun_s = rig.clock.monotonic_s()
         looks = [device.turn_look(rig.clock)]
         while rig.clock.monotonic_s() - begun_s < duration_s:
             wait(min(_LOOK_S, duration_s))

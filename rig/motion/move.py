@@ -23,7 +23,8 @@ STALL_S = 2.0
 STANDSTILL_S = 1.0
 _FIRST_LOOK_S, _LAST_LOOK_S = 0.1, 0.5
 _LONGEST_LOOK_S = 0.8
-"""Between two looks at an axis on its way: what it reports is answered within a second."""
+"""Between two looks at an axis on its way: what it reports is answered within a second. The first looks come sooner,
+since a command that the line altered shows at once, and so do those at the target, where one would pass it."""
 _ALLOWANCE_S = 5.0
 _STOP_LIMIT_S = 20.0
 _AGAIN = 2
@@ -137,7 +138,12 @@ def trusted_state(axis: Axis) -> AxisState:
 
 def home_and_arrive(axis: Axis, clock: Clock, wait: Wait) -> float:
     """Run the reference move and return the read-back at rest, degrees. Raises as :func:`move_and_arrive`."""
-    axis.home()
+    try:
+        axis.home()
+    except RigError:
+        with suppress(RigError):
+            axis.stop()  # it may have heard what it did not acknowledge
+        raise
     wound_deg = axis.home_travel_deg if isinstance(axis, CableGuard) else 0.0
     limit_s = (360.0 + wound_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
     state = _watch(axis, "home", None, limit_s, clock, wait)
@@ -226,9 +232,9 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
             raise _stalled(axis, f"{task}: no progress in {STALL_S:g} s at {last_deg:g} deg, though it says it moves")
         if asked_s - started_s > limit_s:
             raise _stalled(axis, f"{task}: still moving at {last_deg:g} deg after {limit_s:.3g} s, the time allowed")
-        left_s = 0.0 if target_deg is None else abs(target_deg - state.position_deg) / axis.speed_dps
-        _wait_or_stop(axis, min(max(left_s, look_s), _LONGEST_LOOK_S), wait)
-        look_s = look_s if left_s > 0.0 else min(2.0 * look_s, _LAST_LOOK_S)
+        left_s = look_s if target_deg is None else abs(target_deg - state.position_deg) / axis.speed_dps
+        _wait_or_stop(axis, min(max(left_s, _FIRST_LOOK_S), look_s), wait)
+        look_s = min(2.0 * look_s, _LAST_LOOK_S if target_deg is None else _LONGEST_LOOK_S)
 
 
 def _start(axis: Axis, target_deg: float) -> None:

@@ -4,13 +4,15 @@ It knows the commands that position an axis; every other is error 6, as on the c
 """
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from rig.twins.servo_axis import ServoAxis
 from rig.twins.world import World
 from rig.wire import esp301 as wire
 from rig.wire.esp301 import Command, ErrorRecord
 
+NO_HARDWARE_SIGNAL = "0H, 0H"
+"""``PH``: two hexadecimal words."""
 _LONGEST_LINE = 256
 _TEXTS = {
     0: "NO ERROR DETECTED",
@@ -26,6 +28,8 @@ _AXIS_TEXTS = {
     wire.MOTOR_OFF: "MOTOR NOT ENABLED",
     wire.HOMING_ABORTED: "HOMING ABORTED",
 }
+STAGE, TOP_RATE_DPS, RESOLUTION_DEG = "TS50DC.5, SN1263", 80.0, 0.001
+"""What every stage here is: its name as the manual prints one, and what its memory says."""
 _SEARCH_MODES = range(7)
 _UNITS = range(11)
 
@@ -38,14 +42,24 @@ class Esp301Axis:
         self.low_deg, self.high_deg = travel_deg
         self.unit = wire.DEGREES
         self.is_on = False
+        self.resolution_deg = RESOLUTION_DEG
+        self._home_deg = 0.0
+        """Where ``DH`` put the zero."""
         self._number = number
 
     def answer(self, command: Command, now_s: float) -> str | None:
         """Answer a question about this axis; None where it is no question."""
-        is_question = command.value == "?" or (command.letters in ("TP", "DP", "MD") and not command.value)
-        answers = {
-            "TP": lambda: f"{self.servo.position_deg(now_s):.{wire.DECIMALS}f}",
-            "DP": lambda: f"{self.servo.position_deg(now_s):.{wire.DECIMALS}f}",
+        is_question = command.value == "?" or (command.letters in ("TP", "DP", "MD", "TV", "PH") and not command.value)
+        answers: Mapping[str, Callable[[], str]] = {
+            "TP": lambda: f"{self.position_deg(now_s):.{wire.DECIMALS}f}",
+            "DP": lambda: f"{self.position_deg(now_s):.{wire.DECIMALS}f}",
+            "TV": lambda: f"{self.servo.rate_dps(now_s):.{wire.DECIMALS}f}",
+            "VU": lambda: f"{TOP_RATE_DPS:.{wire.DECIMALS}f}",
+            "SU": lambda: f"{self.resolution_deg:.11f}",
+            "ID": lambda: STAGE,
+            "QM": lambda: "1",
+            "ZH": lambda: "24H",
+            "PH": lambda: NO_HARDWARE_SIGNAL,
             "MD": lambda: str(int(not self.servo.is_moving(now_s))),
             "MO": lambda: str(int(self.is_on)),
             "VA": lambda: f"{self.servo.speed_dps:.{wire.DECIMALS}f}",
@@ -55,6 +69,13 @@ class Esp301Axis:
             "SN": lambda: str(self.unit),
         }
         return answers[command.letters]() if is_question and command.letters in answers else None
+
+    def position_deg(self, now_s: float) -> float:
+        return self.servo.position_deg(now_s) - self._home_deg
+
+    def define_home(self, now_s: float) -> int:
+        self._home_deg = self.servo.position_deg(now_s)
+        return 0
 
     def switch(self, letters: str, now_s: float) -> int:
         """Obey ``MO``, ``MF`` or ``ST``; return the error code."""
@@ -72,7 +93,7 @@ class Esp301Axis:
             case "PA":
                 return self._move(value, now_s)
             case "PR":
-                return self._move(self.servo.position_deg(now_s) + value, now_s)
+                return self._move(self.position_deg(now_s) + value, now_s)
             case "OR":
                 return self._home(value, now_s)
             case "VA" | "AC":
@@ -99,7 +120,7 @@ class Esp301Axis:
             return self.error(wire.MOTOR_OFF)
         if not self.low_deg <= target_deg <= self.high_deg:
             return self.error(wire.SOFTWARE_LIMITS[target_deg < self.low_deg])
-        self.servo.move(target_deg, now_s)
+        self.servo.move(target_deg + self._home_deg, now_s)
         return 0
 
     def _home(self, mode: float, now_s: float) -> int:
@@ -107,6 +128,7 @@ class Esp301Axis:
             return wire.OUT_OF_RANGE
         if not self.is_on:
             return self.error(wire.MOTOR_OFF)
+        self._home_deg = 0.0
         self.servo.home(now_s)
         return 0
 
@@ -141,7 +163,7 @@ class Esp301Twin:
             number: Esp301Axis(number, ServoAxis(world.axes[name], world), travel_deg) for number, name in axes.items()
         }
         self.errors: deque[ErrorRecord] = deque(maxlen=wire.QUEUE_LENGTH)
-        self._version = version
+        self.version = version
         self._on_from_s = 0.0
         self._received = b""
         self._due = b""
@@ -195,13 +217,22 @@ class Esp301Twin:
             case "TB":
                 self._due += wire.encode_error(self._next_error(now_s))
             case "VE":
-                self._due += wire.encode_reply(self._version)
+                self._due += wire.encode_reply(self.version)
+            case "TS":
+                self._due += wire.encode_reply(self._status(now_s))
+            case "PH":
+                self._due += wire.encode_reply(NO_HARDWARE_SIGNAL)
             case "AB" | "ST":
                 for axis in self.axes.values():
                     axis.servo.stop(now_s)
             case _:
                 return wire.AXIS_MISSING
         return 0
+
+    def _status(self, now_s: float) -> str:
+        """One character: bit 6 always, bit 4 power on any axis, bits 0 to 2 axes that move."""
+        moving = sum(1 << number - 1 for number, axis in self.axes.items() if axis.servo.is_moving(now_s))
+        return chr(1 << 6 | (1 << 4 if any(axis.is_on for axis in self.axes.values()) else 0) | moving)
 
     def _next_error(self, now_s: float) -> ErrorRecord:
         return self.errors.popleft() if self.errors else ErrorRecord(0, self._stamp(now_s), _TEXTS[0])
@@ -213,6 +244,8 @@ class Esp301Twin:
             return 0
         if command.letters in ("MO", "MF", "ST"):
             return axis.switch(command.letters, now_s)
+        if command.letters == "DH" and not command.value.strip("0."):
+            return axis.define_home(now_s)
         value = wire.decode_number(command.value.encode("ascii", errors="replace"))
         code = axis.set(command.letters, 0.0 if value is None else value, now_s) if value is not None else None
         if code is not None:

@@ -21,6 +21,8 @@ OVERHEAD_S = 0.0006
 """What a reading takes beyond its integration."""
 TEMPERATURE_DEGC = 36.4
 AUTOCALIBRATION_S: Mapping[str, float] = {"DCV": 165.0, "AC": 165.0, "OHMS": 660.0, "ALL": 960.0}
+RECORD: Mapping[str, bytes] = {"REV": b"9,2", "OPT": b"0", "CALNUM": b"2.47E+02"}
+"""Firmware of both processors, options, times that it was adjusted."""
 CALIBRATION, SYNTAX, UNDEFINED, OUT_OF_RANGE = 2, 8, 32, 64
 LARGEST_COUNT = 16777215
 
@@ -29,6 +31,7 @@ WORDS: Mapping[str, Mapping[str, int]] = {
     "AZERO": {**SWITCH, "ONCE": 2},
     "BEEP": {**SWITCH, "ONCE": 2},
     "DISP": SWITCH,
+    "FIXEDZ": SWITCH,
     "END": {"OFF": 0, "ON": 1, "ALWAYS": 2},
     "INBUF": SWITCH,
     "LOCK": SWITCH,
@@ -40,10 +43,18 @@ WORDS: Mapping[str, Mapping[str, int]] = {
 """Settings with named values; the number is what the query answers."""
 RESET_STATE: Mapping[str, float] = {
     **{"AZERO": 1, "BEEP": 1, "DISP": 1, "END": 0, "INBUF": 0, "LOCK": 0, "MATH": 0, "MEM": 0, "OFORMAT": 1},
-    **{"QFORMAT": 1, "NDIG": 7, "NPLC": 10, "LFREQ": 50, "RANGE": 1000, "AUTORANGE": 1, "NRDGS": 1},
+    **{"QFORMAT": 1, "FIXEDZ": 0, "NDIG": 7, "NPLC": 10, "LFREQ": 50, "RANGE": 1000, "AUTORANGE": 1, "NRDGS": 1},
     **{"TARM": Event.AUTO, "TRIG": Event.AUTO, "SAMPLE": Event.AUTO},
 }
-PRESET_NORM: Mapping[str, float] = {"NPLC": 1, "NDIG": 6, "TRIG": Event.SYN, "INBUF": 0, "AZERO": 1, "NRDGS": 1}
+PRESET_NORM: Mapping[str, float] = {
+    "NPLC": 1,
+    "NDIG": 6,
+    "TRIG": Event.SYN,
+    "INBUF": 0,
+    "AZERO": 1,
+    "NRDGS": 1,
+    "FIXEDZ": 0,
+}
 
 _COMMAND = re.compile(r"([A-Z]+\??)\s*(.*)")
 
@@ -72,7 +83,9 @@ class ScannedInput:
 class Hp3458aTwin:
     """A GPIB instrument that measures ``input_v(now_s)``."""
 
-    def __init__(self, input_v: Callable[[float], float]) -> None:
+    def __init__(self, input_v: Callable[[float], float], *, decimals: int = 9) -> None:
+        """``decimals`` of a reading: 8 are the 15 characters of the guide, 9 the 16 that logs of units show."""
+        self._decimals = decimals
         self.own_degc: Callable[[float], float] = lambda _now_s: TEMPERATURE_DEGC
         """What ``TEMP?`` tells at a time."""
         self.calibrated_s: list[float] = []
@@ -148,7 +161,7 @@ class Hp3458aTwin:
 
     def advance(self, now_s: float) -> None:
         while self._left and self._due_s <= now_s:
-            self._ready.append(wire.format_reading(self._measured_v(self._input_v(self._due_s))))
+            self._ready.append(wire.format_reading(self._measured_v(self._input_v(self._due_s)), self._decimals))
             self._left -= 1
             self._due_s += self._reading_s
 
@@ -194,6 +207,8 @@ class Hp3458aTwin:
         settings = self._settings
         if name == "ID":
             self._say(wire.IDENTITIES[0])
+        elif name in RECORD:
+            self._say(RECORD[name])
         elif name == "ERR":
             self._say(b"%d" % self._errors)
             self._errors = 0

@@ -21,6 +21,7 @@ from rig.wire.indexing_table import (
     Identity,
     Move,
     Position,
+    Prepare,
     Refused,
     Reply,
     Stop,
@@ -186,6 +187,8 @@ class IndexingTableTwin:
                 return axis.home(now_s)
             case Stop():
                 return axis.stop(now_s)
+            case Prepare():
+                return Acknowledged()
 
 
 def _first_number(line: bytes) -> int:

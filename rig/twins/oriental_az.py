@@ -1,6 +1,8 @@
 """Twin of Oriental Motor AZ drivers on one RS-485 line: direct data operation, inputs, outputs, feedback.
 
-It keeps its absolute position without power, as the AZ does; what it does not know it refuses by exception.
+It keeps its absolute position without power, as the AZ does; what it does not know it refuses by exception. HOME-END
+goes off when an operation starts, as the manual of the sibling series says; ABSPEN stays. Source:
+docs/devices/oriental-az.md.
 """
 
 import math
@@ -38,6 +40,14 @@ class OrientalAzRegisters:
         self._inputs = 0
         self._commanded = 0
         self._silence_ms = 0
+        self._is_at_home = motor.is_homed
+        """HOME-END: no operation started since the home was found."""
+        self.has_signals = self.has_parameters = True
+        """Whether this firmware has the registers of the internal signals, and of gear, limits and wrap."""
+        self.ignores_starts = False
+        """A start is acknowledged and nothing happens."""
+        self.wraps = False
+        self.software_limits: tuple[int, int] | None = None
         self._heard_s = math.inf
         """When its master was last heard; infinite where it is not waited for."""
 
@@ -88,6 +98,14 @@ class OrientalAzRegisters:
         rate_hz = round(self.servo.rate_dps(now_s) / self._step_deg)
         rpm = round(self.servo.rate_dps(now_s) / 6.0)
         words = dict(zip(_BLOCK, self._block, strict=True))
+        signals = self._signals(now_s) if self.has_signals else ()
+        words |= {wire.SIGNALS + place: word for place, word in enumerate(signals)}
+        lower, upper = self.software_limits or (0, 0)
+        overtravel = wire.NO_OVERTRAVEL if self.software_limits is None else 1
+        parameters = (1, 1, 0, overtravel, upper, lower, 0, int(self.wraps)) if self.has_parameters else ()
+        for place, value in enumerate(parameters):
+            first = wire.PARAMETERS + 2 * place
+            words[first], words[first + 1] = wire.words(value)
         for address, value in (
             (wire.INPUTS, self._inputs),
             (wire.OUTPUTS, self._outputs(now_s)),
@@ -100,12 +118,24 @@ class OrientalAzRegisters:
             words[address], words[address + 1] = wire.words(value)
         return words
 
+    def _is_ready(self, now_s: float) -> bool:
+        return not (self.servo.is_moving(now_s) or self.alarm or self._inputs & (wire.STOP | wire.FREE))
+
+    def _is_home_end(self, now_s: float) -> bool:
+        return self._is_at_home and self.servo.is_homed(now_s)
+
     def _outputs(self, now_s: float) -> int:
-        is_moving = self.servo.is_moving(now_s)
-        bits = _MOVE if is_moving else _IN_POS
-        bits |= _READY if not (is_moving or self.alarm) else 0
-        bits |= _HOME_END if self.servo.is_homed(now_s) else 0
+        bits = _MOVE if self.servo.is_moving(now_s) else _IN_POS
+        bits |= _READY if self._is_ready(now_s) else 0
+        bits |= _HOME_END if self._is_home_end(now_s) else 0
         return bits | (_ALARM_A if self.alarm else 0)
+
+    def _signals(self, now_s: float) -> tuple[int, ...]:
+        first = (wire.HOME_END if self._is_home_end(now_s) else 0) | (wire.ABSPEN if self.servo.is_homed(now_s) else 0)
+        second = wire.MOVE if self.servo.is_moving(now_s) else wire.IN_POSITION
+        second |= wire.READY if self._is_ready(now_s) else 0
+        second |= wire.ALARM_A if self.alarm else 0
+        return (first, second, *(0,) * (wire.SIGNAL_WORDS - 2))
 
     def _operate(self, places: range, values: Sequence[int], now_s: float) -> int:
         for place, value in zip(places, values, strict=True):
@@ -122,8 +152,9 @@ class OrientalAzRegisters:
             wire.CONTINUOUS_SPEED,
         ):
             return ILLEGAL_VALUE
-        if self.alarm:
+        if self.alarm or self.ignores_starts or self._inputs & (wire.STOP | wire.FREE):
             return 0
+        self._is_at_home = False
         self.servo.speed_dps = abs(operation.speed_hz) * self._step_deg
         self.servo.acceleration_dps2 = operation.starting_rate * self._step_deg
         if operation.kind == wire.CONTINUOUS_SPEED:
@@ -144,8 +175,9 @@ class OrientalAzRegisters:
             self.alarm = 0
         if inputs & wire.STOP:
             self.servo.stop(now_s)
-        elif risen & wire.ZHOME and not self.alarm:
+        elif risen & wire.ZHOME and not (self.alarm or self.ignores_starts):
             self._commanded = 0
+            self._is_at_home = True
             self.servo.home(now_s)
         return 0
 

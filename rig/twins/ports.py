@@ -1,7 +1,9 @@
 """Real ports with a twin behind each: a TCP listener on the loopback interface, or a pseudo-terminal.
 
 A port has one client at a time, as a serial line has; a client may go and another come, the twin behind stays as it
-was. Bytes that a client left unread are lost with it on TCP; on a pseudo-terminal the next client finds them.
+was. Bytes that a client left unread are lost with it on TCP. A UART drops what nobody takes, and so does a port here:
+what its client (or a pseudo-terminal that nobody has open) has not taken for a while is thrown away, with what the
+terminal still holds.
 
 A twin whose line is gone (LinkLost) hangs up: the TCP client is sent away, and so is every other until the line is
 back; a pseudo-terminal vanishes and comes back under another node name, which its link then points to.
@@ -36,8 +38,8 @@ class Port(Protocol):
     def ready(self, selector: selectors.BaseSelector, file: object, now_s: float) -> None:
         """Take what came at ``file``."""
 
-    def flush(self, now_s: float) -> None:
-        """Send what the twin has due by now."""
+    def flush(self, now_s: float, patience_s: float) -> None:
+        """Send what the twin has due by now; drop it where nothing was taken for ``patience_s``."""
 
     def close(self) -> None: ...
 
@@ -51,6 +53,7 @@ class TcpPort:
     address: str = field(init=False)
 
     def __post_init__(self) -> None:
+        self._taken_s = float("-inf")
         self._listener = socket.create_server((self.host, 0))
         self._listener.setblocking(False)
         self._client: socket.socket | None = None
@@ -85,7 +88,7 @@ class TcpPort:
         except LinkLost:
             self._part()
 
-    def flush(self, now_s: float) -> None:
+    def flush(self, now_s: float, patience_s: float) -> None:
         try:
             due = self.twin.transmit(now_s)
         except LinkLost:
@@ -97,8 +100,10 @@ class TcpPort:
         if self._unsent:
             try:
                 self._unsent = self._unsent[self._client.send(self._unsent) :]
+                self._taken_s = now_s
             except BlockingIOError:
-                return
+                if now_s - self._taken_s > patience_s:
+                    self._unsent = b""
             except OSError:
                 self._unsent = b""  # the client is gone; its socket will say so when it is read
 
@@ -133,6 +138,7 @@ class PtyPort:
     address: str = field(init=False)
 
     def __post_init__(self) -> None:
+        self._taken_s = float("-inf")
         self._master, self._slave = _open_pty()
         self._unsent = b""
         self._is_away = False
@@ -155,7 +161,7 @@ class PtyPort:
         except LinkLost:
             self._hang_up()
 
-    def flush(self, now_s: float) -> None:
+    def flush(self, now_s: float, patience_s: float) -> None:
         try:
             self._unsent += self.twin.transmit(now_s)
         except LinkLost:
@@ -167,8 +173,10 @@ class PtyPort:
         if self._unsent:
             try:
                 self._unsent = self._unsent[os.write(self._master, self._unsent) :]
+                self._taken_s = now_s
             except BlockingIOError:
-                return
+                if now_s - self._taken_s > patience_s:
+                    self._drop()
 
     def close(self) -> None:
         self._hide()
@@ -187,6 +195,13 @@ class PtyPort:
             os.close(file)
         self._selector.register(self._master, selectors.EVENT_READ, self)
         self._unsent = b""
+
+    def _drop(self) -> None:
+        """Drop what waits here, and what waits unread at the other end."""
+        import termios
+
+        self._unsent = b""
+        termios.tcflush(self._slave, termios.TCIFLUSH)
 
     def _show(self) -> None:
         if self.link is not None:

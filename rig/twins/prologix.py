@@ -13,7 +13,10 @@ from typing import Protocol, runtime_checkable
 
 from rig.wire import prologix as wire
 
-VERSION = "Prologix GPIB-USB Controller version 6.107"
+VERSION = wire.PROLOGIX
+REAL_CLONE = "AR488 GPIB controller, ver. 0.53.04, 13/04/2025"
+INTERRUPTING = (b"ifc", b"rst")
+"""What ends a reading that does not end by itself."""
 RESET_S = 5.0
 """``++rst``: the adapter ignores its input for this long."""
 
@@ -77,7 +80,15 @@ class _Reading:
 class PrologixTwin:
     """A :class:`rig.twins.twin.Twin` with ``instruments`` by primary address."""
 
-    def __init__(self, instruments: Mapping[int, GpibInstrument], *, saved: Mapping[str, int] | None = None) -> None:
+    def __init__(
+        self,
+        instruments: Mapping[int, GpibInstrument],
+        *,
+        saved: Mapping[str, int] | None = None,
+        clone_named: str | None = None,
+    ) -> None:
+        """``clone_named``: it is an AR488, and what it calls itself."""
+        self._clone_name = clone_named
         self.instruments = dict(instruments)
         self.settings = {"mode": 1, "auto": 1, "eoi": 1, "eos": 0, "eot_enable": 0, "eot_char": 0, "read_tmo_ms": 200}
         self.settings |= {"savecfg": 1, "addr": 0, **(saved or {})}
@@ -94,6 +105,8 @@ class PrologixTwin:
         if now_s < self._deaf_until_s:
             return
         lines, self._partial = wire.split_host_lines(self._partial + data)
+        if any(line.for_adapter and line.text in INTERRUPTING for line in lines):
+            self._reading = None
         self._lines.extend(lines)
         self._advance(now_s)
 
@@ -171,10 +184,12 @@ class PrologixTwin:
     def _command(self, name: str, argument: str, now_s: float) -> None:
         if name == "read":
             self._read_command(argument, now_s)
+        elif name == "savecfg" and self._clone_name is not None:
+            self.eeprom_writes += 1
         elif name in RANGES:
             self._setting(name, argument)
         elif name == "ver":
-            self._reply(VERSION)
+            self._tell_version(argument)
         elif name == "clr":
             if instrument := self.instruments.get(self.settings["addr"]):
                 instrument.clear(now_s)
@@ -188,6 +203,12 @@ class PrologixTwin:
         elif name not in WITHOUT_EFFECT:
             self._refuse()
 
+    def _tell_version(self, argument: str) -> None:
+        if argument and (argument != "real" or self._clone_name is None):
+            self._refuse()
+        else:
+            self._reply(REAL_CLONE if argument else self._clone_name or VERSION)
+
     def _read_command(self, argument: str, now_s: float) -> None:
         if argument and _number(argument) not in range(256):
             self._refuse()
@@ -199,7 +220,7 @@ class PrologixTwin:
             self._reply(str(self.settings[name]))
         elif (value := _number(argument)) in RANGES[name]:
             is_saved = (name in SAVED and self.settings["savecfg"]) or (name == "savecfg" and value)
-            self.eeprom_writes += bool(is_saved)
+            self.eeprom_writes += bool(is_saved) and self._clone_name is None
             self.settings[name] = value
         else:
             self._refuse()

@@ -1,8 +1,9 @@
 """The twin of a 34970A or 34980A: scan list, sweeps in time, reading memory.
 
-DC volts only. Source: 34970A user's guide (``CONFigure`` redefines the scan list; ``INITiate`` clears the memory and
-fills it, ``FETCh?`` waits for it and may be asked again). The duration of a reading, the length of the error queue
-and the over-range of a fifth are assumptions.
+DC volts only. Source: docs/devices/scpi-daq.md (``CONFigure`` redefines the scan list, puts the input at 10 megohm and
+switches off what stands beside a reading; ``INITiate`` clears the memory and fills it, ``FETCh?`` waits for it and may
+be asked again). The duration of a reading, the length of the error queue, the over-range of a fifth and the unit
+``VDC`` beside a reading are assumptions.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,7 +23,9 @@ POWER_LINE_CYCLES = (0.02, 0.2, 1.0, 2.0, 10.0, 20.0, 100.0, 200.0)
 LONGEST_DELAY_S = 60.0
 SWITCH = {"OFF": False, "0": False, "ON": True, "1": True}
 SHAPES = ("UNIT", "TIME", "ALAR", "CHAN")
-"""What ``FORM:READ:…`` adds to a reading; of these only the channel is modelled."""
+"""What ``FORM:READ:…`` adds to a reading."""
+TAKEN = "(what READ? fetches)"
+"""No client can send this header."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,16 +36,27 @@ class DaqModel:
     slot_place: int
     card_place: int
     card: str
+    card_channels: int
     slots: int
+    impedance: tuple[str, ...]
+    keeps_autozero: bool
+    """Over a reset."""
+    configure_empties_memory: bool
 
 
 MODELS: Mapping[str, DaqModel] = {
-    "34970A": DaqModel(b"HEWLETT-PACKARD,34970A,0,13-2-2", 100, 100, "34901A", 3),
-    "34980A": DaqModel(b"Agilent Technologies,34980A,MY53151561,2.51-2.43-2.07-1.05", 1000, 1, "34921A", 8),
-}
+    "34970A": DaqModel(
+        b"HEWLETT-PACKARD,34970A,0,13-2-2", 100, 100, "34901A", 20, 3, ("INP:IMP:AUTO",), True, False
+    ),
+    "34980A": DaqModel(
+        b"Agilent Technologies,34980A,MY53151561,2.51-2.43-2.07-1.05",
+        1000, 1, "34921A", 40, 8, ("VOLT:DC:IMP:AUTO", "VOLT:IMP:AUTO"), False, True,
+    ),
+}  # fmt: skip
 _SHORT = (
-    "ABOR:ABORT ALAR:ALARM CHAN:CHANNEL CONF:CONFIGURE COUN:COUNT CTYP:CTYPE DEL:DELAY ERR:ERROR FETC:FETCH"
-    " FORM:FORMAT INIT:INITIATE NPLC:NPLCYCLES POIN:POINTS RANG:RANGE READ:READING ROUT:ROUTE SENS:SENSE"
+    "ABOR:ABORT ALAR:ALARM CHAN:CHANNEL CLOS:CLOSE CONF:CONFIGURE COUN:COUNT CTYP:CTYPE DEL:DELAY ERR:ERROR FETC:FETCH"
+    " FORM:FORMAT IMP:IMPEDANCE INIT:INITIATE INP:INPUT MEAS:MEASURE NPLC:NPLCYCLES POIN:POINTS PRES:PRESET RANG:RANGE"
+    " READ:READING REM:REMOVE ROUT:ROUTE SENS:SENSE"
     " SOUR:SOURCE SYST:SYSTEM TRIG:TRIGGER VERS:VERSION VOLT:VOLTAGE"
 )
 
@@ -61,10 +75,7 @@ class Channel:
     range_v: float = RANGES_V[-1]
     nplc: float = 1.0
     delay_s: float = 0.0
-    autozero: bool = True
-
-    def reading_s(self, line_frequency_hz: float) -> float:
-        return self.delay_s + (2.0 if self.autozero else 1.0) * self.nplc / line_frequency_hz + OVERHEAD_S
+    high_impedance: bool = False
 
 
 class ScpiDaqTwin:
@@ -88,10 +99,17 @@ class ScpiDaqTwin:
         self._line_frequency_hz = line_frequency_hz
         self._queries = self._query_table()
         self._commands = self._command_table()
+        self._autozero: dict[int, bool] = {}
         self._reset()
 
+    def expand(self, header: str, parameters: str) -> tuple[tuple[str, str], ...] | None:
+        reading = (("INIT", ""), (TAKEN, ""))
+        if header == "READ?":
+            return reading
+        return (("CONF:VOLT:DC", parameters), *reading) if header == "MEAS:VOLT:DC?" else None
+
     def answered_from_s(self, header: str) -> float | None:
-        if header != "FETC?" or not self._left:
+        if header not in ("FETC?", TAKEN) or not self._left:
             return None
         return self._next_s + sum(map(self._reading_s, self._left[1:]))
 
@@ -109,7 +127,7 @@ class ScpiDaqTwin:
     def advance(self, now_s: float) -> None:
         while self._left and self._next_s <= now_s:
             number = self._left.pop(0)
-            self._readings.append((self._measured_v(number), number))
+            self._readings.append((self._measured_v(number), number, self._next_s - self._started_s))
             if self._left:
                 self._next_s += self._reading_s(self._left[0])
 
@@ -120,16 +138,20 @@ class ScpiDaqTwin:
             "*ESR?": lambda _: b"+0",
             "SYST:VERS?": lambda _: b"1994.0",
             "SYST:CTYP?": self._card,
-            "VOLT:DC:RANG?": lambda text: scpi.format_reading(self._one(text).range_v),
-            "VOLT:DC:NPLC?": lambda text: scpi.format_reading(self._one(text).nplc),
-            "ZERO:AUTO?": lambda text: b"%d" % self._one(text).autozero,
-            "ROUT:CHAN:DEL?": lambda text: scpi.format_reading(self._one(text).delay_s),
+            "VOLT:DC:RANG?": lambda text: self._each(text, lambda number: self._range(number)),
+            "VOLT:DC:NPLC?": lambda text: self._each(text, lambda n: scpi.format_reading(self._channel(n).nplc)),
+            "ZERO:AUTO?": lambda text: self._each(text, lambda number: b"%d" % self._autozero.get(number, True)),
+            "ROUT:CHAN:DEL?": lambda text: self._each(text, lambda n: scpi.format_reading(self._channel(n).delay_s)),
+            "ROUT:CLOS?": lambda text: self._each(text, lambda number: b"%d" % (number in self._closed)),
             "ROUT:SCAN?": lambda _: scpi.format_block(scpi.channel_list(self._scan_list)),
             "ROUT:SCAN:SIZE?": lambda _: b"%+d" % len(self._scan_list),
             "TRIG:COUN?": lambda _: scpi.format_reading(self._sweeps),
             "TRIG:SOUR?": lambda _: b"IMM",
             "DATA:POIN?": lambda _: b"%+d" % len(self._readings),
             "FETC?": lambda _: self._fetched(),
+            TAKEN: lambda _: self._removed(len(self._readings)),
+            "DATA:REM?": lambda text: self._removed(int(text)),
+            **{f"{name}?": self._impedance for name in self._model.impedance},
             **{f"FORM:READ:{name}?": self._shape_query(name) for name in SHAPES},
         }
 
@@ -138,8 +160,12 @@ class ScpiDaqTwin:
             "*RST": lambda _text, _now_s: self._reset(),
             "ABOR": lambda _text, _now_s: self._left.clear(),
             "CONF:VOLT:DC": lambda text, _now_s: self._configure(text),
+            "SYST:PRES": lambda _text, _now_s: self._preset(),
             "VOLT:DC:NPLC": lambda text, _now_s: self._set_nplc(text),
-            "ZERO:AUTO": lambda text, _now_s: self._change(text, lambda word: {"autozero": SWITCH[word]}),
+            "ZERO:AUTO": lambda text, _now_s: self._set_autozero(text),
+            "ROUT:CLOS": lambda text, _now_s: self._closed.update(self._existing(text)),
+            "ROUT:OPEN": lambda text, _now_s: self._closed.difference_update(self._existing(text)),
+            **dict.fromkeys(self._model.impedance, self._set_impedance),
             "ROUT:CHAN:DEL": lambda text, _now_s: self._set_delay(text),
             "ROUT:SCAN": lambda text, _now_s: self._scan(self._existing(text)),
             "TRIG:COUN": lambda text, _now_s: self._set_sweeps(text),
@@ -153,10 +179,20 @@ class ScpiDaqTwin:
         self._scan_list: tuple[int, ...] = ()
         self._sweeps = 1
         self._shape = dict.fromkeys(SHAPES, False)
-        self._readings: list[tuple[float, int]] = []
+        self._own_high_impedance = False
+        """Of the internal meter of a 34980A, which no channel list names."""
+        self._closed: set[int] = set()
+        if not self._model.keeps_autozero:
+            self._autozero.clear()
+        self._preset()
+        self._next_s = self._started_s = 0.0
+
+    def _preset(self) -> None:
+        """``SYST:PRES``: the readings are gone, what channels were set to stays."""
+        self._readings: list[tuple[float, int, float]] = []
+        """Volts, channel, seconds since the scan began."""
         self._left: list[int] = []
         """Channels still to be measured in this scan."""
-        self._next_s = 0.0
 
     def _card(self, text: str) -> bytes:
         slot, between = divmod(int(text), self._model.card_place)
@@ -165,14 +201,48 @@ class ScpiDaqTwin:
         card = self.cards.get(slot)
         return maker + (b",0,0,0" if card is None else b",%s,0,1.0" % card.encode("ascii"))
 
-    def _one(self, text: str) -> Channel:
-        (number,) = self._existing(text)
+    def _channel(self, number: int) -> Channel:
         return self._channels.get(number, Channel())
 
+    def _range(self, number: int) -> bytes:
+        return scpi.format_reading(self._channel(number).range_v)
+
+    def _each(self, text: str, told: Callable[[int], bytes]) -> bytes:
+        return b",".join(told(number) for number in self._existing(text))
+
     def _existing(self, text: str) -> tuple[int, ...]:
-        numbers = scpi.parse_channel_list(text)
-        _require(all(number // self._model.slot_place in self.cards for number in numbers), OUT_OF_RANGE)
-        return numbers
+        """Return the channels of a list, upward; inside a range what the unit lacks is left out without a word."""
+        scpi.parse_channel_list(text)
+        found: set[int] = set()
+        for part in filter(None, text.strip().removeprefix("(@").removesuffix(")").split(",")):
+            span = scpi.parse_channel_list(f"(@{part})")
+            _require(self._has(span[0]) and self._has(span[-1]), OUT_OF_RANGE)
+            found |= set(filter(self._has, span))
+        return tuple(sorted(found))
+
+    def _has(self, number: int) -> bool:
+        slot, place = divmod(number, self._model.slot_place)
+        return slot in self.cards and 1 <= place <= self._model.card_channels
+
+    def _impedance(self, text: str) -> bytes:
+        if text:
+            return self._each(text, lambda number: b"%d" % self._channel(number).high_impedance)
+        if self._model.keeps_autozero:
+            return b",".join(b"%d" % self._channel(number).high_impedance for number in self._scan_list)
+        return b"%d" % self._own_high_impedance
+
+    def _set_impedance(self, text: str, _now_s: float) -> None:
+        """Without a list a 34970A takes its scan list, a 34980A the meter inside."""
+        word = text.partition("(")[0].strip(" ,").upper()
+        if "(" in text or self._model.keeps_autozero:
+            listed = text if "(" in text else f"{text} (@{','.join(map(str, self._scan_list))})"
+            self._change(listed, lambda word: {"high_impedance": SWITCH[word]})
+        else:
+            self._own_high_impedance = SWITCH[word]
+
+    def _set_autozero(self, text: str) -> None:
+        word, at, listed = text.partition("(")
+        self._autozero |= dict.fromkeys(self._existing(at + listed), SWITCH[word.strip(" ,").upper()])
 
     def _configure(self, text: str) -> None:
         """Obey ``CONF:VOLT:DC [range[,resolution],](@list)``: the channels start anew, and are the scan list."""
@@ -183,6 +253,9 @@ class ScpiDaqTwin:
         _require(range_v <= RANGES_V[-1], OUT_OF_RANGE)
         taken_v = min(offered_v for offered_v in RANGES_V if offered_v >= range_v)
         self._channels |= dict.fromkeys(numbers, Channel(range_v=taken_v))
+        self._shape = dict.fromkeys(SHAPES, False)
+        if self._model.configure_empties_memory:
+            self._readings.clear()
         self._scan(numbers)
 
     def _change(self, text: str, change: Callable[[str], dict[str, float]]) -> None:
@@ -194,6 +267,9 @@ class ScpiDaqTwin:
 
     def _set_nplc(self, text: str) -> None:
         self._change(text, lambda word: {"nplc": _allowed(float(word), float(word) in POWER_LINE_CYCLES)})
+        listed = text[text.index("(") :]
+        if float(text.partition("(")[0].strip(" ,")) < 1.0:
+            self._autozero |= dict.fromkeys(self._existing(listed), False)
 
     def _set_delay(self, text: str) -> None:
         self._change(text, lambda word: {"delay_s": _allowed(float(word), 0.0 <= float(word) <= LONGEST_DELAY_S)})
@@ -212,10 +288,12 @@ class ScpiDaqTwin:
         _require(bool(self._scan_list) and not self._left, SETTINGS_CONFLICT)
         self._readings.clear()
         self._left = list(self._scan_list) * self._sweeps
+        self._started_s = now_s
         self._next_s = now_s + self._reading_s(self._left[0])
 
     def _reading_s(self, number: int) -> float:
-        return self._channels.get(number, Channel()).reading_s(self._line_frequency_hz)
+        channel, conversions = self._channel(number), 2.0 if self._autozero.get(number, True) else 1.0
+        return channel.delay_s + conversions * channel.nplc / self._line_frequency_hz + OVERHEAD_S
 
     def _measured_v(self, number: int) -> float:
         wired = self._wiring.get(number)
@@ -227,18 +305,28 @@ class ScpiDaqTwin:
 
     def _fetched(self) -> bytes:
         _require(bool(self._readings), DATA_STALE)
-        if self._shape["CHAN"]:
-            return b",".join(b"%s,%d" % (scpi.format_reading(value), number) for value, number in self._readings)
-        return b",".join(scpi.format_reading(value) for value, _ in self._readings)
+        return b",".join(self._shaped(*reading) for reading in self._readings)
+
+    def _removed(self, count: int) -> bytes:
+        _require(1 <= count <= len(self._readings), OUT_OF_RANGE)
+        told = b",".join(self._shaped(*reading) for reading in self._readings[:count])
+        del self._readings[:count]
+        return told
+
+    def _shaped(self, value: float, number: int, since_s: float) -> bytes:
+        """As ``+2.61950000E+01 C,000000000.017,1003,2``: value and unit, time, channel, alarm."""
+        fields = [scpi.format_reading(value) + (b" VDC" if self._shape["UNIT"] else b"")]
+        fields += [b"%013.3f" % since_s] if self._shape["TIME"] else []
+        fields += [b"%d" % number] if self._shape["CHAN"] else []
+        fields += [b"0"] if self._shape["ALAR"] else []
+        return b",".join(fields)
 
     def _shape_query(self, name: str) -> Callable[[str], bytes]:
         return lambda _text: b"%d" % self._shape[name]
 
     def _shape_command(self, name: str) -> Callable[[str, float], None]:
         def command(text: str, _now_s: float) -> None:
-            state = SWITCH[text.upper()]
-            _require(name == "CHAN" or not state, SETTINGS_CONFLICT)
-            self._shape[name] = state
+            self._shape[name] = SWITCH[text.upper()]
 
         return command
 

@@ -42,6 +42,9 @@ class ScpiUnit(Protocol):
     def answered_from_s(self, header: str) -> float | None:
         """Return when ``header`` can be obeyed, None for now."""
 
+    def expand(self, header: str, parameters: str) -> tuple[tuple[str, str], ...] | None:
+        """Return the commands that ``header`` stands for, None where it stands for itself."""
+
     def obey(self, header: str, parameters: str, now_s: float) -> bytes | None:
         """Do what it says and return the answer, None where there is none. Raises: Refused."""
 
@@ -127,8 +130,10 @@ class ScpiPort:
             self._answers.append(scpi.format_error(*(self.errors.popleft() if self.errors else scpi.NO_ERROR)))
         elif header == "*CLS":
             self.errors.clear()
-        elif header == "READ?":
-            self._pending.extendleft([("FETC?", ""), ("INIT", "")])
+        elif header == "*STB?":
+            self._answers.append(b"%+d" % (ERRORS_WAIT if self.errors else 0))
+        elif expanded := self.unit.expand(header, parameters):
+            self._pending.extendleft(reversed(expanded))
         else:
             try:
                 answer = self.unit.obey(header, parameters, now_s)

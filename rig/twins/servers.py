@@ -13,6 +13,8 @@ from rig.twins.twin import Twin
 
 _CONGESTED_S = 0.005
 """How soon a port is tried again whose client does not take its bytes."""
+_UNREAD_S = 2.0
+"""Seconds of the machine after which bytes that nobody takes are dropped, as a UART drops them."""
 
 
 class TwinServer:
@@ -84,7 +86,7 @@ class TwinServer:
         for key, _ in sorted(events, key=lambda event: event[0].fd in self._listening):
             key.data.ready(self._selector, key.fileobj, now_s)
         for port in self.ports:
-            port.flush(self._clock.monotonic_s())
+            port.flush(self._clock.monotonic_s(), _UNREAD_S * self._factor)
         return True
 
     def _idle_s(self) -> float | None:

@@ -26,6 +26,7 @@ class Vn100Twin:
 
     def __init__(self, stream: str, source: MotionSource) -> None:
         self.registers = {wire.BAUD_RATE: 115200, wire.OUTPUT: 14, wire.RATE: 40}
+        self.compensation = dict.fromkeys(wire.COMPENSATION, wire.NO_COMPENSATION)
         self._stream = stream
         self._source = source
         self._received = b""
@@ -85,12 +86,18 @@ class Vn100Twin:
         if len(numbers) < (2 if name == "VNWRG" else 1):
             return _error(TOO_FEW)
         if name == "VNRRG":
-            return self._read(numbers[0])
+            return self._read(numbers[0], now_s)
         if len(numbers) > (2 if name == "VNWRG" else 1):
             return _error(TOO_MANY)
         return self._pause(numbers[0], now_s) if name == "VNASY" else self._write(numbers[0], numbers[1], now_s)
 
-    def _read(self, register: int) -> bytes:
+    def _read(self, register: int, now_s: float) -> bytes:
+        if register in self.compensation:
+            values = b",".join(b"%+.5f" % value for value in self.compensation[register])
+            return wire.message(b"VNRRG,%02d,%s" % (register, values))
+        if register == wire.IMU_REGISTER:
+            row = wire.format_row("IMU", self._fields("IMU", now_s))
+            return wire.message(b"VNRRG,%02d%s" % (register, row[len(b"$VNIMU") : row.index(b"*")]))
         told = IDENTITY.get(register) or self.registers.get(register)
         return _error(INVALID_REGISTER) if told is None else wire.message(b"VNRRG,%02d,%s" % (register, _text(told)))
 

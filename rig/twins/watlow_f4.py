@@ -5,7 +5,9 @@ from typing import Protocol
 
 from rig.twins.modbus_slave import ILLEGAL_ADDRESS, ILLEGAL_VALUE, ModbusSlave
 
-PROCESS_VALUE, SETPOINT, LOW_LIMIT, HIGH_LIMIT, DECIMALS, UNITS = 100, 300, 602, 603, 606, 901
+MODEL, PROCESS_VALUE, PROFILE, SETPOINT, LOW_LIMIT, HIGH_LIMIT = 0, 100, 200, 300, 602, 603
+DECIMALS, KIND, UNITS, TERMINATE, PROFILE_SETPOINT = 606, 608, 901, 1217, 4122
+SERIES_F4, NO_PROFILE = 5270, 0
 
 
 class Chamber(Protocol):
@@ -30,8 +32,14 @@ class WatlowF4Twin:
         decimals: int = 1,
         limits_degc: tuple[float, float] = (-70.0, 180.0),
         gap_s: float = 1.0,
+        fahrenheit: bool = False,
+        profile: int = NO_PROFILE,
+        model: int = SERIES_F4,
     ) -> None:
-        """Make the chamber; ``gap_s`` as :class:`ModbusSlave` takes it."""
+        """Make the chamber; ``gap_s`` as :class:`ModbusSlave` takes it. ``profile``: 2 runs, 3 is held."""
+        self.is_fahrenheit = fahrenheit
+        self.profile = profile
+        self._model = model
         self._environment = environment
         self._world = world
         self._scale: int = 10**decimals
@@ -57,24 +65,35 @@ class WatlowF4Twin:
         if address == PROCESS_VALUE:
             return self._raw(self._world.read_temperature_degc(self._environment, now_s))
         constants = {
+            MODEL: self._model,
+            KIND: 0,
+            PROFILE: self.profile,
+            PROFILE_SETPOINT: self._raw(self._world.setpoint_degc(self._environment)),
             SETPOINT: self._raw(self._world.setpoint_degc(self._environment)),
             LOW_LIMIT: self._raw(self._limits_degc[0]),
             HIGH_LIMIT: self._raw(self._limits_degc[1]),
             DECIMALS: self._decimals,
-            UNITS: 1,
+            UNITS: 0 if self.is_fahrenheit else 1,
         }
         return constants.get(address)
 
     def write(self, address: int, values: Sequence[int], now_s: float) -> int:
+        if address == TERMINATE and len(values) == 1:
+            self.profile = NO_PROFILE
+            return 0
         if address != SETPOINT or len(values) != 1:
             return ILLEGAL_ADDRESS
-        degc = (values[0] - 65536 if values[0] >= 32768 else values[0]) / self._scale
+        value = (values[0] - 65536 if values[0] >= 32768 else values[0]) / self._scale
+        degc = (value - 32.0) / 1.8 if self.is_fahrenheit else value
         low_degc, high_degc = self._limits_degc
-        if not low_degc <= degc <= high_degc:
+        if not low_degc - 1e-9 <= degc <= high_degc + 1e-9:
             return ILLEGAL_VALUE
+        if self.profile != NO_PROFILE:
+            return 0  # written, and not followed
         self._world.hold(self._environment, degc, now_s)
         return 0
 
     def _raw(self, degc: float) -> int:
-        raw: int = round(degc * self._scale) % 65536
+        value = degc * 1.8 + 32.0 if self.is_fahrenheit else degc
+        raw: int = round(value * self._scale) % 65536
         return raw

@@ -14,6 +14,8 @@ LOOP = 160
 LOW_LIMIT, HIGH_LIMIT, SETPOINT, CURRENT_SETPOINT, PROCESS_VALUE = 2774, 2776, 2782, 2810, 2820
 MODE_WRITE, MODE_READ = 2730, 2814
 AUTO, MANUAL, OFF = 10, 54, 62
+CHANNEL_UNITS, CELSIUS, FAHRENHEIT = (14080, 6730), 15, 30
+PROFILE, NOT_STARTED = 16568, 251
 
 
 class Chamber(Protocol):
@@ -39,17 +41,26 @@ class WatlowF4TTwin:
         fahrenheit: bool = False,
         limits_degc: tuple[float, float] = (-70.0, 180.0),
         mode: int = AUTO,
+        profile: int = NOT_STARTED,
+        tells_unit: bool = True,
     ) -> None:
+        """``tells_unit``: whether this firmware has the registers of its channels' units."""
         self.mode = mode
         self._environment = environment
         self._world = world
         self._offset = LOOP * (loop - 1)
         self._is_low_first = word_order == "low-first"
-        self._is_fahrenheit = fahrenheit
+        self.is_fahrenheit = fahrenheit
+        self.profile = profile
+        self._tells_unit = tells_unit
         self._limits_degc = limits_degc
 
     def read(self, address: int, count: int, now_s: float) -> Sequence[int] | None:
         """Return words of neighbouring values; a value that is read half is read as it is at this instant."""
+        if address == PROFILE and count == 1:
+            return [self.profile]
+        if address in CHANNEL_UNITS and count == 1 and self._tells_unit:
+            return [FAHRENHEIT if self.is_fahrenheit else CELSIUS]
         first = (address - self._offset) & ~1
         words: list[int] = []
         for register in range(first, address - self._offset + count, 2):
@@ -93,7 +104,7 @@ class WatlowF4TTwin:
         return 0
 
     def _words(self, degc: float) -> tuple[int, int]:
-        high, low = struct.unpack(">HH", struct.pack(">f", degc * 1.8 + 32.0 if self._is_fahrenheit else degc))
+        high, low = struct.unpack(">HH", struct.pack(">f", degc * 1.8 + 32.0 if self.is_fahrenheit else degc))
         return (low, high) if self._is_low_first else (high, low)
 
     def _float(self, words: Sequence[int]) -> float:
@@ -102,4 +113,4 @@ class WatlowF4TTwin:
         return value
 
     def _to_degc(self, value: float) -> float:
-        return (value - 32.0) / 1.8 if self._is_fahrenheit else value
+        return (value - 32.0) / 1.8 if self.is_fahrenheit else value

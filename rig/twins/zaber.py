@@ -49,6 +49,7 @@ class ZaberStage:
             "comm.alert": 0,
             "limit.min": -reach,
             "limit.max": reach,
+            "limit.cycle.dist": round(360.0 / stage.microstep_deg),
             "maxspeed": self._data(servo.speed_dps),
         }
 

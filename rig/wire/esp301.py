@@ -1,4 +1,4 @@
-"""Lines of the Newport ESP300 and ESP301: ``[axis]CC[value]``, several in a line by ``;``, ended by CR.
+"""Lines of the Newport ESP300, ESP301 and ESP302: ``[axis]CC[value]``, several in a line by ``;``, ended by CR.
 
 Commands are never answered, wrong ones neither: what went wrong stands in a queue of ten, read one by one by ``TE?``
 (number) or ``TB?`` (number, time stamp, text). An error of axis n has the number n × 100 + code. Replies end CR LF and
@@ -26,7 +26,7 @@ HARDWARE_LIMITS, SOFTWARE_LIMITS, MOTOR_OFF, HOMING_ABORTED = (4, 5), (6, 7), 13
 
 _NUMBER = re.compile(rb"[+-]?\d{1,12}(?:\.\d{0,12})?|[+-]?\.\d{1,12}")
 _ERROR = re.compile(rb"(\d{1,4}), *(\d{1,12}), *([ -~]+)")
-_VERSION = re.compile(rb"ESP30[01][ -~]*")
+_VERSION = re.compile(rb"ESP30[012][ -~]*")
 _COMMAND = re.compile(r"(\d{0,3}) *([A-Za-z]{2}) *([^;]*)")
 
 

@@ -85,6 +85,9 @@ LARGEST_READING_V = 1.0e30
 SMALLEST_READING_V = 1.0e-98
 """Below this the exponent would need a third digit."""
 
+READING_CHARACTERS = range(14, 19)
+"""The guide says 15; logs of units show 16."""
+
 _NUMBER = re.compile(rb" *[+-]?\d{1,12}(?:\.\d{0,16})?(?:E[+-]?\d{1,2})?", re.IGNORECASE)
 _ERROR_STRING = re.compile(rb' *(\d{1,3}) *, *"([^"]*)"')
 
@@ -123,6 +126,8 @@ def parse_reading(line: bytes) -> tuple[float, int]:
 
     Raises: DeviceNonsense.
     """
+    if len(line) not in READING_CHARACTERS:
+        raise DeviceNonsense(f"a reading of {len(line)} characters, a meter sends 14 to 18")
     return parse_number(line), len(line)
 
 
@@ -149,12 +154,12 @@ def parse_error(line: bytes) -> tuple[int, str]:
     return int(match[1]), match[2].decode("ascii")
 
 
-def format_reading(value_v: float) -> bytes:
-    """Format a reading as the meter sends it.
+def format_reading(value_v: float, decimals: int = 9) -> bytes:
+    """Format a reading as the meter sends it, and CR LF: sign or space, digit, point, decimals, exponent.
 
-    16 characters and CR LF: sign or space, digit, point, nine digits, exponent.
+    Nine decimals are the 16 characters that logs of units show, eight the 15 of the guide (p. 149).
     """
-    return b"% .9E\r\n" % (value_v if abs(value_v) >= SMALLEST_READING_V else 0.0)
+    return b"% .*E\r\n" % (decimals, value_v if abs(value_v) >= SMALLEST_READING_V else 0.0)
 
 
 def format_error(bits: int) -> bytes:

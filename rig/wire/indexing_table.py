@@ -43,7 +43,14 @@ class AskState:
     axis: int
 
 
-Command = Identify | Move | Home | Stop | AskPosition | AskState
+@dataclass(frozen=True, slots=True)
+class Prepare:
+    """What some machines must be told before a move."""
+
+    axis: int
+
+
+Command = Prepare | Identify | Move | Home | Stop | AskPosition | AskState
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +74,8 @@ class TableState:
     is_moving: bool
     is_seated: bool
     """Coupling engaged and locked."""
-    is_homed: bool
+    is_homed: bool | None
+    """None where the machine does not tell."""
     is_faulty: bool = False
 
 
@@ -87,23 +95,33 @@ class TableCodec:
     def __init__(self, dialect: Dialect) -> None:
         self.dialect = dialect
         self.terminator = dialect.terminator.encode("ascii")
+        self.reply_terminator = dialect.answer_terminator.encode("ascii")
+        queries = {
+            AskState: dialect.state,
+            AskPosition: dialect.position,
+            Move: dialect.move,
+            Home: dialect.home,
+            Stop: dialect.stop,
+            Identify: dialect.identity,
+            Prepare: dialect.prepare,
+        }
+        there = {kind: query for kind, query in queries.items() if query is not None}
+        per_deg = dialect.counts_per_deg
         self._commands: dict[type[Command], Template] = {
-            AskState: Template(dialect.state.command),
-            AskPosition: Template(dialect.position.command),
-            Move: Template(dialect.move.command),
-            Home: Template(dialect.home.command),
-            Stop: Template(dialect.stop.command),
-            Identify: Template(dialect.identity.command),
+            kind: Template(query.command, per_deg) for kind, query in there.items()
         }
         self._replies: dict[type[Command], Template] = {
-            AskState: Template(dialect.state.reply),
-            AskPosition: Template(dialect.position.reply),
-            Move: Template(dialect.move.reply),
-            Home: Template(dialect.home.reply),
-            Stop: Template(dialect.stop.reply),
-            Identify: Template(dialect.identity.reply),
+            kind: Template(query.reply, per_deg) for kind, query in there.items() if query.reply is not None
         }
-        self._error = Template(dialect.error.reply)
+        self._error = None if dialect.error is None else Template(dialect.error.reply)
+
+    def knows(self, kind: type[Command]) -> bool:
+        """Whether the machine has this command."""
+        return kind in self._commands
+
+    def is_answered(self, kind: type[Command]) -> bool:
+        """Whether the machine says anything to it."""
+        return kind in self._replies
 
     def encode_command(self, command: Command) -> bytes:
         """Return the command as a line with its terminator."""
@@ -116,24 +134,29 @@ class TableCodec:
         for kind, template in self._commands.items():
             fields = None if text is None else template.match(text)
             if fields is not None:
-                return kind(**fields)  # type: ignore[arg-type]
+                number = {"axis": 1} if "axis" in kind.__slots__ else {}  # a machine with one axis has no number for it
+                return kind(**(number | fields))  # type: ignore[arg-type]
         return None
 
     def encode_reply(self, reply: Reply, axis: int, command: type[Command] | None) -> bytes:
         """Return what the machine answers; ``command`` None where it did not understand which."""
         if isinstance(reply, Refused) or command is None:
+            if self._error is None:
+                return b""
             text = self._error.render(axis=axis, text=getattr(reply, "text", ""))
+        elif command not in self._replies:
+            return b""
         else:
             text = self._replies[command].render(axis=axis, **self._fields(reply))
-        return text.encode("ascii") + self.terminator
+        return text.encode("ascii") + self.reply_terminator
 
     def decode_reply(self, line: bytes, command: Command) -> Reply | None:
         """Return the reply that a whole line without terminator is to ``command``; None where it cannot be one."""
-        text = _ascii(line)
-        if text is None:
+        text = _ascii(line.strip(b"\r\n") if self.dialect.reply_terminator else line)
+        if text is None or type(command) not in self._replies:
             return None
         asked = getattr(command, "axis", None)
-        error = self._error.match(text)
+        error = None if self._error is None else self._error.match(text)
         if error is not None and error.get("axis", asked) == asked:
             return Refused(str(error.get("text", "")))
         fields = self._replies[type(command)].match(text)
@@ -145,15 +168,19 @@ class TableCodec:
         if isinstance(command, AskPosition):
             return Position(float(fields["position_deg"]))
         if isinstance(command, AskState):
+            if "status" in fields:
+                return self._state_of_bits(int(fields["status"]))
             return self._state(frozenset(str(fields["words"]).split()))
         return Identity(str(fields["text"])) if isinstance(command, Identify) else Acknowledged()
 
     def _state(self, told: frozenset[str]) -> TableState | None:
         """Return the state that the words tell; None where one is unknown, missing or contradicts another."""
         words = self.dialect.words
+        assert words is not None, "the dialect was checked"
+        home = [] if words.homed is None or words.not_homed is None else [(words.homed, words.not_homed)]
         pairs = [
             (words.moving, words.resting),
-            (words.homed, words.not_homed),
+            *home,
             *zip(words.seated, words.lifted, strict=True),
         ]
         if told - {word for pair in pairs for word in pair} - {words.fault} or any(
@@ -163,23 +190,47 @@ class TableCodec:
         return TableState(
             is_moving=words.moving in told,
             is_seated=all(word in told for word in words.seated),
-            is_homed=words.homed in told,
+            is_homed=words.homed in told if home else None,
             is_faulty=words.fault in told,
         )
+
+    def _state_of_bits(self, status: int) -> TableState:
+        bits = self.dialect.bits
+        assert bits is not None, "the dialect was checked"
+
+        def has(wanted: list[int]) -> bool:
+            return any(status >> bit & 1 for bit in wanted)
+
+        return TableState(
+            is_moving=has(bits.moving) if bits.moving else not has(bits.resting),
+            is_seated=not bits.seated or has(bits.seated),
+            is_homed=has(bits.homed) if bits.homed else None,
+            is_faulty=has(bits.fault),
+        )
+
+    def _status(self, state: TableState) -> int:
+        bits = self.dialect.bits
+        assert bits is not None
+        told = bits.moving[:1] if state.is_moving else bits.resting[:1]
+        told = [*told, *(bits.seated if state.is_seated else []), *(bits.homed if state.is_homed else [])]
+        return sum(1 << bit for bit in {*told, *(bits.fault[:1] if state.is_faulty else [])})
 
     def _fields(self, reply: Reply) -> dict[str, FieldValue]:
         if isinstance(reply, Position):
             return {"position_deg": reply.position_deg}
         if isinstance(reply, Identity):
             return {"text": reply.text}
-        return {"words": " ".join(self._words(reply))} if isinstance(reply, TableState) else {}
+        if not isinstance(reply, TableState):
+            return {}
+        return {"words": " ".join(self._words(reply))} if self.dialect.words else {"status": self._status(reply)}
 
     def _words(self, state: TableState) -> list[str]:
         words = self.dialect.words
+        assert words is not None, "the dialect was checked"
         told = [words.moving if state.is_moving else words.resting]
         told += words.seated if state.is_seated else words.lifted
-        told.append(words.homed if state.is_homed else words.not_homed)
-        return [*told, words.fault] if state.is_faulty else told
+        home = words.homed if state.is_homed else words.not_homed
+        return [*told, *([home] if home else []), *([words.fault] if state.is_faulty and words.fault else [])]
 
 
 def _ascii(line: bytes) -> str | None:

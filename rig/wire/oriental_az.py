@@ -3,7 +3,9 @@
 Values of 32 bits take two registers, the upper word at the even address. Writing the whole direct data block with
 trigger 1 starts an operation at once, in one frame.
 
-Source: the maker's public samples for the AZ and manual HM-60262E; output bits: see the settings of the driver.
+Source: docs/devices/oriental-az.md: the maker's public samples for the AZ, and a public driver that cites the pages of
+manual HM-60262-6E (internal output signals, software limits). The bits of the outputs are as somebody assigned them;
+those of the internal signals are fixed. The registers of gear and wrap are remembered.
 """
 
 from collections.abc import Sequence
@@ -15,6 +17,16 @@ CURRENT = 0x64
 TRIGGER = 0x66
 INPUTS, AUTO_INPUTS, OUTPUTS, ALARM = 0x7C, 0x78, 0x7E, 0x80
 POSITION, FEEDBACK_RPM, FEEDBACK_HZ = 0xCC, 0xCE, 0xD0
+SIGNALS, SIGNAL_WORDS = 0x178, 8
+"""Internal output signals, always readable; in words, the first of them 0178h."""
+HOME_END, ABSPEN = 1 << 0, 1 << 1
+"""Bits of 0178h: at home; the coordinates are set."""
+ALARM_A, READY, MOVE, IN_POSITION = 1 << 1, 1 << 4, 1 << 6, 1 << 10
+"""Bits of 0179h."""
+PARAMETERS = 0x380
+"""Electronic gear A and B, direction, software overtravel, its upper and lower limit in steps, preset, wrap: eight."""
+PARAMETER_VALUES = 8
+NO_OVERTRAVEL = -1
 SILENCE_ALARM = 0x85
 """RS-485 communication timeout: nothing came from the master for as long as the parameter of that name allows."""
 SILENCE_MS = 0x138A
@@ -25,8 +37,27 @@ ABSOLUTE, INCREMENTAL, CONTINUOUS_SPEED = 1, 2, 16
 FULL_CURRENT = 1000
 START_ALL = 1
 
-ZHOME, STOP, ALARM_RESET = 1 << 4, 1 << 5, 1 << 7
+ZHOME, STOP, FREE, ALARM_RESET = 1 << 4, 1 << 5, 1 << 6, 1 << 7
 """Inputs, lower word."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """What the drive is set up to, as far as it bears on positions."""
+
+    gear: tuple[int, int]
+    """Electronic gear, A and B."""
+    limits: tuple[int, int] | None
+    """Software limits in steps, None where overtravel is off."""
+    wraps: bool
+
+
+def parameters_of(values: Sequence[int]) -> Parameters:
+    """Return the eight values from :data:`PARAMETERS` on. Raises: ValueError where the last is no switch."""
+    gear_a, gear_b, _, overtravel, upper, lower, _, wrap = values
+    if wrap not in (0, 1):
+        raise ValueError(f"{wrap} is neither on nor off")
+    return Parameters((gear_a, gear_b), None if overtravel == NO_OVERTRAVEL else (lower, upper), bool(wrap))
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,12 @@ from rig.errors import DeviceNonsense
 ESCAPE = b"\x1b"
 READ_TO_EOI = b"++read eoi\n"
 VERSION = b"++ver\n"
+REAL_VERSION = b"++ver real\n"
+"""What an AR488 answers with its own name even where it was given another."""
+PROLOGIX = "Prologix GPIB-USB Controller version 6.107"
+CLONE = "AR488"
+RESET = b"++rst\n"
+NO_AUTO = b"++auto 0\n"
 INTERFACE_CLEAR = b"++ifc\n"
 CLEAR = b"++clr\n"
 UNRECOGNIZED = b"Unrecognized command"
@@ -29,7 +35,7 @@ SETTINGS: Mapping[str, int] = MappingProxyType(
         "mode": 1,  # controller
         "auto": 0,  # an instrument talks only when it is told to
         "eoi": 1,  # assert EOI with the last byte to an instrument
-        "eos": 0,  # and append CR LF to it, as the instruments' manuals do
+        "eos": 3,  # and nothing behind it: a line feed makes a 3458A hold the bus until its command has ended
         "eot_enable": 0,  # add nothing where an instrument asserts EOI
         "eot_char": 10,
         "read_tmo_ms": TIMEOUT_RANGE_MS[1],
@@ -90,6 +96,13 @@ def parse_version(line: bytes) -> str:
     """Parse a version such as ``Prologix GPIB-USB Controller version 6.107``. Raises: DeviceNonsense."""
     if b"GPIB" not in line or not line.isascii() or not line.decode("ascii").isprintable():
         raise DeviceNonsense("a GPIB adapter names itself with the word GPIB")
+    return line.decode("ascii")
+
+
+def parse_real_version(line: bytes) -> str:
+    """Whatever the adapter answers: what it does not know it says it does not. Raises: DeviceNonsense."""
+    if not line.isascii() or not line.decode("ascii").isprintable():
+        raise DeviceNonsense("the adapter answers in ASCII")
     return line.decode("ascii")
 
 

@@ -21,8 +21,8 @@ LONGEST_LIST = 4000
 """More channels than any unit holds: a list that asks for more is a mistake."""
 
 _NUMBER = re.compile(rb"[ ]*[+-]?\d{1,12}(?:\.\d{0,16})?(?:[Ee][+-]?\d{1,2})?[ ]*")
-_READING = re.compile(rb"[ ]*[+-]\d\.\d{4,12}E[+-]\d\d[ ]*")
-"""Sign and two digits of exponent always: a reading that lost a character does not pass for another."""
+_READING = re.compile(rb"[ ]*[+-]?\d\.\d{4,12}E[+-]\d\d[ ]*")
+"""Two digits of exponent always: a reading that lost a character does not pass for another."""
 _WHOLE = re.compile(rb"[ ]*[+-]?\d{1,9}[ ]*")
 _ERROR = re.compile(rb'[ ]*([+-]?\d{1,5})[ ]*,[ ]*"([ !#-~]*)"[ ]*')
 _CHANNELS = re.compile(r"\(@\s*((?:\d{3,4}(?::\d{3,4})?(?:\s*,\s*\d{3,4}(?::\d{3,4})?)*)?)\s*\)")
@@ -87,7 +87,7 @@ def parse_whole(line: bytes) -> int:
 
 def parse_readings(line: bytes) -> tuple[float, ...]:
     """Parse readings and commas. Raises: DeviceNonsense."""
-    return tuple(_reading(part) for part in line.split(b","))
+    return _readings(line.split(b","))
 
 
 def parse_named_readings(line: bytes) -> tuple[tuple[float, int], ...]:
@@ -95,8 +95,7 @@ def parse_named_readings(line: bytes) -> tuple[tuple[float, int], ...]:
     parts = line.split(b",")
     if len(parts) % 2:
         raise DeviceNonsense(f"got {len(parts)} fields, readings and channels come in pairs")
-    pairs = zip(parts[::2], parts[1::2], strict=True)
-    return tuple((_reading(reading), parse_whole(channel)) for reading, channel in pairs)
+    return tuple(zip(_readings(parts[::2]), map(parse_whole, parts[1::2]), strict=True))
 
 
 def format_reading(value: float) -> bytes:
@@ -144,10 +143,13 @@ def split_message(message: str) -> Iterator[tuple[str, str]]:
             yield full, parameters.strip()
 
 
-def _reading(text: bytes) -> float:
-    if _READING.fullmatch(text) is None:
+def _readings(texts: Sequence[bytes]) -> tuple[float, ...]:
+    """Positive readings have their plus sign in all of an answer or nowhere: the 34980A's guide prints none."""
+    if not all(map(_READING.fullmatch, texts)):
         raise DeviceNonsense("the unit writes a reading as +2.61920000E+01")
-    return float(text)
+    if len({text.strip()[:1] == b"+" for text in texts if text.strip()[:1] != b"-"}) > 1:
+        raise DeviceNonsense("some readings have a plus sign and some have none: a sign was lost")
+    return tuple(map(float, texts))
 
 
 def _units(message: str) -> list[str]:

@@ -1,13 +1,15 @@
 """Dialect files: every maker's indexing table speaks another grammar of lines, so the grammar is a file.
 
-A dialect names a template for each command and reply, the terminator and what the words of the state mean. No maker
-publishes such a protocol; the shipped dialects are calrig's own. They lie in ``rig/dialects``.
+A dialect names a template for each command and reply, the line and its ends, and what the words or bits of the state
+mean. What a machine does not have is left out: a reply (it is silent), a stop, a state, an identity, a home. The
+dialects in ``rig/dialects`` are calrig's own; those in ``rig/dialects/published`` follow published command sets, by
+docs/devices/indexing-table.md.
 """
 
-from functools import partial
+from functools import cache, partial
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -16,8 +18,13 @@ from rig.toml_file import StrictTable, read_toml
 from rig.wire.template import Template
 
 
+def angle_fields(angle: str) -> tuple[str, ...]:
+    """Return the fields that an angle may be written in."""
+    return tuple(f"{angle}_{part}" for part in ("deg", "counts", "d", "m", "s"))
+
+
 def _template(text: str, allowed: frozenset[str]) -> str:
-    extra = Template(text).fields - allowed
+    extra = Template(text, counts_per_deg=1.0).fields - allowed
     if extra:
         raise ValueError(f"field {{{sorted(extra)[0]}}} has no meaning here (allowed: {', '.join(sorted(allowed))})")
     return text
@@ -28,10 +35,10 @@ def _line(*fields: str) -> AfterValidator:
 
 
 class PlainQuery(StrictTable):
-    """A command about one axis that is only acknowledged."""
+    """A command about one axis that is only acknowledged, or not even that."""
 
     command: Annotated[str, _line("axis")]
-    reply: Annotated[str, _line("axis")]
+    reply: Annotated[str, _line("axis")] | None = None
 
 
 class IdentityQuery(StrictTable):
@@ -40,20 +47,20 @@ class IdentityQuery(StrictTable):
 
 
 class MoveCommand(StrictTable):
-    command: Annotated[str, _line("axis", "target_deg")]
-    reply: Annotated[str, _line("axis")]
+    command: Annotated[str, _line("axis", *angle_fields("target"))]
+    reply: Annotated[str, _line("axis")] | None = None
 
 
 class PositionQuery(StrictTable):
     command: Annotated[str, _line("axis")]
-    reply: Annotated[str, _line("axis", "position_deg")]
+    reply: Annotated[str, _line("axis", *angle_fields("position"))]
 
 
 class StateQuery(StrictTable):
     """The settle and lock query."""
 
     command: Annotated[str, _line("axis")]
-    reply: Annotated[str, _line("axis", "words")]
+    reply: Annotated[str, _line("axis", "words", "status")]
 
 
 class ErrorReply(StrictTable):
@@ -61,22 +68,56 @@ class ErrorReply(StrictTable):
 
 
 class StateWords(StrictTable):
-    """What the words of the state mean. A dialect without words for a coupling or a home leaves them out."""
+    """What the words of the state mean. A dialect without words for a coupling, a home or a fault leaves them out."""
 
     resting: str
     moving: str
     seated: list[str] = Field(default_factory=list)
     lifted: list[str] = Field(default_factory=list)
     """The opposites of ``seated``, in the same order."""
-    homed: str
-    not_homed: str
-    fault: str
+    homed: str | None = None
+    not_homed: str | None = None
+    fault: str | None = None
 
     @model_validator(mode="after")
     def _opposites(self) -> "StateWords":
         if len(self.seated) != len(self.lifted):
             raise ValueError(f"seated and lifted must be as many words, got {len(self.seated)} and {len(self.lifted)}")
+        if (self.homed is None) != (self.not_homed is None):
+            raise ValueError("homed and not_homed belong together: give both or neither")
         return self
+
+
+Bit = Annotated[int, Field(ge=0, le=39)]
+
+
+class StateBits(StrictTable):
+    """What the bits of the status mean, each list any of them. A dialect without a bit for it leaves a list out."""
+
+    moving: list[Bit] = Field(default_factory=list)
+    resting: list[Bit] = Field(default_factory=list)
+    """Instead of ``moving``: bits that are set at rest."""
+    homed: list[Bit] = Field(default_factory=list)
+    seated: list[Bit] = Field(default_factory=list)
+    fault: list[Bit] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _tells_motion(self) -> "StateBits":
+        if bool(self.moving) == bool(self.resting):
+            raise ValueError("give the bits of moving, or those of resting, and not both")
+        return self
+
+
+class LineSettings(StrictTable):
+    """What a serial line is set to."""
+
+    baud_rate: Literal[150, 300, 600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600] = (
+        9600
+    )
+    parity: Literal["N", "E", "O"] = "N"
+    data_bits: Literal[7, 8] = 8
+    stop_bits: Literal[1, 2] = 1
+    rts_cts: bool = False
 
 
 class Dialect(StrictTable):
@@ -84,16 +125,65 @@ class Dialect(StrictTable):
 
     name: str
     increment_deg: Annotated[float, Field(gt=0.0)]
+    counts_per_turn: Annotated[float, Field(gt=0.0)] | None = None
+    """Of the table, where the machine is told counts."""
     terminator: Annotated[str, Field(min_length=1, max_length=2)]
+    reply_terminator: Annotated[str, Field(min_length=1, max_length=4)] | None = None
+    """Where replies end otherwise, or with a prompt: line ends before it are then taken off."""
+    line: LineSettings = LineSettings()
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 2.0
-    identity: IdentityQuery
+    still_s: Annotated[float, Field(gt=0.0, le=10.0)] = 0.5
+    """Without a state query: two equal positions this far apart are a rest."""
+    identity: IdentityQuery | None = None
+    prepare: PlainQuery | None = None
+    """Sent before every move, such as the choice of absolute positions."""
     move: MoveCommand
-    home: PlainQuery
-    stop: PlainQuery
+    home: PlainQuery | None = None
+    """Without one positions are absolute: the home is their zero."""
+    stop: PlainQuery | None = None
     position: PositionQuery
-    state: StateQuery
-    error: ErrorReply
-    words: StateWords
+    state: StateQuery | None = None
+    error: ErrorReply | None = None
+    words: StateWords | None = None
+    bits: StateBits | None = None
+
+    @property
+    def counts_per_deg(self) -> float | None:
+        return None if self.counts_per_turn is None else self.counts_per_turn / 360.0
+
+    @property
+    def answer_terminator(self) -> str:
+        return self.reply_terminator or self.terminator
+
+    @model_validator(mode="after")
+    def _tells_its_state(self) -> "Dialect":
+        fields = Template(self.state.reply).fields if self.state else frozenset()
+        for field, table, there in (("words", "words", self.words), ("status", "bits", self.bits)):
+            if (field in fields) != (there is not None):
+                raise ValueError(f"state: {{{field}}} in its reply and the table [{table}] belong together")
+        if self.state is not None and len(fields & {"words", "status"}) != 1:
+            raise ValueError("state: its reply needs {words} or {status:…}, and not both")
+        return self
+
+    @model_validator(mode="after")
+    def _numbers_come_back(self) -> "Dialect":
+        """Refuse a template that cannot read what it writes: a field that runs into another, or too coarse counts."""
+        for key, text, angle in (("move", self.move.command, "target"), ("position", self.position.reply, "position")):
+            template = Template(text, self.counts_per_deg)
+            if f"{angle}_deg" not in {f"{name.partition('_')[0]}_deg" for name in template.fields if "_" in name}:
+                raise ValueError(f"{key}: there is no angle in {text!r}")
+            quarter = round(90.0 / self.increment_deg)
+            for steps in (0, 1, -1, 3, quarter, -quarter, 2 * quarter, 3 * quarter + 1):
+                deg = steps * self.increment_deg
+                line = template.render(axis=1, **{f"{angle}_deg": deg})
+                told = template.match(line)
+                if told is None or abs(float(told[f"{angle}_deg"]) - deg) > 0.5 * self.increment_deg:
+                    back = "as nothing" if told is None else f"{float(told[f'{angle}_deg']):g} deg"
+                    raise ValueError(
+                        f"{key}: {deg:g} deg is written {line!r}, which reads back {back}: a format that cannot be"
+                        " parsed back, or too coarse for increment_deg"
+                    )
+        return self
 
 
 def load_dialect(name: str | None, increment_deg: float) -> Dialect:
@@ -105,7 +195,8 @@ def load_dialect(name: str | None, increment_deg: float) -> Dialect:
     """
     shipped = shipped_dialects()
     if name is not None:
-        return shipped[name] if name in shipped else read_toml(Path(name)).validate(Dialect)
+        named = shipped | published_dialects()
+        return named[name] if name in named else read_toml(Path(name)).validate(Dialect)
     fitting = [dialect for dialect in shipped.values() if _divides(dialect.increment_deg, increment_deg)]
     if not fitting:
         known = ", ".join(f"{dialect.name} ({dialect.increment_deg:g} deg)" for dialect in shipped.values())
@@ -118,12 +209,22 @@ def load_dialect(name: str | None, increment_deg: float) -> Dialect:
 
 def dialect_name(text: str, folder: Path) -> str:
     """Return what a file in ``folder`` means by ``text``: a shipped dialect, or a path relative to that folder."""
-    return text if text in shipped_dialects() else str(folder / text)
+    return text if text in shipped_dialects() | published_dialects() else str(folder / text)
 
 
 def shipped_dialects() -> dict[str, Dialect]:
-    """Return the dialects that come with calrig, by name."""
-    with as_file(files("rig") / "dialects") as folder:
+    """Return the dialects of calrig's own twin, by name: a table gets one of them by its increment."""
+    return _dialects("dialects")
+
+
+def published_dialects() -> dict[str, Dialect]:
+    """Return the dialects after published command sets, by name: a rig file names the one it wants."""
+    return _dialects("dialects/published")
+
+
+@cache
+def _dialects(place: str) -> dict[str, Dialect]:
+    with as_file(files("rig").joinpath(place)) as folder:
         dialects = [read_toml(path).validate(Dialect) for path in sorted(folder.glob("*.toml"))]
     return {dialect.name: dialect for dialect in dialects}
 

@@ -14,6 +14,11 @@ from rig.wire.stream_lines import NUMBER, Rows, checksums_hold, parse_lines
 
 MODEL, SERIAL, FIRMWARE, BAUD_RATE, OUTPUT, RATE = 1, 3, 4, 5, 6, 7
 """Registers."""
+COMPENSATION = (21, 25)
+"""Registers of the magnetometer's and the accelerometer's compensation: a matrix of 3 × 3 and an offset of three."""
+NO_COMPENSATION = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+IMU_REGISTER = 54
+"""What the output IMU streams."""
 RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)
 BAUD_RATES = (9600, 19200, 38400, 57600, 115200, 128000, 230400, 460800, 921600)
 OFF = 0

@@ -18,7 +18,7 @@ from procedures.errors import PlanError
 from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.resume import resume_on
-from procedures.run.services import Care
+from procedures.run.services import RunServices
 from rig.assembly.open_rig import Rig, open_rig
 from rig.devices.abilities import AxisState
 from rig.errors import DeviceFault, RequestRefused
@@ -296,7 +296,11 @@ def test_fault_19_a_termination_in_mid_move_stops_the_axes_within_a_second(small
     with open_rig(small.rig) as rig:
         run.rig = rig
         outcome = begin(
-            run.run_dir, small.header(run.run_dir), small.plan, RigReopenedLate(rig, run), care=Care(pulse=run.pulse)
+            run.run_dir,
+            small.header(run.run_dir),
+            small.plan,
+            RigReopenedLate(rig, run),
+            services=RunServices(pulse=run.pulse),
         )
         assert outcome.state is State.STOPPED
         assert run.still_after_s() < 1.0

@@ -9,7 +9,7 @@ from procedures.run.stop_advice import ADVICE
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "messages.md").read_text(encoding="utf-8")
-PARTS = ("procedures/run", "procedures/journal", "procedures/records", "procedures/alerts")
+PARTS = ("procedures/run", "procedures/journal", "procedures/records", "procedures/alerts", "rig/guard")
 COMMANDS = (
     "archive_url.py",
     "attend.py",

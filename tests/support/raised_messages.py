@@ -9,6 +9,7 @@ ERRORS = (
     "JournalError",
     "StorageFailed",
     "DeviceFault",
+    "GuardLost",
     "DescriptionError",
     "NotDelivered",
     "TrustLost",

@@ -7,13 +7,23 @@ from pathlib import Path
 import pytest
 
 
-def _write_nothing(view: object, folder: Path, attachments: object = ()) -> Path:
+def _draw_nothing(view: object) -> object:
+    return view
+
+
+def _write_no_screen(drawn: object, folder: Path) -> Path:
     return folder / "report.html"
+
+
+def _write_no_paper(drawn: object, folder: Path, attachments: object = ()) -> Path:
+    return folder / "report.pdf"
 
 
 @contextmanager
 def reports_left_out() -> Iterator[None]:
     """Deliver in this process without reports for the length of the context; everything else is as ever."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("procedures.delivery.deliver.write_report", _write_nothing)
+        patch.setattr("procedures.delivery.deliver.draw_report", _draw_nothing)
+        patch.setattr("procedures.delivery.deliver.write_screen", _write_no_screen)
+        patch.setattr("procedures.delivery.deliver.write_paper", _write_no_paper)
         yield

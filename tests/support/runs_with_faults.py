@@ -7,7 +7,7 @@ from unattended_run import UnattendedRun
 
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
-from procedures.run.services import Care
+from procedures.run.services import RunServices
 from rig.assembly.open_rig import open_rig
 from rig.description.fault_plan import FaultPlan
 
@@ -43,7 +43,7 @@ def faults(**rules: dict[str, object]) -> FaultPlan:
 
 
 def run_with_faults(
-    small: Bench, unattended: UnattendedRun, plan: FaultPlan, care: Care | None = None
+    small: Bench, unattended: UnattendedRun, plan: FaultPlan, services: RunServices | None = None
 ) -> tuple[Outcome, list[str]]:
     """Run with nobody there and with the faults; return also what the faulty lines told."""
     unattended.run_dir.mkdir()
@@ -51,4 +51,4 @@ def run_with_faults(
     with open_rig(small.rig, faults=plan, tell_fault=told.append) as rig:
         unattended.rig = rig
         header = small.header(unattended.run_dir)
-        return begin(unattended.run_dir, header, small.plan, rig, unattended, unattended, care), told
+        return begin(unattended.run_dir, header, small.plan, rig, unattended, unattended, services), told

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ams.sets.canonical import render, seal
+from ams.sets.canonical import render, with_checksum
 from ams.sets.coefficients import CoefficientSet
 
 
@@ -13,7 +13,7 @@ def changed(coefficients: CoefficientSet, change: Callable[[dict[str, Any]], obj
     """The sealed document after the change."""
     document = copy.deepcopy(coefficients.document)
     change(document)
-    return seal(document)
+    return with_checksum(document)
 
 
 def write_changed(path: Path, coefficients: CoefficientSet, change: Callable[[dict[str, Any]], object]) -> Path:

@@ -13,7 +13,7 @@ from unattended_run import UnattendedRun, asks
 
 from procedures.journal.spool import Request
 from procedures.run.begin import begin
-from procedures.run.services import Care
+from procedures.run.services import RunServices
 from rig.assembly.open_rig import Rig, open_rig
 from rig.devices.abilities import AxisState
 from rig.errors import LinkLost
@@ -115,7 +115,7 @@ def standstill_s(entry: int) -> float:
             header = small.header(run.run_dir)
             wrapped = RigReopenedLate(rig, run)
             try:
-                begin(run.run_dir, header, small.plan, wrapped, unattended, unattended, Care(pulse=run.pulse))  # type: ignore[arg-type]
+                begin(run.run_dir, header, small.plan, wrapped, unattended, unattended, RunServices(pulse=run.pulse))  # type: ignore[arg-type]
             except ZeroDivisionError:
                 assert entry == 18
             return round(run.still_after_s(), 1)

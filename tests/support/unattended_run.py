@@ -14,7 +14,7 @@ from procedures.records.dwells import Event
 from procedures.records.progress import Progress
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
-from procedures.run.services import Care
+from procedures.run.services import RunServices
 from rig.assembly.open_rig import Rig, open_rig
 from rig.errors import LinkLost
 from rig.link.counts import ExchangeCounts
@@ -70,14 +70,17 @@ def asks(kind: str) -> Happening:
 
 
 def run_unattended(
-    small: Bench, unattended: UnattendedRun, care: Care | None = None, rig_of: Callable[[Rig], object] = lambda rig: rig
+    small: Bench,
+    unattended: UnattendedRun,
+    services: RunServices | None = None,
+    rig_of: Callable[[Rig], object] = lambda rig: rig,
 ) -> Outcome:
     """Run with nobody there; ``rig_of`` puts something around the rig."""
     unattended.run_dir.mkdir()
     with open_rig(small.rig) as rig:
         unattended.rig = rig
         header = small.header(unattended.run_dir)
-        return begin(unattended.run_dir, header, small.plan, rig_of(rig), unattended, unattended, care)  # type: ignore[arg-type]
+        return begin(unattended.run_dir, header, small.plan, rig_of(rig), unattended, unattended, services)  # type: ignore[arg-type]
 
 
 def events(run_dir: Path, kind: str | None = None) -> list[Event]:

@@ -39,5 +39,5 @@ def _printed(letter: str) -> str:
 
 @cache
 def _known() -> frozenset[int]:
-    """What the font behind all others has a glyph of."""
+    """Return what the font behind all others has a glyph of."""
     return frozenset(FT2Font(FONTS / "DejaVuSans.ttf").get_charmap())

@@ -23,36 +23,36 @@ PICTURE = "data:image/svg+xml,"
 
 
 @dataclass
-class Leaf:
+class Element:
     """One element of the page."""
 
     tag: str
     classes: Sequence[str] = ()
     attributes: Mapping[str, str] = field(default_factory=dict)
-    kids: list["Leaf | str"] = field(default_factory=list)
+    children: list["Element | str"] = field(default_factory=list)
 
     def as_json(self) -> dict[str, Any]:
-        """The form that the typst template reads: ``tag``, ``class``, ``kids`` and the attributes it uses."""
-        kids = [kid if isinstance(kid, str) else kid.as_json() for kid in self.kids]
-        return {"tag": self.tag, "class": list(self.classes), "kids": kids, **self.attributes}
+        """Return the form that the typst template reads: ``tag``, ``class``, ``children`` and its attributes."""
+        children = [child if isinstance(child, str) else child.as_json() for child in self.children]
+        return {"tag": self.tag, "class": list(self.classes), "children": children, **self.attributes}
 
 
 @dataclass(frozen=True)
-class Leaves:
+class PageTree:
     """A page taken apart."""
 
-    body: Leaf
+    body: Element
     pictures: Mapping[str, bytes]
     """File name to SVG, as the tree's ``img`` elements name them under ``file``."""
 
 
-def leaves_of(page: str) -> Leaves:
+def page_tree_of(page: str) -> PageTree:
     """Take a rendered page apart. Raises: ValueError for an element that the paper has no form of."""
     reader = _Reader()
     reader.feed(page)
     reader.close()
     _tidy(reader.root)
-    return Leaves(reader.root, reader.pictures)
+    return PageTree(reader.root, reader.pictures)
 
 
 class _Reader(HTMLParser):
@@ -60,7 +60,7 @@ class _Reader(HTMLParser):
 
     def __init__(self) -> None:
         super().__init__(convert_charrefs=True)
-        self.root = Leaf("page")
+        self.root = Element("page")
         self.pictures: dict[str, bytes] = {}
         self._open = [self.root]
         self._passed_over = 0
@@ -71,10 +71,10 @@ class _Reader(HTMLParser):
             return
         if tag not in BLOCKS | INLINE:
             raise ValueError(f"report: the paper has no form of <{tag}>: teach procedures/report/paper or leave it out")
-        leaf = self._leaf(tag, {name: value or "" for name, value in attrs})
-        self._open[-1].kids.append(leaf)
+        element = self._element(tag, {name: value or "" for name, value in attrs})
+        self._open[-1].children.append(element)
         if tag not in NEVER_CLOSED:
-            self._open.append(leaf)
+            self._open.append(element)
 
     def handle_endtag(self, tag: str) -> None:
         if self._passed_over:
@@ -84,13 +84,13 @@ class _Reader(HTMLParser):
 
     def handle_data(self, data: str) -> None:
         if not self._passed_over:
-            self._open[-1].kids.append(data)
+            self._open[-1].children.append(data)
 
-    def _leaf(self, tag: str, attributes: dict[str, str]) -> Leaf:
+    def _element(self, tag: str, attributes: dict[str, str]) -> Element:
         kept = {name: attributes[name] for name in KEPT if name in attributes}
         if tag == "img":
             kept["file"] = self._picture(attributes["src"])
-        return Leaf(tag, attributes.get("class", "").split(), kept)
+        return Element(tag, attributes.get("class", "").split(), kept)
 
     def _picture(self, source: str) -> str:
         if not source.startswith(PICTURE):
@@ -100,27 +100,27 @@ class _Reader(HTMLParser):
         return name
 
 
-def _tidy(leaf: Leaf) -> None:
+def _tidy(element: Element) -> None:
     """Collapse white space as a browser does: runs to one space, none at the edges of a block or beside one."""
-    kids: list[Leaf | str] = []
-    for kid in leaf.kids:
-        if isinstance(kid, str):
-            kids.append(re.sub(r"[ \t\r\n]+", " ", kid))
+    children: list[Element | str] = []
+    for child in element.children:
+        if isinstance(child, str):
+            children.append(re.sub(r"[ \t\r\n]+", " ", child))
         else:
-            _tidy(kid)
-            kids.append(kid)
-    if leaf.tag not in INLINE:
-        kids = [_trimmed(kids, place) for place in range(len(kids))]
-    leaf.kids = [kid for kid in kids if kid != ""]
+            _tidy(child)
+            children.append(child)
+    if element.tag not in INLINE:
+        children = [_trimmed(children, place) for place in range(len(children))]
+    element.children = [child for child in children if child != ""]
 
 
-def _trimmed(kids: Sequence[Leaf | str], place: int) -> Leaf | str:
-    text = kids[place]
+def _trimmed(children: Sequence[Element | str], place: int) -> Element | str:
+    text = children[place]
     if not isinstance(text, str):
         return text
-    text = text.lstrip(" ") if place == 0 or _is_block(kids[place - 1]) else text
-    return text.rstrip(" ") if place == len(kids) - 1 or _is_block(kids[place + 1]) else text
+    text = text.lstrip(" ") if place == 0 or _is_block(children[place - 1]) else text
+    return text.rstrip(" ") if place == len(children) - 1 or _is_block(children[place + 1]) else text
 
 
-def _is_block(kid: Leaf | str) -> bool:
-    return isinstance(kid, Leaf) and (kid.tag in BLOCKS or kid.tag == "br")
+def _is_block(child: Element | str) -> bool:
+    return isinstance(child, Element) and (child.tag in BLOCKS or child.tag == "br")

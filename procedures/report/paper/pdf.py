@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from procedures.report.paper.letters import FONTS, printable
-from procedures.report.paper.page_tree import Leaves, leaves_of
+from procedures.report.paper.page_tree import PageTree, page_tree_of
 
 TEMPLATE = Path(__file__).with_name("paper.typ")
 STANDARD = "a-3b"
@@ -42,14 +42,14 @@ class Imprint:
 
 
 def paper_of(page: str, imprint: Imprint, attachments: Sequence[Attachment] = ()) -> bytes:
-    """The PDF's bytes.
+    """Return the PDF's bytes.
 
     Raises: ValueError for a page that uses an element the paper has no form of.
     """
     typst: Any = import_module("typst")  # its type stubs do not know sources given by name
-    leaves = leaves_of(page)
+    tree = page_tree_of(page)
     pdf = typst.compile(
-        _sources(leaves, imprint, attachments),
+        _sources(tree, imprint, attachments),
         format="pdf",
         pdf_standards=[STANDARD],
         ignore_system_fonts=True,
@@ -60,7 +60,7 @@ def paper_of(page: str, imprint: Imprint, attachments: Sequence[Attachment] = ()
     return pdf
 
 
-def _sources(leaves: Leaves, imprint: Imprint, attachments: Sequence[Attachment]) -> dict[str, bytes]:
+def _sources(tree: PageTree, imprint: Imprint, attachments: Sequence[Attachment]) -> dict[str, bytes]:
     """Everything that typst may read, by name: it sees no other file."""
     moment = imprint.moment.astimezone(UTC)
     document = {
@@ -72,11 +72,11 @@ def _sources(leaves: Leaves, imprint: Imprint, attachments: Sequence[Attachment]
             {"file": f"attachments/{one.name}", "name": one.name, "type": one.media_type, "about": one.description}
             for one in attachments
         ],
-        "page": leaves.body.as_json(),
+        "page": tree.body.as_json(),
     }
     return {
         "main.typ": TEMPLATE.read_bytes(),
         "document.json": json.dumps(printable(document), ensure_ascii=False).encode("utf-8"),
-        **leaves.pictures,
+        **tree.pictures,
         **{f"attachments/{one.name}": one.content for one in attachments},
     }

@@ -35,7 +35,10 @@ class Alignment:
 
 
 def align(recording: Recording, latency_s: float = 0.0) -> Alignment:
-    """The line for one recording. ``latency_s``: at most so long is a sample under way before it can be polled."""
+    """Fit the line for one recording.
+
+    ``latency_s``: at most so long is a sample under way before it can be polled.
+    """
     device_s = recording.device_s[recording.last_of_poll]
     middle_s = float(recording.device_s.mean()) if recording.samples else 0.0
     delays_s = recording.polled_s - device_s
@@ -64,7 +67,7 @@ def align(recording: Recording, latency_s: float = 0.0) -> Alignment:
 
 
 def timing(recording: Recording, alignment: Alignment) -> StreamTiming:
-    """What the journal keeps of it."""
+    """Return what the journal keeps of a recording's timing."""
     gaps = recording.gaps
     first = next(iter(gaps), None)
     return StreamTiming(
@@ -90,7 +93,10 @@ def _least(device_s: FloatArray, delays_s: FloatArray) -> IntArray:
 
 
 def _excess_s(delays_s: FloatArray, pieces: int) -> float:
-    """How far a least delay of evenly spread ones lies above the true least: the spread over their number and one."""
+    """Estimate how far a least delay of evenly spread ones lies above the true least.
+
+    The spread over their number and one.
+    """
     return float(np.ptp(delays_s)) / (delays_s.size / pieces + 1.0)
 
 

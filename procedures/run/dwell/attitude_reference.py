@@ -11,16 +11,16 @@ from rig.errors import DeviceFault
 from rig.motion.move import move_and_arrive
 
 
-def told_attitude(rig: OpenRig, plan: Plan, wait: Wait) -> dict[str, float]:
+def reference_attitude(rig: OpenRig, plan: Plan, wait: Wait) -> dict[str, float]:
     """Axis to the mean angle that the reference tells, degrees; empty where none is declared."""
     reference = plan.attitude_reference
     if reference is None:
         return {}
-    told = {}
+    angles_deg = {}
     for axis, channel in reference.channels.items():
         stream = rig.streams[channel.partition(".")[0]]
-        told[str(axis)] = fmean(StreamedReadout(stream, rig.clock).read(channel, reference.samples, wait).samples)
-    return told
+        angles_deg[str(axis)] = fmean(StreamedReadout(stream, rig.clock).read(channel, reference.samples, wait).samples)
+    return angles_deg
 
 
 def approach(rig: OpenRig, plan: Plan, dwell: Dwell, wait: Wait) -> dict[str, float]:
@@ -35,27 +35,31 @@ def approach(rig: OpenRig, plan: Plan, dwell: Dwell, wait: Wait) -> dict[str, fl
     if not reference.closes_loop:
         return commanded
     for _ in range(reference.corrections + 1):
-        told = told_attitude(rig, plan, wait)
-        off = {name: _turned(dwell.targets_deg[name] - told[name]) for name in told if name in dwell.targets_deg}
+        reference_deg = reference_attitude(rig, plan, wait)
+        off = {
+            name: _turned(dwell.targets_deg[name] - reference_deg[name])
+            for name in reference_deg
+            if name in dwell.targets_deg
+        }
         if all(abs(error) <= reference.tolerance_deg for error in off.values()):
             return commanded
         for name, error in off.items():
             axis = rig.axes[name]
             wanted_deg = axis_step(commanded[name] + error, axis.increment_deg)
             commanded[name] = move_and_arrive(axis, wanted_deg, rig.clock, wait)
-    told_off = ", ".join(f"{name} {error:+.3g} deg" for name, error in off.items())
+    off_text = ", ".join(f"{name} {error:+.3g} deg" for name, error in off.items())
     raise DeviceFault(
-        f"attitude_reference: after {reference.corrections} corrections still off by {told_off}, allowed "
+        f"attitude_reference: after {reference.corrections} corrections still off by {off_text}, allowed "
         f"{reference.tolerance_deg:g} deg (rig file: attitude_reference.tolerance_deg); the axes rest; look at their "
         "slack and at the reference"
     )
 
 
 def axis_step(angle_deg: float, increment_deg: float) -> float:
-    """The nearest angle at which the axis can stop."""
+    """Return the nearest angle at which the axis can stop."""
     return round(angle_deg / increment_deg) * increment_deg if increment_deg else round(angle_deg, 6)
 
 
 def _turned(angle_deg: float) -> float:
-    """The same turn within ±180°."""
+    """Return the same turn within ±180°."""
     return (angle_deg + 180.0) % 360.0 - 180.0

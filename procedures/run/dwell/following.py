@@ -63,7 +63,7 @@ class _Led:
 def follow(
     rig: OpenRig, plan: Plan, dwell: Dwell, motion: Follow, announcement: Announcement, wait: Wait
 ) -> Measurement:
-    """One dwell along a motion. Every axis is at rest when this returns or raises.
+    """Measure one dwell along a motion. Every axis is at rest when this returns or raises.
 
     Raises: RequestRefused (before anything moved), DeviceFault (the axes were stopped), WaitEnded, RigError.
     """

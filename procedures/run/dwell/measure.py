@@ -55,11 +55,11 @@ class Announcement:
         chance.announce(self.step, self.read_phase, self.attempt, self.replications)
 
     def of_sweep(self, number: int) -> "Announcement":
-        """Every sweep of a dwell has chance of its own."""
+        """Return the announcement of one sweep: every sweep of a dwell has chance of its own."""
         return replace(self, read_phase=f"{self.read_phase}-sweep-{number}")
 
 
-def move(rig: OpenRig, dwell: Dwell, wait: Wait, tell: Tell = lambda _told: None) -> dict[str, float]:
+def move(rig: OpenRig, dwell: Dwell, wait: Wait, tell: Tell = lambda _message: None) -> dict[str, float]:
     """Bring every axis of the dwell to its target, in its order; their read-backs, degrees. ``tell`` hears of a move
     that is made again.
 
@@ -98,7 +98,7 @@ def settle_at(rig: OpenRig, plan: Plan, wait: Wait) -> Settled:
 
 
 def read_channel(rig: OpenRig, channel: str, samples: int, wait: Wait) -> ChannelReading:
-    """One burst, overloaded readings as NaN."""
+    """Read one burst, overloaded readings as NaN."""
     burst = readout_of(rig, channel).read(channel, samples, wait)
     crash_point(CrashPoint.ACQUIRING)
     values = burst.samples.copy()
@@ -107,6 +107,6 @@ def read_channel(rig: OpenRig, channel: str, samples: int, wait: Wait) -> Channe
 
 
 def readout_of(rig: OpenRig, channel: str) -> Readout:
-    """What answers for a full channel name: ``readout.channel``, or ``stream.channel`` read on demand."""
+    """Return what answers for a full channel name: ``readout.channel``, or ``stream.channel`` read on demand."""
     name = channel.partition(".")[0]
     return rig.readouts[name] if name in rig.readouts else StreamedReadout(rig.streams[name], rig.clock)

@@ -11,7 +11,7 @@ from procedures.plan.plan import Plan
 from procedures.plan.steps import Applied, Dwell, Follow, Rest, Turn
 from procedures.records.dwells import ChannelReading, Measurement, MotionRecord, StreamTiming
 from procedures.run.dwell.alignment import align, timing
-from procedures.run.dwell.attitude_reference import approach, told_attitude
+from procedures.run.dwell.attitude_reference import approach, reference_attitude
 from procedures.run.dwell.following import follow
 from procedures.run.dwell.measure import Announcement, OpenRig, look, measure, read_channel, settle_at
 from procedures.run.dwell.stream_recorder import recording
@@ -39,7 +39,7 @@ def perform(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, 
 
 
 def _is_plain(rig: OpenRig, plan: Plan, dwell: Dwell) -> bool:
-    """Only readouts, for as many samples as ``[dwell]`` says."""
+    """Return True for a dwell of readouts only, for as many samples as ``[dwell]`` says."""
     return (
         dwell.motion is None and dwell.applied is None and plan.attitude_reference is None and not streams_of(rig, plan)
     )
@@ -68,7 +68,7 @@ def _at_rest(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement,
     announcement.settle(rig.chance)
     commanded_deg = approach(rig, plan, dwell, wait)
     settled = settle_at(rig, plan, wait)
-    told_deg = told_attitude(rig, plan, wait)
+    reference_deg = reference_attitude(rig, plan, wait)
     before = look(rig, dwell.targets_deg)
     readings: dict[str, ChannelReading] = {}
     timings: tuple[StreamTiming, ...] = ()
@@ -87,14 +87,14 @@ def _at_rest(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement,
     readings |= as_readings(parts, plan, began_s)
     timings = tuple(timing(one, align(one)) for one in parts.values())
     reference = plan.attitude_reference
-    uncertainty_deg = {} if reference is None else dict.fromkeys(told_deg, reference.uncertainty_deg)
+    uncertainty_deg = {} if reference is None else dict.fromkeys(reference_deg, reference.uncertainty_deg)
     record = MotionRecord(attitude_uncertainty_deg=uncertainty_deg, commanded_deg=commanded_deg, streams=timings)
     after = look(rig, dwell.targets_deg)
-    return Measurement(before, after, readings, settled.is_settled, settled.took_s, record, told_deg or None)
+    return Measurement(before, after, readings, settled.is_settled, settled.took_s, record, reference_deg or None)
 
 
 def _samples(plan: Plan, dwell: Dwell, rate_hz: float) -> int:
-    """Of one stream: as long as the dwell rests, or as many as ``[dwell]`` says."""
+    """Return the samples of one stream: as long as the dwell rests, or as many as ``[dwell]`` says."""
     if isinstance(dwell.motion, Rest):
         return floor(dwell.motion.rest_seconds * rate_hz + 1e-6)
     return plan.dwell.samples

@@ -55,13 +55,13 @@ def settle(readout: Readout, channel: str, settings: Settle, nplc: float, clock:
 
 
 def readings_per_window(window_s: float, reading_s: float) -> int:
-    """As many as fit, at least five and at most ten."""
+    """Return as many readings as fit into a window, at least five and at most ten."""
     fitting = MOST_READINGS if reading_s <= 0.0 else int(window_s / reading_s)
     return min(max(fitting, FEWEST_READINGS), MOST_READINGS)
 
 
 def is_at_rest(windows: Sequence[Window], needed: int) -> bool:
-    """True where the last ``needed`` windows cannot be told apart. An overloaded reading is never at rest."""
+    """Return True where the last ``needed`` windows cannot be told apart. An overloaded reading is never at rest."""
     last = windows[-needed:]
     if len(last) < needed or not all(np.isfinite(window.samples).all() for window in last):
         return False

@@ -24,10 +24,10 @@ class StreamedReadout:
         return self._stream.identify()
 
     def prepare(self) -> None:
-        """A stream is set up anew whenever it is started."""
+        """Do nothing: a stream is set up anew whenever it is started."""
 
     def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:  # noqa: ARG002
-        """The next ``samples`` samples. Raises as :class:`procedures.run.dwell.stream_recorder.Recorder`."""
+        """Read the next ``samples`` samples. Raises as :class:`procedures.run.dwell.stream_recorder.Recorder`."""
         with recording({self.name: self._stream}, self._clock, wait) as recorder:
             recorder.start()
             while (left := samples - recorder.samples(self.name)) > 0:

@@ -130,12 +130,15 @@ class Recorder:
             self.look()
 
     def _next_poll_s(self) -> float:
-        """Polls keep no step with the samples: some come right behind one, and these tell when it was taken."""
+        """Return the time to the next poll.
+
+        Polls keep no step with the samples: some come right behind one, and these tell when it was taken.
+        """
         self._polls += 1
         return self.poll_s * (0.6 + 0.8 * (self._polls * GOLDEN % 1.0))
 
     def look(self) -> None:
-        """Raises: what a reader met, DeviceSilent where a stream sends nothing."""
+        """Check that every stream sends. Raises: what a reader met, DeviceSilent where a stream sends nothing."""
         now_s = self._clock.monotonic_s()
         for name, tape in self._tapes.items():
             if tape.error is not None:
@@ -148,7 +151,7 @@ class Recorder:
                 )
 
     def samples(self, stream: str) -> int:
-        """How many came so far."""
+        """Return how many samples came so far."""
         return self._tapes[stream].samples
 
     def stop(self) -> dict[str, Recording]:
@@ -190,7 +193,7 @@ class Recorder:
 
 @contextmanager
 def recording(streams: Mapping[str, Stream], clock: Clock, wait: Wait, *, is_timed: bool = False) -> Iterator[Recorder]:
-    """A recorder that is closed whatever happens inside."""
+    """Yield a recorder that is closed whatever happens inside."""
     recorder = Recorder(streams, clock, wait, is_timed=is_timed)
     try:
         yield recorder
@@ -228,7 +231,7 @@ def _concatenated(parts: Sequence[FloatArray]) -> FloatArray:
 
 
 def _counted_s(samples: int, gaps: Sequence[Gap], rate_hz: float) -> FloatArray:
-    """Of a stream without time stamps: its samples counted, those that are known to be missing as well."""
+    """Return the times of a stream without time stamps: its samples counted, those known to be missing as well."""
     steps = np.ones(samples)
     for gap in gaps:
         if gap.missing is not None and 0 < gap.at < samples:

@@ -38,7 +38,7 @@ SWEEP_MARGIN = 0.05
 
 
 @dataclass
-class Looks:
+class RateWatch:
     """Every look at one turning axis, judged as it comes."""
 
     axis: str
@@ -51,7 +51,7 @@ class Looks:
     _steady: int = 0
 
     def take(self, look: TurnLook) -> None:
-        """Raises: DeviceFault where the rate left its band."""
+        """Keep a look and check the rate since the one before. Raises: DeviceFault where the rate left its band."""
         before = self._before(look)
         self.taken.append(look)
         if before is None:
@@ -62,10 +62,10 @@ class Looks:
         if abs(rate.rate_dps) > limit_dps + slack_dps:
             raise self.fault(f"turns at {rate.rate_dps:.4g} deg/s, over its limit of {limit_dps:.4g} deg/s")
         if self.is_at_speed and abs(rate.rate_dps - self.turn.rate_dps) > self.band_dps + slack_dps:
-            raise self.fault(f"turns at {rate.rate_dps:.5g} deg/s, {self._asked}")
+            raise self.fault(f"turns at {rate.rate_dps:.5g} deg/s, {self._rate_in_words}")
 
     def reaches_speed(self, look: TurnLook) -> bool:
-        """Whether this look shows the axis at its rate; from the next one on the band counts."""
+        """Return whether this look shows the axis at its rate; from the next one on the band counts."""
         before = self._before(look)
         self.take(look)
         if before is not None:
@@ -75,11 +75,11 @@ class Looks:
             self._steady = self._steady + 1 if is_steady else 0
             self._last_dps = rate.rate_dps
             if self._steady >= STEADY_LOOKS and not self.is_at_speed:
-                raise self.fault(f"turns steadily at {rate.rate_dps:.5g} deg/s, {self._asked}")
+                raise self.fault(f"turns steadily at {rate.rate_dps:.5g} deg/s, {self._rate_in_words}")
         return self.is_at_speed
 
     @property
-    def _asked(self) -> str:
+    def _rate_in_words(self) -> str:
         return (
             f"asked for {self.turn.rate_dps:.5g} deg/s, allowed within {self.band_dps:.3g} deg/s (procedure file: "
             "rates.tolerance)"
@@ -103,7 +103,7 @@ class Looks:
         return Measured(rate.rate_dps, uncertainty_dps, rate.turned_deg)
 
     def _before(self, look: TurnLook) -> TurnLook | None:
-        """The newest look that is long enough ago to tell a rate."""
+        """Return the newest look that is long enough ago to tell a rate."""
         return next((one for one in reversed(self.taken) if look.taken_s - one.taken_s >= 0.5 * LOOK_S), None)
 
     def fault(self, what: str) -> DeviceFault:
@@ -123,7 +123,7 @@ class Measured:
 
 
 def turn(rig: OpenRig, plan: Plan, dwell: Dwell, motion: Turn, announcement: Announcement, wait: Wait) -> Measurement:
-    """One dwell at a constant rate. The axis is at rest when this returns or raises.
+    """Measure one dwell at a constant rate. The axis is at rest when this returns or raises.
 
     Raises: RequestRefused (before anything turned), DeviceFault (the axis, which was stopped), WaitEnded, RigError.
     """
@@ -153,32 +153,32 @@ def _revolve(rig: OpenRig, plan: Plan, motion: Turn, announcement: Announcement,
     axis.check_rate(motion.rate_dps)
     if isinstance(axis, CableGuard):
         axis.require_room(360.0 * (motion.revolutions + SPARE_TURNS) * (1.0 if motion.rate_dps > 0.0 else -1.0))
-    looks = Looks(axis.name, motion, rig.axes[axis.name].arrival_tolerance_deg)
+    watch = RateWatch(axis.name, motion, rig.axes[axis.name].arrival_tolerance_deg)
     began_s = rig.clock.monotonic_s()
     try:
         axis.start_rate(motion.rate_dps)
-        ramp_s = _come_to_speed(rig, axis, looks, recorder)
+        ramp_s = _come_to_speed(rig, axis, watch, recorder)
         recorder.start()
         announcement.read(rig.chance)
-        first = len(looks.taken)
-        looks.take(axis.turn_look(rig.clock))
-        readings = _read_voltages(rig, plan, axis, looks, recorder)
-        _until_turned(rig, plan, axis, motion, looks, first, recorder)
+        first = len(watch.taken)
+        watch.take(axis.turn_look(rig.clock))
+        readings = _read_voltages(rig, plan, axis, watch, recorder)
+        _until_turned(rig, plan, axis, motion, watch, first, recorder)
         recordings = recorder.stop()
     finally:
         stop_and_see(rig, axis.name)
     wanted = {name: floor(motion.seconds * one.rate_hz + 1e-6) for name, one in recordings.items()}
     parts = {name: one.part(0, wanted[name]) for name, one in recordings.items()}
     aligned = tuple(timing(one, align(one)) for one in parts.values())
-    return _Done(looks.measured(first), {**readings, **as_readings(parts, plan, began_s)}, aligned, ramp_s)
+    return _Done(watch.measured(first), {**readings, **as_readings(parts, plan, began_s)}, aligned, ramp_s)
 
 
-def _come_to_speed(rig: OpenRig, axis: RateAxis, looks: Looks, recorder: Recorder) -> float:
+def _come_to_speed(rig: OpenRig, axis: RateAxis, watch: RateWatch, recorder: Recorder) -> float:
     began_s = rig.clock.monotonic_s()
-    while not looks.reaches_speed(axis.turn_look(rig.clock)):
+    while not watch.reaches_speed(axis.turn_look(rig.clock)):
         if rig.clock.monotonic_s() - began_s > SPEED_LIMIT_S:
             raise DeviceFault(
-                f"{axis.name}: not at {looks.turn.rate_dps:g} deg/s after {SPEED_LIMIT_S:g} s; the axis was told to "
+                f"{axis.name}: not at {watch.turn.rate_dps:g} deg/s after {SPEED_LIMIT_S:g} s; the axis was told to "
                 "decelerate to rest; look at drive, load and settings"
             )
         recorder.wait(LOOK_S)
@@ -186,15 +186,15 @@ def _come_to_speed(rig: OpenRig, axis: RateAxis, looks: Looks, recorder: Recorde
 
 
 def _until_turned(
-    rig: OpenRig, plan: Plan, axis: RateAxis, motion: Turn, looks: Looks, first: int, recorder: Recorder
+    rig: OpenRig, plan: Plan, axis: RateAxis, motion: Turn, watch: RateWatch, first: int, recorder: Recorder
 ) -> None:
     """Until the revolutions are whole and every stream has sent its samples."""
     whole_deg = 360.0 * motion.revolutions
     at_most_deg = whole_deg + 360.0 * SPARE_TURNS + 10.0 * abs(motion.rate_dps) * LOOK_S
     at_most_s = 2.0 * motion.seconds + SPEED_LIMIT_S
-    began = looks.taken[first]
+    began = watch.taken[first]
     while True:
-        here = looks.taken[-1]
+        here = watch.taken[-1]
         turned_deg = abs(here.angle_deg - began.angle_deg)
         wanting = [
             name for name, stream in streams_of(rig, plan).items()
@@ -203,23 +203,23 @@ def _until_turned(
         if turned_deg >= whole_deg and not wanting:
             return
         if turned_deg > at_most_deg and not wanting:
-            raise looks.fault(f"turned by {turned_deg:.1f} deg, {whole_deg:g} deg were asked for")
+            raise watch.fault(f"turned by {turned_deg:.1f} deg, {whole_deg:g} deg were asked for")
         if here.taken_s - began.taken_s > at_most_s:
-            raise looks.fault(f"after {at_most_s:g} s turned by {turned_deg:.1f} deg of {whole_deg:g} deg")
+            raise watch.fault(f"after {at_most_s:g} s turned by {turned_deg:.1f} deg of {whole_deg:g} deg")
         left_s = (whole_deg - turned_deg) / abs(motion.rate_dps)
         recorder.wait(min(max(left_s, 0.5 * LOOK_S), LOOK_S))
-        looks.take(axis.turn_look(rig.clock))
+        watch.take(axis.turn_look(rig.clock))
 
 
 def _read_voltages(
-    rig: OpenRig, plan: Plan, axis: RateAxis, looks: Looks, recorder: Recorder
+    rig: OpenRig, plan: Plan, axis: RateAxis, watch: RateWatch, recorder: Recorder
 ) -> dict[str, ChannelReading]:
-    """Every channel of a readout, one after the other, with a look behind each."""
+    """Read every channel of a readout, one after the other, with a look behind each."""
     readings = {}
     for channel in plan.channels:
         if channel.partition(".")[0] in rig.readouts:
             readings[channel] = read_channel(rig, channel, plan.dwell.samples, recorder.wait)
-            looks.take(axis.turn_look(rig.clock))
+            watch.take(axis.turn_look(rig.clock))
     return readings
 
 
@@ -232,7 +232,7 @@ def _sweep(
     recorder: Recorder,
     wait: Wait,
 ) -> _Done:
-    """As many sweeps in the one sense as the reading takes; the way back is not read."""
+    """Measure as many sweeps in the one sense as the reading takes; the way back is not read."""
     assert motion.sweep_deg is not None
     axis = cast("SweepAxis", rig.axes[motion.turned_axis])
     axis.check_rate(motion.rate_dps)
@@ -263,34 +263,34 @@ def _one_sweep(
     assert motion.sweep_deg is not None
     start_deg, end_deg = motion.sweep_deg
     margin_deg = SWEEP_MARGIN * abs(end_deg - start_deg)
-    looks = Looks(axis.name, motion, rig.axes[axis.name].arrival_tolerance_deg)
-    while not _is_inside(looks, axis.turn_look(rig.clock), start_deg, margin_deg):
+    watch = RateWatch(axis.name, motion, rig.axes[axis.name].arrival_tolerance_deg)
+    while not _is_inside(watch, axis.turn_look(rig.clock), start_deg, margin_deg):
         recorder.wait(LOOK_S)
     recorder.start()
     announcement.read(rig.chance)
-    looks.is_at_speed = True
-    first = len(looks.taken) - 1
+    watch.is_at_speed = True
+    first = len(watch.taken) - 1
     wanted = {
         name: floor(motion.seconds / motion.sweeps * stream.rate_hz + 1e-6)
         for name, stream in streams_of(rig, plan).items()
     }
     while any(recorder.samples(name) < count for name, count in wanted.items()):
         recorder.wait(min(LOOK_S, motion.seconds / motion.sweeps))
-        looks.take(axis.turn_look(rig.clock))
+        watch.take(axis.turn_look(rig.clock))
     recordings = recorder.stop()
-    if abs(looks.taken[-1].angle_deg - end_deg) < 0.2 * margin_deg:
+    if abs(watch.taken[-1].angle_deg - end_deg) < 0.2 * margin_deg:
         raise DeviceFault(
-            f"{axis.name}: at {looks.taken[-1].angle_deg:g} deg the sweep was over before it was read; it turned faster"
+            f"{axis.name}: at {watch.taken[-1].angle_deg:g} deg the sweep was over before it was read; it turned faster"
             f" than {motion.rate_dps:g} deg/s; home it and look at its calibration of speed"
         )
     parts = {name: one.part(0, wanted[name]) for name, one in recordings.items()}
-    return looks.measured(first), parts
+    return watch.measured(first), parts
 
 
-def _is_inside(looks: Looks, look: TurnLook, start_deg: float, margin_deg: float) -> bool:
-    looks.taken.append(look)
-    if look.taken_s - looks.taken[0].taken_s > SPEED_LIMIT_S:
-        raise looks.fault(f"did not leave {start_deg:g} deg within {SPEED_LIMIT_S:g} s")
+def _is_inside(watch: RateWatch, look: TurnLook, start_deg: float, margin_deg: float) -> bool:
+    watch.taken.append(look)
+    if look.taken_s - watch.taken[0].taken_s > SPEED_LIMIT_S:
+        raise watch.fault(f"did not leave {start_deg:g} deg within {SPEED_LIMIT_S:g} s")
     return abs(look.angle_deg - start_deg) >= margin_deg
 
 
@@ -300,7 +300,7 @@ def stop_and_see(rig: OpenRig, axis: str) -> None:
 
 
 def streams_of(rig: OpenRig, plan: Plan) -> dict[str, Stream]:
-    """The streams that carry channels of the plan."""
+    """Return the streams that carry channels of the plan."""
     names = dict.fromkeys(channel.partition(".")[0] for channel in plan.channels)
     return {name: rig.streams[name] for name in names if name in rig.streams}
 
@@ -315,12 +315,12 @@ def _mean_of(rates: list[Measured]) -> Measured:
 
 
 def as_readings(recordings: Mapping[str, Recording], plan: Plan, began_s: float) -> dict[str, ChannelReading]:
-    """The samples of every stream, by channel, of those that the plan reads."""
+    """Return the samples of every stream, by channel, of those that the plan reads."""
     return {name: reading for one in recordings.values() for name, reading in _joined([one], plan, began_s).items()}
 
 
 def _joined(recordings: list[Recording], plan: Plan, began_s: float) -> dict[str, ChannelReading]:
-    """The samples of several recordings of one stream, end to end."""
+    """Join the samples of several recordings of one stream, end to end."""
     return {
         channel: ChannelReading(
             channel,
@@ -335,7 +335,10 @@ def _joined(recordings: list[Recording], plan: Plan, began_s: float) -> dict[str
 
 
 def _worst(recordings: list[Recording]) -> StreamTiming:
-    """Of several recordings of one stream: what is missing counted together, the clock of the least certain."""
+    """Return one timing of several recordings of one stream.
+
+    What is missing is counted together, the clock is that of the least certain.
+    """
     timings = [timing(one, align(one)) for one in recordings]
     worst = max(timings, key=lambda one: one.offset_uncertainty_s)
     return StreamTiming(

@@ -68,7 +68,7 @@ class History:
         return tuple(dwell for dwell in self.measured_once if dwell.mounting == self.mounting)
 
     def noise(self) -> NoiseReference:
-        """The reference as the process before had learned it."""
+        """Return the noise reference as the process before had learned it."""
         reference = NoiseReference()
         for dwell in self.measured_once:
             reference.learn(dwell.readings)
@@ -85,7 +85,8 @@ def history_of(
     dropped: frozenset[str] = frozenset(),
 ) -> History:
     """``accepted_break``: the epoch whose seam a person accepted with name and reason; its check set counts from
-    then on. ``remounted_after``: how many epochs were opened before the package was last moved."""
+    then on. ``remounted_after``: how many epochs were opened before the package was last moved.
+    """
     found = tuple(dwells)
     wanted = {dwell.step for dwell in plan.check_set}
     bare = History(found, epochs_opened + 1, None, None)
@@ -96,7 +97,7 @@ def history_of(
 
 
 def read_history(reader: JournalReader, plan: Plan) -> History:
-    """Where the journal stands. Raises: JournalError."""
+    """Return where the journal stands. Raises: JournalError."""
     epochs, remounted_after, mounting, dropped = 0, 0, 1, set[str]()
     for event in reader.events():
         if event.kind == DROPPED:
@@ -109,7 +110,7 @@ def read_history(reader: JournalReader, plan: Plan) -> History:
 
 
 def _accepted_break(events: Iterable[Event]) -> int | None:
-    """The epoch whose seam trip a person is accepting now or accepted before: whoever resumes accepts."""
+    """Return the epoch whose seam trip a person is accepting now or accepted before: whoever resumes accepts."""
     epoch, tripped = 0, None
     for event in events:
         epoch += event.kind == "opened"
@@ -119,7 +120,9 @@ def _accepted_break(events: Iterable[Event]) -> int | None:
 
 
 def agenda(steps: Sequence[Step], accepted: frozenset[int]) -> tuple[Step, ...]:
-    """What is left to do, in order: the soak in force, the whole check set, then every step without an accepted dwell.
+    """Return what is left to do, in order.
+
+    The soak in force, the whole check set, then every step without an accepted dwell.
 
     A later soak is kept only where a dwell follows it before the next one. Nothing left is an empty agenda.
     """

@@ -27,8 +27,8 @@ class Interlock:
     key: str
     """Where the band is declared, such as ``rig.toml: interlocks.temperature.air``."""
 
-    def told(self, value: float) -> str:
-        """The sentence of an alarm."""
+    def sentence(self, value: float) -> str:
+        """Return the sentence of an alarm."""
         return (
             f"{self.name}: got {value:.6g} {self.unit}, allowed {self.low:g} to {self.high:g} {self.unit} ({self.key})"
         )
@@ -46,7 +46,7 @@ class Watched:
 
 
 def look_at(lock: Interlock, before: Watched, value: float, now_s: float) -> Watched:
-    """What one more look makes of it."""
+    """Return what one more look makes of a watched interlock."""
     margin = lock.hysteresis if before.is_alarmed else 0.0
     if isfinite(value) and lock.low + margin <= value <= lock.high - margin:
         return _inside(lock, before, now_s)

@@ -64,7 +64,7 @@ class Limits:
 def judge_dwell(
     dwell: Dwell, measured: Measurement, limits: Limits, noise: NoiseReference, reference: AttitudeReference | None
 ) -> tuple[str, ...]:
-    """Every reason to reject the dwell, of whatever kind it is; empty where it is good."""
+    """Return every reason to reject the dwell, of whatever kind it is; empty where it is good."""
     if measured.motion is None:
         return judge(measured, limits, noise)
     return (
@@ -78,7 +78,7 @@ def judge_dwell(
 
 
 def judge(measured: Measurement, limits: Limits, noise: NoiseReference) -> tuple[str, ...]:
-    """Every reason to reject a dwell that rests and is read by readouts; empty where it is good."""
+    """Return every reason to reject a dwell that rests and is read by readouts; empty where it is good."""
     return (
         *_settling(measured),
         *(reason for reading in measured.readings.values() for reason in _reading(reading, limits, noise)),
@@ -121,7 +121,7 @@ def _scatter(reading: ChannelReading, reference_v: float, max_noise_factor: floa
 
 
 def at_rest(look: Look, limits: Limits, when: str, expected_deg: Mapping[str, float]) -> Iterable[str]:
-    """Every axis at rest and trusted, and where it is expected, if it is."""
+    """Yield every axis that is not at rest, not trusted, or not where it is expected, if it is."""
     for axis in limits.targets_deg:
         state, target_deg = look.axes[axis], expected_deg.get(axis)
         if target_deg is not None and abs(state.position_deg - target_deg) > limits.tolerance_deg[axis]:
@@ -153,9 +153,9 @@ def temperature(look: Look, limits: Limits, when: str) -> Iterable[str]:
 
 def _stream(timing: StreamTiming) -> Iterable[str]:
     lost = {"missing": timing.missing, "sent twice": timing.doubled, "in doubt": timing.doubtful}
-    told = ", ".join(f"{count} {what}" for what, count in lost.items() if count)
-    if told:
-        yield f"{timing.stream}: of {timing.samples} samples {told} ({timing.first_gap}), allowed none"
+    losses = ", ".join(f"{count} {what}" for what, count in lost.items() if count)
+    if losses:
+        yield f"{timing.stream}: of {timing.samples} samples {losses} ({timing.first_gap}), allowed none"
 
 
 def _recorded(reading: ChannelReading, noise: NoiseReference) -> Iterable[str]:
@@ -167,7 +167,7 @@ def _recorded(reading: ChannelReading, noise: NoiseReference) -> Iterable[str]:
 
 
 def _stands_still(reading: ChannelReading) -> bool:
-    """Of a sensor; an axis that takes no part in a motion stands where it is."""
+    """Return True for a sensor that stands still; an axis that takes no part in a motion stands where it is."""
     is_axis = reading.channel.startswith("axes.")
     return not is_axis and reading.samples.size >= FEWEST_SAMPLES_STUCK and float(np.ptp(reading.samples)) == 0.0
 
@@ -176,8 +176,8 @@ def _position(
     dwell: Dwell, measured: Measurement, limits: Limits, reference: AttitudeReference | None
 ) -> Iterable[str]:
     moved = _moved(dwell)
-    told = measured.told_deg or {}
-    reached = {} if reference is None else told
+    reference_deg = measured.reference_deg or {}
+    reached = {} if reference is None else reference_deg
     expected: Mapping[str, float] = {
         name: target for name, target in limits.targets_deg.items() if name not in moved and name not in reached
     }

@@ -38,16 +38,21 @@ class _Try:
 
 
 def contradictions(name: str, sensor: Sensor, dwells: Sequence[DwellRecord]) -> tuple[str, ...]:
-    """What speaks against the declared mount, one sentence a channel; empty where nothing does, or nothing can."""
+    """Return what speaks against the declared mount, one sentence a channel.
+
+    Empty where nothing does, or nothing can.
+    """
     if len(dwells) < FEWEST_ATTITUDES or sensor.nominal_sensitivity_v_per_g == 0.0:
         return ()
     force_g = _table_force_g(dwells)
     found = []
     for axis, channel in sensor.channels.items():
         outputs_v = np.array([dwell.readings[channel].mean for dwell in dwells])
-        told = _contradiction(outputs_v, force_g, getattr(sensor.mount, axis), sensor.nominal_sensitivity_v_per_g)
-        if told:
-            found.append(f"{name}.{axis} ({channel}): {told}")
+        contradiction = _contradiction(
+            outputs_v, force_g, getattr(sensor.mount, axis), sensor.nominal_sensitivity_v_per_g
+        )
+        if contradiction:
+            found.append(f"{name}.{axis} ({channel}): {contradiction}")
     return tuple(found)
 
 

@@ -21,7 +21,7 @@ FEWEST_DEGREES = 6
 
 
 @dataclass(frozen=True, slots=True)
-class SeamComparison:
+class RestartComparison:
     """One channel at one check attitude, before and after."""
 
     step: int
@@ -46,8 +46,11 @@ class Scatter:
 
 def compare(
     before: Mapping[int, DwellRecord], after: Mapping[int, DwellRecord], visits: Iterable[DwellRecord]
-) -> tuple[SeamComparison, ...]:
-    """Every channel at every check attitude. ``visits``: accepted dwells before the seam, for the scatter between."""
+) -> tuple[RestartComparison, ...]:
+    """Compare every channel at every check attitude.
+
+    ``visits``: accepted dwells before the seam, for the scatter between.
+    """
     between = _between_visits(visits)
     pairs = [(step, before[step], dwell) for step, dwell in after.items() if step in before]
     channels = list(pairs[0][2].readings) if pairs else []
@@ -60,11 +63,11 @@ def compare(
     return tuple(found)
 
 
-def _comparison(step: int, channel: str, change_v: float, scatter: Scatter) -> SeamComparison:
+def _comparison(step: int, channel: str, change_v: float, scatter: Scatter) -> RestartComparison:
     error_v = sqrt(2.0 * scatter.variance_v2)
     limit = t_limit(scatter.degrees_of_freedom, FALSE_ALARM) if scatter.degrees_of_freedom > 0 else inf
     t = change_v / error_v if error_v > 0.0 else 0.0 if change_v == 0.0 else inf
-    return SeamComparison(step, channel, change_v, error_v, t, limit)
+    return RestartComparison(step, channel, change_v, error_v, t, limit)
 
 
 def _scatter(

@@ -22,7 +22,7 @@ class WarmUp:
 
 
 @dataclass(frozen=True, slots=True)
-class Precautions:
+class RunLimits:
     """Read from ``rig.toml`` as the journal keeps it."""
 
     temperatures: tuple[tuple[str, Interlock], ...] = ()
@@ -38,9 +38,9 @@ class Precautions:
     """By full channel name, those that change what is read."""
 
 
-def precautions_of(rig: RigDescription) -> Precautions:
+def run_limits_of(rig: RigDescription) -> RunLimits:
     locks = rig.interlocks
-    return Precautions(
+    return RunLimits(
         temperatures=tuple(
             (name, _lock(f"environment.{name}", "degC", lock.band_degc, lock.hysteresis_degc, lock.delay_s, lock.action,
                          f"rig file: interlocks.temperature.{name}"))
@@ -67,7 +67,7 @@ def precautions_of(rig: RigDescription) -> Precautions:
 
 
 def _supplies(rig: RigDescription) -> tuple[tuple[str, Interlock], ...]:
-    """A supply with a declared band is watched, unless an interlock says how."""
+    """Return an interlock for every supply with a declared band, unless an interlock of the rig file says how."""
     found: dict[str, tuple[str, Chain]] = {
         chain.supply_channel: (channel, chain)
         for channel, chain in rig.chain.items()

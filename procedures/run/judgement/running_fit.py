@@ -97,7 +97,7 @@ class RunningFit:
         self.forget()
 
     def forget(self) -> None:
-        """At another temperature every offset and sensitivity is another."""
+        """Forget every fit: at another temperature every offset and sensitivity is another."""
         self._lines = dict(_lines(self._sensors))
         self._kept.clear()
 
@@ -143,21 +143,21 @@ class RunningFit:
             if all(
                 _is_near(seen.values_g[name], self._as_read(name, other, expected)) for name, other in places.items()
             ):
-                told = "; ".join(
+                swaps = "; ".join(
                     f"{name}: reads what {other} should" for name, other in places.items() if name != other
                 )
-                reasons = (f"{told}: channels changed places",)
+                reasons = (f"{swaps}: channels changed places",)
                 return Doubt("channels", reasons, self._hidden(partial(self._permuted, places)))
         return None
 
     def _as_read(self, name: str, other: str, expected: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
-        """What channel ``name`` would read of the sensor axis behind ``other``."""
+        """Return what channel ``name`` would read of the sensor axis behind ``other``."""
         scale = self._lines[other].nominal_v_per_g / self._lines[name].nominal_v_per_g
         value_g, limit_g = expected[other]
         return scale * value_g, abs(scale) * limit_g
 
     def _permuted(self, places: Mapping[str, str], before: DwellRecord) -> bool:
-        """Whether a dwell would look right with its channels changed as well."""
+        """Return whether a dwell would look right with its channels changed as well."""
         seen = self._seen(before)
         expected = self._expected(seen.attitude_deg)
         return all(
@@ -167,13 +167,13 @@ class RunningFit:
         )
 
     def _slipped(self, seen: _Seen) -> Doubt | None:
-        """An axis that stands some teeth or whole degrees from where it says; one channel alone cannot tell."""
+        """Find an axis that stands some teeth or whole degrees from where it says; one channel alone cannot tell."""
         if len(seen.values_g) < 2:
             return None
         for axis, by_deg in _slips(seen.attitude_deg, self._increments_deg):
             if self._fits(axis, by_deg, seen):
-                told = f"{axis}: every sensor reads as if it stood {by_deg:+g} deg from its own read-back"
-                return Doubt("slip", (told,), self._hidden(partial(self._would_fit, axis, by_deg)))
+                sentence = f"{axis}: every sensor reads as if it stood {by_deg:+g} deg from its own read-back"
+                return Doubt("slip", (sentence,), self._hidden(partial(self._would_fit, axis, by_deg)))
         return None
 
     def _would_fit(self, axis: str, by_deg: float, before: DwellRecord) -> bool:
@@ -184,7 +184,7 @@ class RunningFit:
         return all(_is_near(value, expected[name]) for name, value in seen.values_g.items())
 
     def _hidden(self, would_fit: Callable[[DwellRecord], bool]) -> tuple[DwellRecord, ...]:
-        """The last dwells in a row that fit the explanation as well as the truth."""
+        """Return the last dwells in a row that fit the explanation as well as the truth."""
         found: list[DwellRecord] = []
         for dwell in reversed(self._kept):
             if dwell.purpose == "check" or not would_fit(dwell):
@@ -194,9 +194,11 @@ class RunningFit:
 
     def _unexplained(self, seen: _Seen, doubted: Iterable[str]) -> Doubt:
         expected = self._expected(seen.attitude_deg)
-        return Doubt("unexplained", tuple(self._told(name, seen.values_g[name], expected[name]) for name in doubted))
+        return Doubt(
+            "unexplained", tuple(self._sentence(name, seen.values_g[name], expected[name]) for name in doubted)
+        )
 
-    def _told(self, name: str, value_g: float, expected: tuple[float, float]) -> str:
+    def _sentence(self, name: str, value_g: float, expected: tuple[float, float]) -> str:
         scale_v = abs(self._lines[name].nominal_v_per_g)
         away_v = scale_v * abs(value_g - expected[0])
         return f"{name}: {away_v:.3g} V from what the dwells before predict, allowed {scale_v * expected[1]:.3g} V"

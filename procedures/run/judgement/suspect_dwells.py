@@ -38,7 +38,7 @@ class Suspects:
         return {name: sensor for name, sensor in self.plan.sensors.items() if name not in self._dropped}
 
     def examine(self, record: DwellRecord) -> tuple[DwellRecord, Doubt | None]:
-        """The dwell, rejected where it does not fit those before it. Check dwells are the seam's to compare."""
+        """Return the dwell, rejected where it does not fit those before it. Check dwells are the seam's to compare."""
         doubt = (
             None if record.reasons or record.purpose == "check" else self._fit.doubt(at_declared(record, self._chains))
         )
@@ -52,7 +52,10 @@ class Suspects:
         self._fit.forget()
 
     def alone_to_blame(self, reasons: Sequence[str]) -> str | None:
-        """The sensor that all reasons are about; None where there are several, another matter, or no other sensor."""
+        """Return the sensor that all reasons are about.
+
+        None where there are several, another matter, or no other sensor.
+        """
         blamed = {self._owner(reason) for reason in reasons}
         if len(blamed) != 1 or len(self.remaining) < 2:
             return None
@@ -81,14 +84,14 @@ def _followed(plan: Plan) -> dict[str, Sensor]:
 
 
 def _comparable(history: History) -> Iterator[DwellRecord]:
-    """Accepted dwells of this mounting since the last step that a person accepted."""
+    """Yield accepted dwells of this mounting since the last step that a person accepted."""
     since = history.baseline_epoch or 0
     yield from history.baseline.values()
     yield from (dwell for dwell in history.visits if dwell.purpose != "check" and dwell.epoch >= since)
 
 
 def _channels(plan: Plan, sensor: str) -> tuple[str, ...]:
-    """Its outputs and its own thermometer."""
+    """Return a sensor's outputs and its own thermometer."""
     described = plan.sensors[sensor]
     own = () if described.temperature is None else (described.temperature.channel,)
     return (*described.channels.values(), *own)

@@ -31,7 +31,8 @@ class ClockChange:
 
 class GapWatch:
     """Looks how long it was since the last look: a process that is frozen (SIGSTOP, a debugger) or starved does not
-    look, and no clock shows that afterwards."""
+    look, and no clock shows that afterwards.
+    """
 
     def __init__(self, clock: Clock) -> None:
         """In virtual time a wait passes at once: nothing can be told of it."""

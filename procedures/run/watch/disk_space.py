@@ -14,13 +14,13 @@ _MARGIN = 1.5
 
 
 def needed_bytes(plan: Plan, dwells: int) -> float:
-    """What so many more dwells take, with a margin."""
+    """Return what so many more dwells take, with a margin."""
     samples = max(plan.dwell.samples, plan.most_samples)
     return _MARGIN * dwells * (_DWELL_BYTES + 2 * _SAMPLE_BYTES * samples * len(plan.channels))
 
 
 def free_bytes(folder: Path) -> int:
-    """Raises: StorageFailed."""
+    """Return the free bytes on the folder's disk. Raises: StorageFailed."""
     try:
         return shutil.disk_usage(folder).free
     except OSError as error:
@@ -28,7 +28,7 @@ def free_bytes(folder: Path) -> int:
 
 
 def require_room(folder: Path, plan: Plan, free: int, min_free_mb: float) -> None:
-    """Before anything is written. Raises: RequestError."""
+    """Check, before anything is written, that the run has room. Raises: RequestError."""
     needed = needed_bytes(plan, len(plan.dwells)) + min_free_mb * MB
     if free < needed:
         raise RequestError(

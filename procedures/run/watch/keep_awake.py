@@ -15,7 +15,7 @@ _SETTLE_S = 0.5
 
 @contextmanager
 def awake(why: str) -> Iterator[str]:
-    """Yields an empty text while suspending is forbidden, else why it is not; nothing fails for it."""
+    """Forbid suspending; yield an empty text while it is forbidden, else why it is not. Nothing fails for it."""
     program = shutil.which(HELPER)
     if program is None:
         yield f"{HELPER} is not there: forbid suspending yourself (docs/service.md)"

@@ -34,7 +34,7 @@ class MeterWatch:
         self._bad: set[str] = set()
 
     def owes(self, last_dwell_s: float | None) -> bool:
-        """Whether a meter was not proven since the last dwell ended."""
+        """Return whether a meter was not proven since the last dwell ended."""
         return last_dwell_s is not None and any(self._good_s.get(name, -inf) < last_dwell_s for name in self._meters)
 
     def look(self, announce: Callable[[], None], last_dwell_s: float | None = None) -> Alarm | None:
@@ -52,7 +52,7 @@ class MeterWatch:
         return None
 
     def _occasion(self, name: str, meter: SelfChecking, every_s: float, last_dwell_s: float | None) -> str:
-        """Why it is due; empty where it is not."""
+        """Return why a check is due; empty where it is not."""
         good_s = self._good_s.get(name)
         if good_s is None:
             return "again" if name in self._bad else "start"
@@ -69,13 +69,13 @@ class MeterWatch:
         if not bad:
             self._good_s[name] = self._clock.monotonic_s()
             return None
-        told = ", ".join(_told(name, proof) for proof in bad)
+        sentence = ", ".join(_proof_in_words(name, proof) for proof in bad)
         last_good_s = self._good_s.pop(name, None)
         self._bad.add(name)
         response: Response = "trip" if meter.check_action == "trip" else "ask"
         return Alarm(
             CAUSE,
-            f"{name}: a proof of the meter failed: {told}; what was measured since the last good one is taken back;"
+            f"{name}: a proof of the meter failed: {sentence}; what was measured since the last good one is taken back;"
             " look at meter, scanner and reference",
             response,
             last_good_s,
@@ -101,7 +101,7 @@ def _detail(name: str, occasion: str, look: MeterLook) -> dict[str, object]:
     }
 
 
-def _told(name: str, proof: MeterProof) -> str:
+def _proof_in_words(name: str, proof: MeterProof) -> str:
     got = f"{proof.value_v - proof.expected_v:+.3g} V off" if isfinite(proof.value_v) else "overloaded"
     return (
         f"the {proof.what} reads {proof.value_v:.9g} V, {got}, allowed {proof.limit_v or 0.0:g} V"

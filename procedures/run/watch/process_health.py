@@ -26,7 +26,7 @@ def process_figures() -> dict[str, float]:
 
 
 def growth(first: Mapping[str, float], now: Mapping[str, float]) -> str:
-    """What has grown too far, in words; empty where nothing has."""
+    """Describe what has grown too far; empty where nothing has."""
     grown = (
         f"{name} from {first[name]:g} to {now[name]:g}, allowed {most:g} more"
         for name, most in MOST_GROWTH.items()

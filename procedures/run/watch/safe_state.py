@@ -35,7 +35,7 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True) -> Safe:
     work = [lambda: stop_all(rig.axes, rig.clock)]
     if is_over:
         work += _chamber(rig, plan)
-    threads = [Thread(target=_told, args=(part, failures), daemon=True) for part in work]
+    threads = [Thread(target=_attempt, args=(part, failures), daemon=True) for part in work]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -48,15 +48,17 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True) -> Safe:
 
 
 def _seen_at_rest(rig: OpenRig, failures: list[str]) -> dict[str, float]:
-    """Where the axes rest, by two looks that agree over lines without an error: a question that the line damages can
-    itself send servos home. Where they do not agree, everything is stopped again."""
+    """Return where the axes rest, by two looks that agree over lines without an error.
+
+    A question that the line damages can itself send servos home. Where they do not agree, everything is stopped again.
+    """
     for _ in range(MOST_STOPS):
         before_deg, errors = resting_deg(rig), _line_errors(rig)
         rig.clock.sleep(BETWEEN_LOOKS_S)
         now_deg = resting_deg(rig)
         if failures or (now_deg == before_deg and _line_errors(rig) == errors):
             return now_deg
-        _told(lambda: stop_all(rig.axes, rig.clock), failures)
+        _attempt(lambda: stop_all(rig.axes, rig.clock), failures)
     failures.append("stop: an axis moves again after it was seen at rest; use the stop button at the machine")
     return resting_deg(rig)
 
@@ -74,7 +76,7 @@ def _chamber(rig: OpenRig, plan: Plan) -> list[Callable[[], None]]:
     return [lambda: environment.hold(end_degc)]
 
 
-def _told(work: Callable[[], None], failures: list[str]) -> None:
+def _attempt(work: Callable[[], None], failures: list[str]) -> None:
     try:
         work()
     except RigError as error:

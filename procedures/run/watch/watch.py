@@ -12,7 +12,7 @@ from procedures.records.dwells import Measurement
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.judgement.alarm import LINK, Alarm
 from procedures.run.judgement.interlocks import Interlock, Watched, look_at
-from procedures.run.judgement.run_limits import Precautions
+from procedures.run.judgement.run_limits import RunLimits
 from procedures.run.watch.clock_watch import ClockChange, ClockWatch
 from procedures.run.watch.disk_space import MB
 from rig.devices.abilities import AxisState, Wait
@@ -28,17 +28,17 @@ class Watch:
     """Of one process, over all its epochs."""
 
     def __init__(
-        self, rig: OpenRig, precautions: Precautions, wait: Wait, record: Callable[[str, Mapping[str, object]], None]
+        self, rig: OpenRig, run_limits: RunLimits, wait: Wait, record: Callable[[str, Mapping[str, object]], None]
     ) -> None:
         self._rig = rig
-        self._precautions = precautions
+        self._run_limits = run_limits
         self._wait = wait
         self._record = record
         self._clocks = ClockWatch(rig.clock)
         self._bands: dict[str, Watched] = {}
         self._brought: dict[str, float] = {}
         self._rest_deg: dict[str, float] = {}
-        most_within = precautions.rejected
+        most_within = run_limits.rejected
         self._rejections: deque[bool] = deque(maxlen=most_within[1] if most_within else 1)
         self._counted: dict[str, ExchangeCounts] = {}
 
@@ -48,16 +48,16 @@ class Watch:
         return any(seen.outside_since_s is not None and not seen.is_alarmed for seen in self._bands.values())
 
     def rests_at(self, positions_deg: Mapping[str, float]) -> None:
-        """Where axes were left; from now on they have no reason to be elsewhere."""
+        """Note where axes were left; from now on they have no reason to be elsewhere."""
         self._rest_deg.update(positions_deg)
 
     def forget_positions(self) -> None:
-        """Before homing."""
+        """Forget where axes rest, before homing."""
         self._rest_deg.clear()
         self._counted.clear()
 
     def saw(self, measured: Measurement, *, is_accepted: bool) -> None:
-        """What a dwell brought."""
+        """Note what a dwell brought."""
         self._rejections.append(not is_accepted)
         if is_accepted:
             self.rests_at({name: state.position_deg for name, state in measured.after.axes.items()})
@@ -74,7 +74,9 @@ class Watch:
         return change
 
     def look(self, free_bytes: float, needed_bytes: float, announce: Callable[[], None]) -> Alarm | None:
-        """The first thing that is not as it should be. ``announce`` tells the twins that interlocks are read.
+        """Return the first thing that is not as it should be.
+
+        ``announce`` tells the twins that interlocks are read.
 
         Raises: RigError of a device that cannot be asked.
         """
@@ -91,7 +93,7 @@ class Watch:
         yield from self._lines()
 
     def _axes(self) -> Iterator[Alarm]:
-        """What an axis tells twice: a digit that the line turned over is no motion. Told once, it is recorded."""
+        """Yield what an axis tells twice: a digit that the line turned over is no motion. Told once, it is recorded."""
         for name, rest_deg in self._rest_deg.items():
             axis = self._rig.axes[name]
             first = _axis_alarm(name, axis.state(), rest_deg, axis.arrival_tolerance_deg)
@@ -104,21 +106,21 @@ class Watch:
                 yield alarm
 
     def _disk(self, free_bytes: float, needed_bytes: float) -> Iterator[Alarm]:
-        needed_bytes += self._precautions.min_free_mb * MB
+        needed_bytes += self._run_limits.min_free_mb * MB
         if free_bytes < needed_bytes:
-            told = f"{free_bytes / MB:.1f} MB are free, what is left to measure needs {needed_bytes / MB:.1f} MB"
+            room = f"{free_bytes / MB:.1f} MB are free, what is left to measure needs {needed_bytes / MB:.1f} MB"
             yield Alarm(
-                "disk", f"disk: {told} (rig file: interlocks.min_free_mb); it goes on when there is room", "hold"
+                "disk", f"disk: {room} (rig file: interlocks.min_free_mb); it goes on when there is room", "hold"
             )
 
     def _bands_kept(self, announce: Callable[[], None]) -> Iterator[Alarm]:
-        locks = [lock for _, lock in (*self._precautions.temperatures, *self._precautions.voltages)]
+        locks = [lock for _, lock in (*self._run_limits.temperatures, *self._run_limits.voltages)]
         if not locks:
             return
         announce()
-        for name, lock in self._precautions.temperatures:
+        for name, lock in self._run_limits.temperatures:
             yield from self._band(lock, lambda name=name: self._rig.environments[name].temperature_degc())  # type: ignore[misc]
-        for channel, lock in self._precautions.voltages:
+        for channel, lock in self._run_limits.voltages:
             yield from self._band(lock, lambda channel=channel: self._one_reading_v(channel))  # type: ignore[misc]
 
     def _band(self, lock: Interlock, read: Callable[[], float]) -> Iterator[Alarm]:
@@ -128,44 +130,46 @@ class Watch:
         seen = look_at(lock, before, value, now_s)
         self._bands[lock.name] = seen
         if seen.is_alarmed:
-            yield Alarm("interlock", lock.told(value), lock.action, seen.kept_until_s)
+            yield Alarm("interlock", lock.sentence(value), lock.action, seen.kept_until_s)
 
     def _one_reading_v(self, channel: str) -> float:
         burst = self._rig.readouts[channel.partition(".")[0]].read(channel, 1, self._wait)
         return float("nan") if burst.overload[0] else float(burst.samples[0])
 
     def _rejected(self) -> Iterator[Alarm]:
-        limit = self._precautions.rejected
+        limit = self._run_limits.rejected
         if limit is not None and (found := sum(self._rejections)) > limit[0]:
             within = len(self._rejections)
             self._rejections.clear()
-            told = (
+            sentence = (
                 f"{found} of the last {within} dwells were rejected, allowed {limit[0]} (rig file: interlocks.rejected)"
             )
-            yield Alarm("noise", f"{told}; look for vibration, a loose cable, a failing sensor; then continue", "ask")
+            yield Alarm(
+                "noise", f"{sentence}; look for vibration, a loose cable, a failing sensor; then continue", "ask"
+            )
 
     def _lines(self) -> Iterator[Alarm]:
         for name, now in self._rig.link_counts().items():
             before = self._counted.setdefault(name, ExchangeCounts())
-            asked, errors = now.asked - before.asked, now.errors - before.errors
-            if asked < FEWEST_QUESTIONS:
+            sent, errors = now.asked - before.asked, now.errors - before.errors
+            if sent < FEWEST_QUESTIONS:
                 continue
-            limit = self._precautions.max_link_error_rate
-            if asked >= WINDOW or errors > limit * asked:
+            limit = self._run_limits.max_link_error_rate
+            if sent >= WINDOW or errors > limit * sent:
                 self._counted[name] = replace(now)
-            if asked >= WINDOW and errors > WARN_RATE * asked:
-                self._record("link_quality", {"line": name, "asked": asked, "errors": errors})
-            if errors > limit * asked:
-                told = f"{name}: {errors} of the last {asked} questions had no good answer, allowed {limit:.2g} of them"
+            if sent >= WINDOW and errors > WARN_RATE * sent:
+                self._record("link_quality", {"line": name, "asked": sent, "errors": errors})
+            if errors > limit * sent:
+                text = f"{name}: {errors} of the last {sent} questions had no good answer, allowed {limit:.2g} of them"
                 yield Alarm(
                     "link quality",
-                    f"{told} (rig file: interlocks.max_link_error_rate); check cable, earth and adapter; then continue",
+                    f"{text} (rig file: interlocks.max_link_error_rate); check cable, earth and adapter; then continue",
                     "ask",
                 )
 
 
 def suspended(change: ClockChange) -> Alarm:
-    """After a suspension nothing is known of lines, positions and temperatures."""
+    """Return the alarm after a suspension: nothing is known of lines, positions and temperatures."""
     return Alarm("suspend", f"the machine was suspended for {change.suspended_s:.0f} s", "restart")
 
 

@@ -29,11 +29,11 @@ class Watchdogs:
         self.forget()
         for name, axis in self._rig.axes.items():
             if isinstance(axis, Watchdog) and axis.watchdog_s is not None:
-                told = axis.arm_watchdog(wait)
+                outcome = axis.arm_watchdog(wait)
                 self._armed[name] = axis
             else:
-                told = "no watchdog: a move that was started ends at its target, a rate goes on"
-            self._record(KIND, {"axis": name, "is_armed": name in self._armed, "told": told})
+                outcome = "no watchdog: a move that was started ends at its target, a rate goes on"
+            self._record(KIND, {"axis": name, "is_armed": name in self._armed, "told": outcome})
 
     def feed(self) -> float:
         """Speak to those that were not spoken to for a while; rig seconds until it must be done again.
@@ -51,12 +51,12 @@ class Watchdogs:
         return within_s
 
     def forget(self) -> None:
-        """The lines are gone: nobody can be fed, and the machines will stop by themselves."""
+        """Forget what is armed: the lines are gone, nobody can be fed, and the machines will stop by themselves."""
         self._armed.clear()
         self._fed_s.clear()
 
     def disarm(self) -> None:
-        """The axes stand; a machine that cannot be told so will report a silence that is none."""
+        """Disarm the watchdogs of axes that stand; one that does not answer reports a silence that is none."""
         for name, axis in self._armed.items():
             try:
                 axis.disarm_watchdog()

@@ -14,7 +14,7 @@ from solved_sets import TRUTH, bent_set, gyro_set, package_set
 
 from ams.errors import SetError, VectorsDisagree
 from ams.exports.c_fixed import to_c_fixed
-from ams.exports.c_header import SEAL, from_c_header, to_c_header
+from ams.exports.c_header import CHECKSUM_LINE, from_c_header, to_c_header
 from ams.exports.linear_form import to_linear_form
 from ams.sets.coefficients import CoefficientSet, build_set
 
@@ -157,15 +157,15 @@ def test_the_comment_says_what_a_user_must_know(package: CoefficientSet) -> None
 def test_a_sealed_header_with_other_numbers_than_its_document_disagrees(
     old: bytes, new: bytes, package: CoefficientSet
 ) -> None:
-    body = SEAL.checked_body(to_c_header(package), "file")
+    body = CHECKSUM_LINE.checked_body(to_c_header(package), "file")
     assert body.count(old) == 1
     with pytest.raises(
         VectorsDisagree, match="file: macros and tables: the file's own are others than those of the doc"
     ):
-        from_c_header(SEAL.sealed(body.replace(old, new)), "file")
+        from_c_header(CHECKSUM_LINE.append_to(body.replace(old, new)), "file")
 
 
 def test_a_sealed_header_without_the_set_is_refused(package: CoefficientSet) -> None:
-    body = SEAL.checked_body(to_c_header(package), "file")
+    body = CHECKSUM_LINE.checked_body(to_c_header(package), "file")
     with pytest.raises(SetError, match=r"file: has no line that begins with ' \* document_json| '"):
-        from_c_header(SEAL.sealed(body.replace(b"document_json|", b"document_json:")), "file")
+        from_c_header(CHECKSUM_LINE.append_to(body.replace(b"document_json|", b"document_json:")), "file")

@@ -15,7 +15,7 @@ from solved_sets import gyro_set
 
 from ams.calibration_result import Calibration
 from ams.errors import SetError, VectorsDisagree
-from ams.exports.dcc import SEAL, from_dcc, to_dcc
+from ams.exports.dcc import CHECKSUM_LINE, from_dcc, to_dcc
 from ams.exports.dcc_schema import check_against_schemas
 from ams.sets.coefficients import CoefficientSet, build_set
 
@@ -139,21 +139,21 @@ def test_the_attachment_is_the_set() -> None:
 
 
 def test_a_sealed_certificate_with_other_quantities_than_its_attachment_disagrees() -> None:
-    body = SEAL.checked_body(to_dcc(package()), "file")
+    body = CHECKSUM_LINE.checked_body(to_dcc(package()), "file")
     assert body.count(b"<si:value>2.5</si:value>") == 1
     other = body.replace(b"<si:value>2.5</si:value>", b"<si:value>2.6</si:value>")
     with pytest.raises(VectorsDisagree, match="file: quantities: the file's own are others than those of the document"):
-        from_dcc(SEAL.sealed(other), "file")
+        from_dcc(CHECKSUM_LINE.append_to(other), "file")
 
 
 def test_another_laboratorys_certificate_is_refused() -> None:
-    body = SEAL.checked_body(to_dcc(package()), "file").replace(b'id="id-set"', b'id="id-other"')
+    body = CHECKSUM_LINE.checked_body(to_dcc(package()), "file").replace(b'id="id-set"', b'id="id-other"')
     with pytest.raises(SetError, match="file: has no attached set with the id id-set; another laboratory's DCC"):
-        from_dcc(SEAL.sealed(body), "file")
+        from_dcc(CHECKSUM_LINE.append_to(body), "file")
 
 
 @pytest.mark.parametrize("bomb", [b"<!DOCTYPE a [<!ENTITY b SYSTEM 'file:///etc/hostname'>]><a>&b;</a>\n", b"<a>\n"])
 def test_entities_fetch_nothing_and_broken_xml_is_refused(bomb: bytes) -> None:
-    content = SEAL.sealed(b'<?xml version="1.0" encoding="UTF-8"?>\n' + bomb)
+    content = CHECKSUM_LINE.append_to(b'<?xml version="1.0" encoding="UTF-8"?>\n' + bomb)
     with pytest.raises(SetError, match=r"file: (is no XML|has no attached set)"):
         from_dcc(content, "file")

@@ -13,7 +13,7 @@ from solved import provenance, solved_axis, solved_package
 
 from ams.calibration_result import Calibration
 from ams.errors import VectorsDisagree
-from ams.exports.epics import SEAL, from_epics, to_epics
+from ams.exports.epics import CHECKSUM_LINE, from_epics, to_epics
 from ams.sets.coefficients import CoefficientSet, build_set
 
 TOKEN = re.compile(r'\s+|#[^\n]*|(?P<word>\w+)|"(?P<text>(?:[^"\\\n]|\\.)*)"|(?P<sign>[(){},])')
@@ -120,7 +120,7 @@ def test_the_file_says_what_the_records_lose(package: CoefficientSet) -> None:
 def test_a_sealed_database_with_other_values_than_its_document_disagrees(
     old: bytes, new: bytes, package: CoefficientSet
 ) -> None:
-    body = SEAL.checked_body(to_epics(package), "file")
+    body = CHECKSUM_LINE.checked_body(to_epics(package), "file")
     assert old in body
     with pytest.raises(VectorsDisagree, match=r"file: records: the file's own are others than those of the document"):
-        from_epics(SEAL.sealed(body.replace(old, new)), "file")
+        from_epics(CHECKSUM_LINE.append_to(body.replace(old, new)), "file")

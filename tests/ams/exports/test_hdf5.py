@@ -12,7 +12,7 @@ from solved import provenance, solved_axis, solved_package
 
 from ams.calibration_result import Calibration
 from ams.errors import SetError, VectorsDisagree
-from ams.exports.checksum_inside import UNSEALED, sealed_inside
+from ams.exports.checksum_inside import CHECKSUM_PLACE, with_checksum_inside
 from ams.exports.hdf5 import from_hdf5, to_hdf5
 from ams.sets.coefficients import CoefficientSet, build_set
 
@@ -70,8 +70,8 @@ def tampered(coefficients: CoefficientSet, path: str, change: float) -> bytes:
     file = io.BytesIO(to_hdf5(coefficients))
     with h5py.File(file, "r+") as opened:
         opened[path][...] = opened[path][...] + change
-        opened.attrs["file_sha256"] = np.bytes_(UNSEALED)
-    return sealed_inside(file.getvalue())
+        opened.attrs["file_sha256"] = np.bytes_(CHECKSUM_PLACE)
+    return with_checksum_inside(file.getvalue())
 
 
 @pytest.mark.parametrize(
@@ -93,9 +93,9 @@ def test_a_file_of_another_layout_is_refused(package: CoefficientSet) -> None:
     file = io.BytesIO(to_hdf5(package))
     with h5py.File(file, "r+") as opened:
         opened.attrs["file_format"] = "calrig coefficient set as HDF5, version 2"
-        opened.attrs["file_sha256"] = np.bytes_(UNSEALED)
+        opened.attrs["file_sha256"] = np.bytes_(CHECKSUM_PLACE)
     with pytest.raises(SetError, match=r"file: file_format: is of another version: got 'calrig .* version 2', this"):
-        from_hdf5(sealed_inside(file.getvalue()), "file")
+        from_hdf5(with_checksum_inside(file.getvalue()), "file")
 
 
 def test_another_hdf5_file_is_refused() -> None:
@@ -111,9 +111,9 @@ def test_another_hdf5_file_is_refused() -> None:
 def test_a_sealed_file_without_a_set_is_refused() -> None:
     file = io.BytesIO()
     with h5py.File(file, "w", libver=("earliest", "v110")) as other:
-        other.attrs["file_sha256"] = np.bytes_(UNSEALED)
+        other.attrs["file_sha256"] = np.bytes_(CHECKSUM_PLACE)
     with pytest.raises(SetError, match="file: has no document_json, axes and test_vectors that HDF5 can read"):
-        from_hdf5(sealed_inside(file.getvalue()), "file")
+        from_hdf5(with_checksum_inside(file.getvalue()), "file")
 
 
 def test_a_missing_library_is_a_sentence(package: CoefficientSet, monkeypatch: pytest.MonkeyPatch) -> None:

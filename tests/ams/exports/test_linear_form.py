@@ -9,7 +9,7 @@ from sealed import changed
 from solved import PARAMETERS, provenance, solved_package
 
 from ams.errors import SetError, VectorsDisagree
-from ams.exports.linear_form import SEAL, from_linear_form, linear_axis, to_linear_form
+from ams.exports.linear_form import CHECKSUM_LINE, from_linear_form, linear_axis, to_linear_form
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set, from_document
 
@@ -98,14 +98,14 @@ def test_a_sensor_that_does_not_sense_along_its_axis_is_refused(package: Coeffic
 
 
 def test_a_sealed_file_with_other_numbers_than_its_document_disagrees(package: CoefficientSet) -> None:
-    body = SEAL.checked_body(to_linear_form(package), "file")
+    body = CHECKSUM_LINE.checked_body(to_linear_form(package), "file")
     other = body.replace(b"b_g = -0.00200007615", b"b_g = -0.00200007616")
     assert other != body
     with pytest.raises(VectorsDisagree, match="file: numbers: the file's own are others than those of the document"):
-        from_linear_form(SEAL.sealed(other), "file")
+        from_linear_form(CHECKSUM_LINE.append_to(other), "file")
 
 
 def test_a_sealed_file_that_is_no_toml_is_refused(package: CoefficientSet) -> None:
-    body = SEAL.checked_body(to_linear_form(package), "file")
+    body = CHECKSUM_LINE.checked_body(to_linear_form(package), "file")
     with pytest.raises(SetError, match="file: is no TOML file with the key document_json: "):
-        from_linear_form(SEAL.sealed(body.replace(b"document_json =", b"document_json")), "file")
+        from_linear_form(CHECKSUM_LINE.append_to(body.replace(b"document_json =", b"document_json")), "file")

@@ -11,7 +11,7 @@ from solved import provenance, solved_package
 from ams.exports.formats import load_set
 from ams.sets.canonical import render
 from ams.sets.coefficients import build_set
-from procedures.description.procedure_file import read_procedure
+from procedures.kinds.read import read_procedure
 from rig.errors import DescriptionError
 
 

@@ -12,7 +12,7 @@ from foreign_sets import HOSTILE, hostile
 from solved import provenance, solved_package
 
 from ams.errors import SetError, VectorsDisagree
-from ams.exports.checksum_inside import UNSEALED, sealed_inside
+from ams.exports.checksum_inside import CHECKSUM_PLACE, with_checksum_inside
 from ams.exports.parquet import from_parquet, to_parquet
 from ams.sets.coefficients import CoefficientSet, build_set
 
@@ -58,10 +58,10 @@ def resealed(content: bytes, change: pa.Table, version: int = 1) -> bytes:
             {
                 "document_json": old[b"document_json"].decode(),
                 "file_format": f"calrig coefficient set as Parquet, version {version}",
-                "file_sha256": UNSEALED.decode(),
+                "file_sha256": CHECKSUM_PLACE.decode(),
             }
         )
-    return sealed_inside(file.getvalue())
+    return with_checksum_inside(file.getvalue())
 
 
 def test_a_sealed_file_with_another_number_than_its_document_disagrees(package: CoefficientSet) -> None:

@@ -14,7 +14,7 @@ from ams.inference.inference import Package, inference
 from ams.inference.lines import package_lines
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
-from ams.sets.canonical import seal
+from ams.sets.canonical import with_checksum
 from ams.sets.coefficients import CoefficientSet, build_set, from_document
 from ams.sets.provenance import Provenance
 
@@ -54,7 +54,7 @@ def test_a_set_that_does_not_say_what_is_common_counts_its_axes_as_independent()
     """At 45° of roll y and z share the error of the index: independent they would look up to √2 better."""
     coefficients = set_of(solved())
     document = {name: value for name, value in coefficients.document.items() if name not in ("package", "checksum")}
-    older = by_set(from_document(seal(document), "older"))
+    older = by_set(from_document(with_checksum(document), "older"))
     assert by_set(coefficients).roll_sd_rad[0] / older.roll_sd_rad[0] == pytest.approx(1.3, abs=0.1)
 
 

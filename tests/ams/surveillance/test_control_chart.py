@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ams.archive.synthetic import ARCSEC, Story, SyntheticArchive, synthetic_archive
+from ams.archive.synthetic import Story, SyntheticArchive, synthetic_archive
 from ams.errors import ArchiveUnknown
 from ams.surveillance.between_runs import pooled_scatter
 from ams.surveillance.control_chart import History, history_of
 from ams.surveillance.interval_advice import advise_interval
 from ams.surveillance.series import Population
+from ams.units import RAD_PER_ARCSEC
 
 
 def all_histories(archive: SyntheticArchive) -> dict[str, History]:
@@ -83,7 +84,7 @@ def test_the_scatter_between_runs_is_that_of_the_days() -> None:
     archive = quiet()
     scatter = pooled_scatter(archive.population)
     offsets = [place for place, kind in enumerate(archive.population.kinds) if kind == "offset_v"]
-    day_and_noise = np.hypot(2.0, 0.5) * ARCSEC
+    day_and_noise = np.hypot(2.0, 0.5) * RAD_PER_ARCSEC
     assert np.sqrt(scatter.variance[offsets]) == pytest.approx(day_and_noise, rel=0.08)
 
 
@@ -100,7 +101,7 @@ def test_a_drift_is_told_with_its_rate() -> None:
     chart = next(chart for chart in found.charts if chart.name == "sensitivity_v_per_g.x")
     assert chart.rate_per_year is not None
     assert chart.rate_standard_uncertainty is not None
-    true_rate = 4.0 * ARCSEC * chart.value[0]
+    true_rate = 4.0 * RAD_PER_ARCSEC * chart.value[0]
     assert abs(chart.rate_per_year - true_rate) < 4.0 * chart.rate_standard_uncertainty
     assert chart.rate_standard_uncertainty < 0.2 * true_rate
 

@@ -12,7 +12,7 @@ from small_run import bench
 
 from ams.errors import WriteFailed
 from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command
-from procedures.alerts.dispatcher import MOST_UNDER_WAY, AlertDesk
+from procedures.alerts.dispatcher import MOST_UNDER_WAY, AlertDispatcher
 from procedures.alerts.settings import AlertSettings, read_alerts
 from procedures.errors import ExitStatus, StorageFailed
 from procedures.journal.corrections import is_acknowledged
@@ -22,7 +22,7 @@ from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.run.progress import SilentObserver
 from procedures.run.resume import resume
-from procedures.run.services import Care
+from procedures.run.services import RunServices
 from rig.clock import Clock, VirtualClock
 from rig.errors import DescriptionError
 
@@ -35,79 +35,79 @@ def clock() -> VirtualClock:
     return a_clock()
 
 
-def _desk(clock: VirtualClock, told: Path, **settings: object) -> AlertDesk:
+def _dispatcher(clock: VirtualClock, told: Path, **settings: object) -> AlertDispatcher:
     command = (sys.executable, "-c", WRITES, str(told))
-    return AlertDesk(AlertSettings(command=command, **settings), "night", clock, SilentObserver())  # type: ignore[arg-type]
+    return AlertDispatcher(AlertSettings(command=command, **settings), "night", clock, SilentObserver())  # type: ignore[arg-type]
 
 
 def test_a_hold_is_told_once_with_its_reason_and_again_only_after_the_gap(clock: VirtualClock, tmp_path: Path) -> None:
     told = tmp_path / "told.txt"
-    desk = _desk(clock, told, least_gap_s=600.0)
+    dispatcher = _dispatcher(clock, told, least_gap_s=600.0)
     for wait_s in (0.0, 1.0, 500.0):
         clock.sleep(wait_s)
-        desk.on_event(HOLD)
-    assert desk.close() == [{"what": "calrig: night: held", "failed": ""}]
+        dispatcher.on_event(HOLD)
+    assert dispatcher.close() == [{"what": "calrig: night: held", "failed": ""}]
     assert told.read_text().startswith("calrig: night: held\n\nheld 3/24")
     assert "environment.air: got 25 degC" in told.read_text()
     clock.sleep(100.0)
-    desk.on_event(HOLD)
-    desk.close()
+    dispatcher.on_event(HOLD)
+    dispatcher.close()
     assert told.read_text().count("calrig: night: held") == 2
 
 
 def test_states_that_need_nobody_are_not_told(clock: VirtualClock, tmp_path: Path) -> None:
-    desk = _desk(clock, tmp_path / "told.txt")
-    desk.on_event(Progress("state", State.RUNNING, 3, 24, 1, 2, None, None, ""))
-    desk.on_event(Progress("dwell", State.RUNNING, 4, 24, 1, 2, None, None, ""))
-    assert desk.close() == []
+    dispatcher = _dispatcher(clock, tmp_path / "told.txt")
+    dispatcher.on_event(Progress("state", State.RUNNING, 3, 24, 1, 2, None, None, ""))
+    dispatcher.on_event(Progress("dwell", State.RUNNING, 4, 24, 1, 2, None, None, ""))
+    assert dispatcher.close() == []
 
 
 def test_progress_is_told_every_so_many_hours(clock: VirtualClock, tmp_path: Path) -> None:
     told = tmp_path / "told.txt"
-    desk = _desk(clock, told, every_h=4.0)
-    desk.on_event(Progress("dwell", State.RUNNING, 4, 24, 1, 2, 7.4, None, ""))
+    dispatcher = _dispatcher(clock, told, every_h=4.0)
+    dispatcher.on_event(Progress("dwell", State.RUNNING, 4, 24, 1, 2, 7.4, None, ""))
     for _ in range(9):
         clock.sleep(3600.0)
-        desk.pulse()
-        for thread in desk._threads:
+        dispatcher.pulse()
+        for thread in dispatcher._threads:
             thread.join()
     assert told.read_text().count("running 4/24") == 2
 
 
 def test_a_failing_command_is_told_to_the_engine_and_never_raises(clock: VirtualClock) -> None:
     settings = AlertSettings(command=(sys.executable, "-c", "import sys; sys.exit('no network')"))
-    desk = AlertDesk(settings, "night", clock, SilentObserver())
-    desk.on_event(HOLD)
-    (outcome,) = desk.close()
+    dispatcher = AlertDispatcher(settings, "night", clock, SilentObserver())
+    dispatcher.on_event(HOLD)
+    (outcome,) = dispatcher.close()
     assert "exit status 1: no network" in str(outcome["failed"])
 
 
 def test_a_server_that_never_answers_holds_nothing_up(clock: VirtualClock, monkeypatch: pytest.MonkeyPatch) -> None:
     released = threading.Event()
     monkeypatch.setattr("procedures.alerts.dispatcher.by_command", lambda *_: released.wait(60.0))
-    desk = AlertDesk(
+    dispatcher = AlertDispatcher(
         AlertSettings(command=("x",), least_gap_s=0.001, deadline_s=0.01), "night", clock, SilentObserver()
     )
     for number in range(MOST_UNDER_WAY + 1):
-        desk.on_event(Progress("state", State.HELD, number, 24, 1, 2, None, None, f"reason {number}"))
-    (outcome,) = desk.close()
+        dispatcher.on_event(Progress("state", State.HELD, number, 24, 1, 2, None, None, f"reason {number}"))
+    (outcome,) = dispatcher.close()
     assert f"{MOST_UNDER_WAY} messages are under way already" in str(outcome["failed"])
     released.set()
 
 
 def test_the_heartbeat_touches_its_file_only_while_the_engine_looks(clock: VirtualClock, tmp_path: Path) -> None:
     beats = tmp_path / "alive"
-    desk = AlertDesk(AlertSettings(heartbeat=str(beats)), "night", clock, SilentObserver())
-    desk.pulse()
-    assert desk.close() == [], "a good heartbeat is no event"
+    dispatcher = AlertDispatcher(AlertSettings(heartbeat=str(beats)), "night", clock, SilentObserver())
+    dispatcher.pulse()
+    assert dispatcher.close() == [], "a good heartbeat is no event"
     first = beats.stat().st_mtime_ns
     clock.sleep(59.0)
-    desk.pulse()
-    desk.close()
+    dispatcher.pulse()
+    dispatcher.close()
     assert beats.stat().st_mtime_ns == first
     clock.sleep(2.0)
-    desk.pulse()
-    desk.close()
+    dispatcher.pulse()
+    dispatcher.close()
     assert beats.stat().st_mtime_ns > first
 
 
@@ -180,34 +180,34 @@ def test_what_became_of_an_alert_is_in_the_journal(tmp_path: Path) -> None:
         return told
 
     small = bench(tmp_path)
-    small.run(tmp_path / "run", care=Care(pulse=pulse))
+    small.run(tmp_path / "run", services=RunServices(pulse=pulse))
     with JournalReader.open(tmp_path / "run") as reader:
         (event,) = reader.events("alert")
     assert event.detail["failed"] == "apprise: ntfy://… did not take it"
 
 
-def _escalating(clock: VirtualClock, folder: Path, **settings: object) -> AlertDesk:
+def _escalating(clock: VirtualClock, folder: Path, **settings: object) -> AlertDispatcher:
     others = {"after_min": 30.0, "command": [sys.executable, "-c", WRITES, str(folder / "others.txt")]}
-    return _desk(clock, folder / "told.txt", escalate=others, **settings)
+    return _dispatcher(clock, folder / "told.txt", escalate=others, **settings)
 
 
-def _let_pass(desk: AlertDesk, clock: VirtualClock, minutes: int) -> None:
+def _let_pass(dispatcher: AlertDispatcher, clock: VirtualClock, minutes: int) -> None:
     for _ in range(minutes):
         clock.sleep(60.0)
-        desk.pulse()
-        for thread in desk._threads:
+        dispatcher.pulse()
+        for thread in dispatcher._threads:
             thread.join()
 
 
 def test_an_alarm_that_nobody_acknowledges_is_told_again_and_then_to_others(
     clock: VirtualClock, tmp_path: Path
 ) -> None:
-    desk = _escalating(clock, tmp_path, repeat_every_s=600.0)
-    desk.on_event(HOLD)
-    _let_pass(desk, clock, 29)
+    dispatcher = _escalating(clock, tmp_path, repeat_every_s=600.0)
+    dispatcher.on_event(HOLD)
+    _let_pass(dispatcher, clock, 29)
     assert (tmp_path / "told.txt").read_text().count("calrig: night: still held\n") == 2
     assert not (tmp_path / "others.txt").exists()
-    _let_pass(desk, clock, 31)
+    _let_pass(dispatcher, clock, 31)
     others = (tmp_path / "others.txt").read_text()
     assert others.count("calrig: night: still held, unacknowledged") == 1
     assert "Nobody has acknowledged it for 30 min: calrig ack RUN" in others
@@ -223,31 +223,31 @@ def test_an_alarm_that_nobody_acknowledges_is_told_again_and_then_to_others(
     ids=["acknowledged", "over by itself"],
 )
 def test_an_alarm_that_is_known_or_over_rings_no_more(clock: VirtualClock, tmp_path: Path, word: Progress) -> None:
-    desk = _escalating(clock, tmp_path)
-    desk.on_event(HOLD)
-    _let_pass(desk, clock, 5)
-    desk.on_event(word)
-    _let_pass(desk, clock, 120)
+    dispatcher = _escalating(clock, tmp_path)
+    dispatcher.on_event(HOLD)
+    _let_pass(dispatcher, clock, 5)
+    dispatcher.on_event(word)
+    _let_pass(dispatcher, clock, 120)
     assert (tmp_path / "told.txt").read_text().count("held") == 2, "subject and text of the first message"
     assert not (tmp_path / "others.txt").exists()
 
 
 def test_a_run_that_ended_in_a_trip_rings_on_until_others_are_told(clock: VirtualClock, tmp_path: Path) -> None:
-    desk = _escalating(clock, tmp_path)
-    desk.on_event(Progress("state", State.TRIPPED, 3, 24, 1, 2, None, None, "stop button"))
+    dispatcher = _escalating(clock, tmp_path)
+    dispatcher.on_event(Progress("state", State.TRIPPED, 3, 24, 1, 2, None, None, "stop button"))
     began_s = clock.monotonic_s()
-    desk.ring_out(lambda: False)
+    dispatcher.ring_out(lambda: False)
     assert clock.monotonic_s() - began_s == pytest.approx(1800.0, abs=2.0)
     assert "stop button" in (tmp_path / "others.txt").read_text()
 
 
 def test_a_run_that_ended_rings_no_longer_than_to_its_acknowledgement(clock: VirtualClock, tmp_path: Path) -> None:
-    desk = _escalating(clock, tmp_path)
-    desk.on_event(Progress("state", State.TRIPPED, 3, 24, 1, 2, None, None, "stop button"))
+    dispatcher = _escalating(clock, tmp_path)
+    dispatcher.on_event(Progress("state", State.TRIPPED, 3, 24, 1, 2, None, None, "stop button"))
     looks = iter([False] * 5 + [True])
-    desk.ring_out(lambda: next(looks))
+    dispatcher.ring_out(lambda: next(looks))
     assert not (tmp_path / "others.txt").exists()
-    quiet = _desk(clock, tmp_path / "told.txt")
+    quiet = _dispatcher(clock, tmp_path / "told.txt")
     quiet.on_event(Progress("state", State.TRIPPED, 3, 24, 1, 2, None, None, "stop button"))
     quiet.ring_out(lambda: pytest.fail("there is nobody else to tell, so nobody waits"))
 
@@ -266,12 +266,12 @@ def test_fault_79_a_disk_that_stays_full_is_told_and_its_page_lies_elsewhere(
     Response: people are told before the disk is asked; the page is written in a second place; the run is resumable.
     """
     small, run_dir, told = bench(tmp_path), tmp_path / "run", tmp_path / "told.txt"
-    desk = _desk(clock, told)
+    dispatcher = _dispatcher(clock, told)
     write = Journal.append_event
 
     class Fills:
         def on_event(self, progress: Progress) -> None:
-            desk.on_event(progress)
+            dispatcher.on_event(progress)
             if progress.dwells_done == 3:
                 monkeypatch.setattr(Journal, "append_event", _refuse)
                 monkeypatch.setattr("procedures.run.stop_page.write_whole", _only_elsewhere)
@@ -281,8 +281,10 @@ def test_fault_79_a_disk_that_stays_full_is_told_and_its_page_lies_elsewhere(
             raise WriteFailed(f"{path}: no space left on device")
         path.write_bytes(content)
 
-    outcome = small.run(run_dir, observer=Fills(), care=Care(pulse=desk.pulse, second_place=tmp_path / "second"))
-    desk.close()
+    outcome = small.run(
+        run_dir, observer=Fills(), services=RunServices(pulse=dispatcher.pulse, second_place=tmp_path / "second")
+    )
+    dispatcher.close()
     monkeypatch.setattr(Journal, "append_event", write)
     assert outcome.exit_status == ExitStatus.FAILED
     assert "calrig: night: stopped" in told.read_text(encoding="utf-8")
@@ -302,11 +304,11 @@ def test_a_stop_that_nobody_asked_for_rings_and_one_that_somebody_asked_for_does
 ) -> None:
     told = tmp_path / "told.txt"
     for by, subjects in (("anna", 1), ("", 2)):
-        desk = _desk(clock, told, repeat_every_s=900.0)
-        desk.on_event(Progress("state", State.STOPPED, 3, 24, 1, 2, None, None, "why", by))
+        dispatcher = _dispatcher(clock, told, repeat_every_s=900.0)
+        dispatcher.on_event(Progress("state", State.STOPPED, 3, 24, 1, 2, None, None, "why", by))
         clock.sleep(901.0)
-        desk.pulse()
-        assert len(desk.close()) == subjects
+        dispatcher.pulse()
+        assert len(dispatcher.close()) == subjects
 
 
 def test_people_are_told_before_the_journal_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

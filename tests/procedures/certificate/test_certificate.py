@@ -19,7 +19,7 @@ from procedures.certificate.grounds import Amendment, Grounds, check_grounds
 from procedures.certificate.page import SPECIMEN, certificate_page, certificate_paper
 from procedures.certificate.results import coefficients_of
 from procedures.errors import RequestError
-from procedures.report.paper.page_tree import leaves_of
+from procedures.report.paper.page_tree import page_tree_of
 
 SIGNED = datetime(2026, 3, 2, 9, tzinfo=UTC)
 
@@ -155,7 +155,7 @@ def test_an_amendment_names_what_it_replaces_and_why() -> None:
 def test_declared_words_cannot_change_the_page() -> None:
     page = certificate_page(_grounds(coefficients=_set(job={**JOB, "customer": "<script>alert(1)</script>"})))
     assert "<script>" not in page
-    leaves_of(page)
+    page_tree_of(page)
 
 
 def test_the_paper_is_pdf_and_the_same_again() -> None:

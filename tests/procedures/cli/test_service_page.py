@@ -3,10 +3,8 @@
 import re
 from pathlib import Path
 
-import pytest
-
 from procedures.errors import ExitStatus
-from rig.lines.lock import lock_folder
+from rig.machine_folder import PLACES
 
 PAGE = Path(__file__).parents[3] / "docs" / "service.md"
 
@@ -17,14 +15,12 @@ def _unit() -> dict[str, str]:
     return dict(line.split("=", 1) for line in unit[1].splitlines() if re.match(r"[A-Z]\w+=", line))
 
 
-def test_the_unit_may_write_where_the_locks_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """systemd.exec(5): with ProtectSystem=strict only what is named may be written; RuntimeDirectory is a folder under
-    XDG_RUNTIME_DIR in a user's manager, and is removed at the end of the unit unless it is preserved."""
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+def test_the_unit_may_write_where_the_locks_are() -> None:
+    """systemd.exec(5): with ProtectSystem=strict only what is named may be written; with PrivateTmp /tmp is its own, so
+    the locks may not lie there."""
     unit = _unit()
-    assert unit["ProtectSystem"] == "strict"
-    assert lock_folder() == tmp_path / unit["RuntimeDirectory"]
-    assert (unit["RuntimeDirectoryPreserve"], unit["PrivateTmp"]) == ("yes", "yes")
+    assert (unit["ProtectSystem"], unit["PrivateTmp"]) == ("strict", "yes")
+    assert PLACES[0] in unit["ReadWritePaths"].split()
 
 
 def test_the_unit_restarts_nothing_that_waits_for_a_person() -> None:

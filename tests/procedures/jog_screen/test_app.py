@@ -57,12 +57,12 @@ def _app(bench: Bench) -> JogApp:
 async def _until(pilot: Pilot[None], condition: Callable[[], bool], within_s: float = 20.0) -> None:
     deadline_s = CLOCK.monotonic_s() + within_s
     while not condition():
-        assert CLOCK.monotonic_s() < deadline_s, [line.text for line in _bench_of(pilot).view.told]
+        assert CLOCK.monotonic_s() < deadline_s, [line.text for line in _bench_of(pilot).view.messages]
         await pilot.pause(0.02)
 
 
 async def _told(pilot: Pilot[None], words: str) -> None:
-    await _until(pilot, lambda: any(words in line.text for line in _bench_of(pilot).view.told))
+    await _until(pilot, lambda: any(words in line.text for line in _bench_of(pilot).view.messages))
 
 
 def _press(pilot: Pilot[None], *keys: str) -> None:
@@ -157,7 +157,7 @@ def test_a_stop_voids_keys_that_were_struck_before_it_but_not_yet_heard(tmp_path
                 await _until(pilot, lambda: not bench.view.is_stopping)
                 _press(pilot, "enter", "s")
                 await _told(pilot, "snapshot 1")
-                assert not any("40" in line.text for line in bench.view.told)
+                assert not any("40" in line.text for line in bench.view.messages)
 
     asyncio.run(act())
 
@@ -201,7 +201,7 @@ def test_an_axis_that_falls_silent_is_told_once_and_keeps_no_other_from_moving(t
                 await _told(pilot, "pitch: homed")
                 _press(pilot, "g", "1", "2", "0", "enter")
                 await _told(pilot, "pitch: at rest at +120.0000°")
-                assert sum("no complete reply" in line.text for line in bench.view.told) == 1
+                assert sum("no complete reply" in line.text for line in bench.view.messages) == 1
 
     asyncio.run(act())
 

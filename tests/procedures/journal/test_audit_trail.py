@@ -1,6 +1,6 @@
 from report_dwells import event
 
-from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in, seam_steps_in
+from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in, restart_steps_in
 
 
 def test_a_pause_lasts_from_leaving_running_to_coming_back() -> None:
@@ -94,4 +94,4 @@ def test_only_a_seam_that_found_a_step_is_told() -> None:
         event(2, "seam", 5, tested=False, reason="the check set was measured at another plateau"),
         event(3, "seam", 9, tested=True, comparisons=18, steps=2, worst="dmm.x at step 2 changed by 4e-05 V"),
     ]
-    assert seam_steps_in(events) == ("dmm.x at step 2 changed by 4e-05 V",)
+    assert restart_steps_in(events) == ("dmm.x at step 2 changed by 4e-05 V",)

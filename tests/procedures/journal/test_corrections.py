@@ -12,7 +12,7 @@ from unattended_run import RigWithBadLine, UnattendedRun, asks, events, run_unat
 
 from procedures.delivery.deliver import deliver, solve_run
 from procedures.errors import RequestError
-from procedures.journal.corrections import Word, acknowledge, add_note, is_acknowledged, redo, void_from
+from procedures.journal.corrections import Authorisation, acknowledge, add_note, is_acknowledged, redo, void_from
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import owning
 from procedures.journal.spool import Request, Spool
@@ -26,7 +26,7 @@ from rig.assembly.open_rig import Rig, open_rig
 from rig.description.rig_file import LevelReading, RigDescription, Standard
 from rig.devices.abilities import AxisState
 
-BUMPED = Word("anna", "the table was bumped")
+BUMPED = Authorisation("anna", "the table was bumped")
 
 
 @pytest.fixture
@@ -68,7 +68,7 @@ def test_a_redone_replication_is_measured_whole_again(small: Bench, whole: Path)
 
 
 def test_a_moved_package_begins_a_mounting_whose_check_set_is_compared_with_no_other(small: Bench, whole: Path) -> None:
-    redo(whole, 2, Word("anna", "remounted on face B", is_remounted=True))
+    redo(whole, 2, Authorisation("anna", "remounted on face B", is_remounted=True))
     moved = small.rig.model_copy(update={"twin": _with_azimuth(small.rig, 36.0)})
     with open_rig(RigDescription.model_validate(moved)) as rig:
         assert resume_on(whole, rig, "carla").state is State.FINISHED
@@ -89,7 +89,7 @@ def test_a_moved_package_begins_a_mounting_whose_check_set_is_compared_with_no_o
 
 
 def test_a_moved_package_is_delivered_with_the_last_mounting_in_its_set(small: Bench, whole: Path) -> None:
-    redo(whole, 2, Word("anna", "remounted on face B", is_remounted=True))
+    redo(whole, 2, Authorisation("anna", "remounted on face B", is_remounted=True))
     moved = small.rig.model_copy(update={"twin": _with_azimuth(small.rig, 38.0)})
     with open_rig(RigDescription.model_validate(moved)) as rig:
         assert resume_on(whole, rig, "carla").state is State.FINISHED
@@ -113,7 +113,7 @@ def _with_azimuth(rig: RigDescription, azimuth_deg: float) -> object:
     [
         (lambda run: void_from(run, 999, BUMPED), r"no accepted dwell of step 999 \(accepted steps: 6 to 32\)"),
         (lambda run: redo(run, 9, BUMPED), "replication 9 has no accepted dwell"),
-        (lambda run: redo(run, 1, Word("anna", " ")), "redo needs a reason"),
+        (lambda run: redo(run, 1, Authorisation("anna", " ")), "redo needs a reason"),
     ],
 )
 def test_what_cannot_be_taken_back_is_refused_and_nothing_is_written(whole: Path, wrong: object, told: str) -> None:

@@ -9,7 +9,7 @@ from example_files import ROOT
 from journals import a_clock
 from small_run import bench, dwells_of
 
-from procedures.journal.corrections import Word, close_run, void_from
+from procedures.journal.corrections import Authorisation, close_run, void_from
 from procedures.journal.follower import Follower, News
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
@@ -48,8 +48,8 @@ def test_what_is_told_piece_by_piece_is_the_whole_journal(followed: tuple[Path, 
     for one, dwell in zip(told, held, strict=True):
         assert one.record.readings == {}
         for channel, reading in dwell.readings.items():
-            assert one.mean_v[channel] == pytest.approx(float(np.mean(reading.samples_v)), rel=1e-15)
-            assert one.standard_deviation_v[channel] == pytest.approx(reading.standard_deviation_v, rel=1e-9)
+            assert one.mean[channel] == pytest.approx(float(np.mean(reading.samples)), rel=1e-15)
+            assert one.standard_deviation[channel] == pytest.approx(reading.standard_deviation, rel=1e-9)
 
 
 def test_a_follower_that_comes_late_knows_the_same(followed: tuple[Path, list[News]]) -> None:
@@ -85,8 +85,8 @@ def test_what_is_taken_back_or_closed_is_seen_at_the_next_look(tmp_path: Path) -
     small.run(run_dir)
     follower = Follower(run_dir)
     before = follower.poll().status
-    taken_back = void_from(run_dir, small.plan.design_dwells[-2].step, Word("anna", "door open"))
-    close_run(run_dir, Word("anna", "sensor sold"))
+    taken_back = void_from(run_dir, small.plan.design_dwells[-2].step, Authorisation("anna", "door open"))
+    close_run(run_dir, Authorisation("anna", "sensor sold"))
     after = follower.poll().status
     assert (after.dwells_done, taken_back) == (before.dwells_done - 2, 2)
     assert (after.state, after.why) == (State.CLOSED, "sensor sold (asked for by anna)")

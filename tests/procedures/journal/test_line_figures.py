@@ -39,7 +39,7 @@ def test_counts_are_added_over_connections_and_not_within_one() -> None:
     ],
 )
 def test_figures_are_told_in_one_phrase(figures: LineFigures, told: str) -> None:
-    assert figures.told() == told
+    assert figures.in_words() == told
 
 
 def test_a_run_tells_its_lines_in_status_and_report(tmp_path: Path) -> None:
@@ -50,5 +50,5 @@ def test_a_run_tells_its_lines_in_status_and_report(tmp_path: Path) -> None:
     assert all(line.asked > 50 and line.errors == 0 for line in lines.values())
     with JournalReader.open(run_dir) as reader:
         sections = condition_sections(tuple(reader.events()))
-    assert sections["lines"] == {name: line.told() for name, line in lines.items()}
+    assert sections["lines"] == {name: line.in_words() for name, line in lines.items()}
     assert set(sections["watchdogs of the axes"]) == {"pitch", "roll"}

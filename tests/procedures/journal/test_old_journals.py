@@ -15,7 +15,7 @@ import pytest
 from procedures.delivery.deliver import sets_of, solve_run
 from procedures.delivery.resolve import number_changes
 from procedures.errors import RequestError
-from procedures.journal.corrections import Word, redo
+from procedures.journal.corrections import Authorisation, redo
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.salvage import salvage
 from procedures.records.states import State
@@ -92,7 +92,7 @@ def test_fault_11_an_old_run_is_redone_by_adding_to_its_journal_and_nothing_of_i
     """An older calrig's journal needs no migration: dwells and events that it wrote stay byte for byte."""
     run = Path(shutil.copytree(REPEATED, tmp_path / "run"))
     before = _rows(run / "journal.sqlite")
-    assert redo(run, 2, Word("anna", "the table was bumped")) > 0
+    assert redo(run, 2, Authorisation("anna", "the table was bumped")) > 0
     assert resume(run, "carla").state is State.FINISHED
     after = _rows(run / "journal.sqlite")
     assert {name: rows[: len(before[name])] for name, rows in after.items()} == before

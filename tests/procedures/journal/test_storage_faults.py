@@ -11,7 +11,7 @@ from unattended_run import UnattendedRun, events, run_unattended
 
 from procedures.delivery.deliver import sensors_document, solve_run
 from procedures.errors import ExitStatus, JournalError, RequestError
-from procedures.journal.corrections import Word, redo
+from procedures.journal.corrections import Authorisation, redo
 from procedures.journal.emergency import UNSAVED_FILE, emergency_copy
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
@@ -20,7 +20,7 @@ from procedures.journal.salvage import salvage
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.progress import Progress
 from procedures.records.states import State
-from procedures.run.services import Care
+from procedures.run.services import RunServices
 
 MOUNTS = """\
 22 1 0:21 / / rw,relatime - ext4 /dev/vda rw
@@ -96,11 +96,11 @@ def test_fault_06_redo_takes_nothing_back_in_a_damaged_journal_and_does_in_the_s
     clean: Path, tmp_path: Path
 ) -> None:
     folder = _damaged(clean, tmp_path / "rotten", (10,))
-    word = Word("anna", "damaged on the disk")
+    authorisation = Authorisation("anna", "damaged on the disk")
     with pytest.raises(JournalError, match=r"dwell of step 10, .* calrig salvage takes the rest into a new folder"):
-        redo(folder, 1, word)
+        redo(folder, 1, authorisation)
     salvage(folder, tmp_path / "saved")
-    assert redo(tmp_path / "saved", 1, word) > 0
+    assert redo(tmp_path / "saved", 1, authorisation) > 0
     assert resumed(tmp_path / "saved").state is State.FINISHED
     assert {dwell.attempt for dwell in dwells_of(tmp_path / "saved") if dwell.accepted and dwell.replication == 1} <= {
         1,
@@ -191,15 +191,15 @@ def test_fault_04_a_disk_that_turns_read_only_leaves_a_copy_in_the_second_place(
         nonlocal commits
         commits += 1
         if commits == 15:
-            from procedures.journal.storage import told_as
+            from procedures.journal.storage import storage_errors_of
 
-            with told_as(journal.path):
+            with storage_errors_of(journal.path):
                 raise apsw.ReadOnlyError("attempt to write a readonly database")
         return commit(journal, *arguments)  # type: ignore[arg-type]
 
     monkeypatch.setattr(Journal, "commit_dwell", refused)
     unattended = UnattendedRun(tmp_path / "run")
-    outcome = run_unattended(small, unattended, Care(second_place=tmp_path / "second"))
+    outcome = run_unattended(small, unattended, RunServices(second_place=tmp_path / "second"))
     assert (outcome.state, outcome.exit_status) == (State.STOPPED, ExitStatus.FAILED)
     assert "attempt to write a readonly database" in outcome.reason
     assert f"copied to {tmp_path / 'second' / 'run'} (14 dwells" in outcome.reason
@@ -236,9 +236,9 @@ def test_fault_05_a_sync_that_fails_is_not_believed(tmp_path: Path, small: Bench
     def broken(journal: Journal, *arguments: object) -> None:
         import apsw
 
-        from procedures.journal.storage import told_as
+        from procedures.journal.storage import storage_errors_of
 
-        with told_as(journal.path):
+        with storage_errors_of(journal.path):
             raise apsw.IOError("disk I/O error")
 
     try:

@@ -10,8 +10,9 @@ import pytest
 from report_scene import Scene, run_view
 
 from procedures.report.figures import Figures, draw_figures
-from procedures.report.page import render_page, write_page
+from procedures.report.page import render_page
 from procedures.report.view import RunView
+from procedures.report.write import Drawn, write_screen
 
 HOSTILE = "<script>alert('x')</script> & \"quoted\" {{ 7 * 7 }}"
 VOID = {"meta", "br", "img", "link", "hr", "input"}
@@ -185,6 +186,7 @@ def test_the_page_is_written_whole_and_over_an_older_one(tmp_path: Path) -> None
     view = run_view(Scene(axes=("x",)))
     target = tmp_path / "report.html"
     target.write_text("an older report", encoding="utf-8")
-    write_page(view, _without_figures(view), target)
-    assert target.read_text(encoding="utf-8") == render_page(view, _without_figures(view))
-    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    page = render_page(view, _without_figures(view))
+    write_screen(Drawn(view, _without_figures(view), page), tmp_path)
+    assert target.read_text(encoding="utf-8") == page
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["figures", "report.html"]

@@ -14,7 +14,7 @@ from procedures.errors import ExitStatus
 from procedures.records.dwells import ChannelReading, DwellRecord
 from procedures.records.states import State
 from procedures.run.judgement.mount_check import contradictions
-from procedures.run.preflight import beforehand
+from procedures.run.preflight import preflight
 from procedures.run.resume import resume_on
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig
@@ -187,9 +187,9 @@ def test_a_channel_that_never_comes_to_rest_trips(tmp_path: Path) -> None:
 
 def test_what_would_refuse_a_run_tonight_is_told_now(tmp_path: Path) -> None:
     small = bench(tmp_path)
-    sound = beforehand(tmp_path / "rig.toml", small.rig, small.plan, tmp_path / "runs", date(2026, 3, 1))
+    sound = preflight(tmp_path / "rig.toml", small.rig, small.plan, tmp_path / "runs", date(2026, 3, 1))
     assert (sound.refusals, sound.engineering) == ((), ()), "twins are no calibration anyway"
-    full = beforehand(
+    full = preflight(
         tmp_path / "rig.toml", small.rig, small.plan, tmp_path / "Dropbox" / "runs", date(2026, 3, 1), lambda _: 1000
     )
     assert "kept by a synchroniser" in full.refusals[0]
@@ -204,6 +204,6 @@ def test_a_rig_of_devices_is_told_what_its_results_will_lack(tmp_path: Path) -> 
         text.replace('port = "twin"', 'port = "socket://127.0.0.1:1"')
         + '[standards.table]\nserial = "1"\ncertificate = "K-17"\ndue = 2026-02-28\n'
     )
-    found = beforehand(path, read_rig(path), None, tmp_path / "runs", date(2026, 3, 1))
+    found = preflight(path, read_rig(path), None, tmp_path / "runs", date(2026, 3, 1))
     assert "standards.table.due: 2026-02-28 is past" in found.refusals[0]
     assert "readouts.dmm: no standard stands behind it" in found.engineering

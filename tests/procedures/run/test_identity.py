@@ -14,7 +14,7 @@ from ams.errors import ArchiveForbids
 from procedures.alerts.channels import without_secrets
 from procedures.delivery.deliver import deliver, publish_folder, sets_of, solve_run
 from procedures.errors import RequestError
-from procedures.journal.corrections import Word, redo
+from procedures.journal.corrections import Authorisation, redo
 from procedures.records.states import State
 from procedures.run.resume import resume
 from procedures.run.watch.clock_watch import LONGEST_GAP_S, GapWatch
@@ -48,7 +48,7 @@ def test_a_run_of_which_something_was_taken_back_is_published_again(tmp_path: Pa
     small, run_dir, url = bench(tmp_path), tmp_path / "run", f"sqlite:///{tmp_path / 'archive.sqlite'}"
     small.run(run_dir)
     publish_folder(run_dir, lambda _: url)
-    redo(run_dir, 2, Word("anna", "leaned on"))
+    redo(run_dir, 2, Authorisation("anna", "leaned on"))
     assert resume(run_dir, "tester").state is State.FINISHED
     _, published = publish_folder(run_dir, lambda _: url)
     assert [one.is_new for one in published.publications] == [True]

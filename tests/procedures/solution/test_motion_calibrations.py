@@ -18,7 +18,7 @@ from ams.exports.formats import load_set
 from ams.exports.verify import verify
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
 from procedures.records.states import State
-from procedures.run.dwell.turning import Looks
+from procedures.run.dwell.turning import RateWatch
 from procedures.run.resume import resume
 from rig.devices.abilities import TurnLook
 
@@ -208,14 +208,14 @@ def test_an_offset_at_rest_and_a_drift_verdict(tmp_path: Path) -> None:
 
 def _run_until_a_look(small: MotionRun, run_dir: Path, fatal: int) -> None:
     """In a process of its own: SIGKILL at that look at a turning axis."""
-    looks, take = iter(range(1, 10_000)), Looks.take
+    looks, take = iter(range(1, 10_000)), RateWatch.take
 
-    def look(self: Looks, one: TurnLook) -> None:
+    def look(self: RateWatch, one: TurnLook) -> None:
         if next(looks) == fatal:
             os.kill(os.getpid(), signal.SIGKILL)
         take(self, one)
 
-    Looks.take = look  # type: ignore[assignment, method-assign]
+    RateWatch.take = look  # type: ignore[assignment, method-assign]
     small.run(run_dir)
 
 

@@ -102,3 +102,13 @@ def test_a_list_of_index_errors_is_turned_with_the_sign_of_its_axis(tmp_path: Pa
     assert declared.known.error_rad * 3600.0 == pytest.approx([radians(0.6), radians(-0.9), 0.0], abs=1e-12)
     assert declared.known.standard_uncertainty_rad[0] * 3600.0 == pytest.approx(radians(0.6 / sqrt(3.0)))
     assert "zero at -60°; corrected by a list of 3 angles" in table_in_words(rig)
+
+
+def test_an_input_of_ten_megohm_loads_the_resistor(tmp_path: Path) -> None:
+    # docs/devices/hp3458a.md (FIXEDZ): 10 MΩ on 100 V; docs/devices/scpi-daq.md: 2.5 kΩ on 10 MΩ are 249.9 ppm.
+    loaded = ("y = { scanner = 2, range_v = 10.0 }", "y = { scanner = 2, range_v = 100.0 }")
+    rig = rig_file(tmp_path, loaded, more='[chain."dmm.y"]\nload_resistor_ohm = 2500.0\n')
+    (error,) = shared_errors(rig, rig.sensors["SN1"])["y"]
+    assert (error.name, error.effect) == ("multimeter input", "gain")
+    assert error.standard_uncertainty == pytest.approx(250e-6 / sqrt(3.0))
+    assert error.stated == "2500 Ω on an input of 1e+07 Ω"

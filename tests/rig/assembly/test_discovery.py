@@ -2,7 +2,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-import serial.tools.list_ports
 
 from rig.assembly.discovery import serial_ports, stable_paths, visa_resources
 
@@ -21,7 +20,7 @@ def test_where_the_system_keeps_no_names_the_path_stands(tmp_path: Path, monkeyp
         SimpleNamespace(device="/dev/ttyUSB1", description="n/a", hwid="n/a"),
         SimpleNamespace(device="/dev/ttyUSB0", description="Prologix GPIB-USB", hwid="USB VID:PID=0403:6001 SER=PX1"),
     ]
-    monkeypatch.setattr(serial.tools.list_ports, "comports", lambda: found)
+    monkeypatch.setattr("rig.assembly.discovery.comports", lambda: found)
     ports = serial_ports(tmp_path / "none")
     assert [(port.path, port.stable_path, port.description, port.hardware) for port in ports] == [
         ("/dev/ttyUSB0", "/dev/ttyUSB0", "Prologix GPIB-USB", "USB VID:PID=0403:6001 SER=PX1"),

@@ -24,6 +24,15 @@ def test_a_table_of_before_keeps_the_independent_teeth_that_it_was_solved_with()
     assert rig_from_json(example_rig().model_dump_json()).axes["pitch"].index_errors == "unknown"
 
 
+def test_a_count_that_was_stored_with_seconds_is_read() -> None:
+    count = {"driver": "csv-imu", "port": "twin", "rate_hz": 50.0, "columns": ["n", "ax"]}
+    stream = count | {"count": {"column": "n"}, "channels": {"ax": {"preset": "SCA3000"}}}
+    document = json.loads(example_rig().model_dump_json()) | {"streams": {"board": stream}}
+    now = rig_from_json(json.dumps(document)).model_dump()
+    stream["count"] = {"column": "n", "wraps_at": None, "unit_s": 1.0}  # as every version up to 0.1 wrote it
+    assert rig_from_json(json.dumps(document)).model_dump() == now
+
+
 @pytest.mark.parametrize("text", ["", "[]", "3", '{"rig": 1}', '{"readouts": {"dmm": 1}}', '{"readouts": []}'])
 def test_what_is_no_description_is_refused(text: str) -> None:
     with pytest.raises(DescriptionError, match="use the calrig that wrote it"):

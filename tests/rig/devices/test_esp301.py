@@ -123,7 +123,7 @@ def test_a_late_position_is_never_taken_for_the_next_answer() -> None:
 def test_another_device_is_told_by_its_nonsense() -> None:
     bench = motion_bench("esp301")
     bench.faults.reads = dict.fromkeys(range(100), faults.replace(b"@01 0 OK IDLE -- 0\r\n"))
-    with pytest.raises(DeviceNonsense, match="no ESP300 or ESP301 answers to VE"):
+    with pytest.raises(DeviceNonsense, match="no ESP300, ESP301 or ESP302 answers to VE"):
         bench.pitch.identify()
 
 

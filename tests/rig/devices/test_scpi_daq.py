@@ -170,7 +170,7 @@ FAULTS = {
     "cut": faults.truncate(3),
     "stale before": faults.prepend(b"+1.00000000E+00\n"),
     "split": faults.split(2, 0.05),
-    "a flipped digit": faults.flip_bit(-3, 0),
+    "a flipped digit": lambda data: faults.flip_bit(-min(3, len(data)), 0)(data),
 }
 
 

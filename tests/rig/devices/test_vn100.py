@@ -13,7 +13,10 @@ from rig.wire import vn100 as wire
 
 
 def test_who_it_is() -> None:
-    assert vn100_rig().vn100().identify() == "VectorNav VN-100T-CR, serial 100011981, firmware 2.1.0.0"
+    assert (
+        vn100_rig().vn100().identify()
+        == "VectorNav VN-100T-CR, serial 100011981, firmware 2.1.0.0, no user compensation"
+    )
 
 
 def test_a_minute_at_200_hz_is_12000_samples_in_order() -> None:
@@ -127,7 +130,7 @@ def test_a_late_answer_does_not_stand_for_another_command() -> None:
 
 
 def test_a_line_too_slow_for_the_output_is_refused_in_the_file() -> None:
-    with pytest.raises(ValidationError, match="output YMR at 200 Hz needs 244000 baud, baud_rate is 115200"):
+    with pytest.raises(ValidationError, match="output IMU at 200 Hz needs 220000 baud, baud_rate is 115200"):
         vn100_settings(rate_hz=200, baud_rate=115200)
     with pytest.raises(ValidationError, match="no rate of 60 Hz"):
         vn100_settings(rate_hz=60)

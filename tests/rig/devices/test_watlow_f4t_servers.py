@@ -57,7 +57,7 @@ def _pymodbus_server() -> Iterator[int]:
 
 @contextmanager
 def _chamber(port: int) -> Iterator[WatlowF4T]:
-    settings = WatlowF4TSettings(driver="watlow-f4t", port=f"socket://127.0.0.1:{port}")
+    settings = WatlowF4TSettings(driver="watlow-f4t", values="degc", port=f"socket://127.0.0.1:{port}")
     stream = open_stream(settings.port, clock=SystemClock())
     try:
         yield connect("air", settings, stream)
@@ -75,7 +75,7 @@ def test_the_driver_reads_and_writes_a_pymodbus_server() -> None:
 
 def test_a_register_that_its_server_does_not_have_is_told() -> None:
     with _pymodbus_server() as port:
-        settings = WatlowF4TSettings(driver="watlow-f4t", port=f"socket://127.0.0.1:{port}", loop=2)
+        settings = WatlowF4TSettings(driver="watlow-f4t", values="degc", port=f"socket://127.0.0.1:{port}", loop=2)
         stream = open_stream(settings.port, clock=SystemClock())
         with pytest.raises(DeviceRefused, match="exception 2 "):
             connect("air", settings, stream).identify()

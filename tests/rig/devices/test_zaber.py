@@ -162,3 +162,14 @@ def test_fault_23_two_stages_that_change_places_have_other_identities() -> None:
     bench.twin.stages[1].settings["system.serial"] = 54321  # another stage at the same number
     assert bench.pitch.identify() == "Zaber device 50952, serial 54321, firmware 7.38, number 1"
     assert bench.axes["roll"].identify() == before["roll"]
+
+
+def test_the_turn_of_the_device_proves_the_scale_of_the_file() -> None:
+    # docs/devices/zaber.md: `get limit.cycle.dist` = "the one number on the device that proves degrees per count".
+    bench = motion_bench("zaber")
+    bench.twin.stages[1].settings["limit.cycle.dist"] //= 2
+    for ask in (bench.pitch.identify, bench.pitch.home):
+        with pytest.raises(DeviceRefused, match=r"which are 180 deg with microstep_deg .*axes\.pitch"):
+            ask()
+    bench.twin.stages[1].settings["limit.cycle.dist"] = 0  # it does not turn on and on: proves nothing
+    assert "Zaber device" in bench.pitch.identify()

@@ -2,9 +2,11 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from rig.errors import RigBusy
-from rig.lines.lock import acquire, canonical, owner_of, owners
+from rig.lines.lock import account, acquire, canonical, identity_of, lock_folder, owner_of, owners, serial_of
 
 ROOT = Path(__file__).resolve().parents[3]
 HOLD = """
@@ -52,7 +54,7 @@ def test_the_lock_of_a_killed_process_blocks_nobody(tmp_path: Path) -> None:
     with _holder(tmp_path, "/dev/null") as process:
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
-        assert any("night.toml" in path.read_text() for path in tmp_path.glob("*.lock"))  # its text is still there
+        assert any("night.toml" in path.read_text() for path in tmp_path.glob("*.owner"))  # its text is still there
         assert owners(folder=tmp_path) == []
         acquire(["/dev/null"], "jog", folder=tmp_path).release()
 
@@ -82,11 +84,11 @@ def test_two_names_of_one_port_are_one_lock(tmp_path: Path) -> None:
 
 def test_what_is_held_is_readable_and_ends_with_the_release(tmp_path: Path) -> None:
     lock = acquire(["/dev/null"], "run night.toml", folder=tmp_path)
-    (file,) = tmp_path.glob("*.lock")
+    (file,) = tmp_path.glob("*.owner")
     assert json.loads(file.read_text())["pid"] == os.getpid()
     lock.release()
     lock.release()
-    assert file.read_text() == ""
+    assert not file.exists()
     assert owner_of("/dev/null", folder=tmp_path) is None
     assert owner_of("never locked", folder=tmp_path) is None
 
@@ -96,3 +98,94 @@ def test_looking_does_not_refuse_a_controller(tmp_path: Path) -> None:
     for _ in range(50):
         assert owner_of("/dev/null", folder=tmp_path) is None
         acquire(["/dev/null"], "run", folder=tmp_path).release()
+
+
+SAME = [
+    ("socket://localhost:4001", "socket://127.0.0.1:4001"),
+    ("socket://[::1]:4001", "socket://127.0.0.1:4001"),
+    ("socket://LOCALHOST:4001", "rfc2217://127.0.0.1:4001"),
+    ("socket://127.0.0.1:4001/", "socket://127.0.0.2:4001"),
+]
+
+
+@pytest.mark.parametrize(("one", "other"), SAME)
+def test_fault_38_two_names_of_one_address_are_one_lock(tmp_path: Path, one: str, other: str) -> None:
+    with (
+        acquire([one], "run", folder=tmp_path),
+        pytest.raises(RigBusy, match=rf"in use by process {os.getpid()} \(run\) since"),
+    ):
+        acquire([other], "jog", folder=tmp_path)
+
+
+def test_other_ports_and_other_hosts_are_others(tmp_path: Path) -> None:
+    ports = ["socket://127.0.0.1:4001", "socket://127.0.0.1:4002", "socket://192.0.2.7:4001"]
+    with acquire(ports, "run", folder=tmp_path) as lock:
+        assert len(list(tmp_path.glob("*.lock"))) == len(lock.resources) == 3
+
+
+def test_two_nodes_of_one_device_are_one_lock(tmp_path: Path) -> None:
+    """By the device's numbers, so that a second node made by hand is no way around."""
+    assert identity_of("/dev/null") == "character device 1 3"
+    link = tmp_path / "by-path"
+    link.symlink_to("/dev/null")
+    assert identity_of(str(link)) == identity_of("/dev/null")
+
+
+def test_a_device_is_known_by_its_serial_number() -> None:
+    assert serial_of("Zaber device 50921, serial 12345, firmware 7.38, number 1") == (
+        "device Zaber device 50921, serial 12345"
+    )
+    assert serial_of("VN-100, serial number: 0100012345, firmware 3") == "device VN-100, serial number: 0100012345"
+    for silent in ("HP3458A", "Oriental AZ, unit 2, current 100 %", "serial 0000", "a serial adapter"):
+        assert serial_of(silent) is None
+
+
+def test_another_runtime_folder_is_no_other_machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("CALRIG_MACHINE_FOLDER", raising=False)
+    before = lock_folder()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    assert lock_folder() == before
+
+
+def test_all_accounts_may_lock_and_none_may_remove_what_another_made(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("CALRIG_MACHINE_FOLDER", str(tmp_path / "calrig"))
+    assert lock_folder().stat().st_mode & 0o7777 == 0o1777
+    with acquire(["socket://127.0.0.1:1"], "run"):
+        modes = {path.suffix: path.stat().st_mode & 0o777 for path in lock_folder().iterdir()}
+    assert modes == {".lock": 0o644, ".owner": 0o644}
+
+
+AS_NOBODY = """
+import encodings.idna  # from a folder that the other account may not be able to read
+import os
+from rig.errors import RigBusy
+from rig.lines.lock import acquire
+os.setgid(65534)
+os.setuid(65534)
+try:
+    acquire(["socket://localhost:4001"], "jog").release()
+    print("got it")
+except RigBusy as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="needs two accounts")
+def test_fault_38_another_account_is_refused_and_told_who(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """And gets the rig when it is free, through the very files that this account made."""
+    folder = Path(tempfile.mkdtemp(dir="/tmp"))
+    monkeypatch.setenv("CALRIG_MACHINE_FOLDER", str(folder / "calrig"))
+    folder.chmod(0o755)
+
+    def told() -> str:
+        command = [sys.executable, "-c", AS_NOBODY]
+        return subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=True).stdout
+
+    with acquire(["socket://127.0.0.1:4001"], "run night.toml"):
+        assert f"in use by process {os.getpid()} (run night.toml) of {account()} since" in told()
+    assert told() == "got it\n"
+    acquire(["socket://127.0.0.1:4001"], "run").release()
+    shutil.rmtree(folder)

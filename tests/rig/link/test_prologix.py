@@ -9,7 +9,7 @@ from rig.link.prologix import PrologixBus
 from rig.twins.prologix import RANGES, PrologixTwin
 from rig.wire import hp3458a, hp3488a
 
-FOREIGN = {"mode": 0, "auto": 1, "eoi": 0, "eos": 3, "eot_enable": 1, "eot_char": 0, "read_tmo_ms": 50, "addr": 7}
+FOREIGN = {"mode": 0, "auto": 1, "eoi": 0, "eos": 0, "eot_enable": 1, "eot_char": 0, "read_tmo_ms": 50, "addr": 7}
 """What another program may have left in the adapter."""
 
 
@@ -38,20 +38,20 @@ def identity(bus: PrologixBus, address: int = 22) -> str:
 def test_saving_is_switched_off_before_anything_else() -> None:
     listener = Listener(PrologixTwin({}))
     PrologixBus(MemoryStream(listener, virtual_clock(), "memory"))
-    first = next(line for line in listener.heard.split(b"\n") if line)
-    assert first == b"++savecfg 0"
+    lines = [line for line in listener.heard.split(b"\n") if line]
+    assert lines[:3] == [b"++ver", b"++ver real", b"++savecfg 0"]
     assert listener.twin.eeprom_writes == 0
 
 
 def test_every_setting_of_somebody_else_is_replaced() -> None:
     twin = PrologixTwin({}, saved=FOREIGN)
     PrologixBus(MemoryStream(twin, virtual_clock(), "memory"))
-    # STACK and the manual: controller, no read after write, EOI, CR LF, no mark, the longest time-out it accepts.
+    # STACK and the manual: controller, no read after write, EOI and nothing behind, no mark, the longest time-out.
     need = {
         "mode": 1,
         "auto": 0,
         "eoi": 1,
-        "eos": 0,
+        "eos": 3,
         "eot_enable": 0,
         "eot_char": 10,
         "read_tmo_ms": 3000,
@@ -114,7 +114,7 @@ def test_special_characters_reach_the_instrument_whole() -> None:
     rig.adapter.instruments[5] = Deaf()  # type: ignore[assignment]
     rig.adapter.instruments[5].advance = lambda now_s: None  # type: ignore[method-assign]
     PrologixBus(rig.stream).send(5, b'DISP "A+B\r\n\x1b++addr 3"')
-    assert heard == [b'DISP "A+B\r\n\x1b++addr 3"\r\n']
+    assert heard == [b'DISP "A+B\r\n\x1b++addr 3"']
 
 
 def test_a_missing_instrument_is_silent_and_the_bus_goes_on() -> None:

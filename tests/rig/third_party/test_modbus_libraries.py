@@ -26,6 +26,8 @@ from rig.link.ports import open_stream
 from rig.twins.servers import serve_pty
 
 TIMEOUT_S = 0.3
+F4 = {0: 5270, 100: 253, 200: 0, 300: 200, 602: 64836, 603: 1800, 606: 1, 608: 0, 901: 1}
+"""An F4 at 25.3 °C, set points from -70 to 180 °C."""
 
 
 class SlowSlave:
@@ -120,7 +122,7 @@ def _pymodbus_server(registers: dict[int, int], framer: FramerType) -> Iterator[
 
 
 def test_the_f4s_driver_reads_and_writes_a_pymodbus_server() -> None:
-    with _pymodbus_server({100: 253, 300: 200, 606: 1}, FramerType.RTU) as address:
+    with _pymodbus_server(F4, FramerType.RTU) as address:
         settings = WatlowF4Settings(driver="watlow-f4", port=address)
         stream = open_stream(address, clock=SystemClock())
         chamber = watlow_f4.connect("air", settings, stream)
@@ -133,7 +135,9 @@ def test_the_f4s_driver_reads_and_writes_a_pymodbus_server() -> None:
 def test_the_azs_driver_starts_an_operation_on_a_pymodbus_server() -> None:
     """Its server moves nothing: what is seen is that the frames are Modbus, to the last register."""
     registers = dict.fromkeys([*range(0x58, 0x68), *range(0x7C, 0x82), *range(0xCC, 0xD2)], 0)
-    registers |= {0x65: 1000, 0x7F: 1 << 4}  # full current; home found
+    # Full current; coordinates set, MOVE on (so that a start seems taken up) and READY; gear 1/1, no limits, no wrap.
+    registers |= {0x65: 1000, 0x178: 2, 0x179: 1 << 4 | 1 << 6, **dict.fromkeys(range(0x17A, 0x180), 0)}
+    registers |= dict.fromkeys(range(0x380, 0x390), 0) | {0x381: 1, 0x383: 1, 0x386: 0xFFFF, 0x387: 0xFFFF}
     with _pymodbus_server(registers, FramerType.RTU) as address:
         stream = open_stream(address, clock=SystemClock())
         axes = settings_of("oriental-az", axis=1)
@@ -162,7 +166,7 @@ def test_the_f4ts_driver_reads_and_writes_a_pymodbustcp_server() -> None:
     server.start()
     try:
         port = server._service.server_address[1]
-        settings = WatlowF4TSettings(driver="watlow-f4t", port=f"socket://127.0.0.1:{port}")
+        settings = WatlowF4TSettings(driver="watlow-f4t", values="degc", port=f"socket://127.0.0.1:{port}")
         stream = open_stream(settings.port, clock=SystemClock())
         chamber = watlow_f4t.connect("air", settings, stream)
         assert chamber.temperature_degc() == 21.5

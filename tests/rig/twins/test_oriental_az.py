@@ -43,11 +43,11 @@ def _position(twin: OrientalAzTwin, now_s: float) -> int:
 def test_the_worked_frames() -> None:
     twin = _twin()
     assert _said(twin, START[0], 100.0) == bytes.fromhex(START[1])
-    assert _said(twin, READ_STATUS, 101.0)[3:5] == bytes.fromhex("20 10")  # MOVE and HOME-END
+    assert _said(twin, READ_STATUS, 101.0)[3:5] == bytes.fromhex("20 00")  # MOVE; HOME-END went off with the start
     # 5000 steps at 1 kHz and 1 kHz/s: 1 s and 500 steps to ramp, the same to brake, 4 s between.
     assert _position(twin, 101.0) == 500
     assert _position(twin, 106.001) == 5000
-    assert _said(twin, READ_STATUS, 107.0)[3:5] == bytes.fromhex("40 30")  # IN-POS, READY and HOME-END
+    assert _said(twin, READ_STATUS, 107.0)[3:5] == bytes.fromhex("40 20")  # IN-POS and READY
 
 
 def test_an_increment_adds_to_what_was_commanded() -> None:

@@ -63,7 +63,7 @@ def test_readings_wait_for_their_time_and_may_be_fetched_again() -> None:
 
 def test_read_is_initiate_and_fetch() -> None:
     port = _port()
-    _said(port, b"FORM:READ:CHAN ON;:CONF:VOLT:DC 10,(@101);:READ?")
+    _said(port, b"CONF:VOLT:DC 10,(@101);:FORM:READ:CHAN ON;:READ?")
     assert port.transmit(10.0) == b"+1.00000100E+00,101\n"
 
 

@@ -16,7 +16,7 @@ FRAMES = {
     "read the process value": ("01 03 00 64 00 01 C5 D5", "01 03 02 00 FD 79 C5"),  # 25.3 °C
     "write -20.5 by function 16": ("01 10 01 2C 00 01 02 FF 33 B0 D9", "01 10 01 2C 00 01 C1 FC"),
     "write -20.5 by function 6": ("01 06 01 2C FF 33 48 1A", "01 06 01 2C FF 33 48 1A"),
-    "an address that is none": ("01 03 00 01 00 01 D5 CA", "01 83 02 C0 F1"),
+    "an address that is none": ("01 03 7F FF 00 01 AD EE", "01 83 02 C0 F1"),
 }
 
 

@@ -114,6 +114,6 @@ def _people() -> None:
 
 
 def _take_over() -> None:
-    from ams.archive.upgrade_to_0002 import take_over_0001
+    from ams.archive.upgrade_to_0002 import upgrade_from_0001
 
-    take_over_0001(op.get_bind())
+    upgrade_from_0001(op.get_bind())

@@ -11,7 +11,7 @@ import pikepdf
 import pytest
 from programs import require_program
 
-from procedures.report.paper.page_tree import Leaf, leaves_of
+from procedures.report.paper.page_tree import Element, page_tree_of
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 
 PICTURE = "data:image/svg+xml,%3Csvg xmlns=%22http://www.w3.org/2000/svg%22 width=%2240%22 height=%2220%22/%3E"
@@ -88,21 +88,21 @@ def test_a_reprint_is_the_same_file(pdf: bytes) -> None:
 
 def test_an_element_without_a_form_on_paper_is_refused_by_name() -> None:
     with pytest.raises(ValueError, match="no form of <video>"):
-        leaves_of("<body><video></video></body>")
+        page_tree_of("<body><video></video></body>")
 
 
 def test_a_picture_from_elsewhere_is_refused() -> None:
     with pytest.raises(ValueError, match=re.escape("https://elsewhere/x.svg")):
-        leaves_of('<body><img src="https://elsewhere/x.svg" alt=""></body>')
+        page_tree_of('<body><img src="https://elsewhere/x.svg" alt=""></body>')
 
 
 def test_white_space_collapses_as_in_a_browser() -> None:
-    (body,) = (kid for kid in leaves_of("<body><p>  a\n b <b> c</b> <br> d </p></body>").body.kids)
-    assert isinstance(body, Leaf)
-    (paragraph,) = body.kids
-    assert isinstance(paragraph, Leaf)
-    assert paragraph.kids[0] == "a b "
-    assert paragraph.kids[-1] == "d"
+    (body,) = (child for child in page_tree_of("<body><p>  a\n b <b> c</b> <br> d </p></body>").body.children)
+    assert isinstance(body, Element)
+    (paragraph,) = body.children
+    assert isinstance(paragraph, Element)
+    assert paragraph.children[0] == "a b "
+    assert paragraph.children[-1] == "d"
 
 
 def test_fault_78_every_letter_of_every_script_is_printed_or_named(tmp_path: Path) -> None:

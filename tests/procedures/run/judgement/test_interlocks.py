@@ -14,9 +14,9 @@ from procedures.journal.status import status
 from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.judgement.interlocks import Interlock, Watched, look_at
-from procedures.run.judgement.run_limits import precautions_of
+from procedures.run.judgement.run_limits import run_limits_of
 from procedures.run.resume import resume_on
-from procedures.run.services import Care
+from procedures.run.services import RunServices
 from procedures.run.watch.disk_space import MB, needed_bytes
 from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import VirtualClock
@@ -77,7 +77,7 @@ def test_the_band_of_a_supply_is_watched_without_being_asked_for(tmp_path: Path)
         "z = { scanner = 3, range_v = 10.0 }, s = { scanner = 4, range_v = 10.0 } }",
     )
     small = bench(tmp_path, rig=(("[twin]", chain), channels))
-    ((name, lock),) = precautions_of(small.rig).voltages
+    ((name, lock),) = run_limits_of(small.rig).voltages
     assert (name, lock.low, lock.high, lock.action) == ("dmm.s", 4.9, 5.1, "hold")
 
 
@@ -190,7 +190,7 @@ def test_fault_03_a_disk_that_fills_up_holds_before_the_next_dwell_and_goes_on_w
     cannot fit.
     """
     unattended = UnattendedRun(tmp_path / "run")
-    outcome = run_unattended(small, unattended, Care(free_bytes=_free(unattended, 8, 100)))
+    outcome = run_unattended(small, unattended, RunServices(free_bytes=_free(unattended, 8, 100)))
     assert outcome.state is State.FINISHED
     assert states(unattended.run_dir)[3:] == ["held", "running", "finished"]
     assert "disk: 1.0 MB are free" in str(events(unattended.run_dir, "state")[3].detail["reason"])
@@ -205,7 +205,9 @@ def test_fault_03_a_disk_without_room_for_the_plan_is_refused_before_anything_is
     run_dir.mkdir()
     needed = needed_bytes(small.plan, len(small.plan.dwells)) + 64.0 * MB
     with open_rig(small.rig) as rig, pytest.raises(RequestError, match=r"MB are free, the run needs") as told:
-        begin(run_dir, small.header(run_dir), small.plan, rig, care=Care(free_bytes=lambda _: int(needed) - 1))
+        begin(
+            run_dir, small.header(run_dir), small.plan, rig, services=RunServices(free_bytes=lambda _: int(needed) - 1)
+        )
     assert told.value.exit_status == ExitStatus.WRONG_REQUEST
     assert not list(run_dir.iterdir())
 
@@ -289,7 +291,8 @@ class Touched(FaultyRig):
 
 
 def test_fault_52_an_axis_that_moves_though_nothing_told_it_to_trips(small: Bench, tmp_path: Path) -> None:
-    """Detected: read-back of every resting axis between dwells; a jog finds the rig locked.
+    """Detected: every look at an axis that should rest, inside dwells, between them and while another axis moves; a
+    jog finds the rig locked.
     Response: trip; what was measured is safe, the position is not trusted before the next home.
     """
     unattended = UnattendedRun(tmp_path / "run")
@@ -298,6 +301,32 @@ def test_fault_52_an_axis_that_moves_though_nothing_told_it_to_trips(small: Benc
     assert "pitch: was moved, though nothing told it to: left at" in outcome.reason
     last = max(event.sequence for event in events(unattended.run_dir, "dwell"))
     assert not [event for event in events(unattended.run_dir, "intent") if event.sequence > last]
+
+
+class Displaced(FaultyRig):
+    """Somebody turns the table while a channel is read, past this program: the machine's own read-back shows it."""
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig, spoil=self._displaced)
+        self._world = rig.chance
+
+    def _displaced(self, number: int, burst: Burst) -> Burst:
+        if number == 60:
+            assert isinstance(self._world, World)
+            self._world.slip("pitch", 3.0, self.clock.monotonic_s(), seen=True)
+        return burst
+
+
+def test_fault_52_an_axis_that_is_moved_inside_a_dwell_trips_and_the_dwell_is_not_kept(
+    small: Bench, tmp_path: Path
+) -> None:
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, rig_of=Displaced)
+    assert outcome.state is State.TRIPPED
+    assert "pitch: was moved, though nothing told it to: left at" in outcome.reason
+    last = max(event.sequence for event in events(unattended.run_dir, "dwell"))
+    intents = [event for event in events(unattended.run_dir, "intent") if event.sequence > last]
+    assert len(intents) == 1, "the dwell in progress, and no attempt after it"
 
 
 def test_a_read_back_that_is_wrong_once_is_recorded_and_trips_nothing(small: Bench, tmp_path: Path) -> None:

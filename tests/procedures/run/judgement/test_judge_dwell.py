@@ -87,10 +87,10 @@ def test_a_reference_says_where_it_is_and_the_axes_need_not() -> None:
     )
     rest = Dwell(3, "design", 1, 2, {"pitch": 0.0, "roll": 0.0}, Rest(60.0))
     moved = Look({"pitch": _state(-0.75), "roll": _state(0.5)}, {})
-    measured = _measured(before=moved, after=moved, told_deg={"pitch": 0.02, "roll": -0.05})
+    measured = _measured(before=moved, after=moved, reference_deg={"pitch": 0.02, "roll": -0.05})
     assert _judged(measured, rest, told=reference) == ()
     assert measured.mean_position_deg() == {"pitch": 0.02, "roll": -0.05}  # measured, not commanded
-    off = replace(measured, told_deg={"pitch": 0.3, "roll": 360.0})  # 0.1 and three times 0.05 are allowed
+    off = replace(measured, reference_deg={"pitch": 0.3, "roll": 360.0})  # 0.1 and three times 0.05 are allowed
     assert _judged(off, rest, told=reference) == (
         "pitch: the reference tells 0.3 deg, allowed within 0.25 deg of its target",
     )

@@ -1,0 +1,74 @@
+"""``calrig prove``: first contact with real devices, beside what their twins would say."""
+
+import json as json_text
+import sys
+import zipfile
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from procedures.cli.options import Flag, Json, Rig, require_folder_of
+from procedures.cli.output import note, print_json, say
+from procedures.errors import ExitStatus, RequestError
+from rig.assembly.prove import LARGEST_MOVE_DEG, document_of
+from rig.assembly.prove import prove as ask_all
+from rig.description.read import read_rig
+
+
+def prove(
+    *, rig: Rig, motion: str | None = None, out: Path | None = None, yes: Flag = False, json: Json = False
+) -> ExitStatus:
+    """Ask every device of a rig all that moves and heats nothing, and tell where its twin would say otherwise.
+
+    Meters are reset and read, streams run for a second. The status is 1 where something differs. A device whose
+    identity the rig file states is not compared with the twin's in that.
+
+    Parameters
+    ----------
+    motion
+        An axis that is moved too, within 5 degrees: there and back, a stop on the way, its limits. It must be homed;
+        it asks before it moves.
+    out
+        A zip file for what was said, byte by byte, with the rig file: to be sent, and to become a test.
+    yes
+        Move without asking.
+    """
+    require_folder_of(out, "--out")
+    description = read_rig(rig)
+    if motion is not None:
+        _require_leave(motion, tuple(description.axes), yes=yes)
+    with TemporaryDirectory(prefix="calrig-prove-") as kept:
+        folder = Path(kept)
+        proofs = ask_all(description, folder, rig_file=rig, motion=motion)
+        document = document_of(proofs)
+        if out is not None:
+            _write_bundle(out, folder, rig, document)
+    if json:
+        print_json(document)
+    else:
+        for proof in proofs:
+            say(f"{proof.key}: {'as its twin' if not proof.differences else proof.answers.compared['identity']}")
+            for one in proof.differences:
+                say(f"{proof.key}: {one.field}: device says {one.device}, twin says {one.twin}")
+        say(f"differences: {document['differences']}{'' if out is None else f'; bundle: {out}'}")
+    return ExitStatus.FAILED if document["differences"] else ExitStatus.DONE
+
+
+def _require_leave(motion: str, axes: tuple[str, ...], *, yes: bool) -> None:
+    """Refuse a motion unless the axis is there and somebody lets it move. Raises: RequestError."""
+    if motion not in axes:
+        raise RequestError(f"--motion: no axis {motion!r} (allowed: {', '.join(axes)}); nothing was opened")
+    if yes:
+        return
+    if not sys.stdin.isatty():
+        raise RequestError("--motion: nobody can be asked here; nothing was opened; give --yes where nobody is near")
+    note(f"{motion} will move by up to {LARGEST_MOVE_DEG:g} deg: is everybody clear? Type its name to go on:")
+    if input().strip() != motion:
+        raise RequestError("--motion: not confirmed; nothing was opened")
+
+
+def _write_bundle(out: Path, folder: Path, rig: Path, document: dict[str, object]) -> None:
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as bundle:
+        bundle.writestr("proof.json", json_text.dumps(document, ensure_ascii=False, indent=1))
+        bundle.write(rig, "rig.toml")
+        for transcript in sorted(folder.glob("*/*.jsonl")):
+            bundle.write(transcript, str(transcript.relative_to(folder)))

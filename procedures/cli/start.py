@@ -1,0 +1,108 @@
+"""Where the command begins: stops first, everything else later.
+
+``calrig abort`` and ``calrig jog --stop`` are looked at before anything is imported: where the stop guard of a rig is
+at work, it sends the stops within the time that Python itself takes to start. What it does not know goes the long way.
+"""
+
+import os
+import sys
+from importlib import import_module
+
+from rig.guard.ask import of_rig, of_run, stop
+
+
+def main() -> None:
+    """Entry point of ``calrig``."""
+    arguments = sys.argv[1:]
+    status = stop_at_once(arguments)
+    if status is None:
+        import_module("procedures.cli.main").main(arguments)
+    sys.exit(status)
+
+
+def stop_at_once(arguments: list[str]) -> int | None:
+    """Have a stop guard stop axes where that is what the command asks for; its exit status, None for the long way."""
+    if arguments[:1] == ["abort"]:
+        options = _options(arguments[1:], {"--out", "--operator"}, set())
+        return None if options is None else _abort(options)
+    if arguments[:1] == ["jog"] and "--stop" in arguments:
+        options = _options(arguments[1:], {"--rig", "--axis"}, {"--stop", "--json"})
+        return None if options is None or "" in options else _stop(options)
+    return None
+
+
+def _options(arguments: list[str], valued: set[str], flags: set[str]) -> dict[str, str] | None:
+    """Options by name and what stands alone under an empty one; None for anything else than these."""
+    found: dict[str, str] = {}
+    left = list(arguments)
+    while left:
+        name, mark, value = left.pop(0).partition("=")
+        if name in valued and (mark or left):
+            found[name] = value if mark else left.pop(0)
+        elif name in flags and not mark:
+            found[name] = ""
+        elif not name.startswith("-") and not mark and "" not in found:
+            found[""] = name
+        else:
+            return None
+    return found
+
+
+def _abort(options: dict[str, str]) -> int | None:
+    guards = of_run(options.get(""), options.get("--out", "runs"))
+    if len(guards) != 1:
+        return None
+    by = options.get("--operator") or _login_name()
+    told = stop(guards[0], None, by)
+    if told is None:
+        return None
+    folder = guards[0]["run"]
+    _request_abort(folder, by)
+    return _tell(told, [f"{folder}: asked to abort; `calrig status {folder}` shows when it did"])
+
+
+def _request_abort(run: str, by: str) -> None:
+    """Put the abort on record for the engine too, which has heard it from the guard."""
+    spool = import_module("procedures.journal.spool")
+    now = import_module("rig.clock").SystemClock().now_utc()
+    spool.Spool(import_module("pathlib").Path(run)).submit(spool.Request("abort", by, now.isoformat()))
+
+
+def _stop(options: dict[str, str]) -> int | None:
+    axes = [options["--axis"]] if "--axis" in options else None
+    told: dict[str, str] = {}
+    engines = []
+    for guard in of_rig(options.get("--rig", "")):
+        answer = stop(guard, axes, _login_name())
+        if answer:
+            told |= answer
+            engines.append(guard["pid"])
+    if not told:
+        return None
+    if "--json" in options:
+        json = import_module("json")
+        print(json.dumps({"stopped": sorted(told), "stopped_by_guard_of": engines, "told": told}))  # noqa: T201
+        return _status(told)
+    return _tell(told, [f"by the stop guard of process {pid}, which ends what it was doing" for pid in engines])
+
+
+def _tell(told: dict[str, str], lines: list[str]) -> int:
+    for axis, outcome in sorted(told.items()):
+        print(f"{axis}: {outcome}")  # noqa: T201
+    for line in lines:
+        print(line)  # noqa: T201
+    return _status(told)
+
+
+def _status(told: dict[str, str]) -> int:
+    return 1 if any(outcome.startswith("NOT") for outcome in told.values()) else 0
+
+
+def _login_name() -> str:
+    """As ``getpass`` tells it, which takes long to import."""
+    named = (os.environ.get(name) for name in ("LOGNAME", "USER", "LNAME", "USERNAME"))
+    return next(filter(None, named), None) or f"uid {os.getuid()}"
+
+
+if __name__ == "__main__":
+    main()

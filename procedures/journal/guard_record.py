@@ -1,0 +1,36 @@
+"""What the stop guard of a run did when the engine could not: read by status, journalled by the next resume."""
+
+import json
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from rig.guard.process import FORMAT
+from rig.guard.stop_guard import RECORD
+
+EVENT = "stop_guard"
+
+
+def read_guard_record(run_dir: Path) -> Mapping[str, Any] | None:
+    """Return what it wrote since the run was last taken up, or None."""
+    try:
+        document = json.loads((run_dir / RECORD).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return document if isinstance(document, dict) and document.get("format") == FORMAT else None
+
+
+def forget_guard_record(run_dir: Path) -> None:
+    """Remove the record: it stands in the journal now."""
+    with suppress(OSError):
+        (run_dir / RECORD).unlink()
+
+
+def guard_told(document: Mapping[str, Any]) -> str:
+    """Return it as a sentence."""
+    axes: Mapping[str, str] = document.get("axes", {})
+    missed = [f"{name}: {outcome}" for name, outcome in sorted(axes.items()) if outcome.startswith("NOT")]
+    told = f"stop guard, {document.get('stopped_utc')}: {document.get('why')} while {' and '.join(document['moving'])}"
+    told += " could move; every axis was told to stop"
+    return f"{told}, but {'; '.join(missed)}; use the stop button at the machine" if missed else told

@@ -1,0 +1,216 @@
+"""The engine's side of its stop guard: start it before the first motion, show it signs of life, hear it.
+
+The guard is a process (:mod:`rig.guard.process`), so that nothing that happens to this one keeps it from the stop.
+"""
+
+import json
+import select
+import socket
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import RLock
+from typing import Any
+
+from rig.clock import Clock
+from rig.devices.abilities import StopStep
+from rig.errors import GuardLost, RigError, WaitEnded
+
+RECORD = "stop-guard.json"
+"""In the folder of a run: what its guard did."""
+PROCESS = Path(__file__).with_name("process.py")
+READY_S = 20.0
+RELEASE_S = 2.0
+BEAT_S = 0.1
+DEAF_S = 20.0
+"""A guard that has not heard a beat for so long is as good as gone."""
+
+
+@dataclass(frozen=True, slots=True)
+class GuardedLine:
+    """A line on which axes are."""
+
+    name: str
+    address: str
+    descriptor: int
+    is_escaped: bool
+    """Whether 0xFF is doubled on it (telnet, RFC 2217)."""
+    orders: Mapping[str, Sequence[StopStep]] = field(default_factory=dict)
+    """How each axis on it is stopped."""
+
+    def document(self) -> dict[str, Any]:
+        axes = {axis: [step.document() for step in steps] for axis, steps in self.orders.items()}
+        return {"name": self.name, "address": self.address, "is_escaped": self.is_escaped, "axes": axes}
+
+
+class StopGuard:
+    """Guard one open rig over real ports, over all its reconnections.
+
+    ``rig``: what others find it by; ``folder``: where
+    they look; ``record``: the file in which it writes what it did. The process begins with the first motion.
+    """
+
+    def __init__(self, record: Path, rig: Mapping[str, str], folder: Path | None, clock: Clock) -> None:
+        self._record = record
+        self._rig = dict(rig)
+        self._folder = folder
+        self._clock = clock
+        self._lines: tuple[GuardedLine, ...] = ()
+        self._channel: socket.socket | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._pending = b""
+        self._moving: list[str] = []
+        self._beaten_s = self._heard_s = 0.0
+        self._trouble: RigError | None = None
+        self._turn = RLock()
+
+    @property
+    def pid(self) -> int | None:
+        """Of the guard; None before the first motion."""
+        return None if self._process is None else self._process.pid
+
+    def belongs_to(self, run_dir: Path) -> None:
+        """From the next motion on it is a run's: what it does is told in the run's folder."""
+        self._record = run_dir.resolve() / RECORD
+        self._rig["run"] = str(run_dir.resolve())
+
+    def hold(self, lines: Sequence[GuardedLine]) -> None:
+        """Hold the lines as they are open now."""
+        with self._turn:
+            self._lines = tuple(lines)
+            if self._channel is not None:
+                self._send_lines()
+
+    def release(self) -> None:
+        """Give the lines back before they are opened anew; the guard would open them itself. Waits until it has."""
+        with self._turn:
+            self._lines = ()
+            if self._channel is not None:
+                self._hear()
+                self._send({"released": True})
+                if self._channel is not None:
+                    select.select([self._channel], [], [], RELEASE_S)
+
+    def expect_motion(self, moving: Sequence[str]) -> None:
+        """Before anything is told to move: a guard must be there."""
+        with self._turn:
+            self.begin()
+            self.beat(moving)
+
+    def begin(self) -> None:
+        """Begin now, where a start may not wait for it: with the first motion otherwise."""
+        with self._turn:
+            if self._channel is None and self._trouble is None:
+                self._begin()
+
+    def beat(self, moving: Sequence[str]) -> None:
+        """Give a sign of life, and say what moves now."""
+        with self._turn:
+            if self._channel is None:
+                return
+            now_s = self._clock.monotonic_s()
+            if list(moving) != self._moving:
+                self._moving = list(moving)
+                self._send({"moving": self._moving})
+            elif now_s - self._beaten_s >= BEAT_S:
+                self._send({})
+            else:
+                return
+            self._beaten_s = now_s
+            self._hear()
+
+    def take_trouble(self) -> RigError | None:
+        """Why nothing may move on, once: the guard is gone (GuardLost), or had axes stopped for somebody (WaitEnded).
+
+        It is kept until whoever moves something asks, since others must finish their stops.
+        """
+        with self._turn:
+            trouble, self._trouble = self._trouble, None
+            return trouble
+
+    def close(self) -> None:
+        """Say goodbye; where something is not known to stand, the guard stops it on its way out."""
+        with self._turn:
+            if self._channel is None or self._process is None:
+                return
+            self._send({"goodbye": True})
+            if self._channel is not None:
+                self._channel.close()
+                self._channel = None
+            try:
+                self._process.wait(READY_S)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+
+    def _begin(self) -> None:
+        folder = None if self._folder is None else str(self._folder)
+        start = {"record": str(self._record), "rig": self._rig, "folder": folder}
+        ours, theirs = socket.socketpair()
+        with theirs:
+            self._process = subprocess.Popen(  # noqa: S603  our own file, by the interpreter that runs this
+                [sys.executable, "-I", "-S", str(PROCESS), str(theirs.fileno()), json.dumps(start)],
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+        self._channel, self._pending, self._moving = ours, b"", []
+        self._heard_s = self._clock.monotonic_s()
+        if not select.select([ours], [], [], READY_S)[0]:
+            self._lose("did not begin")
+            return
+        self._hear()
+        self._send_lines()
+
+    def _send_lines(self) -> None:
+        documents = [line.document() for line in self._lines]
+        self._send({"lines": documents}, [line.descriptor for line in self._lines])
+
+    def _send(self, message: Mapping[str, object], descriptors: Sequence[int] = ()) -> None:
+        if self._channel is None:
+            return
+        data = json.dumps(message).encode() + b"\n"
+        try:
+            if not select.select([], [self._channel], [], READY_S)[1]:
+                self._lose("does not listen any more")
+            elif descriptors:
+                socket.send_fds(self._channel, [data], list(descriptors))
+            else:
+                self._channel.sendall(data)
+        except OSError:
+            self._lose("is gone")
+
+    def _hear(self) -> None:
+        now_s = self._clock.monotonic_s()
+        while self._channel is not None and select.select([self._channel], [], [], 0.0)[0]:
+            try:
+                data = self._channel.recv(65536)
+            except OSError:
+                data = b""
+            if not data:
+                self._lose("is gone")
+                return
+            self._heard_s = now_s
+            *lines, self._pending = (self._pending + data).split(b"\n")
+            for line in lines:
+                if by := json.loads(line).get("stop"):
+                    self._trouble = WaitEnded(f"aborted by {by}; the axes were stopped at once")
+        if self._channel is not None and now_s - self._heard_s > DEAF_S and now_s - self._beaten_s < DEAF_S / 2.0:
+            self._lose(f"has not answered for {DEAF_S:g} s")
+
+    def _lose(self, what: str) -> None:
+        """Nothing may move without one; the motion after the next begins with a new guard."""
+        if self._channel is not None:
+            self._channel.close()
+            self._channel = None
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+        self._trouble = GuardLost(
+            f"the stop guard (process {self.pid}) {what}: nobody would stop the axes if this program died; they were"
+            " told to stop; find out what ended it"
+        )

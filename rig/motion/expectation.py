@@ -1,0 +1,235 @@
+"""Judge whether an axis does what it was told, and nothing else: values in, a verdict out.
+
+What an axis was told last bounds where it may be seen: on its way from where it stood to its target and no further,
+not away from it, no faster than asked, within the turn of a rate in its sense, and where it was left when it should
+stand. A look is a question and its answer, so a position was true at some moment between the two; every bound allows
+for that. A home search is bounded by its time alone, since the machine's own zero moves in it, and a stop by the
+second at rest that ends it.
+"""
+
+from dataclasses import dataclass, replace
+
+OVERSPEED = 1.5
+"""Times the speed asked for: the machine's own speed is a setting, known no better than this on some."""
+MARGIN_DEG = 0.5
+"""Beyond corridor and limits: overshoot of a servo that settles on its target."""
+STANDING_TOLERANCES = 5.0
+"""Arrival tolerances by which the read-back of an axis at rest may wander."""
+AT_REST_S = 1.0
+"""A stopped axis is at rest when it was seen so long at one place."""
+WHOLE_TURN_DEG = 360.0
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What the rig file says of an axis."""
+
+    limits_deg: tuple[float, float]
+    speed_dps: float
+    tolerance_deg: float
+    """Of arrival."""
+
+    @property
+    def margin_deg(self) -> float:
+        return MARGIN_DEG + self.tolerance_deg
+
+    @property
+    def standing_deg(self) -> float:
+        return STANDING_TOLERANCES * self.tolerance_deg
+
+    @property
+    def has_ends(self) -> bool:
+        """Whether its limits are less than a turn apart: else they are those of positions, and a rate has none."""
+        return self.limits_deg[1] - self.limits_deg[0] < WHOLE_TURN_DEG
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One look."""
+
+    position_deg: float
+    asked_s: float
+    answered_s: float
+    """Rig seconds before the question and behind the answer."""
+    is_moving: bool | None = None
+    """None where only the angle was asked."""
+    is_homed: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """Nothing is known: nobody has told it anything on this connection, or its positions were lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """It was left at rest."""
+
+    at_deg: float
+    is_homed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Moving:
+    """It was sent to a position."""
+
+    from_deg: float
+    target_deg: float
+    speed_dps: float
+    furthest_deg: float
+    """Along its way, seen so far."""
+
+
+@dataclass(frozen=True, slots=True)
+class Homing:
+    """It searches its home."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turning:
+    """It turns at a rate; the rates since it last stood span ``slowest_dps`` to ``fastest_dps``, 0 included."""
+
+    slowest_dps: float
+    fastest_dps: float
+    began: Seen | None = None
+    """The first look since."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stopping:
+    """It was told to stop."""
+
+    resting: Seen | None = None
+    """Since when it was seen at one place."""
+
+
+Task = Unknown | Standing | Moving | Homing | Turning | Stopping
+
+
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """What is known of an axis."""
+
+    task: Task = Unknown()
+    last: Seen | None = None
+
+
+def told_to_move(watched: Watched, target_deg: float, speed_dps: float) -> Watched:
+    """Return what is expected of an axis that is sent to a position from where it was seen last."""
+    task = watched.task
+    if isinstance(task, Moving) and task.target_deg == target_deg:
+        return watched  # the same order told again: the way is the same
+    if watched.last is None:
+        return replace(watched, task=Unknown())
+    here_deg = watched.last.position_deg
+    return replace(watched, task=Moving(here_deg, target_deg, speed_dps, here_deg))
+
+
+def told_to_turn(watched: Watched, rate_dps: float) -> Watched:
+    """Return what is expected of an axis that is given a rate, standing or turning."""
+    task = watched.task if isinstance(watched.task, Turning) else Turning(0.0, 0.0)
+    spanned = replace(task, slowest_dps=min(task.slowest_dps, rate_dps), fastest_dps=max(task.fastest_dps, rate_dps))
+    return replace(watched, task=spanned)
+
+
+def told_to_stop(watched: Watched) -> Watched:
+    """Return what is expected of an axis that is told to stop: one that stands goes on standing."""
+    return watched if isinstance(watched.task, Standing) else replace(watched, task=Stopping())
+
+
+def judge(bounds: Bounds, watched: Watched, seen: Seen) -> tuple[Watched, str]:
+    """Return what is known after a look, and what the axis does that it was not told; empty where there is nothing."""
+    task = watched.task
+    match task:
+        case Standing():
+            return _standing(bounds, task, seen)
+        case Moving():
+            return _moving(bounds, task, watched.last, seen)
+        case Turning():
+            return _turning(bounds, task, watched.last, seen)
+        case Homing():
+            has_arrived = seen.is_moving is False and seen.is_homed
+            return Watched(Standing(seen.position_deg, True) if has_arrived else task, seen), ""
+        case Stopping():
+            return Watched(_stopping(bounds, task, seen), seen), ""
+        case Unknown():
+            stands = seen.is_moving is False
+            return Watched(Standing(seen.position_deg, seen.is_homed) if stands else task, seen), ""
+
+
+def _standing(bounds: Bounds, task: Standing, seen: Seen) -> tuple[Watched, str]:
+    """Judge an axis that should stand: without a home it may be turned by hand; none moves by itself."""
+    if seen.is_homed != task.is_homed:
+        return Watched(Unknown(), seen), ""
+    is_displaced = task.is_homed and abs(seen.position_deg - task.at_deg) > bounds.standing_deg
+    if seen.is_moving or is_displaced:
+        what = "moves" if seen.is_moving else "was moved"
+        return Watched(Unknown(), seen), (
+            f"{what}, though nothing told it to: left at {task.at_deg:g} deg, now at {seen.position_deg:g} deg,"
+            f" allowed within {bounds.standing_deg:g} deg"
+        )
+    return Watched(task if task.is_homed else Standing(seen.position_deg, False), seen), ""
+
+
+def _moving(bounds: Bounds, task: Moving, last: Seen | None, seen: Seen) -> tuple[Watched, str]:
+    if not seen.is_homed:
+        return Watched(Unknown(), seen), ""
+    here_deg, margin_deg = seen.position_deg, bounds.margin_deg
+    way = 1.0 if task.target_deg >= task.from_deg else -1.0
+    low_deg, high_deg = sorted((task.from_deg, task.target_deg))
+    asked = f"sent from {task.from_deg:g} to {task.target_deg:g} deg, it is at {here_deg:g} deg"
+    if not low_deg - margin_deg <= here_deg <= high_deg + margin_deg:
+        return Watched(Unknown(), seen), f"left its way: {asked}, allowed {margin_deg:g} deg beside it"
+    if (task.furthest_deg - here_deg) * way > margin_deg:
+        return Watched(Unknown(), seen), f"turns away from its target: {asked}, it was at {task.furthest_deg:g} deg"
+    if last is not None and (too_fast := _too_fast(bounds, last, seen, -task.speed_dps, task.speed_dps)):
+        return Watched(Unknown(), seen), too_fast
+    if seen.is_moving is False and abs(here_deg - task.target_deg) <= bounds.tolerance_deg:
+        return Watched(Standing(here_deg, True), seen), ""
+    furthest_deg = max(way * task.furthest_deg, way * here_deg) * way
+    return Watched(replace(task, furthest_deg=furthest_deg), seen), ""
+
+
+def _turning(bounds: Bounds, task: Turning, last: Seen | None, seen: Seen) -> tuple[Watched, str]:
+    """Against the look before, and against the first, lest a slow wrong way hide in the margin of every look."""
+    if not seen.is_homed:
+        return Watched(Unknown(), seen), ""
+    low_deg, high_deg = bounds.limits_deg
+    margin_deg = bounds.margin_deg
+    if bounds.has_ends and not low_deg - margin_deg <= seen.position_deg <= high_deg + margin_deg:
+        return Watched(Unknown(), seen), (
+            f"turned beyond its limits: at {seen.position_deg:g} deg, allowed {low_deg:g} to {high_deg:g} deg"
+        )
+    for before in (last, task.began):
+        if before is None:
+            continue
+        if too_fast := _too_fast(bounds, before, seen, task.slowest_dps, task.fastest_dps):
+            return Watched(Unknown(), seen), too_fast
+    return Watched(task if task.began is not None else replace(task, began=seen), seen), ""
+
+
+def _stopping(bounds: Bounds, task: Stopping, seen: Seen) -> Task:
+    if seen.is_moving is not False:
+        return Stopping()
+    rests = task.resting is not None and abs(seen.position_deg - task.resting.position_deg) <= bounds.tolerance_deg
+    if not rests:
+        return Stopping(seen)
+    assert task.resting is not None
+    if seen.answered_s - task.resting.asked_s < AT_REST_S:
+        return task
+    return Standing(seen.position_deg, seen.is_homed)
+
+
+def _too_fast(bounds: Bounds, before: Seen, now: Seen, slowest_dps: float, fastest_dps: float) -> str:
+    """Empty where the turn between two looks fits the rates in the longest time that can lie between them."""
+    longest_s = now.answered_s - before.asked_s
+    turned_deg = now.position_deg - before.position_deg
+    most_deg = OVERSPEED * fastest_dps * longest_s + bounds.margin_deg
+    least_deg = OVERSPEED * slowest_dps * longest_s - bounds.margin_deg
+    if least_deg <= turned_deg <= most_deg:
+        return ""
+    rate_dps = turned_deg / longest_s if longest_s > 0.0 else float("inf")
+    is_wrong_way = (turned_deg > 0.0 and fastest_dps <= 0.0) or (turned_deg < 0.0 and slowest_dps >= 0.0)
+    limit_dps = OVERSPEED * max(-slowest_dps, fastest_dps)
+    asked = "the wrong way" if is_wrong_way else f"over its limit of {limit_dps:.4g} deg/s"
+    return f"turns at {rate_dps:.4g} deg/s, {asked}: from {before.position_deg:g} to {now.position_deg:g} deg"

@@ -1,0 +1,304 @@
+"""The motion supervisor: the one door through which every axis of an open rig is told anything and looked at.
+
+It remembers what each axis was told last and judges every look by that (:mod:`rig.motion.expectation`). What an axis
+does that it was not told is asked once more, since a line can turn a digit over; then that axis and every other one
+that moves is stopped and :class:`rig.errors.MotionBreach` is raised, which nobody may answer with another attempt.
+
+A command that the line altered may reach another axis: while one moves, those that should stand are looked at too.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from threading import RLock
+from typing import Any, Protocol, TypeVar
+
+from rig.clock import Clock
+from rig.devices.abilities import Axis, AxisState, TurnLook, Wait
+from rig.errors import MotionBreach, RigError
+from rig.motion.expectation import (
+    Bounds,
+    Homing,
+    Moving,
+    Seen,
+    Standing,
+    Stopping,
+    Turning,
+    Unknown,
+    Watched,
+    judge,
+    told_to_move,
+    told_to_stop,
+    told_to_turn,
+)
+
+OTHERS_S = 1.0
+"""Between two looks at axes that should stand while another one moves."""
+_UNDER_WAY = (Moving, Homing, Turning)
+_REMEMBERING = ("home_mark", "resume_home")
+_WATCHDOG = ("watchdog_s", "feed_watchdog", "disarm_watchdog")
+Answer = TypeVar("Answer")
+
+
+class Warden(Protocol):
+    """Who stops the axes when this process cannot: the stop guard."""
+
+    def expect_motion(self, moving: Sequence[str]) -> None:
+        """Before anything is told to move."""
+
+    def beat(self, moving: Sequence[str]) -> None:
+        """Give a sign of life, and say what is not known to stand."""
+
+    def take_trouble(self) -> RigError | None:
+        """Why nothing may move on, once."""
+
+
+class Supervisor:
+    """Of all axes of one rig. Every look is a sign of life for the ``warden``, where there is one."""
+
+    def __init__(self, clock: Clock, warden: Warden | None = None) -> None:
+        self._clock = clock
+        self._warden = warden
+        self._axes: dict[str, SupervisedAxis] = {}
+
+    def supervise(self, axis: Axis) -> "SupervisedAxis":
+        """Return the axis as everybody else may have it."""
+        supervised = SupervisedAxis(axis, self._clock, self)
+        self._axes[axis.name] = supervised
+        return supervised
+
+    def look_at_others(self, moving: "SupervisedAxis", *, only_unknown: bool = False) -> None:
+        """Look at the axes that should stand; one that does not answer is left to whoever needs it.
+
+        Raises: MotionBreach.
+        """
+        for axis in self._axes.values():
+            if axis is not moving and axis.is_to_be_seen(only_unknown=only_unknown):
+                try:
+                    axis.look()
+                except MotionBreach:
+                    raise
+                except RigError:
+                    axis.is_silent = True
+
+    def expect_motion(self, starting: "SupervisedAxis") -> None:
+        """See that a guard is there. Raises: GuardLost, WaitEnded."""
+        if self._warden is not None:
+            self._warden.expect_motion(sorted({*self._not_standing(), starting.name}))
+            self._heed()
+
+    def beat(self, seen: "SupervisedAxis") -> None:
+        """Give a sign of life; heed the guard at a look at an axis that moves. Raises: GuardLost, WaitEnded."""
+        if self._warden is not None:
+            self._warden.beat(self._not_standing())
+            if seen.is_under_way:
+                self._heed()
+
+    def _heed(self) -> None:
+        if self._warden is not None and (trouble := self._warden.take_trouble()) is not None:
+            self._stop_all_under_way()
+            raise trouble
+
+    def _not_standing(self) -> list[str]:
+        return sorted(name for name, axis in self._axes.items() if axis.may_move)
+
+    def _stop_all_under_way(self) -> None:
+        for axis in self._axes.values():
+            if axis.is_under_way:
+                with suppress(RigError):
+                    axis.stop()
+
+    def refuse(self, culprit: "SupervisedAxis", breach: str) -> MotionBreach:
+        """Stop the axis and all others that are under way; returns what to raise."""
+        told = "it was told to stop"
+        try:
+            culprit.stop()
+        except RigError as error:
+            told = f"it could not be told to stop: {error}; use the stop button at the machine"
+        self._stop_all_under_way()
+        return MotionBreach(
+            f"{culprit.name}: {breach} (axes.{culprit.name}: limits_deg, speed_dps, arrival_tolerance_deg); {told};"
+            " see who or what moved it, then home it"
+        )
+
+
+class SupervisedAxis:
+    """An axis behind the supervisor. It has the abilities of the axis that it stands for, and no others."""
+
+    def __init__(self, axis: Axis, clock: Clock, supervisor: Supervisor) -> None:
+        self.name = axis.name
+        self.limits_deg = axis.limits_deg
+        self.increment_deg = axis.increment_deg
+        self.speed_dps = axis.speed_dps
+        self.approach_deg = axis.approach_deg
+        self.arrival_tolerance_deg = axis.arrival_tolerance_deg
+        self.is_silent = False
+        """Its last look failed."""
+        self._axis: Any = axis
+        self._clock = clock
+        self._supervisor = supervisor
+        self._bounds = Bounds(axis.limits_deg, axis.speed_dps, axis.arrival_tolerance_deg)
+        self._watched = Watched()
+        self._orders = 0
+        """Counts what the axis was told: a look that an order overtook is not judged."""
+        self._others_due_s = 0.0
+        self._turn = RLock()
+        self._take_abilities()
+
+    def _take_abilities(self) -> None:
+        """Whether a device can turn, remember or watch its host is asked by its members (:mod:`abilities`)."""
+        own: dict[str, Callable[..., Any]] = {
+            "start_rate": self._start_rate,
+            "start_sweep": self._start_sweep,
+            "turn_look": self._turn_look,
+            "arm_watchdog": self._arm_watchdog,
+        }
+        for name, member in own.items():
+            if hasattr(self._axis, name):
+                setattr(self, name, member)
+        for name in ("check_rate", "top_rate_dps", *_REMEMBERING, *_WATCHDOG):
+            if hasattr(self._axis, name):
+                setattr(self, name, getattr(self._axis, name))
+
+    @property
+    def is_under_way(self) -> bool:
+        return isinstance(self._watched.task, _UNDER_WAY)
+
+    @property
+    def may_move(self) -> bool:
+        return isinstance(self._watched.task, (*_UNDER_WAY, Stopping))
+
+    def is_to_be_seen(self, *, only_unknown: bool) -> bool:
+        """Whether it should stand while another one moves, and answers."""
+        wanted = (Unknown,) if only_unknown else (Unknown, Standing)
+        return isinstance(self._watched.task, wanted) and not self.is_silent
+
+    def identify(self) -> str:
+        told: str = self._axis.identify()
+        return told
+
+    def check_target(self, target_deg: float) -> None:
+        self._axis.check_target(target_deg)
+
+    def start_move(self, target_deg: float) -> None:
+        """As of the axis. Raises also: MotionBreach."""
+        self._axis.check_target(target_deg)
+        self._before_start()
+        self._expect(told_to_move(self._watched, target_deg, self.speed_dps))
+        self._start(lambda: self._axis.start_move(target_deg))
+
+    def home(self) -> None:
+        """As of the axis. Raises also: MotionBreach."""
+        self._supervisor.look_at_others(self, only_unknown=True)
+        self._supervisor.expect_motion(self)
+        self._expect(replace(self._watched, task=Homing()))
+        self._start(self._axis.home)
+
+    def stop(self) -> None:
+        """As of the axis."""
+        with self._turn:
+            self._orders += 1
+            self._watched = told_to_stop(self._watched)
+        self._axis.stop()
+
+    def state(self) -> AxisState:
+        """Look, as of the axis.
+
+        Raises also: MotionBreach, where it or an axis that should stand does what it was not told; then it was told
+        to stop.
+        """
+        was_under_way = self.is_under_way
+        state = self.look()
+        if was_under_way:
+            self._look_at_others_now_and_then()
+        return state
+
+    def look(self) -> AxisState:
+        """Look at this axis alone. Raises as :meth:`state`."""
+
+        def ask() -> tuple[AxisState, Seen | None]:
+            asked_s = self._clock.monotonic_s()
+            state: AxisState = self._axis.state()
+            self.is_silent = False
+            if state.fault or state.awaits_operator:
+                return state, None
+            seen = Seen(state.position_deg, asked_s, self._clock.monotonic_s(), state.is_moving, state.is_homed)
+            return state, seen
+
+        return self._judged(ask)
+
+    def _turn_look(self, clock: Clock) -> TurnLook:
+        def ask() -> tuple[TurnLook, Seen | None]:
+            look: TurnLook = self._axis.turn_look(clock)
+            spread_s = look.uncertainty_s
+            return look, Seen(look.angle_deg, look.taken_s - spread_s, look.taken_s + spread_s)
+
+        look = self._judged(ask)
+        self._look_at_others_now_and_then()
+        return look
+
+    def _start_rate(self, rate_dps: float) -> None:
+        self._axis.check_rate(rate_dps)
+        self._before_start()
+        self._expect(told_to_turn(self._watched, rate_dps))
+        self._start(lambda: self._axis.start_rate(rate_dps))
+
+    def _start_sweep(self, target_deg: float, rate_dps: float) -> None:
+        self._axis.check_target(target_deg)
+        self._before_start()
+        self._expect(told_to_move(self._watched, target_deg, abs(rate_dps)))
+        self._start(lambda: self._axis.start_sweep(target_deg, rate_dps))
+
+    def _arm_watchdog(self, wait: Wait) -> str:
+        """Positions may be lost by it, and servos may go to their homes."""
+        self._expect(Watched())
+        told: str = self._axis.arm_watchdog(wait)
+        self._expect(Watched())
+        return told
+
+    def _judged(self, ask: Callable[[], tuple[Answer, Seen | None]]) -> Answer:
+        """Ask, and where the answer breaks what is expected, once more.
+
+        A digit that the line turned over is no motion.
+        """
+        self._supervisor.beat(self)
+        breach = ""
+        for _ in range(2):
+            orders = self._orders
+            answer, seen = ask()
+            with self._turn:
+                if orders != self._orders:
+                    return answer
+                watched, breach = (Watched(), "") if seen is None else judge(self._bounds, self._watched, seen)
+                if not breach:
+                    self._watched = watched
+                    return answer
+        self._expect(Watched())
+        raise self._supervisor.refuse(self, breach)
+
+    def _start(self, send: Callable[[], object]) -> None:
+        """Where a start is not acknowledged, another axis may have heard it."""
+        try:
+            send()
+        except RigError:
+            self._supervisor.look_at_others(self)
+            raise
+
+    def _before_start(self) -> None:
+        """Where it starts from must be known, and where the others stand."""
+        if isinstance(self._watched.task, Unknown | Stopping):
+            self.look()
+        self._supervisor.look_at_others(self, only_unknown=True)
+        self._supervisor.expect_motion(self)
+
+    def _expect(self, watched: Watched) -> None:
+        with self._turn:
+            self._orders += 1
+            self._watched = watched
+            self._others_due_s = 0.0
+
+    def _look_at_others_now_and_then(self) -> None:
+        now_s = self._clock.monotonic_s()
+        if now_s >= self._others_due_s:
+            self._others_due_s = now_s + OTHERS_S
+            self._supervisor.look_at_others(self)

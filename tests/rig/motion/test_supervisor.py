@@ -1,0 +1,147 @@
+"""Laws of the motion supervisor: whatever a line does to a command, nothing strays and nothing moves unasked.
+
+Each strike alters one command on its way to a machine's twin, by every driver: the value, the sign, the axis, twice,
+never, late. Checksums are made right again.
+"""
+
+import pytest
+from command_strikes import FAMILIES, KINDS, TURNING, strike
+from motion_bench import motion_bench
+from table_bench import virtual_clock
+
+from rig.devices.abilities import Remembering, Watchdog
+from rig.errors import MotionBreach
+from rig.link.faults import Part
+from rig.motion.move import home_and_arrive, move_and_arrive
+from rig.motion.supervisor import Supervisor
+
+AT_REST_DEG = 0.02
+TASKS = [
+    (driver, task) for driver in FAMILIES for task in ("move", "home", "rate") if task != "rate" or driver in TURNING
+]
+
+
+def _holds(driver: str, task: str, kind: str, seed: int) -> None:
+    story = strike(driver, task, kind, seed)
+    assert story.outside_deg <= story.allowed_deg, story
+    assert story.strayed_deg <= story.allowed_deg, story
+    assert story.moved_after_deg <= AT_REST_DEG, story
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("driver", "task"), TASKS)
+def test_an_altered_command_moves_nothing_farther_than_its_stop(driver: str, task: str, kind: str) -> None:
+    for seed in (1, 2):
+        _holds(driver, task, kind, seed)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("driver", "task"), TASKS)
+def test_an_altered_command_moves_nothing_farther_than_its_stop_at_length(driver: str, task: str, kind: str) -> None:
+    """72 cases of 42 seeds: 3 024 strikes."""
+    for seed in range(100, 142):
+        _holds(driver, task, kind, seed)
+
+
+class _Altered:
+    """One order of the table becomes another on its way."""
+
+    def __init__(self, order: bytes, becomes: bytes) -> None:
+        self._order, self._becomes = order, becomes
+        self.orders = 0
+
+    def on_write(self, data: bytes) -> tuple[Part, ...]:
+        self.orders += b"MOVE" in data
+        return (Part(data.replace(self._order, self._becomes)),)
+
+    def on_read(self, data: bytes) -> tuple[Part, ...]:
+        return (Part(data),)
+
+
+@pytest.mark.parametrize(
+    ("target_deg", "order", "becomes", "sentence"),
+    [
+        (80.0, b"1 MOVE +080", b"1 MOVE +170", "left its way: sent from 0 to 80 deg"),
+        (-80.0, b"1 MOVE -080", b"1 MOVE +080", "left its way: sent from 0 to -80 deg"),
+    ],
+)
+def test_a_damaged_order_is_stopped_where_it_leaves_its_way_and_never_tried_again(
+    target_deg: float, order: bytes, becomes: bytes, sentence: str
+) -> None:
+    """As it was measured: 49 read-backs outside the limits, up to 147 deg, then a retry, and status 0."""
+    bench = motion_bench("indexing-table", limits_deg=(-90.0, 90.0))
+    bench.home_all()
+    pitch = Supervisor(bench.clock).supervise(bench.pitch)
+    line = bench.stream._faults = _Altered(order, becomes)  # type: ignore[assignment]
+    with pytest.raises(MotionBreach, match=sentence):
+        move_and_arrive(pitch, target_deg, bench.clock, bench.clock.sleep)
+    assert line.orders == 1
+    bench.clock.sleep(5.0)
+    assert bench.true_deg <= (82.0 if target_deg > 0.0 else 2.0)
+    assert not bench.pitch.state().is_moving
+
+
+def test_a_digit_that_the_line_turned_over_is_no_motion() -> None:
+    bench = motion_bench("indexing-table")
+    bench.home_all()
+    pitch = Supervisor(bench.clock).supervise(bench.pitch)
+    pitch.state()
+
+    class Once(_Altered):
+        def on_read(self, data: bytes) -> tuple[Part, ...]:
+            changed, self._order = (
+                data.replace(self._order, self._becomes),
+                b"none" * 9 if self._order in data else self._order,
+            )
+            return (Part(changed),)
+
+        def on_write(self, data: bytes) -> tuple[Part, ...]:
+            return (Part(data),)
+
+    bench.stream._faults = Once(b"POS +000", b"POS +030")  # type: ignore[assignment]
+    assert pitch.state().position_deg == 0.0
+
+
+def test_an_axis_that_somebody_moves_while_another_is_sent_stops_both() -> None:
+    bench = motion_bench("indexing-table")
+    bench.home_all()
+    supervisor = Supervisor(bench.clock)
+    pitch, roll = (supervisor.supervise(axis) for axis in bench.axes.values())
+    roll.state()
+    bench.clock.sleep(1.0)
+
+    def wait(duration_s: float) -> None:
+        bench.clock.sleep(duration_s)
+        if 3.0 < bench.true_deg < 8.0:
+            bench.axes["roll"].start_move(90.0)  # past the supervisor, as another program would
+
+    with pytest.raises(MotionBreach, match="roll: moves, though nothing told it to"):
+        move_and_arrive(pitch, 60.0, bench.clock, wait)
+    bench.clock.sleep(3.0)
+    assert not any(axis.state().is_moving for axis in bench.axes.values())
+    assert bench.world.axes["roll"].table_deg(bench.clock.monotonic_s()) < 15.0
+
+
+@pytest.mark.parametrize("driver", FAMILIES)
+def test_a_supervised_axis_has_the_abilities_of_its_machine_and_no_others(driver: str) -> None:
+    bench = motion_bench(driver)
+    axis = Supervisor(virtual_clock()).supervise(bench.pitch)
+    for ability in (Remembering, Watchdog):
+        assert isinstance(axis, ability) == isinstance(bench.pitch, ability)
+    for name in ("start_rate", "start_sweep", "turn_look", "check_rate", "top_rate_dps"):
+        assert hasattr(axis, name) == hasattr(bench.pitch, name)
+
+
+@pytest.mark.parametrize("driver", FAMILIES)
+def test_a_healthy_machine_is_never_accused(driver: str) -> None:
+    bench = motion_bench(driver, speed_dps=20.0)
+    supervisor = Supervisor(bench.clock)
+    pitch, roll = (supervisor.supervise(axis) for axis in bench.axes.values())
+    for axis in (pitch, roll):
+        home_and_arrive(axis, bench.clock, bench.clock.sleep)
+    for target_deg in (30.0, -170.0, 170.0, 0.0):
+        for axis in (pitch, roll):
+            assert move_and_arrive(axis, target_deg, bench.clock, bench.clock.sleep) == pytest.approx(
+                target_deg, abs=0.1
+            )

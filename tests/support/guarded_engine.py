@@ -1,0 +1,151 @@
+"""An engine, its stop guard and its machine in processes and threads of their own: what reaches the machine, and when.
+
+The engine turns an axis, or drives it on and on, over a proxy that notes the moment of every piece of bytes. It is
+ended in the ways in which processes end.
+"""
+
+import os
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from turning_rig import served
+
+from rig.assembly.simulate import SimulatedRig
+from rig.clock import SystemClock
+
+CLOCK = SystemClock()
+BEGIN_S = 60.0
+ENGINE = """
+import sys
+from pathlib import Path
+from rig.assembly.open_rig import open_rig
+from rig.description.read import read_rig
+from rig.motion.move import home_and_arrive, move_and_arrive
+
+path, axis, rate_dps, run = Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), Path(sys.argv[4])
+with open_rig(read_rig(path), rig_file=path, purpose="test") as rig:
+    rig.belongs_to(run)
+    clock, turning = rig.clock, rig.axes[axis]
+    home_and_arrive(turning, clock, clock.sleep)
+    if rate_dps:
+        turning.start_rate(rate_dps)
+    else:
+        turning.start_move(turning.limits_deg[1])
+    clock.sleep(0.2)
+    print("turning", rig._guard.pid, flush=True)
+    while True:
+        turning.turn_look(clock) if rate_dps else turning.state()
+        clock.sleep(0.1)
+"""
+
+
+@dataclass
+class NotedLine:
+    """A proxy before a machine: what came and when, by the machine's clock; frozen or cut when told."""
+
+    target: tuple[str, int]
+    heard: list[tuple[float, bytes]] = field(default_factory=list)
+    ends: list[socket.socket] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.address = f"socket://127.0.0.1:{self.listener.getsockname()[1]}"
+        self.thread = threading.Thread(target=self._serve, daemon=True)
+        self.thread.start()
+
+    def first_s(self, stop: bytes, since_s: float) -> float | None:
+        """When the bytes came first after a moment, seconds after it."""
+        return next((at_s - since_s for at_s, data in list(self.heard) if at_s >= since_s and stop in data), None)
+
+    def close(self) -> None:
+        for end in [self.listener, *self.ends]:
+            with suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
+            end.close()
+        self.thread.join(5.0)
+
+    def _serve(self) -> None:
+        while True:
+            try:
+                caller, _ = self.listener.accept()
+            except OSError:
+                return
+            machine = socket.create_connection(self.target)
+            for end in (caller, machine):
+                end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self.ends += [caller, machine]
+            threading.Thread(target=self._relay, args=(caller, machine, True), daemon=True).start()
+            threading.Thread(target=self._relay, args=(machine, caller, False), daemon=True).start()
+
+    def _relay(self, source: socket.socket, sink: socket.socket, is_question: bool) -> None:
+        with suppress(OSError):
+            while data := source.recv(4096):
+                if is_question:
+                    self.heard.append((CLOCK.monotonic_s(), data))
+                sink.sendall(data)
+        with suppress(OSError):
+            sink.shutdown(socket.SHUT_RDWR)
+
+
+@dataclass
+class GuardedEngine:
+    """One that is at work: its axis turns."""
+
+    process: "subprocess.Popen[str]"
+    guard_pid: int
+    line: NotedLine
+    simulated: SimulatedRig
+    axis: str
+    rig_file: Path
+    run: Path
+
+    @property
+    def rate_dps(self) -> float:
+        return self.simulated.world.axes[self.axis].rate_dps(CLOCK.monotonic_s())
+
+    def until(self, is_so: Callable[[], bool], limit_s: float) -> bool:
+        """Whether it came to be so within that time."""
+        ends_s = CLOCK.monotonic_s() + limit_s
+        while not is_so():
+            if CLOCK.monotonic_s() > ends_s:
+                return False
+            CLOCK.sleep(0.005)
+        return True
+
+
+@contextmanager
+def guarded_engine(
+    folder: Path, change: tuple[str, str], axis: str = "roll", rate_dps: float = 8.0
+) -> Iterator[GuardedEngine]:
+    """An engine in its own process group whose axis turns at a rate (0: is on its way to the end of its limits)."""
+    with served(folder, SystemClock(), change) as (simulated, rig_file):
+        address = simulated.addresses[f"axes.{axis}"]
+        host, _, port = address.removeprefix("socket://").rpartition(":")
+        line = NotedLine((host, int(port)))
+        rig_file.write_text(rig_file.read_text(encoding="utf-8").replace(address, line.address), encoding="utf-8")
+        run = folder / "runs" / "night"
+        run.mkdir(parents=True)
+        process = subprocess.Popen(
+            [sys.executable, "-c", ENGINE, str(rig_file), axis, str(rate_dps), str(run)],
+            stdout=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        try:
+            assert process.stdout is not None
+            word, _, pid = process.stdout.readline().partition(" ")
+            assert word == "turning", "the engine ended before its axis turned"
+            yield GuardedEngine(process, int(pid), line, simulated, axis, rig_file, run)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, 9)
+            process.wait()
+            if process.stdout is not None:
+                process.stdout.close()
+            line.close()
