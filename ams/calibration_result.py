@@ -5,10 +5,15 @@ The report, the coefficient set and the JSON document are all drawn from these.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import Centring, FloatArray
+
+METHOD_VERSION: Final = 2
+"""Of the way from observations to a result: 1 had independent teeth and no terms of low order unless asked for; 2 has
+index errors of unknown shape and the terms wherever the points determine them."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +122,8 @@ class AxisCalibration:
     """What a reader should know and nobody needs to act upon."""
     variance_components: tuple[VarianceComponent, ...] = ()
     """They add up to ``primary_covariance``; Welch-Satterthwaite for any combination is made from them."""
+    centring: Centring = ()
+    """Of the extended model's terms (:mod:`ams.models.extended`); empty for every other model."""
     notes: Mapping[str, object] = field(default_factory=dict)
     """Further results for the report (extended model's F-test, convergence, temperature)."""
 

@@ -14,6 +14,7 @@ RAD_PER_ARCSEC = math.radians(1.0 / ARCSEC_PER_DEG)
 
 
 UNITS: Mapping[str, str] = {
+    "v_per_g3": "V/g^3",
     "v_per_g2": "V/g^2",
     "v_per_mps2": "V/(m/s^2)",
     "v_per_g": "V/g",
@@ -37,6 +38,7 @@ _PRINTED = {
     "v": "V",
     "g": "g",
     "g2": "g²",
+    "g3": "g³",
     "mps2": "m/s²",
     "dps": "°/s",
     "radps": "rad/s",

@@ -9,6 +9,7 @@ from ams.calibration_result import AxisCalibration
 from ams.errors import DesignError
 from ams.frames import Attitude
 from ams.models.drifting import DRIFT_NAME, REFERENCE_NAME, WithTime
+from ams.models.extended import ExtendedPitchRoll
 from ams.models.model import Model
 from ams.models.registry import MODELS, model_named
 from ams.models.thermal import TEMPERATURE_NAMES, WithTemperature
@@ -25,7 +26,7 @@ def model_of_solution(axis: AxisCalibration) -> Model:
         raise DesignError(
             f"axis {axis.axis}: no model is known by the name {axis.model!r}; allowed {', '.join(MODELS)}"
         )
-    model = model_named(axis.model, axis.nominal_axis)
+    model = _timeless(axis)
     references = {item.name: item.value for item in axis.parameters}
     if TEMPERATURE_NAMES[0] in axis.primary_names:
         reference_degc = references["reference_temperature_degc"]
@@ -36,6 +37,12 @@ def model_of_solution(axis: AxisCalibration) -> Model:
         assert reference_s is not None
         model = WithTime(model, reference_s)
     return model
+
+
+def _timeless(axis: AxisCalibration) -> Model:
+    if axis.model == ExtendedPitchRoll.name and axis.centring:
+        return ExtendedPitchRoll(axis.nominal_axis, axis.centring)
+    return model_named(axis.model, axis.nominal_axis)
 
 
 def confidence_halfwidth_v(axis: AxisCalibration, attitude: Attitude, level: float = 0.95) -> FloatArray:

@@ -74,7 +74,7 @@ def measured_campaigns(archive: SyntheticArchive, chance: np.random.Generator) -
 
 def _measured(label: PointLabel, primary: FloatArray, digest: str, chance: np.random.Generator) -> MeasuredSensor:
     observations = _observed(primary, chance)
-    solved = calibrate(observations, CalibrationRequest(nominal_axes={axis: axis for axis in AXES}))
+    solved = calibrate(observations, CalibrationRequest(nominal_axes={axis: axis for axis in AXES}, extended="no"))
     return MeasuredSensor(build_set(solved, _provenance(label, digest)), observations, label.is_check)
 
 

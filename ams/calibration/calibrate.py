@@ -23,6 +23,7 @@ from ams.errors import ObservationsError
 from ams.frames import AXES
 from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.inputs.shared_errors import SharedError
+from ams.inputs.table_uncertainty import corrected
 from ams.models.drifting import WithTime
 from ams.models.model import Model
 from ams.observations import Observations
@@ -48,6 +49,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         SolveError: the iteration of a nonlinear model did not converge.
     """
     refuse_unusable(observations, request)
+    observations = corrected(observations, request.table)
     layout = layout_of(observations)
     labels = tuple(request.axes_of(observations))
     base = base_model(labels[0], observations, request)
@@ -58,7 +60,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         rows = select_rows(observations, kept)
         layout = layout_of(rows)
     weights = None if request.weights is None else request.weights[kept] / request.weights[kept].mean()
-    choices = {label: choose_model(label, rows, request) for label in labels}
+    choices = {label: choose_model(label, rows, layout, request) for label in labels}
     axes: dict[str, AxisCalibration] = {}
     parts: dict[str, SolvedAxis] = {}
     shared = {label: request.shared_errors.get(label, ()) for label in labels}
@@ -135,8 +137,9 @@ def _axis(
         residuals_v=output_v - fitted_v,
         replication=_replication(solved, row),
         warnings=(*choice.warnings, *_axis_warnings(label, solved, row)),
-        remarks=_axis_remarks(label, model),
+        remarks=(*choice.remarks, *_axis_remarks(label, model)),
         variance_components=components_of(solved.components, row),
+        centring=choice.centring,
         notes={
             **_notes(solved, row, choice),
             **_curvature(model, primary, observations, output_v - fitted_v, asked=asked),

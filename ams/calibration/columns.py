@@ -13,8 +13,9 @@ import numpy as np
 from ams.analysis.replication import ReplicationColumns, analyse, quantity
 from ams.arrays import FloatArray
 from ams.inputs.shared_errors import SharedError, shared_columns
-from ams.inputs.table_uncertainty import TableUncertainty, columns_of_members, index_members
+from ams.inputs.table_uncertainty import TableUncertainty, columns_of_members, corrected, index_members, shown_rad
 from ams.models.drifting import REFERENCE_NAME
+from ams.models.extended import TERM_NAMES, TRACELESS_NAME
 from ams.models.model import Model, Stimulus
 from ams.observations import Observations
 from ams.solve.components import Causes, ComponentColumns
@@ -84,6 +85,7 @@ def solve_columns(
         ObservationsError: a (replication, point) pair stands twice.
         DesignError: the points cannot determine the model.
     """
+    points = corrected(points, table)
     layout = layout_of(points)
     problem = linearise(models, points, layout, outputs, weights)
     return solve_linearised(problem, layout, plots_of(problem.model, points, layout), table)
@@ -136,11 +138,11 @@ def _common_errors(
 ) -> list[CommonErrors]:
     """Return for every axis columns of errors that many rows share, one standard uncertainty each, volts."""
     uncertain = _uncertain(problem.model)
-    if table is None and not uncertain and not shared:
+    rows = problem.block
+    members = {} if table is None else index_members(table, shown_rad(table, _angles_rad(rows)))
+    if not members and not uncertain and not shared:
         return []
     ordinary = problem.complete(problem.form.solve(problem.outputs).T)
-    rows = problem.block
-    members = {} if table is None else index_members(table, _angles_rad(rows))
     common: list[CommonErrors] = []
     for model, primary in zip(problem.models, ordinary, strict=True):
         blocks: dict[str, FloatArray] = {}
@@ -219,7 +221,7 @@ def _replication(
     if mixed.sums is None:
         return None
     own = problem.alone.basis.shape[1]
-    tested = [i for i, name in enumerate(parameters.names) if _is_per_replication(name)]
+    tested = [i for i, name in enumerate(parameters.names) if _is_tested(name)]
     names = [quantity(parameters.names[i]) for i in tested]
     directions = parameters.directions[:, tested][..., problem.free][..., :own]
     largest_v = np.abs(problem.outputs).max(axis=0)
@@ -228,3 +230,8 @@ def _replication(
 
 def _is_per_replication(name: str) -> bool:
     return name not in NOT_PER_REPLICATION and not is_shared(name)
+
+
+def _is_tested(name: str) -> bool:
+    """For drift: terms of low order are the sensor's, and their own test tells of them."""
+    return _is_per_replication(name) and name not in (*TERM_NAMES, TRACELESS_NAME)

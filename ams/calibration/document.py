@@ -21,7 +21,7 @@ def _axis(axis: AxisCalibration, calibration: Calibration) -> Document:
         "standard_error_v": number(axis.standard_error_v),
         "degrees_of_freedom": axis.degrees_of_freedom,
         "effective_degrees_of_freedom": {
-            estimate.name: _degrees_of_freedom(estimate.effective_degrees_of_freedom) for estimate in axis.parameters
+            estimate.name: degrees_of_freedom(estimate.effective_degrees_of_freedom) for estimate in axis.parameters
         },
         **_sensitive_axis(axis),
         "replication": None if axis.replication is None else _replication(axis.replication),
@@ -75,7 +75,7 @@ def _test(test: FTest) -> Document:
     return {"t": number(test.t), "f_95": number(test.f_95)}
 
 
-def _degrees_of_freedom(dof: float | None) -> float | None:
+def degrees_of_freedom(dof: float | None) -> float | None:
     """Return the degrees of freedom, null where there is nothing to count.
 
     That is an exact value, or an uncertainty that a certificate states.

@@ -6,7 +6,7 @@ from math import isfinite
 from ams.analysis.advice import Advice, DriftRate, ResidualTerm, advise
 from ams.analysis.calibration_budget import AxisBudget, MonteCarloCheck
 from ams.calibration.document import Document, number, to_document
-from ams.calibration_result import AxisCalibration, Calibration, PackageCovariance
+from ams.calibration_result import METHOD_VERSION, AxisCalibration, Calibration, PackageCovariance
 from ams.observations import Observations
 from ams.solve.extension import Extension
 from ams.solve.residual_curvature import ResidualCurvature
@@ -30,6 +30,7 @@ def full_document(
             sections[label]["budget"] = budget_document(budgets[label])
     return {
         **base,
+        "method_version": METHOD_VERSION,
         "model": calibration.model,
         "convention": calibration.convention,
         "package_covariance": None if calibration.package is None else _package(calibration.package),

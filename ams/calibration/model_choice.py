@@ -4,17 +4,30 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ams.arrays import Centring
 from ams.errors import DesignError
+from ams.frames import Attitude
 from ams.inputs.request import CalibrationRequest
+from ams.models.accelerometer import PitchOnly, PitchRoll
+from ams.models.added_parameters import WithAddedParameters
 from ams.models.drifting import with_time
-from ams.models.extended import ExtendedPitchRoll
+from ams.models.extended import ExtendedPitchRoll, centring_of
 from ams.models.model import Model
 from ams.models.registry import model_named
 from ams.models.thermal import WithTemperature, refuse_unless_estimable
 from ams.observations import Observations
-from ams.solve.extension import Extension, judge_extension
+from ams.solve.extension import Extension, judge_extension, stands_alike
+from ams.solve.layout import Layout
 
 DEFAULT_REFERENCE_DEGC = 20.0
+_NOT_DETERMINED = (
+    "terms of second and third order are not determined by these points and not in the uncertainty: a soft mount or a "
+    "nonlinearity of the sensor would bend the offset; add pitch and roll angles (five or more of each, past ±45°)"
+)
+_WHICH_OFFSET = (
+    "offset_v and the sensitivities are those of the linear sensor that comes closest over these points; "
+    "offset_traceless_v is the offset beside terms of second order with tr Q = 0"
+)
 
 
 @dataclass(frozen=True)
@@ -25,6 +38,15 @@ class ModelChoice:
     extension: Extension | None = None
     """The F-test on the extended model, where it was made."""
     warnings: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def centring(self) -> Centring:
+        """Of the extended model's terms; empty without them."""
+        model = self.model
+        while isinstance(model, WithAddedParameters):
+            model = model.base
+        return model.centring if isinstance(model, ExtendedPitchRoll) else ()
 
 
 def base_model(label: str, observations: Observations, request: CalibrationRequest) -> Model:
@@ -36,49 +58,76 @@ def base_model(label: str, observations: Observations, request: CalibrationReque
     return request.models.get(label) or model_named(request.model, request.axes_of(observations)[label])
 
 
-def choose_model(label: str, rows: Observations, request: CalibrationRequest) -> ModelChoice:
+def choose_model(label: str, rows: Observations, layout: Layout, request: CalibrationRequest) -> ModelChoice:
     """Return the model of one sensor axis for the rows that are solved.
 
     Raises:
         DesignError: no such model, or terms that were asked for are not known, not estimable or do not exist for it.
     """
-    choice = _with_extension(label, rows, request, base_model(label, rows, request))
+    choice = _with_extension(label, rows, layout, request, base_model(label, rows, request))
     if request.temperature != "none":
         choice = replace(choice, model=_with_temperature(label, rows, request, choice.model))
     return replace(choice, model=with_time(choice.model, rows)) if request.time_term else choice
 
 
-def _with_extension(label: str, rows: Observations, request: CalibrationRequest, base: Model) -> ModelChoice:
+def _with_extension(
+    label: str, rows: Observations, layout: Layout, request: CalibrationRequest, base: Model
+) -> ModelChoice:
+    """``yes``: wherever the points determine the terms; ``test``: where the F-test accepts them."""
     if request.extended == "no":
         return ModelChoice(base)
-    if base.name != "pitch-roll":
-        if request.extended == "test":
-            return ModelChoice(base, None, (f"axis {label}: extended model not tested: it extends pitch-roll only",))
-        raise DesignError(
-            f"extended: axis {label}: got yes for model {base.name}, allowed with pitch-roll only; "
-            "nothing was solved; ask for no"
-        )
-
+    if base.name != PitchRoll.name:
+        return ModelChoice(base, remarks=_not_of_this_model(label, request, base))
+    extended = _extended(rows, layout, base)
+    extension, refusal = _judged(label, rows, layout, request)
+    if extended is None:
+        return ModelChoice(base, extension, remarks=(f"axis {label}: {_NOT_DETERMINED}",))
     if request.extended == "yes":
-        return ModelChoice(ExtendedPitchRoll(base.nominal_axis))
-    return _tested(label, rows, request, base)
-
-
-def _tested(label: str, rows: Observations, request: CalibrationRequest, base: Model) -> ModelChoice:
-    if request.temperature != "none":
-        return ModelChoice(base, None, (f"axis {label}: extended model not tested: temperature terms are asked for",))
-    try:
-        extension = judge_extension(rows, label, request.table)
-    except DesignError as refusal:
+        told = (f"axis {label}: {_WHICH_OFFSET}", *_found(label, extension))
+        return ModelChoice(extended, extension, remarks=told)
+    if extension is None:
         return ModelChoice(base, None, (f"axis {label}: extended model not tested: {refusal}",))
     if not extension.is_accepted:
         return ModelChoice(base, extension)
-    accepted = (
-        f"axis {label}: extended model accepted: F = {extension.test.t:.3g} above {extension.test.f_95:.3g}; "
-        f"standard error {extension.standard_error_before_v:.3g} V to {extension.standard_error_after_v:.3g} V; "
-        f"{extension.remark}"
+    return ModelChoice(extended, extension, _found(label, extension), (f"axis {label}: {_WHICH_OFFSET}",))
+
+
+def _extended(rows: Observations, layout: Layout, base: Model) -> ExtendedPitchRoll | None:
+    block = slice(layout.points if stands_alike(rows, layout) else layout.rows)
+    design = Attitude(rows.pitch_rad[block], rows.roll_rad[block])
+    centring = centring_of(design, layout.points, base.nominal_axis)
+    return None if centring is None else ExtendedPitchRoll(base.nominal_axis, centring)
+
+
+def _not_of_this_model(label: str, request: CalibrationRequest, base: Model) -> tuple[str, ...]:
+    if request.extended == "test":
+        return (f"axis {label}: extended model not tested: it extends pitch-roll only",)
+    if base.name == PitchOnly.name:
+        return (f"axis {label}: {_NOT_DETERMINED}",)
+    return ()
+
+
+def _judged(
+    label: str, rows: Observations, layout: Layout, request: CalibrationRequest
+) -> tuple[Extension | None, str]:
+    """Return the F-test, or why there is none."""
+    if request.temperature != "none" or request.time_term:
+        return None, "temperature or time terms are asked for"
+    try:
+        return judge_extension(rows, label, request.table, layout=layout), ""
+    except DesignError as refusal:
+        return None, str(refusal)
+
+
+def _found(label: str, extension: Extension | None) -> tuple[str, ...]:
+    """Tell what the F-test says of terms that stand in the model, where it is significant."""
+    if extension is None or not extension.is_accepted:
+        return ()
+    return (
+        f"axis {label}: terms of second order are significant: F = {extension.test.t:.3g} above "
+        f"{extension.test.f_95:.3g}; standard error {extension.standard_error_before_v:.3g} V to "
+        f"{extension.standard_error_after_v:.3g} V with them; {extension.remark}",
     )
-    return ModelChoice(ExtendedPitchRoll(base.nominal_axis), extension, (accepted,))
 
 
 def _with_temperature(label: str, rows: Observations, request: CalibrationRequest, base: Model) -> Model:

@@ -41,8 +41,8 @@ FORCE_BITS = 30
 VOLT_BITS = 26
 LARGEST_WORD = 2**31 - 1
 LOSES = (
-    "rounds coefficients to 2^-26 V and the force to 2^-30 (bound stated in the file), and holds the uncertainty only "
-    "in its comment"
+    "rounds coefficients to 2^-26 V and the force to 2^-30, leaves out terms of second and third order (bound of both "
+    "stated in the file) and holds the uncertainty only in its comment"
 )
 OUTPUT = """
 /* f in 2^-30 local g, |f| <= 2^30 each; the output in 2^-26 V, at most @P@_@A@_ERROR_V from the exact one */
@@ -92,8 +92,9 @@ class FixedAxis:
 def to_c_fixed(coefficients: CoefficientSet) -> bytes:
     """Return a set as the bytes of a C header in fixed point.
 
-    Raises: SetError where fixed point has no form of the equations (temperature, the extended model) or a coefficient
-    or output does not fit.
+    Of a set with terms of second and third order it has the linear sensor that comes closest to it. Raises: SetError
+    where fixed point has no form of the equations (temperature, terms that are not centred) or a coefficient or output
+    does not fit.
     """
     axes = fixed_axes(coefficients)
     prefix = _prefix(coefficients)
@@ -138,9 +139,10 @@ def fixed_axes(coefficients: CoefficientSet) -> list[FixedAxis]:
 
 
 def _fixed(sensor: str, numbers: AxisNumbers) -> FixedAxis:
-    if not numbers.is_linear or numbers.needs_temperature:
+    is_bent = not numbers.is_linear and numbers.centring is None
+    if is_bent or numbers.needs_temperature:
         raise SetError(
-            f"{sensor}: axis {numbers.axis}: fixed point: got {'temperature' if numbers.is_linear else 'quadratic'} "
+            f"{sensor}: axis {numbers.axis}: fixed point: got {'quadratic' if is_bent else 'temperature'} "
             "terms, allowed is v = b + k.f alone; nothing was written; use the floating-point header (c)"
         )
     offset = _word(numbers.primary["offset_v"])
@@ -153,9 +155,23 @@ def _fixed(sensor: str, numbers: AxisNumbers) -> FixedAxis:
             "floating-point header (c)"
         )
     units = 0.5 + math.sqrt(3.0) / 2.0 + 0.5 + (abs(x) + abs(y) + abs(z)) / 2.0 ** (FORCE_BITS + 1)
-    error_v = units / 2.0**VOLT_BITS
+    error_v = units / 2.0**VOLT_BITS + _left_out_v(numbers)
     slope_v_per_rad = float(np.linalg.norm(numbers.direction_v_per_g))
     return FixedAxis(numbers.axis, offset, (x, y, z), error_v, math.degrees(error_v / slope_v_per_rad) * ARCSEC_PER_DEG)
+
+
+def _left_out_v(numbers: AxisNumbers) -> float:
+    """Return the most that the terms of second and third order do to an output at rest, at any attitude.
+
+    They are looked at every degree; between, they turn by half a degree of their own slope. Whole words, so that every
+    machine says the same.
+    """
+    if numbers.is_linear:
+        return 0.0
+    pitch, roll = np.meshgrid(np.radians(np.arange(-90.0, 91.0)), np.radians(np.arange(-180.0, 180.0)))
+    between = numbers.largest_bend_v_per_g * math.radians(math.sqrt(0.5))
+    largest_v = float(np.abs(numbers.terms_v(specific_force(pitch, roll))).max()) + between
+    return math.ceil(largest_v * 2.0**VOLT_BITS) / 2.0**VOLT_BITS
 
 
 def _word(value: float, bits: int = VOLT_BITS) -> int:

@@ -25,12 +25,13 @@ from ams.exports.c_text import (
 from ams.exports.embedded import document_from
 from ams.exports.format import Format
 from ams.exports.plain_values import check_same
+from ams.models.extended import TERM_NAMES
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.equations import EXTENDED_NAMES, AxisNumbers
+from ams.sets.equations import AxisNumbers
 from ams.sets.instructions import polarity
 from ams.sets.sensed_quantity import FIELDS
-from ams.sets.vectors import is_package
+from ams.sets.vectors import INVERSE_STEPS, is_package, is_straight
 
 HEAD = "calrig coefficient set as C header, floating point, version 1"
 CHECKSUM_LINE = c_checksum_line("C header", HEAD)
@@ -76,6 +77,7 @@ QUADRATIC = (
     "(f[1] * f[1] - f[2] * f[2])",
     "2.0 * f[1] * f[2]",
 )
+CUBIC = "(f[{place}] * f[{place}] * f[{place}])"
 ANGLES = """
 /* outputs_v in the order @order@; returns 0, or -1 where the force is zero or not finite. */
 static inline int @p@_angles(const double outputs_v[3], double temperature_degc, double *pitch_deg, double *roll_deg)
@@ -95,6 +97,37 @@ static inline int @p@_angles(const double outputs_v[3], double temperature_degc,
         f[i] = s[0] * (m[1][a] * m[2][b] - m[1][b] * m[2][a]) + s[1] * (m[2][a] * m[0][b] - m[2][b] * m[0][a])
              + s[2] * (m[0][a] * m[1][b] - m[0][b] * m[1][a]);
         f[i] *= @sign@;
+    }
+    if (!(f[0] * f[0] + f[1] * f[1] + f[2] * f[2] > 0.0) || !isfinite(f[0] + f[1] + f[2])) {
+        return -1;
+    }
+    *pitch_deg = atan2(f[0], sqrt(f[1] * f[1] + f[2] * f[2])) / degree;
+    *roll_deg = atan2(-f[1], -f[2]) / degree;
+    return 0;
+}
+"""
+BENT_ANGLES = """
+/* outputs_v in the order @order@; returns 0, or -1 where the force is zero or not finite. */
+static inline int @p@_angles(const double outputs_v[3], double temperature_degc, double *pitch_deg, double *roll_deg)
+{
+    const double degree = 0.017453292519943295;
+    const double m[3][3] = {
+        @rows@
+    };
+    const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
+                             + m[0][1] * (m[1][2] * m[2][0] - m[1][0] * m[2][2])
+                             + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    double f[3] = {0.0, 0.0, 0.0};
+    int step, i;
+    for (step = 0; step < @steps@; step++) { /* what is left of the outputs, by Cramer's rule; the bend is small */
+        const double s[3] = {
+            @left@
+        };
+        for (i = 0; i < 3; i++) {
+            const int a = (i + 1) % 3, b = (i + 2) % 3;
+            f[i] += (s[0] * (m[1][a] * m[2][b] - m[1][b] * m[2][a]) + s[1] * (m[2][a] * m[0][b] - m[2][b] * m[0][a])
+                   + s[2] * (m[0][a] * m[1][b] - m[0][b] * m[1][a])) / determinant;
+        }
     }
     if (!(f[0] * f[0] + f[1] * f[1] + f[2] * f[2] > 0.0) || !isfinite(f[0] + f[1] + f[2])) {
         return -1;
@@ -233,7 +266,8 @@ def _functions(coefficients: CoefficientSet, prefix: str, model: str) -> list[st
         here = {**names, "a": numbers.axis, "A": numbers.axis.upper()}
         lines += ["", *filled(_output(numbers), here)]
     if is_package(coefficients.axes):
-        lines += ["", *filled("\n".join(filled(ANGLES, _package(coefficients))), names)]
+        angles = ANGLES if is_straight(coefficients.axes) else BENT_ANGLES
+        lines += ["", *filled("\n".join(filled(angles, _package(coefficients))), names)]
     count = len(FIELDS[model].inputs)
     checks = [
         line
@@ -253,15 +287,20 @@ def _output(numbers: AxisNumbers) -> str:
 
 
 def _terms(numbers: AxisNumbers) -> dict[str, str]:
-    quadratic = [
-        f"\n        + @P@_@A@_{name.upper()} * {term}" for name, term in zip(EXTENDED_NAMES, QUADRATIC, strict=True)
+    factors = [*QUADRATIC, CUBIC.format(place="xyz".index(numbers.nominal_axis))]
+    count = len(QUADRATIC) if numbers.centring is None else len(numbers.centring)
+    bent = [
+        f"\n        + @P@_@A@_{name.upper()} * {term}"
+        for name, term in zip(TERM_NAMES[:count], factors[:count], strict=True)
     ]
+    if numbers.centring is not None:
+        bent.append("\n        + @P@_@A@_SENSED_CONSTANT_V")
     k = zip(("KX", "KY", "KZ"), FIELDS[numbers.model].directions, strict=True)
     return {
         **{place: name.upper() for place, name in k},
         "offset": OFFSET if numbers.needs_temperature else "",
         "gain": GAIN if numbers.needs_temperature else "",
-        "q": "" if numbers.is_linear else "".join(quadratic),
+        "q": "" if numbers.is_linear else "".join(bent),
     }
 
 
@@ -273,8 +312,14 @@ def _package(coefficients: CoefficientSet) -> dict[str, str]:
         f"(outputs_v[{i}] - @p@_{n.axis}_offset_v(temperature_degc)) / @p@_{n.axis}_gain(temperature_degc)"
         for i, n in enumerate(axes)
     ]
+    left = [
+        f"(outputs_v[{i}] - @p@_{n.axis}_v(f, temperature_degc)) / @p@_{n.axis}_gain(temperature_degc)"
+        for i, n in enumerate(axes)
+    ]
     return {
         "order": ", ".join(coefficients.axes),
+        "left": ",\n            ".join(left),
+        "steps": str(INVERSE_STEPS),
         "rows": ",\n        ".join(f"{{{row}}}" for row in k),
         "sensed": ",\n        ".join(sensed),
         "sign": "1.0" if determinant > 0.0 else "-1.0",

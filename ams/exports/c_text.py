@@ -12,8 +12,9 @@ from ams.errors import SetError
 from ams.exports.checksum_line import ChecksumLine
 from ams.exports.embedded import comment_lines, document_lines
 from ams.exports.statement import statement
+from ams.models.extended import TERM_NAMES
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.equations import EXTENDED_NAMES, TEMPERATURE_NAMES, AxisNumbers
+from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers
 from ams.sets.sensed_quantity import FIELDS
 
 COMMENT = " * "
@@ -95,15 +96,23 @@ def numbers_in(body: bytes) -> dict[str, list[str]]:
 
 
 def primary_lines(prefix: str, numbers: AxisNumbers) -> list[str]:
-    """Return the macros of one axis' coefficients: b and k always, Q and temperature where the axis has them."""
+    """Return the macros of one axis' coefficients: b and k always, further terms and temperature where it has them.
+
+    What the terms' centring takes off is taken off k and stands as a constant.
+    """
     given = {name: numbers.primary.get(name, numbers.parameters.get(name)) for name in _names(numbers)}
+    if numbers.centring is not None:
+        off = numbers.taken_off
+        given["sensed_constant_v"] = -off[0]
+        for place, name in enumerate(FIELDS[numbers.model].directions):
+            given[name] = numbers.direction[place] - off[1 + place]
     return [defined(f"{prefix}_{numbers.axis}_{name}", float(value or 0.0)) for name, value in given.items()]
 
 
 def _names(numbers: AxisNumbers) -> Iterable[str]:
     if numbers.own_output is not None:
         return numbers.own_output.primary_names
-    extended = () if numbers.is_linear else EXTENDED_NAMES
+    extended = () if numbers.is_linear else TERM_NAMES[: 5 if numbers.centring is None else len(numbers.centring)]
     temperature = (*TEMPERATURE_NAMES, "reference_temperature_degc") if numbers.needs_temperature else ()
     return ("offset_v", *FIELDS[numbers.model].directions, *extended, *temperature)
 

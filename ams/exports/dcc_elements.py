@@ -11,6 +11,7 @@ D_SI = {
     "V": r"\volt",
     "V/g": r"\volt",
     "V/g^2": r"\volt",
+    "V/g^3": r"\volt",
     "V/degC": r"\volt\degreecelsius\tothe{-1}",
     "V/(deg/s)": r"\volt\second\degree\tothe{-1}",
     "1/degC": r"\degreecelsius\tothe{-1}",

@@ -94,10 +94,17 @@ def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
     jacobian = np.array([[0.0, -1.0 / k_along**2], [-1.0 / k_along, offset_v / k_along**2]])
     covariance = jacobian @ _covariance(coefficients, name, along) @ jacobian.T
     cross = math.hypot(*np.delete(k, along))
-    quadratic = float(np.abs(np.linalg.eigvalsh(numbers.quadratic_v_per_g2)).max())
+    quadratic = _largest_term_v(numbers)
     warming_v = _temperature_error_v(coefficients, numbers, float(np.linalg.norm(k)) + quadratic)
     error_g = (cross + quadratic + warming_v) / abs(k_along)
     return LinearAxis(1.0 / k_along, -offset_v / k_along, covariance, error_g)
+
+
+def _largest_term_v(numbers: AxisNumbers) -> float:
+    """Bound of the terms of second and third order for any |f| = 1."""
+    off = numbers.taken_off
+    largest_bent = float(np.abs(np.linalg.eigvalsh(numbers.quadratic_v_per_g2)).max()) + abs(numbers.cubic_v_per_g3)
+    return largest_bent + abs(float(off[0])) + float(np.linalg.norm(off[1:]))
 
 
 def _covariance(coefficients: CoefficientSet, name: str, along: int) -> FloatArray:

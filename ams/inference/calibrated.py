@@ -1,8 +1,8 @@
 """A calibrated accelerometer with all its terms, as the inference of angles wants it: a line in the specific force.
 
-v = b0 + b1 dT + (1 + s1 dT)(k·f + fᵀQf). The temperature terms are taken off the reading first, the quadratic ones
-while the angles are sought; the variance of what is left holds the covariance of every term and the reading's
-own. CR's sets sense gravity, the opposite of the specific force, so their k change sign here.
+v = b0 + b1 dT + (1 + s1 dT)(k·f + terms of second and third order). The temperature terms are taken off
+the reading first, the others while the angles are sought; the variance of what is left holds the covariance of every
+term and the reading's own. CR's sets sense gravity, the opposite of the specific force, so their k change sign here.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import Centring, FloatArray
 from ams.attitude.spread import Part
 from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
-from ams.models.extended import Q_NAMES, quadratic_basis
+from ams.models.extended import Q_NAMES, TERM_NAMES, centred_basis, quadratic_basis
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.sets.canonical import Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
@@ -36,6 +36,9 @@ class CalibratedSensor:
     """(N,) or (1,) temperature above the reference."""
     components: Sequence[VarianceComponent] = ()
     """(P, P) independent parts of the covariance; empty: it is known as it stands."""
+    nominal_axis: str = "x"
+    centring: Centring = ()
+    """Of the terms of second and third order."""
 
     @property
     def offset_v(self) -> float:
@@ -51,13 +54,22 @@ class CalibratedSensor:
         return np.asarray((output_v - self.offset_v - offset_tc * self.rise_degc) / self._gain() + self.offset_v)
 
     def quadratic_v(self, force: FloatArray) -> FloatArray:
-        """Return (N,) fᵀQf; zero where the force is not known."""
-        q = np.array([self._value(name) for name in Q_NAMES])
-        return np.asarray(np.nan_to_num(quadratic_basis(force) @ q))
+        """Return (N,) what the terms of second and third order add; zero where the force is not known."""
+        return np.asarray(np.nan_to_num(self._terms(force) @ [self._value(name) for name in self._term_names]))
 
     @property
     def is_linear(self) -> bool:
-        return not any(self._value(name) for name in Q_NAMES)
+        return not any(self._value(name) for name in TERM_NAMES)
+
+    @property
+    def _term_names(self) -> tuple[str, ...]:
+        return TERM_NAMES[: len(self.centring)] if self.centring else Q_NAMES
+
+    def _terms(self, force: FloatArray) -> FloatArray:
+        """Return (…, t), each by one of its coefficient."""
+        if not self.centring:
+            return quadratic_basis(force)
+        return centred_basis(force, self.nominal_axis, self.centring)
 
     def output_variance_v2(self, force: FloatArray) -> FloatArray:
         """Return the variance of :meth:`line_output_v` less its prediction, calibration and reading together.
@@ -83,7 +95,7 @@ class CalibratedSensor:
         ones = np.ones(force.shape[:-1])
         columns: dict[str, FloatArray] = {"offset_v": ones / gain}
         columns |= dict(zip(PER_G, np.moveaxis(force, -1, 0), strict=True))
-        columns |= dict(zip(Q_NAMES, np.moveaxis(quadratic_basis(force), -1, 0), strict=True))
+        columns |= dict(zip(self._term_names, np.moveaxis(self._terms(force), -1, 0), strict=True))
         columns |= dict(zip(TEMPERATURE_NAMES, (ones * rise / gain, rise * sensed / gain), strict=True))
         return np.stack([columns[name] for name in self.names], axis=-1)
 
@@ -145,7 +157,12 @@ def sensor_of_set(
         names, values * sense, covariance, _reading_sd_v(coefficients, axis, section, reading_sd_v),
         _rise_degc(coefficients, axis, section, temperature_degc),
         _components(table(primary["components"]), list(range(len(names))), sense),
+        coefficients.axes[axis].nominal_axis, _centring(coefficients.axes[axis].centring),
     )  # fmt: skip
+
+
+def _centring(rows: FloatArray | None) -> Centring:
+    return () if rows is None else tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in rows)
 
 
 def _senses(coefficients: CoefficientSet, names: Sequence[str]) -> FloatArray:

@@ -32,8 +32,9 @@ class CalibrationRequest:
     """Sensor axis label to its coefficients, for ``apply``."""
     reference_temperature_degc: float | None = None
     """None: the mean of the measured temperatures rounded to 1 °C."""
-    extended: Literal["no", "test", "yes"] = "no"
-    """Five quadratic terms beside pitch-roll; ``test``: where an F-test asks for them."""
+    extended: Literal["no", "test", "yes"] = "yes"
+    """Terms of second and third order beside pitch-roll: ``yes`` wherever the points determine them, ``test`` where an
+    F-test asks for them."""
     time_term: bool = False
     """A drift of the offset, linear in time within the run, as a parameter ``offset_drift_v_per_h``."""
     table: TableUncertainty | None = None

@@ -55,6 +55,8 @@ class SetForm:
     """Asked for only with the yaw and the rates that ``inputs`` name."""
     equation: Callable[[str], Equation | None]
     """Of a nominal axis; None where the model has none for it."""
+    centred_equation: Callable[[str, int], Equation | None] | None = None
+    """The same with so many terms taken without their best linear approximation; None: the model has no such terms."""
     directions: tuple[str, str, str] = PER_G
     """Names of k among the primary parameters."""
     quadratic: tuple[str, ...] = ()

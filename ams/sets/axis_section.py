@@ -8,7 +8,7 @@ from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication, TpReplication
 from ams.errors import SetError
 from ams.models.drifting import at_reference_time
-from ams.sets.canonical import Document, Json, number, plain, table
+from ams.sets.canonical import Document, Json, listed, number, plain, table
 from ams.sets.equations import AxisNumbers, equation_of
 from ams.units import UNITS, unit_of
 
@@ -42,12 +42,14 @@ def axis_section(axis: AxisCalibration, sensor: str) -> Document:
 
 def axis_numbers(axis: str, section: Mapping[str, Json], model: str | None = None) -> AxisNumbers:
     """Return what the equation takes, read from the section of a checked document."""
+    centring = table(section["equation"]).get("centring")
     return AxisNumbers(
         axis=axis,
         model=str(table(section["equation"])["name"]) if model is None else model,
         nominal_axis=str(section["nominal_axis"]),
         primary={name: number(value) for name, value in table(table(section["primary"])["values"]).items()},
         parameters={name: _value(table(entry)) for name, entry in table(section["parameters"]).items()},
+        centring=None if centring is None else np.array([[number(c) for c in listed(row)] for row in listed(centring)]),
     )
 
 
@@ -56,13 +58,16 @@ def _value(parameter: Document) -> float | None:
 
 
 def _equation(axis: AxisCalibration, numbers: AxisNumbers) -> Document:
-    equation = equation_of(axis.model, axis.nominal_axis, numbers.needs_temperature)
-    return {
+    equation = equation_of(axis.model, axis.nominal_axis, numbers.needs_temperature, len(axis.centring))
+    section: Document = {
         "name": equation.name,
         "source": equation.source,
         "primary": equation.primary,
         "derived": equation.derived,
     }
+    if axis.centring:
+        section["centring"] = [list(row) for row in axis.centring]
+    return section
 
 
 def _unit(name: str) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
-from ams.calibration_result import Calibration
+from ams.calibration_result import METHOD_VERSION, Calibration
 from ams.errors import SetError
 from ams.sets.axis_section import axis_numbers, axis_section
 from ams.sets.canonical import Document, Json, listed, plain, table, with_checksum
@@ -96,6 +96,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
         "convention": {"name": calibration.convention, "text": CONVENTIONS.get(calibration.convention, "")},
         "inputs": _inputs(numbers),
         "use": use_section(numbers, provenance.mount, provenance.chain, provenance.temperature_conversion),
+        "method_version": METHOD_VERSION,
         "axes": dict(axes),
         **({} if calibration.package is None else {"package": package_section(calibration.package)}),
         "test_vectors": make_vectors(numbers, _validity_of(provenance)),

@@ -1,8 +1,8 @@
 """The equations a set names, each as text for people and as code for us, from the set's own numbers alone.
 
 Almost every equation is linear in the primary parameters b and k: v = b + k·f, with f the field that the model senses
-in package axes (x forward, y right, z down; ``ams.sets.sensed_quantity``); the extended model adds fᵀQf, and a model
-may bring an equation of its own. The usual parameters
+in package axes (x forward, y right, z down; ``ams.sets.sensed_quantity``); the extended model adds terms of second and
+third order, and a model may bring an equation of its own. The usual parameters
 (sensitivity, coning angle, azimuth) are derived from k; both forms are printed and both must give the same outputs.
 Source: TP (1), (2), (4), (5); CR (III-B.27) to (III-B.32), (III-C.16) to (III-C.18).
 """
@@ -14,8 +14,8 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import SetError
-from ams.models.extended import Q_NAMES
-from ams.models.sensor_model import OwnOutput
+from ams.models.extended import CUBIC_NAME, Q_NAMES, TERM_NAMES
+from ams.models.sensor_model import Equation, OwnOutput
 from ams.sets.sensed_quantity import FIELDS, PER_G
 
 CONVENTIONS = {
@@ -59,6 +59,8 @@ class AxisNumbers:
     nominal_axis: str
     primary: Mapping[str, float]
     parameters: Mapping[str, float | None]
+    centring: FloatArray | None = None
+    """(t, 4) what is taken off each term of the extended model; None: nothing."""
 
     @property
     def direction_v_per_g(self) -> FloatArray:
@@ -78,14 +80,47 @@ class AxisNumbers:
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
 
     @property
+    def cubic_v_per_g3(self) -> float:
+        """K₃ along the nominal axis."""
+        return self.primary.get(CUBIC_NAME, 0.0)
+
+    @property
     def is_linear(self) -> bool:
         """Whether the output is linear in the specific force."""
-        return self.own_output is None and not self.quadratic_v_per_g2.any()
+        is_bent = bool(self.quadratic_v_per_g2.any()) or self.cubic_v_per_g3 != 0.0
+        return self.own_output is None and not is_bent
 
     @property
     def own_output(self) -> OwnOutput | None:
         """The model's own equation, where it is another than that of all others."""
         return FIELDS[self.model].output if self.model in FIELDS else None
+
+    @property
+    def centred_terms(self) -> tuple[str, ...]:
+        """Names of the terms that stand in the equation without their best linear approximation."""
+        return () if self.centring is None else TERM_NAMES[: len(self.centring)]
+
+    @property
+    def taken_off(self) -> FloatArray:
+        """(4,) constant (V) and direction (V/g) that the centring of the terms takes off the output."""
+        if self.centring is None:
+            return np.zeros(4)
+        terms = np.array([self.primary[name] for name in self.centred_terms])
+        # Added in this order on every machine: headers state what comes of it to the last digit.
+        return np.asarray((terms[:, None] * self.centring).sum(axis=0))
+
+    def terms_v(self, f: FloatArray) -> FloatArray:
+        """Return what the terms of second and third order add at the specific force (…, 3)."""
+        bent = np.sum(f @ self.quadratic_v_per_g2 * f, axis=-1)
+        bent = bent + self.cubic_v_per_g3 * f[..., "xyz".index(self.nominal_axis)] ** 3
+        off = self.taken_off
+        return np.asarray(bent - off[0] - f @ off[1:])
+
+    @property
+    def largest_bend_v_per_g(self) -> float:
+        """No less than the slope of :meth:`terms_v` anywhere within one g."""
+        quadratic = 2.0 * float(np.linalg.norm(self.quadratic_v_per_g2, 2))
+        return quadratic + 3.0 * abs(self.cubic_v_per_g3) + float(np.linalg.norm(self.taken_off[1:]))
 
     @property
     def scale_v(self) -> float:
@@ -131,7 +166,7 @@ def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArra
         return np.asarray(own.value_v(numbers.primary, f))
     sensed_v = f @ numbers.direction
     if not numbers.is_linear:
-        sensed_v = sensed_v + np.sum(f @ numbers.quadratic_v_per_g2 * f, axis=-1)
+        sensed_v = sensed_v + numbers.terms_v(f)
     return np.asarray(numbers.offset_v(temperature_degc) + numbers.gain(temperature_degc) * sensed_v)
 
 
@@ -145,9 +180,9 @@ def derived_direction(numbers: AxisNumbers) -> FloatArray | None:
     return np.asarray(sensitivity * form.along(numbers.nominal_axis, np.radians(np.array(angles_deg, dtype=float))))
 
 
-def equation_of(model: str, nominal_axis: str, with_temperature: bool) -> PrintedEquation:
+def equation_of(model: str, nominal_axis: str, with_temperature: bool, centred_terms: int = 0) -> PrintedEquation:
     """Return the printed equation. Raises: SetError for a model or an axis that no set has an equation for."""
-    found = FIELDS[model].equation(nominal_axis) if model in FIELDS else None
+    found = _printed(model, nominal_axis, centred_terms)
     if found is None:
         raise SetError(
             f"model {model!r}, nominal axis {nominal_axis!r}: no set of this version has its equation: known are "
@@ -158,16 +193,26 @@ def equation_of(model: str, nominal_axis: str, with_temperature: bool) -> Printe
     return PrintedEquation(model, found.source, found.primary + suffix, found.derived)
 
 
+def _printed(model: str, nominal_axis: str, centred_terms: int) -> Equation | None:
+    form = FIELDS.get(model)
+    if form is None:
+        return None
+    if centred_terms:
+        return None if form.centred_equation is None else form.centred_equation(nominal_axis, centred_terms)
+    return form.equation(nominal_axis)
+
+
 def check_numbers(numbers: AxisNumbers, where: str) -> None:
     """Refuse numbers that the equation does not take. Raises: SetError."""
-    equation_of(numbers.model, numbers.nominal_axis, numbers.needs_temperature)
+    equation_of(numbers.model, numbers.nominal_axis, numbers.needs_temperature, len(numbers.centred_terms))
     form = FIELDS[numbers.model]
     if form.output is not None:
         allowed, complete = set(form.output.primary_names), set(form.output.primary_names) <= set(numbers.primary)
     else:
-        own = {"offset_v", *form.directions, *form.quadratic}
+        own = {"offset_v", *form.directions, *(numbers.centred_terms or form.quadratic)}
         allowed = own | {*TEMPERATURE_NAMES, "reference_temperature_degc"}
-        complete = "offset_v" in numbers.primary and bool(set(form.directions) & set(numbers.primary))
+        needed_names = {"offset_v", *numbers.centred_terms}
+        complete = needed_names <= set(numbers.primary) and bool(set(form.directions) & set(numbers.primary))
     if set(numbers.primary) - allowed or not complete:
         needed = "all of them" if form.output is not None else "offset_v and at least one k"
         raise SetError(

@@ -1,7 +1,8 @@
 """Test vectors: inputs and expected outputs inside a set, so that whoever applies it can see that he does it right.
 
 Forward vectors spread over the validity range, ends included. Inverse vectors take outputs back to angles; they exist
-where three axes together determine the specific force: f = K⁻¹(v − b), the rows of K being the axes' k.
+where three axes together determine the specific force: f = K⁻¹(v − b), the rows of K being the axes' k. Terms of higher
+order bend an output by so little that f ← f + K⁻¹(v − v̂(f)) finds the force in a few steps.
 """
 
 from collections.abc import Mapping
@@ -24,12 +25,21 @@ INVERSE_TEXT = (
     "K has one row (k_x, k_y, k_z) for each axis; f = K^-1 (outputs - offsets) (offsets and K at the temperature); "
     "pitch = atan2(f_x, sqrt(f_y^2 + f_z^2)); roll = atan2(-f_y, -f_z)"
 )
+BENT_INVERSE_TEXT = (
+    "K has one row (k_x, k_y, k_z) for each axis; f = 0 at first, then f = f + K^-1 (outputs - equation(f)), the "
+    "differences divided by the factor of temperature, until f stays as it is; "
+    "pitch = atan2(f_x, sqrt(f_y^2 + f_z^2)); roll = atan2(-f_y, -f_z)"
+)
 RATES_IN_RANGE = 0.4
 """Rates of the angles are drawn from this part of the range, so that they add up inside it along every axis."""
 NO_INVERSE_TEXT = (
-    "none: it takes three axes in TP's convention, linear in the specific force, that together determine it"
+    "none: it takes three axes in TP's convention, nearly linear in the specific force, that together determine it"
 )
 LARGEST_CONDITION_NUMBER = 30.0
+LARGEST_CONTRACTION = 0.05
+"""Of what is left of an error of the force in one step of the search."""
+INVERSE_STEPS = 14
+"""The first finds the linear solution; 0.05 to the power of 13 is far below the resolution of a double."""
 LARGEST_INVERSE_PITCH_DEG = 80.0
 SPREAD = (
     (0.5, 0.5, 0.5),
@@ -77,7 +87,7 @@ def make_vectors(axes: Mapping[str, AxisNumbers], validity: Validity) -> Documen
         "tolerance_text": TOLERANCE_TEXT,
         "forward": list(forward),
         "inverse": list(inverse) or None,
-        "inverse_text": INVERSE_TEXT if inverse else NO_INVERSE_TEXT,
+        "inverse_text": _inverse_text(axes) if inverse else NO_INVERSE_TEXT,
     }
 
 
@@ -102,7 +112,22 @@ def inferred_force(
         (outputs_v[name] - numbers.offset_v(temperature_degc)) / numbers.gain(temperature_degc)
         for name, numbers in axes.items()
     ]
-    return np.asarray(np.stack(np.broadcast_arrays(*above), axis=-1) @ np.linalg.inv(_matrix(axes)).T)
+    inverse = np.linalg.inv(_matrix(axes)).T
+    force = np.asarray(np.stack(np.broadcast_arrays(*above), axis=-1) @ inverse)
+    if is_straight(axes):
+        return force
+    for _ in range(INVERSE_STEPS - 1):
+        left = [
+            (outputs_v[name] - predicted_v(numbers, force, temperature_degc)) / numbers.gain(temperature_degc)
+            for name, numbers in axes.items()
+        ]
+        force = force + np.stack(np.broadcast_arrays(*left), axis=-1) @ inverse
+    return force
+
+
+def is_straight(axes: Mapping[str, AxisNumbers]) -> bool:
+    """Return whether every axis is linear in what it senses."""
+    return all(numbers.is_linear for numbers in axes.values())
 
 
 def angles_of(f: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -112,13 +137,23 @@ def angles_of(f: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def is_package(axes: Mapping[str, AxisNumbers]) -> bool:
-    """Return whether three linear axes in TP's convention determine the specific force, well conditioned."""
+    """Return whether three axes in TP's convention determine the specific force: well conditioned, and hardly bent."""
     return (
         len(axes) == 3
         and all(FIELDS[numbers.model].convention == "TP" for numbers in axes.values())
-        and all(numbers.is_linear for numbers in axes.values())
+        and all(numbers.own_output is None for numbers in axes.values())
         and bool(np.linalg.cond(_matrix(axes)) < LARGEST_CONDITION_NUMBER)
+        and _contraction(axes) <= LARGEST_CONTRACTION
     )
+
+
+def _contraction(axes: Mapping[str, AxisNumbers]) -> float:
+    bends = [numbers.largest_bend_v_per_g for numbers in axes.values()]
+    return float(np.linalg.norm(np.linalg.inv(_matrix(axes)), 2) * np.linalg.norm(bends))
+
+
+def _inverse_text(axes: Mapping[str, AxisNumbers]) -> str:
+    return INVERSE_TEXT if is_straight(axes) else BENT_INVERSE_TEXT
 
 
 def _matrix(axes: Mapping[str, AxisNumbers]) -> FloatArray:

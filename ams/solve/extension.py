@@ -16,7 +16,7 @@ from ams.arrays import FloatArray
 from ams.calibration_result import FTest
 from ams.errors import DesignError
 from ams.frames import Attitude, specific_force
-from ams.inputs.table_uncertainty import TableUncertainty, index_columns
+from ams.inputs.table_uncertainty import TableUncertainty, index_columns, shown_rad
 from ams.models.accelerometer import PitchRoll
 from ams.models.extended import CONFOUNDED, quadratic_basis
 from ams.observations import Observations
@@ -61,13 +61,18 @@ class _PointMeans:
 
 
 def judge_extension(
-    observations: Observations, label: str, table: TableUncertainty | None = None, level: float = 0.95
+    observations: Observations,
+    label: str,
+    table: TableUncertainty | None = None,
+    level: float = 0.95,
+    *,
+    layout: Layout | None = None,
 ) -> Extension:
     """Test the five terms of Q for one sensor axis of a pitch-roll calibration.
 
     Raises: DesignError where the points cannot tell nine parameters apart and leave an error.
     """
-    means = _point_means(observations, label, table)
+    means = _point_means(observations, label, table, layout or layout_of(observations))
     joined = np.hstack([means.basis, means.quadratic])
     if joined.shape[0] <= _TERMS or np.linalg.matrix_rank(joined, tol=1e-9 * np.linalg.norm(joined)) < _TERMS:
         raise DesignError(
@@ -80,16 +85,15 @@ def judge_extension(
     estimate, covariance, _ = generalised.at(variance)
     q, q_covariance = estimate[4:], covariance[4:, 4:]
     test = f_test(float(q @ np.linalg.solve(q_covariance, q)) / 5.0, 5, dof, level)
-    rows = _all_rows(observations, label)
-    return Extension(
-        test, q, q_covariance, test.is_significant, _standard_error(rows, 4), _standard_error(rows, _TERMS)
-    )
+    before, after = _standard_errors(observations, label)
+    return Extension(test, q, q_covariance, test.is_significant, before, after)
 
 
-def _point_means(observations: Observations, label: str, table: TableUncertainty | None) -> _PointMeans:
-    layout = layout_of(observations)
-    basis = PitchRoll("x").basis(observations)
+def _point_means(observations: Observations, label: str, table: TableUncertainty | None, layout: Layout) -> _PointMeans:
     output = np.asarray(observations.outputs[label], dtype=float)
+    if stands_alike(observations, layout):
+        return _means_of_alike(observations, output, table, layout)
+    basis = PitchRoll("x").basis(observations)
     readings = layout.sum_by_point(np.ones(layout.rows))
     level_output, precision = without_drift(basis, output, layout, readings)
 
@@ -97,13 +101,45 @@ def _point_means(observations: Observations, label: str, table: TableUncertainty
         return np.asarray((layout.sum_by_point(rows).T / readings).T)
 
     pitch, roll = angles_of_points(observations, layout)
-    point_basis = mean(basis)
-    slopes = _slopes(np.linalg.lstsq(basis, output, rcond=None)[0], pitch, roll)
-    common = (
-        np.zeros((layout.points, 0)) if table is None else index_columns(table, {"pitch": pitch, "roll": roll}, slopes)
-    )
+    primary = np.linalg.lstsq(basis, output, rcond=None)[0]
     quadratic = mean(quadratic_basis(specific_force(observations.pitch_rad, observations.roll_rad)))
-    return _PointMeans(point_basis, quadratic, mean(level_output), readings, precision, common)
+    common = _common(table, primary, pitch, roll)
+    return _PointMeans(mean(basis), quadratic, mean(level_output), readings, precision, common)
+
+
+def stands_alike(observations: Observations, layout: Layout) -> bool:
+    """Whether replication stands below replication, each with the same points at exactly the same attitudes."""
+    if not layout.is_complete or layout.order is not None:
+        return False
+    blocks = (angle.reshape(layout.replications, -1) for angle in (observations.pitch_rad, observations.roll_rad))
+    return all(bool(np.all(block == block[0])) for block in blocks)
+
+
+def _means_of_alike(
+    observations: Observations, output: FloatArray, table: TableUncertainty | None, layout: Layout
+) -> _PointMeans:
+    """Return the same as for any rows, in closed form: the replications' departures have no mean."""
+    n, points = layout.replications, layout.points
+    pitch, roll = observations.pitch_rad[:points], observations.roll_rad[:points]
+    basis = PitchRoll("x").basis(Attitude(pitch, roll))
+    by_replication = output.reshape(n, points)
+    mean = by_replication.mean(axis=0)
+    q, _ = np.linalg.qr(basis)
+    left = by_replication - mean
+    left = left - (left @ q) @ q.T
+    dof = (n - 1) * (points - q.shape[1])
+    precision = float(np.sum(left**2)) / dof if dof > 0 else 0.0
+    primary = np.linalg.lstsq(basis, mean, rcond=None)[0]
+    quadratic = quadratic_basis(specific_force(pitch, roll))
+    readings = np.full(points, float(n))
+    return _PointMeans(basis, quadratic, mean, readings, precision, _common(table, primary, pitch, roll))
+
+
+def _common(table: TableUncertainty | None, primary: FloatArray, pitch: FloatArray, roll: FloatArray) -> FloatArray:
+    """(K, q) columns of the table's index errors, volts."""
+    if table is None:
+        return np.zeros((pitch.size, 0))
+    return index_columns(table, shown_rad(table, {"pitch": pitch, "roll": roll}), _slopes(primary, pitch, roll))
 
 
 def angles_of_points(observations: Observations, layout: Layout) -> tuple[FloatArray, FloatArray]:
@@ -191,14 +227,14 @@ def _scatter_variance(generalised: _Generalised, precision_v2: float, dof: int) 
     return float(np.sqrt(lower * upper))
 
 
-def _all_rows(observations: Observations, label: str) -> tuple[FloatArray, FloatArray]:
+def _standard_errors(observations: Observations, label: str) -> tuple[float, float]:
+    """S_E of TP (48) over all rows, without and with the terms of Q."""
     force = specific_force(observations.pitch_rad, observations.roll_rad)
     joined = np.concatenate([np.ones((force.shape[0], 1)), force, quadratic_basis(force)], axis=1)
-    return joined, np.asarray(observations.outputs[label], dtype=float)
-
-
-def _standard_error(rows: tuple[FloatArray, FloatArray], size: int) -> float:
-    """Return S_E of TP (48) with the first ``size`` columns."""
-    joined, output = rows
-    left = output - joined[:, :size] @ np.linalg.lstsq(joined[:, :size], output, rcond=None)[0]
-    return float(np.sqrt(left @ left / (output.size - size)))
+    output = np.asarray(observations.outputs[label], dtype=float)
+    q, _ = np.linalg.qr(joined)
+    along = q.T @ output
+    left = output - q @ along
+    after = float(left @ left)
+    before = after + float(along[4:] @ along[4:])
+    return float(np.sqrt(before / (output.size - 4))), float(np.sqrt(after / (output.size - _TERMS)))

@@ -1,29 +1,31 @@
 """The package and the table in one fit: x, y, z and all replications share the table's own errors.
 
 Every row's specific force is f + Σ n_j d_j: f at the commanded angles, d_j what one radian of a table error does to it,
-n_j that error. Index errors (one per tooth of each axis), axis zeros, a tilt of the base, squareness of the axes and
-droop are nuisance parameters under the priors of their certificates; the offsets and sensitivities have none. The
-package sees M (f + …), M its mounting. Mounted a second time the other way round, table errors change sign against the
-package and part from it; a mounting has three small seating errors of its own, known as well as the datum faces are.
+n_j that error. Index errors (of every tooth, once and twice a turn of each axis), axis zeros, a tilt of the base,
+squareness of the axes and droop are nuisance parameters under the priors of their certificates; the offsets and
+sensitivities have none. The package sees M (f + …), M its mounting. Mounted a second time the other way round, table
+errors change sign against the package and part from it; a mounting has three small seating errors of its own, known as
+well as the datum faces are.
 
 What the rows do not tell stays at its prior, enters the uncertainty of the package, and is said in words.
 Source: TP 10, 'inclusion of calibration standard uncertainties'.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ams.arrays import FloatArray, IntArray
+from ams.calibration_result import VarianceComponent
 from ams.errors import DesignError, SolveError
 from ams.frames import specific_force
+from ams.inputs.table_uncertainty import corrected
 from ams.solve.extension import angles_of_points, without_drift
 from ams.solve.layout import layout_of
-from ams.solve.table_errors import Mounting, TablePriors, nuisances_of, seat_effects, table_effects
-from ams.statistics.distributions import chi_square_upper_quantile
+from ams.solve.table_errors import Mounting, Nuisances, TablePriors, nuisances_of, seat_effects
 
 OBSERVED_RATIO: Final = 0.5
 """A nuisance whose standard deviation fell below this part of its prior counts as observed."""
@@ -60,6 +62,17 @@ class JointFit:
     """Scatter of a point's mean about the fit."""
     residuals_v: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
     """Axis to one (K,) array per mounting, point means minus fit."""
+    components: tuple[VarianceComponent, ...] = ()
+    """(4 A, 4 A) independent parts of ``covariance``: replications (drift, precision), lack of fit, table and seat."""
+    degrees_of_freedom: int = 0
+    """Point means less package parameters."""
+    replication_dof: int = 0
+    """Of the spread between replications; 0 where nothing was replicated."""
+
+    def axis_components(self, axis: str) -> tuple[VarianceComponent, ...]:
+        """(4, 4) each."""
+        at = slice(4 * self.axes.index(axis), 4 * self.axes.index(axis) + 4)
+        return tuple(replace(part, covariance=part.covariance[at, at]) for part in self.components)
 
     def axis_covariance(self, axis: str) -> FloatArray:
         at = 4 * self.axes.index(axis)
@@ -84,8 +97,11 @@ class _Rows:
     """(N, A)"""
     precision_v2: FloatArray
     """(N, A) variance of each mean from the replications; 0 where there is one."""
-    drift: FloatArray
-    """(A, 1 + c, 1 + c) covariance that drift between replications adds to an axis' parameters."""
+    departures: FloatArray
+    """(groups, N, A) what each replication of each mounting, alone in differing from the others, adds to the means."""
+    spread_factor: FloatArray
+    """(groups,) of the squares of what they do, for the variance of the mean."""
+    spread_dof: int
 
 
 def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TablePriors) -> JointFit:
@@ -94,8 +110,10 @@ def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TableP
     Raises: DesignError where the points cannot determine the package even with the table known; SolveError where the
     scatter and the errors do not settle.
     """
-    names, prior_rad = nuisances_of(mountings, priors)
-    rows = _rows(mountings, tuple(axes), names)
+    mountings = [replace(m, observations=corrected(m.observations, priors.table)) for m in mountings]
+    nuisances = nuisances_of(mountings, priors)
+    names, prior_rad = nuisances.names, nuisances.prior_rad
+    rows = _rows(mountings, tuple(axes), nuisances)
     _refuse_rank_deficiency(rows)
     sd = np.maximum(np.sqrt(rows.precision_v2), 1e-12 * np.abs(rows.output_v).max(axis=0))
     errors = np.zeros(len(names))
@@ -118,12 +136,16 @@ def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TableP
         )
     jacobian, _ = _system(rows, primary, errors, sd, prior_rad)
     inverse = np.linalg.inv(np.linalg.qr(jacobian, mode="r"))
-    return _result(tuple(axes), rows, names, prior_rad, primary, errors, sd, inverse @ inverse.T)
+    whole = inverse @ inverse.T
+    count = sd.size
+    estimator = (whole @ jacobian[:count].T)[: primary.size] / sd.T.ravel()
+    parts = _components(rows, estimator, sd, whole[: primary.size, : primary.size])
+    return _result(tuple(axes), rows, names, prior_rad, primary, errors, sd, whole, parts)
 
 
-def _rows(mountings: Sequence[Mounting], axes: tuple[str, ...], names: list[str]) -> _Rows:
+def _rows(mountings: Sequence[Mounting], axes: tuple[str, ...], nuisances: Nuisances) -> _Rows:
     excited = _excited(mountings)
-    parts = [_part(number, mounting, axes, names, excited) for number, mounting in enumerate(mountings)]
+    parts = [_part(number, mounting, axes, nuisances, excited) for number, mounting in enumerate(mountings)]
     return _Rows(
         np.concatenate([p.mount for p in parts]),
         excited,
@@ -131,8 +153,21 @@ def _rows(mountings: Sequence[Mounting], axes: tuple[str, ...], names: list[str]
         np.concatenate([p.effects for p in parts]),
         np.concatenate([p.output_v for p in parts]),
         np.concatenate([p.precision_v2 for p in parts]),
-        np.mean([p.drift for p in parts], axis=0) / len(parts),
+        _beneath([p.departures for p in parts]),
+        np.concatenate([p.spread_factor for p in parts]),
+        sum(p.spread_dof for p in parts),
     )
+
+
+def _beneath(parts: Sequence[FloatArray]) -> FloatArray:
+    """Return (groups, N, A): the groups of each mounting touch its own points only."""
+    groups, points = (sum(part.shape[axis] for part in parts) for axis in (0, 1))
+    whole = np.zeros((groups, points, parts[0].shape[2]))
+    group = point = 0
+    for part in parts:
+        whole[group : group + part.shape[0], point : point + part.shape[1]] = part
+        group, point = group + part.shape[0], point + part.shape[1]
+    return whole
 
 
 def _excited(mountings: Sequence[Mounting]) -> NDArray[np.intp]:
@@ -143,22 +178,26 @@ def _excited(mountings: Sequence[Mounting]) -> NDArray[np.intp]:
     return np.flatnonzero(largest > 1e-9)
 
 
-def _part(number: int, mounting: Mounting, axes: tuple[str, ...], names: list[str], excited: NDArray[np.intp]) -> _Rows:
+def _part(
+    number: int, mounting: Mounting, axes: tuple[str, ...], nuisances: Nuisances, excited: NDArray[np.intp]
+) -> _Rows:
     observations, M = mounting.observations, np.asarray(mounting.package_from_table, dtype=float)
     layout = layout_of(observations)
     pitch, roll = angles_of_points(observations, layout)
     readings = layout.sum_by_point(np.ones(layout.rows))
     rows_force = specific_force(observations.pitch_rad, observations.roll_rad) @ M.T
     basis = np.column_stack([np.ones(layout.rows), rows_force[:, excited]])
-    means, precision, drift = [], [], []
+    means, precision, departures = [], [], []
     for axis in axes:
         steady, variance = without_drift(basis, observations.outputs[axis], layout, readings)
         means.append(layout.sum_by_point(steady) / readings)
         precision.append(variance / readings)
-        drift.append(_drift(basis, observations.outputs[axis], layout.replication, variance))
+        left = observations.outputs[axis] - means[-1][layout.point]
+        by_group = left[:, None] * np.eye(layout.replications)[layout.replication]
+        departures.append(layout.sum_by_point(by_group).T / readings)
     force = specific_force(pitch, roll) @ M.T
-    effects = np.einsum("ij,njq->niq", M, table_effects(pitch, roll, names))
-    effects = effects + seat_effects(force, names, number)
+    effects = np.einsum("ij,njq->niq", M, nuisances.effects(number, pitch, roll))
+    effects = effects + seat_effects(force, nuisances.names, number)
     return _Rows(
         np.full(layout.points, number),
         excited,
@@ -166,33 +205,12 @@ def _part(number: int, mounting: Mounting, axes: tuple[str, ...], names: list[st
         effects[:, excited],
         np.stack(means, 1),
         np.stack(precision, 1),
-        np.stack(drift),
+        np.stack(departures, -1) if layout.replications > 1 else np.zeros((0, layout.points, len(axes))),
+        np.full(layout.replications, layout.replications / (layout.replications - 1.0))
+        if layout.replications > 1
+        else np.zeros(0),
+        layout.replications - 1,
     )
-
-
-def _drift(basis: FloatArray, output: FloatArray, replication: IntArray, variance: float) -> FloatArray:
-    """Return (P, P): what the spread of the replications' own parameters adds to the mean, beyond their precision.
-
-    Nothing where that spread is no larger than the precision explains at 95 %: a few replications scatter, and adding
-    whatever is above the mean would count the noise twice.
-    """
-    labels, size = np.unique(replication), basis.shape[1]
-    if labels.size < 2:
-        return np.zeros((size, size))
-    alone = [np.linalg.lstsq(basis[replication == r], output[replication == r], rcond=None)[0] for r in labels]
-    expected = np.mean([np.linalg.pinv(basis[replication == r].T @ basis[replication == r]) for r in labels], axis=0)
-    root = np.linalg.cholesky(expected + 1e-15 * np.trace(expected) * np.eye(size))
-    whitened = np.linalg.solve(root, np.cov(np.array(alone).T)) @ np.linalg.inv(root).T
-    values, vectors = np.linalg.eigh((whitened + whitened.T) / 2.0)
-    if not _is_drift(values, variance, labels.size - 1):
-        return np.zeros((size, size))
-    beyond = vectors * np.maximum(values - variance, 0.0) @ vectors.T
-    return np.asarray(root @ beyond @ root.T / labels.size)
-
-
-def _is_drift(values: FloatArray, variance: float, dof: int) -> bool:
-
-    return bool(dof * float(values.sum()) > variance * float(chi_square_upper_quantile(0.05, values.size * dof)))
 
 
 def _refuse_rank_deficiency(rows: _Rows) -> None:
@@ -247,6 +265,29 @@ def _widened(rows: _Rows, primary: FloatArray, errors: FloatArray, sd: FloatArra
     return np.asarray(np.maximum(raised, 1e-15 * np.abs(rows.output_v).max(axis=0)), dtype=float)
 
 
+def _components(
+    rows: _Rows, estimator: FloatArray, sd: FloatArray, conditional: FloatArray
+) -> tuple[VarianceComponent, ...]:
+    """Return what the estimator (P A, N A) makes of the parts of the outputs' covariance.
+
+    They are drift and precision, by the replications' departures; the points' own scatter beyond precision; and the
+    errors of table and seat, within their priors.
+    """
+    points, size = rows.force.shape[0], 1 + rows.excited.size
+    beyond = np.maximum(sd**2 - (rows.precision_v2 if rows.spread_dof > 0 else 0.0), 0.0).T.ravel()
+    scatter = (estimator * beyond) @ estimator.T
+    stated = conditional - (estimator * sd.T.ravel() ** 2) @ estimator.T
+    parts = [
+        VarianceComponent("lack-of-fit", scatter, float(max(points - size, 1))),
+        VarianceComponent("table", 0.5 * (stated + stated.T), float("inf")),
+    ]
+    if rows.spread_dof > 0:
+        moved = np.swapaxes(rows.departures, 1, 2).reshape(rows.departures.shape[0], -1) @ estimator.T
+        between = (rows.spread_factor[:, None] * moved).T @ moved
+        parts.append(VarianceComponent("replications", between, float(rows.spread_dof)))
+    return tuple(parts)
+
+
 def _residuals(rows: _Rows, primary: FloatArray, errors: FloatArray) -> FloatArray:
     force = rows.force + rows.effects @ errors
     return np.asarray(rows.output_v - primary[:, 0] - force @ primary[:, 1:].T)
@@ -255,54 +296,52 @@ def _residuals(rows: _Rows, primary: FloatArray, errors: FloatArray) -> FloatArr
 def _result(
     axes: tuple[str, ...],
     rows: _Rows,
-    names: list[str],
+    names: tuple[str, ...],
     prior_rad: FloatArray,
     primary: FloatArray,
     errors: FloatArray,
     sd: FloatArray,
     whole: FloatArray,
+    parts: tuple[VarianceComponent, ...],
 ) -> JointFit:
     size = primary.size
-    covariance = whole[:size, :size].copy()
-    each = primary.shape[1]
-    for a, drift in enumerate(rows.drift):
-        covariance[each * a : each * (a + 1), each * a : each * (a + 1)] += drift
     spread = whole[size:, size:]
     nuisances = tuple(
         Nuisance(name, float(value), float(np.sqrt(variance)), float(prior))
         for name, value, variance, prior in zip(names, errors, np.diag(spread), prior_rad, strict=True)
     )
     residuals = _residuals(rows, primary, errors)
-    primary, covariance = _with_unexcited(primary, covariance, rows.excited)
+    count = len(axes)
+    parts = tuple(replace(p, covariance=_with_unexcited(p.covariance, count, rows.excited)) for p in parts)
+    filled = np.full((count, 4), np.nan)
+    filled[:, np.concatenate([[0], 1 + rows.excited])] = primary
     by_mount = {
         axis: tuple(residuals[rows.mount == m, a] for m in np.unique(rows.mount)) for a, axis in enumerate(axes)
     }
     return JointFit(
         axes,
-        dict(zip(axes, primary, strict=True)),
-        covariance,
+        dict(zip(axes, filled, strict=True)),
+        np.asarray(sum(part.covariance for part in parts)),
         nuisances,
         _confounded(names, prior_rad, spread),
         {axis: float(np.sqrt(np.mean(sd[:, a] ** 2))) for a, axis in enumerate(axes)},
         by_mount,
+        parts,
+        rows.force.shape[0] * count - primary.size,
+        rows.spread_dof,
     )
 
 
-def _with_unexcited(
-    primary: FloatArray, covariance: FloatArray, excited: NDArray[np.intp]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the estimates (A, 4) and their covariance (4 A, 4 A), NaN where a component was never excited."""
-    count = primary.shape[0]
+def _with_unexcited(covariance: FloatArray, count: int, excited: NDArray[np.intp]) -> FloatArray:
+    """Return (4 A, 4 A), NaN where a component was never excited."""
     own = np.concatenate([[0], 1 + excited])
     every = (4 * np.arange(count)[:, None] + own).ravel()
     whole = np.full((4 * count, 4 * count), np.nan)
     whole[np.ix_(every, every)] = covariance
-    filled = np.full((count, 4), np.nan)
-    filled[:, own] = primary
-    return filled, whole
+    return whole
 
 
-def _confounded(names: list[str], prior_rad: FloatArray, spread: FloatArray) -> tuple[str, ...]:
+def _confounded(names: tuple[str, ...], prior_rad: FloatArray, spread: FloatArray) -> tuple[str, ...]:
     """Return the directions in the space of whole-table errors that the rows leave at their prior."""
     whole = [n for n, name in enumerate(names) if " tooth " not in name]
     if not whole:

@@ -4,28 +4,33 @@ Every error is a small turn put somewhere into the chain of rotations from the v
 the derivative of the specific force. Checked against those rotations by a complex step in the tests of the joint fit.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from ams.arrays import FloatArray, IntArray
+from ams.arrays import FloatArray
 from ams.frames import specific_force_by_pitch, specific_force_by_roll
+from ams.inputs.table_uncertainty import TableUncertainty, shown_rad
 from ams.observations import Observations
+from ams.solve.extension import angles_of_points
+from ams.solve.layout import layout_of
 
 UPRIGHT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 REVERSED: Final = ((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0))
 """Turned half round about the vertical axis of the table's seat."""
-_INDEX_GRID_RAD: Final = float(np.deg2rad(1e-5))
 
 
 @dataclass(frozen=True)
 class TablePriors:
-    """Standard uncertainties of the table's errors, radians; 0 leaves an error out (taken as exact)."""
+    """What is stated of the table: its index errors, and standard uncertainties of the rest, radians.
 
-    pitch_tooth_rad: float = 0.0
-    roll_tooth_rad: float = 0.0
+    0 leaves an error out (taken as exact).
+    """
+
+    table: TableUncertainty | None = None
+    """Index errors of both axes."""
     pitch_zero_rad: float = 0.0
     """Zero of the pitch axis, and with it the tilt of the base about that axis: the two act alike."""
     roll_zero_rad: float = 0.0
@@ -48,15 +53,41 @@ class Mounting:
     """(3, 3) rotation; signed permutation for the usual datum faces."""
 
 
-def nuisances_of(mountings: Sequence[Mounting], priors: TablePriors) -> tuple[list[str], FloatArray]:
-    """Return the names of all errors that have a prior, and the priors, radians.
+@dataclass(frozen=True)
+class Nuisances:
+    """All errors that have a prior: parts of the index errors, whole-table errors, seats."""
 
-    They are teeth, whole-table errors, seats.
-    """
+    names: tuple[str, ...]
+    prior_rad: FloatArray
+    """(q,)"""
+    index_parts: Sequence[Mapping[str, FloatArray]]
+    """For every mounting: name to (K,), what one radian of a part of the index errors is at the points."""
+
+    def effects(self, number: int, pitch: FloatArray, roll: FloatArray) -> FloatArray:
+        """Return the (K, 3, q) change of specific force in table axes at a mounting's points by one radian of each."""
+        slopes = {"pitch": specific_force_by_pitch(pitch, roll), "roll": specific_force_by_roll(pitch, roll)}
+        parts = self.index_parts[number]
+        whole = table_effects(pitch, roll, self.names)
+        for place, name in enumerate(self.names):
+            if name in parts:
+                whole[:, :, place] = slopes[name.partition(" ")[0]] * parts[name][:, None]
+        return whole
+
+
+def nuisances_of(mountings: Sequence[Mounting], priors: TablePriors) -> Nuisances:
+    """Return the errors of all mountings together: an index has one error in every one of them."""
+    angles = [angles_of_points(m.observations, layout_of(m.observations)) for m in mountings]
+    edges = np.cumsum([pitch.size for pitch, _ in angles])[:-1]
     named: list[tuple[str, float]] = []
-    for axis, prior in (("pitch", priors.pitch_tooth_rad), ("roll", priors.roll_tooth_rad)):
-        indices = np.unique(np.concatenate([_indices(m.observations, axis) for m in mountings]))
-        named += [(f"{axis} tooth {index * 1e-5:g}°", prior) for index in indices.tolist()]
+    parts: list[dict[str, FloatArray]] = [{} for _ in mountings]
+    for axis, shown in zip(("pitch", "roll"), zip(*angles, strict=True), strict=True):
+        if priors.table is None:
+            continue
+        found = priors.table.index_errors(axis, shown_rad(priors.table, {axis: np.concatenate(shown)})[axis])
+        names = [f"{axis} {name}" for name in found.names]
+        named += zip(names, found.standard_rad.tolist(), strict=True)
+        for own, columns in zip(parts, np.split(found.columns, edges), strict=True):
+            own.update(zip(names, columns.T, strict=True))
     named += [
         ("pitch zero", priors.pitch_zero_rad),
         ("roll zero", priors.roll_zero_rad),
@@ -67,20 +98,14 @@ def nuisances_of(mountings: Sequence[Mounting], priors: TablePriors) -> tuple[li
     for number in range(1, len(mountings)):
         named += [(f"seat {number + 1} about {axis}", priors.seat_rad) for axis in "xyz"]
     kept = [(name, prior) for name, prior in named if prior > 0.0]
-    return [name for name, _ in kept], np.array([prior for _, prior in kept])
+    return Nuisances(tuple(name for name, _ in kept), np.array([prior for _, prior in kept]), parts)
 
 
-def _indices(observations: Observations, axis: str) -> IntArray:
-    angle = observations.pitch_rad if axis == "pitch" else observations.roll_rad
-    return np.round(angle / _INDEX_GRID_RAD).astype(np.int64) % round(2.0 * np.pi / _INDEX_GRID_RAD)
-
-
-def table_effects(pitch: FloatArray, roll: FloatArray, names: list[str]) -> FloatArray:
-    """Return the (K, 3, q) change of specific force in table axes by one radian of each nuisance."""
+def table_effects(pitch: FloatArray, roll: FloatArray, names: Sequence[str]) -> FloatArray:
+    """Return the (K, 3, q) change of specific force in table axes by one radian of each error of the whole table."""
     by_pitch, by_roll = specific_force_by_pitch(pitch, roll), specific_force_by_roll(pitch, roll)
     zero = np.zeros_like(pitch)
     across = np.stack([zero, -np.cos(roll), np.sin(roll)], axis=-1)
-    places = {"pitch": (by_pitch, pitch), "roll": (by_roll, roll)}
     whole = {
         "pitch zero": by_pitch,
         "roll zero": by_roll,
@@ -88,19 +113,11 @@ def table_effects(pitch: FloatArray, roll: FloatArray, names: list[str]) -> Floa
         "squareness": np.sin(pitch)[:, None] * across,
         "droop": -np.cos(pitch)[:, None] * by_pitch,
     }
-    columns = []
-    for name in names:
-        axis, _, rest = name.partition(" tooth ")
-        if rest:
-            slope, angle = places[axis]
-            turned = (angle - np.deg2rad(float(rest[:-1])) + np.pi) % (2.0 * np.pi) - np.pi
-            columns.append(slope * (np.abs(turned) < 0.6 * _INDEX_GRID_RAD)[:, None])
-        else:
-            columns.append(whole.get(name, np.zeros_like(by_pitch)))
+    columns = [whole.get(name, np.zeros_like(by_pitch)) for name in names]
     return np.stack(columns, axis=-1) if columns else np.zeros((pitch.size, 3, 0))
 
 
-def seat_effects(force: FloatArray, names: list[str], number: int) -> FloatArray:
+def seat_effects(force: FloatArray, names: Sequence[str], number: int) -> FloatArray:
     """Return the effects of small turns of the package on its seat: f becomes f − θ × f."""
     effects = np.zeros((force.shape[0], 3, len(names)))
     for axis, unit in zip("xyz", np.eye(3), strict=True):

@@ -229,10 +229,9 @@ def _condition_document(condition: Condition) -> Document:
 
 
 def _errors_document(errors: AngleErrors) -> Document:
-    columns = ("pitch_deg", "roll_deg", "error_deg", "standard_uncertainty_deg")
+    columns = ("pitch_deg", "roll_deg", "error_deg", "standard_uncertainty_deg", "coverage_factor")
     return {
         **{name: [float(value) for value in getattr(errors, name)] for name in columns},
-        "coverage_factor": errors.coverage_factor,
         "left_out": errors.left_out,
     }
 
@@ -248,6 +247,13 @@ def _read_condition(kind: Literal["as-found", "as-left"], document: Document, ac
     return Condition(kind, str(document["set_sha256"]), created, errors, judged)
 
 
+def _coverage_factors(document: Document, points: int) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """One a point; documents of before had one for all."""
+    stated = document["coverage_factor"]
+    values = [number(value) for value in listed(stated)] if isinstance(stated, list) else [number(stated)] * points
+    return np.array(values, dtype=float)
+
+
 def _read_errors(angle: str, document: Document) -> AngleErrors:
     def column(name: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         values: Sequence[Json] = listed(document[name])
@@ -259,6 +265,6 @@ def _read_errors(angle: str, document: Document) -> AngleErrors:
         column("roll_deg"),
         column("error_deg"),
         column("standard_uncertainty_deg"),
-        number(document["coverage_factor"]),
+        _coverage_factors(document, len(column("error_deg"))),
         int(number(document["left_out"])),
     )

@@ -15,16 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.attitude.spread import Spread, output_errors
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
-from ams.inference.calibrated import sensor_of_set
+from ams.inference.calibrated import package_of_set, sensor_of_set
+from ams.inputs.request import select_rows
 from ams.observations import Observations
 from ams.sets.apply import apply
-from ams.sets.canonical import number, table
 from ams.sets.coefficients import CoefficientSet
-from ams.statistics.intervals import t_quantile
 
-COVERAGE = 0.95
 LARGEST_AMPLIFICATION = 10.0
 """Points where an angle's error would be more than so many times that of an output at full slope are left out."""
 _STEP_RAD = 1e-4
@@ -43,8 +42,8 @@ class AngleErrors:
     """(K,) inferred minus true."""
     standard_uncertainty_deg: FloatArray
     """(K,) of the error."""
-    coverage_factor: float
-    """For 95 %, from the degrees of freedom of the new calibration."""
+    coverage_factor: FloatArray
+    """(K,) for 95 %, from the degrees of freedom of this angle at this point."""
     left_out: int
     """Points where the outputs do not tell this angle."""
 
@@ -81,11 +80,12 @@ def errors_of(
     gain = _gain(applied, axes, pitch, roll, temperature)
     outputs_v = np.stack([observations.outputs[axis][kept] for axis in axes], axis=-1)
     errors_rad = np.einsum("nsa,na->ns", gain, outputs_v - _predicted_v(applied, axes, pitch, roll, temperature))
-    variance = np.einsum("nsa,na->ns", gain**2, _variance_v2(measured_by, axes, pitch, roll, temperature, observations))
-    factor = _coverage_factor(measured_by)
+    spread = _spread(measured_by, axes, select_rows(observations, kept), gain)
     points = observations.point[kept]
     found = {
-        angle: _at_points(angle, points, (pitch, roll, errors_rad[:, place], variance[:, place]), factor)
+        angle: _at_points(
+            angle, points, (pitch, roll, errors_rad[:, place], spread.sd[:, place], spread.half_95[:, place])
+        )
         for place, angle in enumerate(("pitch", "roll")[: gain.shape[1]])
     }
     return {angle: errors for angle, errors in found.items() if errors.error_deg.size}
@@ -161,56 +161,45 @@ def _resolved(relative: FloatArray, amplification: FloatArray) -> BoolArray:
     return np.asarray(seen & ~hidden[:, None] & (amplification <= LARGEST_AMPLIFICATION))
 
 
-def _variance_v2(
+def _spread(
     measured_by: CoefficientSet,
     axes: tuple[str, ...],
-    pitch: FloatArray,
-    roll: FloatArray,
-    temperature: FloatArray | None,
-    observations: Observations,
-) -> FloatArray:
-    """Return the (N, A) variance of the mean output of a point.
+    rows: Observations,
+    gain: FloatArray,
+) -> Spread:
+    """Return the spread of the mean errors at a point.
 
-    The new calibration's covariance and its dwells' scatter.
+    It has the new calibration's covariance, what its axes share included, and its dwells' scatter; every angle has
+    degrees of freedom of its own (Welch-Satterthwaite).
     """
-    force = specific_force(pitch, roll)
-    replications = max(len(np.unique(observations.replication)), 1)
-    columns = []
-    for axis in axes:
-        sensor = sensor_of_set(measured_by, axis, 0.0, temperature)
-        scatter = sensor_of_set(measured_by, axis, None, temperature).reading_sd_v
-        columns.append(sensor.output_variance_v2(force) + scatter**2 / replications)
-    return np.stack(columns, axis=-1)
-
-
-def _coverage_factor(measured_by: CoefficientSet) -> float:
-    """Return Student's factor at the fewest effective degrees of freedom of any coefficient.
-
-    It is that of the normal distribution where all are stated by certificates.
-    """
-    sections = [table(section) for section in table(measured_by.document["axes"]).values()]
-    stated = [table(table(section["primary"])["effective_degrees_of_freedom"]) for section in sections]
-    dof = [number(value) for axis in stated for value in axis.values() if value is not None]
-    return float(t_quantile(COVERAGE, max(min(dof, default=np.inf), 1.0)))
+    replications = max(len(np.unique(rows.replication)), 1)
+    scatter = [sensor_of_set(measured_by, axis, None, rows.temperature_degc).reading_sd_v for axis in axes]
+    sensors = [
+        sensor_of_set(measured_by, axis, sd / replications**0.5, rows.temperature_degc)
+        for axis, sd in zip(axes, scatter, strict=True)
+    ]
+    errors = output_errors(
+        sensors, specific_force(rows.pitch_rad, rows.roll_rad), package_of_set(measured_by, axes, sensors)
+    )
+    return errors.of_angles(gain)
 
 
 def _at_points(
     angle: str,
     points: IntArray,
-    rows: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    coverage_factor: float,
+    rows: tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray],
 ) -> AngleErrors:
     """Return the means over the rows of each point; a point is left out where any of its rows is."""
     labels, index = np.unique(points, return_inverse=True)
     counts = np.bincount(index)
-    pitch, roll, error, variance = (np.bincount(index, weights=column) / counts for column in rows)
+    pitch, roll, error, sd, half_95 = (np.bincount(index, weights=column) / counts for column in rows)
     is_known = np.isfinite(error)
     return AngleErrors(
         angle,
         np.rad2deg(pitch[is_known]),
         np.rad2deg(roll[is_known]),
         np.rad2deg(error[is_known]),
-        np.rad2deg(np.sqrt(variance[is_known])),
-        coverage_factor,
+        np.rad2deg(sd[is_known]),
+        half_95[is_known] / sd[is_known],
         int(labels.size - is_known.sum()),
     )

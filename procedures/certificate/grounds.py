@@ -79,6 +79,9 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
             yield f"the {what} is not declared ([job] {key})"
     if not grounds.standards:
         yield "no standard is declared, so nothing is traceable ([standards] and standard = …)"
+    level = table(grounds.coefficients.provenance["level"] or {})
+    if grounds.coefficients.document["model"] != "gyro" and not (level.get("before") or level.get("after")):
+        yield "the level of the base was not read ([level] before and after)"
     yield from (_overdue(standard, grounds) for standard in grounds.standards if _is_overdue(standard, grounds))
 
 

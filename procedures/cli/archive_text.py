@@ -64,7 +64,7 @@ def _condition_lines(condition: Condition) -> Iterator[str]:
         left_out = f", {errors.left_out} attitudes do not tell it" if errors.left_out else ""
         yield (
             f"  {errors.angle}: at most {errors.error_deg[place]:+.5f}° with U {errors.expanded_deg[place]:.5f}° "
-            f"(k = {errors.coverage_factor:.2f}) at pitch {errors.pitch_deg[place]:g}°, roll "
+            f"(k = {errors.coverage_factor[place]:.2f}) at pitch {errors.pitch_deg[place]:g}°, roll "
             f"{errors.roll_deg[place]:g}°{left_out}"
         )
     yield from (f"  {one.sentence}" for one in condition.judgements)

@@ -38,11 +38,11 @@ def findings_lines(axis: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _extension(found: Mapping[str, Any]) -> str:
-    verdict = "accepted" if found["is_accepted"] else "not needed"
+    verdict = "significant" if found["is_accepted"] else "not significant"
     against = "above" if found["is_accepted"] else "against"
     return (
-        f"extended model {verdict}: F = {found['f']:.3g} {against} {found['f_95']:.3g}; standard error "
-        f"{found['standard_error_before_v']:.3g} V without and {found['standard_error_after_v']:.3g} V with it"
+        f"terms of second order {verdict}: F = {found['f']:.3g} {against} {found['f_95']:.3g}; standard error "
+        f"{found['standard_error_before_v']:.3g} V without and {found['standard_error_after_v']:.3g} V with them"
     )
 
 

@@ -28,8 +28,8 @@ from procedures.cli.options import Flag, Json, require_folder_of
 from procedures.cli.output import note, print_json, say
 from procedures.errors import RequestError
 from procedures.solution.by_model import solve_observations
-from procedures.solution.request import budgets_of, table_uncertainty
-from procedures.solution.type_b import shared_errors
+from procedures.solution.request import budgets_of
+from procedures.solution.type_b import level_remarks, shared_errors, table_uncertainty
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription, Sensor
 
@@ -49,7 +49,7 @@ def fit(
     temperature: Literal["none", "apply", "estimate"] = "none",
     known_temperature: Named = None,
     reference_temperature_degc: float | None = None,
-    extended: Literal["no", "test", "yes"] = "no",
+    extended: Literal["no", "test", "yes"] = "yes",
     time_term: Literal["none", "linear"] = "none",
     hessian: Flag = False,
     monte_carlo: int = 0,
@@ -88,7 +88,8 @@ def fit(
     reference_temperature_degc
         Where the coefficients hold; by default the mean temperature rounded to 1 °C.
     extended
-        Whether the extended model is tried (test) or taken (yes).
+        Terms of second and third order: wherever the points determine them (yes), where a test asks for them
+        (test), or never (no).
     time_term
         linear: a drift of the offset with time, from the column time_s, is estimated beside the parameters.
     hessian
@@ -175,7 +176,8 @@ def _solved(
         observations = read_with_sting(file, columns, sting)
     solved = solve_observations(observations, request)
     doubts = (*unit_warnings(observations, columns), *((WARNING,) if sting else ()))
-    calibration = replace(solved, warnings=(*doubts, *solved.warnings))
+    remarks = () if rig is None else level_remarks(rig)
+    calibration = replace(solved, warnings=(*doubts, *solved.warnings), remarks=(*solved.remarks, *remarks))
     if wish is not None:
         write_set(wish, observations, calibration)
     return full_document(calibration, observations, budgets_of(calibration, request, rig, trials))

@@ -10,7 +10,7 @@ from ams.solve.joint import joint_fit
 from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
 from procedures.errors import RequestError
-from procedures.solution.type_b import standard_uncertainty_arcsec
+from procedures.solution.type_b import table_uncertainty
 from rig.description.rig_file import RigDescription
 
 PRIORS = {
@@ -39,8 +39,8 @@ def check_joint(request: CalibrationRequest, rig: RigDescription | None, has_set
     """
     if rig is None:
         raise RequestError("--joint: needs --rig RIG: the table's uncertainties are the priors of its errors")
-    if request.model != "pitch-roll" or request.temperature != "none" or request.extended != "no":
-        raise RequestError("--joint: goes with --model pitch-roll, --temperature none and --extended no")
+    if request.model != "pitch-roll" or request.temperature != "none" or request.extended == "test":
+        raise RequestError("--joint: goes with --model pitch-roll, --temperature none and --extended yes or no")
     if request.time_term or request.residual_curvature:
         raise RequestError("--joint: has no --time-term and no --hessian; fit without --joint for these")
     if has_set:
@@ -85,7 +85,6 @@ def joint_lines(document: Mapping[str, Any]) -> Iterator[str]:
 
 def _priors(rig: RigDescription, priors: Mapping[str, float]) -> TablePriors:
     return TablePriors(
-        pitch_tooth_rad=standard_uncertainty_arcsec(rig, "pitch") * RAD_PER_ARCSEC,
-        roll_tooth_rad=standard_uncertainty_arcsec(rig, "roll") * RAD_PER_ARCSEC,
+        table=table_uncertainty(rig),
         **{PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()},
     )

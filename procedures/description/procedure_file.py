@@ -218,7 +218,7 @@ class Solve(StrictTable):
     temperature: Literal["none", "apply", "estimate"] = "none"
     known_temperature: dict[str, KnownTemperature] = {}
     """``"SENSOR.AXIS"`` to its coefficients, for ``temperature = "apply"``."""
-    extended: Literal["no", "test", "yes"] = "no"
+    extended: Literal["no", "test", "yes"] = "yes"
     expected_noise_arcsec: Positive = 0.5
     """Standard deviation of a dwell, for the uncertainty expected beforehand."""
     time_term: Literal["none", "linear"] = "none"

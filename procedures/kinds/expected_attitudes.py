@@ -24,7 +24,8 @@ from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
 from procedures.plan.refusals import basis, model_parameters, nominal_jacobian
 from procedures.plan.specific_force import attitudes_rad
-from procedures.solution.request import model_name, table_uncertainty
+from procedures.solution.request import model_name
+from procedures.solution.type_b import table_uncertainty
 from rig.description.rig_file import AxisTruth, RigDescription
 
 LEAST_REPLICATIONS = 6

@@ -12,7 +12,7 @@ from ams.analysis.advice import advise
 from ams.analysis.calibration_budget import AxisBudget
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
-from ams.models.extended import Q_NAMES
+from ams.models.extended import CUBIC_NAME, Q_NAMES, TRACELESS_NAME
 from ams.observations import Observations
 from ams.solve.extension import Extension
 from ams.statistics.intervals import t_quantile
@@ -39,6 +39,8 @@ LABELS = {
     "reference_time_s": ("reference time", "t₀", "s"),
     "sensitivity_v_per_mps2": ("sensitivity", "S", "V/(m/s²)"),
     **{name: (f"quadratic term {name[2:4]}", f"q_{name[2:4]}", "V/g²") for name in Q_NAMES},
+    CUBIC_NAME: ("cubic term", "K₃", "V/g³"),
+    TRACELESS_NAME: ("offset beside terms with tr Q = 0", "b₀", "V"),
 }
 
 
@@ -159,11 +161,11 @@ def _remarks(calibration: AxisCalibration, sensitivity: float) -> tuple[str, ...
         two_digits(arcsec(error_v, sensitivity))
         for error_v in (extension.standard_error_before_v, extension.standard_error_after_v)
     )
-    verdict = "is accepted" if extension.is_accepted else "is not needed"
+    verdict = "are significant" if extension.is_accepted else "are not significant"
     return (
-        f"The extended model (five terms of a soft mount inside the package) {verdict}: F = "
+        f"Terms of second order (such as a soft mount inside the package) {verdict}: F = "
         f"{three_digits(extension.test.t)} against {three_digits(extension.test.f_95)}, standard error {before}″ "
-        f"without and {after}″ with it.",
+        f"without and {after}″ with them.",
     )
 
 

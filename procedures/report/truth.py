@@ -7,6 +7,8 @@ mounted turned has its truth in axes other than the solution's.
 import numpy as np
 
 from ams.calibration_result import AxisCalibration
+from ams.models.accelerometer import PitchRoll, vector_from_angles
+from ams.models.extended import CUBIC_NAME, Q_NAMES, TRACELESS_NAME
 from ams.observations import Observations
 from rig.description.rig_file import AxisTruth, Mount, RigDescription
 
@@ -39,7 +41,25 @@ def truth_of(
     if truth.sensitivity_drift_per_replication == 0.0:
         sense = -1.0 if calibration.model.startswith("pitch-yaw-roll") else 1.0
         values["sensitivity_v_per_g"] = sense * truth.sensitivity_v_per_g * warming
-    return values
+    return values | _best_linear(truth, values, calibration)
+
+
+def _best_linear(truth: AxisTruth, values: dict[str, float], calibration: AxisCalibration) -> dict[str, float]:
+    """Return what of the truth a sensor without terms of second order comes closest to, over the points of the run."""
+    if not calibration.centring or not {"offset_v", "sensitivity_v_per_g"} <= values.keys():
+        return {}
+    q = np.array(truth.q_v_per_g2 or np.zeros(len(Q_NAMES)))
+    taken = q @ np.array(calibration.centring)[: len(Q_NAMES)]
+    angles_rad = np.radians([values["coning_deg"], values["azimuth_deg"]])
+    k = vector_from_angles(calibration.nominal_axis, values["sensitivity_v_per_g"], *angles_rad)
+    linear = np.concatenate([[values["offset_v"]], k]) + taken
+    model = PitchRoll(calibration.nominal_axis)
+    return {
+        **dict(zip(model.parameter_names, model.parameters(linear).tolist(), strict=True)),
+        **dict(zip(Q_NAMES, q.tolist(), strict=True)),
+        **({CUBIC_NAME: 0.0} if len(calibration.centring) > len(Q_NAMES) else {}),
+        TRACELESS_NAME: values["offset_v"],
+    }
 
 
 def _is_straight(mount: Mount) -> bool:

@@ -11,12 +11,14 @@ from ams.calibration.calibrate import calibrate
 from ams.calibration.mountings import calibrate_mountings
 from ams.calibration_result import Calibration
 from ams.inputs.request import CalibrationRequest
+from ams.models.registry import MODELS
 from ams.observations import Observations
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import observations_of
 from procedures.solution.request import SensorRows, SolvedSensor, budgets_of, request_of
+from procedures.solution.type_b import level_remarks
 from rig.description.rig_file import RigDescription, Sensor
 
 
@@ -30,7 +32,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     """Solve a sensor by the model of its procedure, with everything that the rig declares. Raises: AmsError."""
     request = request_of(item.name, item.rig, item.sensor, item.plan.solve)
     solved = calibrate_mountings(observations, request)
-    remarks = (*solved.remarks, *_remarks(item.plan.solve, item.dwells))
+    remarks = (*solved.remarks, *_remarks(item.plan.solve, item.dwells), *_remarks_on_level(item))
     calibration = replace(solved, remarks=remarks)
     return SolvedSensor(item.name, observations, calibration, None, budgets_of(solved, request, item.rig))
 
@@ -57,3 +59,9 @@ def _remarks(solve: Solve, rows: Sequence[DwellRecord]) -> Iterator[str]:
         yield f"time term: the run's times count from {first.started_utc:%Y-%m-%d %H:%M:%S} UTC, its first dwell"
     if solve.model == "linear":
         yield "straight lines make no coefficient set: take them from this document or the report"
+
+
+def _remarks_on_level(item: SensorRows) -> tuple[str, ...]:
+    """Return nothing for sensors of rates: a tilted base does not turn what they sense."""
+    model = MODELS.get(item.plan.solve.model)
+    return () if model is not None and model.needs_rates else level_remarks(item.rig)

@@ -20,8 +20,8 @@ from ams.observations import Observations
 from procedures.plan.channels import AXES
 from procedures.plan.rotations import UP, body_axis, to_stage
 from procedures.records.dwells import DwellRecord
-from procedures.solution.request import SensorRows, table_uncertainty
-from procedures.solution.type_b import shared_errors, table_in_words
+from procedures.solution.request import SensorRows
+from procedures.solution.type_b import shared_errors, table_in_words, table_uncertainty
 from rig.description.rig_file import RigDescription
 
 LEAST_ALONG = 0.5

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from math import radians
 from types import MappingProxyType
 
 from ams.analysis.calibration_budget import AxisBudget, axis_budget
@@ -12,7 +11,6 @@ from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
-from ams.units import ARCSEC_PER_DEG
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.plan import Plan
@@ -21,8 +19,8 @@ from procedures.records.dwells import DwellRecord
 from procedures.solution.type_b import (
     gravity_of,
     shared_errors,
-    standard_uncertainty_arcsec,
     table_in_words,
+    table_uncertainty,
 )
 from rig.description.rig_file import RigDescription, Sensor
 
@@ -87,15 +85,6 @@ class StaticAxis:
         return None if self.drift_deg is None else self.drift_deg <= self.allowed_deg
 
 
-def table_uncertainty(rig: RigDescription) -> TableUncertainty | None:
-    """Return the rig's indices as standard uncertainties; None where no axis has any."""
-    axes = ("pitch", "roll", "yaw")
-    pitch_rad, roll_rad, yaw_rad = (_arcsec_to_rad(standard_uncertainty_arcsec(rig, axis)) for axis in axes)
-    if pitch_rad == roll_rad == yaw_rad == 0.0:
-        return None
-    return TableUncertainty(pitch_rad, roll_rad, kind="standard", yaw_rad=yaw_rad)
-
-
 def request_for(
     sensor_name: str,
     channels: Iterable[str],
@@ -151,7 +140,3 @@ def request_of(name: str, rig: RigDescription, sensor: Sensor, solve: Solve) -> 
     source = temperature_source(rig, sensor)
     errors = shared_errors(rig, sensor, source if isinstance(source, str) else None)
     return request_for(name, sensor.channels, solve, table_uncertainty(rig), errors)
-
-
-def _arcsec_to_rad(value_arcsec: float) -> float:
-    return radians(value_arcsec / ARCSEC_PER_DEG)

@@ -7,12 +7,15 @@ unknown sign up to that size. Source: GUM 4.3, F.2.4.5.
 """
 
 from collections.abc import Iterator
-from math import hypot, radians, sqrt
+from math import degrees, hypot, radians, sqrt
 from typing import Literal
 
 from ams.analysis.calibration_budget import Gravity
 from ams.inputs.shared_errors import Effect, SharedError
+from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
 from ams.units import ARCSEC_PER_DEG
+from rig.description.device_settings import AxisSettings
+from rig.description.index_table import IndexTable
 from rig.description.rig_file import RigDescription, Sensor, Standard
 
 Kind = Literal["limit", "standard", "expanded"]
@@ -40,10 +43,78 @@ def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:
     return settings.uncertainty_arcsec / divisor(rig.standards.get(settings.standard) if settings.standard else None)
 
 
+def table_uncertainty(rig: RigDescription) -> TableUncertainty | None:
+    """Return the rig's indices as its axes and their standards declare them; None where no axis has any uncertainty."""
+    names = ("pitch", "roll", "yaw")
+    pitch_rad, roll_rad, yaw_rad = (radians(standard_uncertainty_arcsec(rig, name) / ARCSEC_PER_DEG) for name in names)
+    errors = {name: declared for name in names if (declared := _index_errors(rig, name)) is not None}
+    if pitch_rad == roll_rad == yaw_rad == 0.0 and not errors:
+        return None
+    return TableUncertainty(pitch_rad, roll_rad, kind="standard", yaw_rad=yaw_rad, errors=errors)
+
+
+def _index_errors(rig: RigDescription, name: str) -> IndexErrors | None:
+    """As attitudes: what the machine's own angles say, turned by the sign of the axis. None where nothing is declared,
+    or a reference sensor tells the attitude.
+    """
+    axis = rig.axes.get(name)
+    is_told = rig.attitude_reference is not None and name in rig.attitude_reference.channels
+    if axis is None or is_told:
+        return None
+    by = divisor(rig.standards.get(axis.standard) if axis.standard else None)
+    declared = IndexErrors(
+        axis.index_errors,
+        None if axis.index_zero_deg is None else radians(axis.attitude_deg(axis.index_zero_deg)),
+        radians(axis.index_zero_uncertainty_arcsec / by / ARCSEC_PER_DEG),
+        _known(axis, by),
+    )
+    return None if declared == IndexErrors() else declared
+
+
+def _known(axis: AxisSettings, divided_by: float) -> KnownErrors | None:
+    rows = axis.index_table
+    if not isinstance(rows, IndexTable):
+        return None
+    listed = sorted(
+        (axis.attitude_deg(angle_deg), axis.sign * error_arcsec, uncertainty_arcsec / divided_by)
+        for angle_deg, error_arcsec, uncertainty_arcsec in zip(
+            rows.angle_deg, rows.error_arcsec, rows.uncertainty_arcsec, strict=True
+        )
+    )
+    return known_errors(*zip(*listed, strict=True))
+
+
 def table_in_words(rig: RigDescription) -> str:
     """Describe what is declared of the table's indices."""
     return ", ".join(
-        f"{name} u {u:.2g}″" for name in ("pitch", "yaw", "roll") if (u := standard_uncertainty_arcsec(rig, name)) > 0.0
+        f"{name} u {u:.2g}″{_shape_in_words(rig, name)}"
+        for name in ("pitch", "yaw", "roll")
+        if (u := standard_uncertainty_arcsec(rig, name)) > 0.0
+    )
+
+
+def _shape_in_words(rig: RigDescription, name: str) -> str:
+    declared = _index_errors(rig, name) or IndexErrors()
+    words = {
+        "unknown": "shape unknown: 0.9 of the limit as teeth, once and twice a turn",
+        "independent": "",
+        "smooth": "smooth: 0.9 of the limit as one to eight times a turn",
+    }
+    zero = [] if declared.zero_rad is None else [f"zero at {degrees(declared.zero_rad):g}°"]
+    listed = [] if declared.known is None else [f"corrected by a list of {declared.known.angle_rad.size} angles"]
+    told = "; ".join(word for word in (words[declared.shape], *zero, *listed) if word)
+    return f" ({told})" if told else ""
+
+
+def level_remarks(rig: RigDescription) -> tuple[str, ...]:
+    """Say that nobody read the level of the base, where the attitude is counted from it."""
+    reference = rig.attitude_reference
+    is_told = reference is not None and {"pitch", "roll"} <= set(reference.channels)
+    if rig.level.before is not None or rig.level.after is not None or is_told:
+        return ()
+    return (
+        "the level of the base is not declared ([level] of the rig file): a tilted base, or an axis that was set to "
+        "zero wrongly, passes for a turned package and is not in these uncertainties; read it before and after",
     )
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from rig.description.index_table import IndexTable
 from rig.errors import RequestRefused
 from rig.toml_file import StrictTable, as_tuple
 
@@ -32,7 +33,15 @@ class AxisSettings(StrictTable):
     increment_deg: NotNegative = 0.0
     """Smallest step; 0 where the axis is continuous."""
     uncertainty_arcsec: NotNegative = 0.0
-    """A limit (rectangular) unless the standard says otherwise."""
+    """Of its index errors: a limit unless the standard says otherwise."""
+    index_errors: Literal["unknown", "independent", "smooth"] = "unknown"
+    """What these errors look like from index to index: not known, each tooth its own, or a smooth curve."""
+    index_zero_deg: float | None = None
+    """The machine's angle at which the axis was set to read true."""
+    index_zero_uncertainty_arcsec: NotNegative = 0.0
+    """Of setting it there; stated as ``uncertainty_arcsec``."""
+    index_table: str | IndexTable | None = None
+    """A file of the certificate's errors at angles, relative to the rig file; its rows once it is read."""
     standard: str | None = None
     sign: Literal[1, -1] = 1
     """Table angle = sign × attitude + zero_deg."""
@@ -70,6 +79,12 @@ class AxisSettings(StrictTable):
         low, high = self.limits_deg
         if not low < high:
             raise ValueError(f"limits_deg must be [low, high] with low < high, got [{low}, {high}]")
+        return self
+
+    @model_validator(mode="after")
+    def _uncertainty_of_a_zero(self) -> "AxisSettings":
+        if self.index_zero_uncertainty_arcsec > 0.0 and self.index_zero_deg is None:
+            raise ValueError("index_zero_uncertainty_arcsec needs index_zero_deg: where the axis was set to read true")
         return self
 
     def table_deg(self, attitude_deg: float) -> float:

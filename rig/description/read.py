@@ -13,6 +13,7 @@ from rig.description.cross_checks import complaints_about_references
 from rig.description.device_settings import AxisSettings
 from rig.description.drivers import TABLES, classes_for
 from rig.description.earlier_versions import as_stored_now
+from rig.description.index_table import IndexTable, read_index_table
 from rig.description.rig_file import Name, RigDescription
 from rig.description.twin_truth import AxisTruth as AxisTruth
 from rig.description.twin_truth import AxisTwin as AxisTwin
@@ -21,7 +22,7 @@ from rig.description.twin_truth import TwinEnvironment as TwinEnvironment
 from rig.description.twin_truth import TwinSection as TwinSection
 from rig.description.twin_truth import TwinStream as TwinStream
 from rig.errors import DescriptionError
-from rig.toml_file import read_toml
+from rig.toml_file import TomlFile, read_toml
 from rig.wire.table_dialect import dialect_name
 
 
@@ -30,10 +31,14 @@ def read_rig(path: Path) -> RigDescription:
     file = read_toml(path)
     file.require_seen()
     description = file.validate(rig_form(file.values))
-    complaints = list(complaints_about_references(file, description))
+    tables, complaints = _index_tables(file, description.axes)
+    complaints += complaints_about_references(file, description)
     if complaints:
         raise type(file.error((), ""))("\n".join(complaints))
-    return description.model_copy(update={"axes": _dialects_found(description.axes, path.parent)})
+    axes = _dialects_found(description.axes, path.parent)
+    return description.model_copy(
+        update={"axes": {name: axis.model_copy(update=tables.get(name, {})) for name, axis in axes.items()}}
+    )
 
 
 def rig_form(values: Mapping[str, Any] | None = None) -> type[RigDescription]:
@@ -62,6 +67,23 @@ def _dialects_found(axes: dict[str, AxisSettings], folder: Path) -> dict[str, Ax
         else axis
         for name, axis in axes.items()
     }
+
+
+def _index_tables(file: TomlFile, axes: dict[str, AxisSettings]) -> tuple[dict[str, dict[str, IndexTable]], list[str]]:
+    """Axis to the rows of its file of index errors, and what is wrong with such files."""
+    found: dict[str, dict[str, IndexTable]] = {}
+    complaints = []
+    for name, axis in axes.items():
+        key = ("axes", name, "index_table")
+        if isinstance(axis.index_table, IndexTable):
+            complaints.append(file.complaint(key, "got a table, allowed the path of a CSV file; write it in quotes"))
+        elif axis.index_table is not None:
+            try:
+                rows = read_index_table(file.path.parent / axis.index_table, axis.limits_deg)
+                found[name] = {"index_table": rows}
+            except DescriptionError as error:
+                complaints.append(file.complaint(key, str(error)))
+    return found, complaints
 
 
 def rig_from_json(text: str) -> RigDescription:

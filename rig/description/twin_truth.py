@@ -1,5 +1,6 @@
 """``[twin]``: what the twins' devices, sensors and surroundings really are."""
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -76,8 +77,14 @@ class AxisTwin(StrictTable):
     """``[twin.axes.NAME]``: what the twin's axis really is."""
 
     index_error_arcsec: NotNegative | None = None
-    """Each tooth is off by a fixed amount drawn within ± this; default: the axis' uncertainty_arcsec."""
+    """Each tooth is off by a fixed amount drawn within ± this; default: the axis' uncertainty_arcsec, or 0 where
+    ``index_harmonics`` or ``index_list`` say what the errors are."""
+    index_harmonics: tuple[tuple[float, float, float], ...] = ()
+    """``[times a turn, amplitude in arcsec, phase in degrees]`` each, adding amplitude × sin(times × angle + phase)."""
+    index_list: tuple[tuple[float, float], ...] = ()
+    """``[angle_deg, error_arcsec]`` each, rising within a turn; between them the straight line, round the turn."""
     zero_error_arcsec: float = 0.0
+    """How far the axis stands beyond where it was set to zero."""
     creep_arcsec: float = 0.0
     """How far the package still is from its rest when the axis has just arrived."""
     creep_s: Positive = 1.0
@@ -85,6 +92,26 @@ class AxisTwin(StrictTable):
     """How much too fast it turns, as part of the rate asked for."""
     runaway_after_s: Positive | None = None
     """So long after it began to turn it goes faster and faster."""
+
+    @field_validator("index_harmonics", "index_list", mode="before")
+    @classmethod
+    def _rows(cls, value: object) -> object:
+        return tuple(as_tuple(row) for row in value) if isinstance(value, list) else value
+
+    @field_validator("index_harmonics")
+    @classmethod
+    def _whole_turns(cls, rows: tuple[tuple[float, float, float], ...]) -> tuple[tuple[float, float, float], ...]:
+        if any(times < 1.0 or times != round(times) for times, _, _ in rows):
+            raise ValueError("the times a turn must be 1, 2, 3 …: an index error is the same after a whole turn")
+        return rows
+
+    @field_validator("index_list")
+    @classmethod
+    def _rising(cls, rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+        angles = [angle for angle, _ in rows]
+        if any(b <= a for a, b in pairwise(angles)) or (angles and angles[-1] - angles[0] >= 360.0):
+            raise ValueError("the angles must rise and stay within one turn")
+        return rows
 
 
 class TwinBase(StrictTable):

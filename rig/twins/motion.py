@@ -6,6 +6,8 @@ The controller's twin commands it in table angles; the world asks for the attitu
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from rig.twins.chance import Chance
 from rig.twins.geometry import ARCSEC_RAD
 from rig.twins.ramp import Path
@@ -22,12 +24,27 @@ class AxisErrors:
 
     index_half_width_arcsec: float = 0.0
     """Each tooth is off by a fixed amount within ± this (rectangular)."""
+    index_harmonics: tuple[tuple[float, float, float], ...] = ()
+    """Times a turn, amplitude (arcsec) and phase (degrees) of what the scale is off by at every angle."""
+    index_list: tuple[tuple[float, float], ...] = ()
+    """Angle (degrees) and error (arcsec), straight lines between."""
     zero_error_arcsec: float = 0.0
     creep_arcsec: float = 0.0
     creep_s: float = 1.0
     rate_error: float = 0.0
     """Part by which it turns too fast."""
     runaway_after_s: float | None = None
+
+    def of_scale_arcsec(self, table_deg: float) -> float:
+        """Return the smooth part of the index error at an angle of the machine."""
+        error_arcsec = sum(
+            amplitude_arcsec * math.sin(math.radians(times * table_deg + phase_deg))
+            for times, amplitude_arcsec, phase_deg in self.index_harmonics
+        )
+        if self.index_list:
+            angles, errors = zip(*self.index_list, strict=True)
+            error_arcsec += float(np.interp(table_deg, angles, errors, period=360.0))
+        return error_arcsec
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +195,8 @@ class AxisBody:
         """Return the true angle of this axis, its own errors included."""
         turned_s = now_s - self._lag_s
         nominal_deg = self._sign * (self.table_deg(turned_s) - self._zero_deg) + self._slip_deg
-        off_arcsec = self._errors.zero_error_arcsec + self._sign * self._index_error_arcsec(turned_s)
+        scale_arcsec = self._errors.of_scale_arcsec(self.table_deg(turned_s)) + self._index_error_arcsec(turned_s)
+        off_arcsec = self._errors.zero_error_arcsec + self._sign * scale_arcsec
         return math.radians(nominal_deg) + (off_arcsec + self._creep_arcsec(turned_s)) * ARCSEC_RAD
 
     def _index_error_arcsec(self, now_s: float) -> float:

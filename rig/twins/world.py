@@ -255,9 +255,12 @@ class World:
 
 def _body(name: str, axis: AxisSettings, description: RigDescription, chance: Chance) -> AxisBody:
     truth = (description.twin or TwinSection()).axes.get(name, AxisTwin())
-    declared_arcsec = _half_width_arcsec(axis, description.standards)
+    is_told = bool(truth.index_harmonics or truth.index_list)
+    declared_arcsec = 0.0 if is_told else _half_width_arcsec(axis, description.standards)
     errors = AxisErrors(
         index_half_width_arcsec=declared_arcsec if truth.index_error_arcsec is None else truth.index_error_arcsec,
+        index_harmonics=truth.index_harmonics,
+        index_list=truth.index_list,
         zero_error_arcsec=truth.zero_error_arcsec,
         creep_arcsec=truth.creep_arcsec,
         creep_s=truth.creep_s,

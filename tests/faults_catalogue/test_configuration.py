@@ -103,12 +103,14 @@ def test_fault_71_a_degenerate_design_is_refused_in_words(pitch_deg: list[float]
     Response: refused with what is missing; what cannot be told is null with the reason, never a number.
     """
     with pytest.raises(DesignError, match="nothing was solved"):
-        calibrate(_rows(pitch_deg, roll_deg), CalibrationRequest())
+        calibrate(_rows(pitch_deg, roll_deg), CalibrationRequest(extended="no"))
 
 
 def test_fault_71_no_coning_has_no_azimuth_and_says_so() -> None:
     pitch, roll = np.meshgrid(np.arange(-60.0, 61.0, 30.0), np.arange(-180.0, 180.0, 45.0))
-    axis = calibrate(_rows(pitch.ravel().tolist(), roll.ravel().tolist(), 0.0), CalibrationRequest()).axes["x"]
+    axis = calibrate(_rows(pitch.ravel().tolist(), roll.ravel().tolist(), 0.0), CalibrationRequest(extended="no")).axes[
+        "x"
+    ]
     found = {one.name: one for one in axis.parameters}
     assert (found["coning_deg"].value, found["azimuth_deg"].value) == (None, None)
     assert found["sensitivity_v_per_g"].value == pytest.approx(2.5, abs=1e-5)
@@ -120,4 +122,4 @@ def test_fault_71_a_row_that_is_no_number_is_named() -> None:
     rows = _rows([0.0, 30.0, 60.0, -30.0, -60.0], [0.0, 90.0, 180.0, 45.0, 10.0])
     rows.outputs["x"][3] = np.inf  # type: ignore[index]
     with pytest.raises(AmsError, match=r"row 4 \(replication 1, point 4\): got inf"):
-        calibrate(rows, CalibrationRequest())
+        calibrate(rows, CalibrationRequest(extended="no"))

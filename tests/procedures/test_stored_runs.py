@@ -282,11 +282,14 @@ def test_a_stored_archive_lists_shows_and_compares(
 
 @EVERY_VERSION
 def test_a_grid_that_is_measured_anew_gives_the_stored_coefficients(version: Path, tmp_path: Path) -> None:
-    """Files, twins, devices, engine and solver, on the rig of ``calrig demo`` with fewer attitudes."""
+    """Files, twins, devices, engine and solver, on the rig of ``calrig demo`` with fewer attitudes; a file without
+    ``index_errors`` meant independent teeth when it was written."""
     grid = StoredCase(version / "grid")
     for name in ("rig.toml", "procedure.toml"):
         shutil.copy(grid.folder / name, tmp_path)
     rig = read_rig(tmp_path / "rig.toml")
+    teeth = {name: axis.model_copy(update={"index_errors": "independent"}) for name, axis in rig.axes.items()}
+    rig = rig.model_copy(update={"axes": teeth})
     anew = Bench(tmp_path, rig, make_plan(rig, read_procedure(tmp_path / "procedure.toml")))
     assert anew.run(tmp_path / "run").state is State.FINISHED
     assert _coefficients_moved(grid.numbers, _solved(tmp_path / "run")) == []

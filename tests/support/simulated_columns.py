@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ams.calibration.columns import SolvedColumns, solve_columns
 from ams.inputs.request import select_rows
-from ams.inputs.table_uncertainty import TableUncertainty
+from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.models.accelerometer import PitchRoll
 from ams.models.model import Model
 from ams.models.thermal import TemperatureCoefficients, WithTemperature
@@ -72,9 +72,15 @@ def simulate(scene: Scene, campaigns: int, rng: np.random.Generator) -> Simulate
     if scene.dropped > 0.0:
         kept = rng.uniform(size=observations.rows) >= scene.dropped
         observations, outputs_v = select_rows(observations, kept), outputs_v[kept]
-    table = TableUncertainty(*[scene.index_limit_arcsec * ARCSEC] * 2, "limit") if scene.index_limit_arcsec else None
+    table = teeth_within(scene.index_limit_arcsec) if scene.index_limit_arcsec else None
     solved = solve_columns(observations, outputs_v, [model_of(scene)] * campaigns, table=table)
     return Simulated(solved, scene.truth)
+
+
+def teeth_within(limit_arcsec: float) -> TableUncertainty:
+    """A table whose teeth are declared independent, pitch and roll."""
+    errors = dict.fromkeys(("pitch", "roll"), IndexErrors("independent"))
+    return TableUncertainty(*[limit_arcsec * ARCSEC] * 2, "limit", errors=errors)
 
 
 def model_of(scene: Scene, axis: str = "x") -> Model:

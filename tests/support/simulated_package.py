@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from simulated_columns import ARCSEC, NOISE_V, REFERENCE_DEGC, Scene, force_of, model_of, warmed
+from simulated_columns import ARCSEC, NOISE_V, REFERENCE_DEGC, Scene, force_of, model_of, teeth_within, warmed
 
 from ams.calibration.columns import SolvedColumns, solve_columns
 from ams.inputs.request import select_rows
-from ams.inputs.table_uncertainty import TableUncertainty
 from ams.observations import Observations
 
 FloatArray = NDArray[np.float64]
@@ -91,7 +90,7 @@ def simulate_packages(scene: Scene, campaigns: int, rng: np.random.Generator) ->
     if scene.dropped > 0.0:
         kept = rng.uniform(size=rows.rows) >= scene.dropped
         rows, outputs_v = select_rows(rows, kept), outputs_v[kept]
-    table = TableUncertainty(*[scene.index_limit_arcsec * ARCSEC] * 2, "limit") if scene.index_limit_arcsec else None
+    table = teeth_within(scene.index_limit_arcsec) if scene.index_limit_arcsec else None
     models = [model_of(scene, axis) for axis in "xyz"] * campaigns
     return SolvedPackages(solve_columns(rows, outputs_v, models, table=table), package)
 

@@ -31,7 +31,7 @@ def observations(outputs: dict[str, list[float]], rates_dps: np.ndarray | None =
 
 def package_set(package: str) -> CoefficientSet:
     outputs = {a: [accelerometer_v(a, t, e, package) for e in EULER_DEG] for a, t in TRUTH[package].items()}
-    solved = calibrate(observations(outputs), CalibrationRequest(model=f"pitch-yaw-roll-{package}"))
+    solved = calibrate(observations(outputs), CalibrationRequest(model=f"pitch-yaw-roll-{package}", extended="no"))
     ranges = {"pitch_range_deg": (-40.0, 30.0), "roll_range_deg": (-60.0, 45.0), "yaw_range_deg": (-20.0, 25.0)}
     return build_set(solved, Provenance(sensor="CR1", **PLACE, **ranges))
 
@@ -60,4 +60,18 @@ def tp_set(
         np.ones(pitch.size, dtype=int), np.arange(pitch.size), pitch, roll, {a: _CLEAN[a] + spread[a] for a in axes}
     )
     ranges = {"pitch_range_deg": (-90.0, 90.0), "roll_range_deg": (-180.0, 180.0)}
-    return build_set(calibrate(rows, CalibrationRequest()), Provenance(sensor="TP1", **PLACE, **ranges))
+    return build_set(calibrate(rows, CalibrationRequest(extended="no")), Provenance(sensor="TP1", **PLACE, **ranges))
+
+
+def bent_set(bend_v: float = 5e-4) -> CoefficientSet:
+    """Return TP's package with a soft mount and a saturation of ``bend_v`` in every axis, its terms in the set."""
+    pitch, roll = np.deg2rad(np.array(GRID_DEG, dtype=float)).T
+    f = np.stack([np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)])
+    bend = {a: bend_v * (f[i] * f[(i + 1) % 3] - 0.5 * f[i] ** 2 + 0.3 * f[i] ** 3) for i, a in enumerate(TP_TRUTH)}
+    rows = Observations(
+        np.ones(pitch.size, dtype=int), np.arange(pitch.size), pitch, roll, {a: _CLEAN[a] + bend[a] for a in TP_TRUTH}
+    )
+    ranges = {"pitch_range_deg": (-90.0, 90.0), "roll_range_deg": (-180.0, 180.0)}
+    return build_set(
+        calibrate(rows, CalibrationRequest(extended="yes")), Provenance(sensor="SN1047", **PLACE, **ranges)
+    )

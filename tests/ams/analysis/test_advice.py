@@ -41,7 +41,7 @@ def tp_basis(pitch: np.ndarray, roll: np.ndarray) -> np.ndarray:
 
 
 def advice(observations: Observations) -> Advice:
-    return advise(calibrate(observations, CalibrationRequest()).axes["x"], observations)
+    return advise(calibrate(observations, CalibrationRequest(extended="no")).axes["x"], observations)
 
 
 def test_planted_terms_are_named_with_their_amplitude_and_cause() -> None:
@@ -142,7 +142,7 @@ def test_a_drift_is_given_a_replication_and_an_hour() -> None:
 def test_the_interval_of_a_drift_is_that_of_a_straight_line_through_the_replications() -> None:
     """By scipy's regression and Student's t of GUM table G.2 with 5 − 2 degrees of freedom."""
     observations = creeping(1e-5, timed=False)
-    axis = calibrate(observations, CalibrationRequest()).axes["x"]
+    axis = calibrate(observations, CalibrationRequest(extended="no")).axes["x"]
     assert axis.replication is not None
     offsets = [row["offset_v"] for row in axis.replication.per_replication.values()]
     line = linregress(np.arange(5.0), offsets)
@@ -175,7 +175,7 @@ def test_on_a_gimbal_the_terms_are_those_of_what_the_package_feels() -> None:
     noise = 0.5 * ARCSEC_V * np.random.default_rng(1).standard_normal(rows.rows)
     output = 0.005 + force @ [2.5, 0.02, -0.01] - 2.0 * 3.0 * ARCSEC_V * force[:, 0] * force[:, 2] + noise
     measured = replace(yawed, outputs={"x": output})
-    axis = calibrate(measured, CalibrationRequest(model="pitch-yaw-roll-model")).axes["x"]
+    axis = calibrate(measured, CalibrationRequest(model="pitch-yaw-roll-model", extended="no")).axes["x"]
     (term,) = advise(axis, measured).lack_of_fit
     assert term.name == "sin 2α·cos R"
     assert term.amplitude_deg * 3600.0 == pytest.approx(3.0, abs=0.15)
@@ -183,7 +183,9 @@ def test_on_a_gimbal_the_terms_are_those_of_what_the_package_feels() -> None:
 
 def test_a_straight_line_is_told_of_the_misalignment_that_it_leaves_out() -> None:
     rows = WHOLE_TURN.observe(np.random.default_rng(0))
-    axis = calibrate(rows, CalibrationRequest(model="linear-accelerometer", nominal_axes={"x": "x"})).axes["x"]
+    axis = calibrate(
+        rows, CalibrationRequest(model="linear-accelerometer", nominal_axes={"x": "x"}, extended="no")
+    ).axes["x"]
     found = advise(axis, rows).lack_of_fit
     assert {term.name for term in found} == {"cos α·sin R", "cos α·cos R"}
     assert all("misalignment of the sensor" in term.cause for term in found)

@@ -26,7 +26,7 @@ def solved(replications: int = 6, *, with_meter: bool = True, **settings: float)
     observations = Campaign(replications=replications, **settings).observe(np.random.default_rng(2))
     shared = {"x": METER} if with_meter else {}
     table = TableUncertainty(ARCSEC, ARCSEC, "limit")
-    request = CalibrationRequest(nominal_axes={"x": "x"}, table=table, shared_errors=shared)
+    request = CalibrationRequest(nominal_axes={"x": "x"}, table=table, shared_errors=shared, extended="no")
     return calibrate(observations, request).axes["x"]
 
 
@@ -65,7 +65,7 @@ def test_trials_hold_every_parameter_however_small_its_unit_makes_it() -> None:
     observations = Campaign(replications=6, noise_arcsec=0.5).observe(np.random.default_rng(9))
     warmth = np.random.default_rng(8).uniform(15.0, 27.0, observations.rows)
     measured = replace(observations, temperature_degc=warmth)
-    request = CalibrationRequest(nominal_axes={"x": "x"}, temperature="estimate")
+    request = CalibrationRequest(nominal_axes={"x": "x"}, temperature="estimate", extended="no")
     axis = calibrate(measured, request).axes["x"]
     found = axis_budget(axis, trials=20_000, seed=1)
     assert found.monte_carlo is not None
@@ -110,7 +110,7 @@ def test_the_trials_find_the_rectangle_that_the_certificate_states() -> None:
     """Where a limit ±L outweighs all, 95 % of the trials lie within ±0.95 L (GUM S1 table 1), not within ±1.96 L/√3."""
     big = (SharedError("multimeter zero", "reading", 1e-2, "limit"),)
     observations = Campaign(replications=6).observe(np.random.default_rng(2))
-    request = CalibrationRequest(nominal_axes={"x": "x"}, shared_errors={"x": big})
+    request = CalibrationRequest(nominal_axes={"x": "x"}, shared_errors={"x": big}, extended="no")
     found = axis_budget(calibrate(observations, request).axes["x"], big, trials=200_000)
     assert found.monte_carlo is not None
     low, high = found.monte_carlo.parameters["offset_v"].interval_95
@@ -149,7 +149,7 @@ def test_a_time_term_has_a_budget_of_its_own_and_its_reference_time_none() -> No
 
     observations = Campaign(replications=4).observe(np.random.default_rng(2))
     timed = replace(observations, time_s=60.0 * np.arange(observations.rows))
-    axis = calibrate(timed, CalibrationRequest(nominal_axes={"x": "x"}, time_term=True)).axes["x"]
+    axis = calibrate(timed, CalibrationRequest(nominal_axes={"x": "x"}, time_term=True, extended="no")).axes["x"]
     found = axis_budget(axis)
     assert DRIFT_NAME in found.combined
     assert "reference_time_s" not in found.combined

@@ -16,7 +16,7 @@ from ams.analysis.design_variance import (
 )
 from ams.errors import DesignError
 from ams.frames import Attitude
-from ams.inputs.table_uncertainty import TableUncertainty
+from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.models.accelerometer import PitchOnly, PitchRoll, primary_from_parameters
 from ams.solve.linear_form import factor
 
@@ -132,7 +132,10 @@ def test_a_box_upside_down_is_refused() -> None:
         AngleBox((np.deg2rad(30), np.deg2rad(-30)))
 
 
-@pytest.mark.parametrize("table", [None, TableUncertainty(5e-6, 5e-6, "limit")])
+TEETH = TableUncertainty(5e-6, 5e-6, "limit", errors=dict.fromkeys(("pitch", "roll"), IndexErrors("independent")))
+
+
+@pytest.mark.parametrize("table", [None, TEETH])
 def test_expected_uncertainties_are_those_of_a_simulation(table: TableUncertainty | None) -> None:
     rng = np.random.default_rng(9)
     pitch, roll = grid(np.arange(-60.0, 61.0, 30.0), np.arange(-180.0, 180.0, 60.0))

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from ams.analysis.design_without_roll import evaluate_without_roll, expected_without_roll, variance_without_roll
 from ams.errors import DesignError
 from ams.frames import Attitude
-from ams.inputs.table_uncertainty import TableUncertainty
+from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.models.accelerometer import PitchOnly
 
 CARDINAL = np.deg2rad([-90.0, 0.0, 90.0, 180.0])  # TP (57)
@@ -54,7 +54,7 @@ def test_expected_uncertainties_are_the_scatter_of_simulated_calibrations(axis, 
     rng, trials, replications = np.random.default_rng(8), 4000, 2
     pitch = np.deg2rad(np.arange(-20.0, 131.0, 15.0))
     noise_v, tooth_rad, sensitivity = 2e-5, 1e-5, -2.5
-    table = TableUncertainty(tooth_rad, 0.0)
+    table = TableUncertainty(tooth_rad, 0.0, errors={"pitch": IndexErrors("independent")})
     expected = expected_without_roll(pitch, replications, noise_v, sensitivity, axis, misalignment_rad, table)
     true_pitch = pitch + rng.normal(0.0, tooth_rad, (trials, 1, pitch.size))
     turn = np.sin if axis == "x" else (lambda angle: -np.cos(angle))

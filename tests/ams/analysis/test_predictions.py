@@ -14,7 +14,7 @@ from ams.inputs.request import CalibrationRequest
 from ams.models.thermal import TemperatureCoefficients
 
 AT = Attitude(np.deg2rad([0.0, 17.0, -80.0]), np.deg2rad([0.0, 130.0, -20.0]))
-ONE = CalibrationRequest(nominal_axes={"x": "x"})
+ONE = CalibrationRequest(nominal_axes={"x": "x"}, extended="no")
 
 
 def test_intervals_hold_the_calibrated_output_and_new_readings() -> None:

@@ -19,7 +19,6 @@ from ams.frames import specific_force
 from ams.inference.lines import SensorLine, sensor_line
 from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import vector_from_angles
-from ams.models.extended import ExtendedPitchRoll
 from ams.models.pitch_yaw_roll import PitchYawRoll
 
 DEG = np.pi / 180
@@ -188,7 +187,7 @@ def test_noise_free_sensors_have_no_spread():
 
 def test_a_calibration_can_be_used_as_it_was_solved():
     campaign = Campaign(replications=4)
-    solved = calibrate(campaign.observe(np.random.default_rng(8)), CalibrationRequest())
+    solved = calibrate(campaign.observe(np.random.default_rng(8)), CalibrationRequest(extended="no"))
     sensors = [sensor_line(solved.axes[axis], 5e-6) for axis in "xyz"]
     pitch, roll = np.array([0.3, -0.9]), np.array([1.0, -2.5])
     force = specific_force(pitch, roll)
@@ -203,8 +202,8 @@ def test_a_calibration_of_cr_gives_the_same_attitude():
     rng = np.random.default_rng(9)
     observations = Campaign(replications=3).observe(rng)
     level = replace(observations, yaw_rad=np.zeros(observations.rows))
-    ours = calibrate(level, CalibrationRequest())
-    theirs = calibrate(level, CalibrationRequest(models={a: PitchYawRoll(a) for a in "xyz"}))
+    ours = calibrate(level, CalibrationRequest(extended="no"))
+    theirs = calibrate(level, CalibrationRequest(models={a: PitchYawRoll(a) for a in "xyz"}, extended="no"))
     volts = np.array([[0.8, -1.0, -2.0]])
     found = [pitch_roll_from_three([sensor_line(c.axes[a], 1e-5) for a in "xyz"], volts) for c in (ours, theirs)]
     assert found[0].pitch_rad[0] == pytest.approx(found[1].pitch_rad[0], abs=1e-12)
@@ -213,9 +212,7 @@ def test_a_calibration_of_cr_gives_the_same_attitude():
 
 def test_a_model_with_further_terms_is_refused_in_words():
     observations = Campaign(replications=3, pitch_deg=np.arange(-90.0, 91, 15)).observe(np.random.default_rng(1))
-    extended = calibrate(
-        observations, CalibrationRequest(models={"x": ExtendedPitchRoll("x")}, nominal_axes={"x": "x"})
-    )
+    extended = calibrate(observations, CalibrationRequest(extended="yes", nominal_axes={"x": "x"}))
     with pytest.raises(DesignError, match="apply its further terms"):
         sensor_line(extended.axes["x"], 1e-5)
 

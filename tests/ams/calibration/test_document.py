@@ -15,7 +15,9 @@ QUANTITIES = ["offset", "sensitivity", "coning", "azimuth"]
 
 def document(replications: int = 4, nominal_axes: dict[str, str] | None = None, **settings: float) -> dict:
     observations = Campaign(replications=replications, **settings).observe(np.random.default_rng(3))
-    request = CalibrationRequest(nominal_axes=nominal_axes or {}, table=TableUncertainty(ARCSEC, ARCSEC, "limit"))
+    request = CalibrationRequest(
+        nominal_axes=nominal_axes or {}, table=TableUncertainty(ARCSEC, ARCSEC, "limit"), extended="no"
+    )
     return to_document(calibrate(observations, request))
 
 

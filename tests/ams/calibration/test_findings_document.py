@@ -42,14 +42,14 @@ def document() -> dict:
 
 
 def test_every_axis_has_its_findings_behind_the_published_keys(document: dict) -> None:
-    assert list(document) == ["axes", "model", "convention", "package_covariance"]
+    assert list(document) == ["axes", "method_version", "model", "convention", "package_covariance"]
     assert list(document["axes"]["x"])[8:] == ["remarks", "advice", "extension", "residual_curvature", "budget"]
     json.dumps(document, allow_nan=False)
 
 
 def test_the_planted_drift_is_told_per_replication_and_hour() -> None:
     rows = soft_and_drifting()
-    advice = full_document(calibrate(rows, CalibrationRequest()), rows)["axes"]["x"]["advice"]
+    advice = full_document(calibrate(rows, CalibrationRequest(extended="no")), rows)["axes"]["x"]["advice"]
     (drift,) = [entry for entry in advice["drift"] if entry["parameter"] == "offset_v"]
     a_replication_h = 60.0 * rows.rows / 4 / 3600.0
     assert drift["per_hour"] == pytest.approx(30e-6, rel=0.02)
@@ -109,12 +109,14 @@ def test_h_e_is_asked_for_and_zero_where_the_model_is_linear(document: dict) -> 
     assert not np.any(curvature["h_e"])
     assert set(curvature["standard_uncertainty_ratio"].values()) == {1.0}
     rows = soft_and_drifting()
-    assert "residual_curvature" not in full_document(calibrate(rows, CalibrationRequest()), rows)["axes"]["x"]
+    assert (
+        "residual_curvature" not in full_document(calibrate(rows, CalibrationRequest(extended="no")), rows)["axes"]["x"]
+    )
 
 
 def test_a_set_stands_at_the_reference_time_and_never_extrapolates_the_drift() -> None:
     rows = soft_and_drifting()
-    solved = calibrate(rows, CalibrationRequest(nominal_axes={"x": "x"}, time_term=True))
+    solved = calibrate(rows, CalibrationRequest(nominal_axes={"x": "x"}, time_term=True, extended="no"))
     assert not any("never applied" in text for text in solved.axes["x"].warnings)
     axis, made = solved.axes["x"], build_set(solved, provenance())
     section = made.document["axes"]["x"]
@@ -133,5 +135,5 @@ def test_a_set_stands_at_the_reference_time_and_never_extrapolates_the_drift() -
 @pytest.mark.parametrize("kind", list(FORMATS))
 def test_every_format_takes_a_set_with_a_time_term(kind: str) -> None:
     rows = soft_and_drifting()
-    made = build_set(calibrate(rows, CalibrationRequest(time_term=True)), provenance())
+    made = build_set(calibrate(rows, CalibrationRequest(time_term=True, extended="no")), provenance())
     assert FORMATS[kind].to_bytes(made)

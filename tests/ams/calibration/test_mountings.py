@@ -62,7 +62,7 @@ def _split(replications: int, first: int, rows_more: int = 0) -> NDArray[np.int6
 
 
 def _found(observations: Observations) -> dict[str, tuple[float, float]]:
-    axis = calibrate_mountings(observations, CalibrationRequest()).axes["x"]
+    axis = calibrate_mountings(observations, CalibrationRequest(extended="no")).axes["x"]
     return {one.name: (float(one.value or 0.0), float(one.standard_uncertainty or 0.0)) for one in axis.parameters}
 
 
@@ -86,7 +86,7 @@ def test_the_derivatives_are_those_of_a_complex_step(nominal: str) -> None:
 
 def test_without_noise_every_mounting_comes_back_to_ten_digits() -> None:
     rows = _campaign(np.random.default_rng(1), _split(4, 2), noise_v=1e-15)
-    axis = calibrate_mountings(rows, CalibrationRequest()).axes["x"]
+    axis = calibrate_mountings(rows, CalibrationRequest(extended="no")).axes["x"]
     found = {one.name: one.value for one in axis.parameters}
     assert found["offset_v"] == pytest.approx(OFFSET_V, rel=1e-10)
     assert found["sensitivity_v_per_g"] == pytest.approx(SENSITIVITY, rel=1e-10)
@@ -99,14 +99,14 @@ def test_without_noise_every_mounting_comes_back_to_ten_digits() -> None:
 
 def test_one_fit_over_a_move_that_nobody_told_of_is_wrong_and_this_one_is_right() -> None:
     rows = _campaign(np.random.default_rng(3), _split(6, 3))
-    blind = calibrate(replace(rows, mounting=None), CalibrationRequest()).axes["x"]
-    right = calibrate_mountings(rows, CalibrationRequest()).axes["x"]
+    blind = calibrate(replace(rows, mounting=None), CalibrationRequest(extended="no")).axes["x"]
+    right = calibrate_mountings(rows, CalibrationRequest(extended="no")).axes["x"]
     assert blind.standard_error_v > 100.0 * right.standard_error_v
     assert right.standard_error_v == pytest.approx(1.12 * NOISE_V, rel=0.2)
 
 
 def test_the_set_speaks_of_the_last_mounting_in_the_words_of_one() -> None:
-    solved = calibrate_mountings(_campaign(np.random.default_rng(4), _split(6, 3)), CalibrationRequest())
+    solved = calibrate_mountings(_campaign(np.random.default_rng(4), _split(6, 3)), CalibrationRequest(extended="no"))
     axis = solved.axes["x"]
     assert [one.name for one in axis.parameters] == ["offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg"]
     assert axis.primary_covariance.shape == axis.covariance.shape == (4, 4)
@@ -118,25 +118,27 @@ def test_the_set_speaks_of_the_last_mounting_in_the_words_of_one() -> None:
 
 def test_one_mounting_is_the_ordinary_calibration() -> None:
     rows = _campaign(np.random.default_rng(5), np.full(3 * K, 1, dtype=np.int64))
-    plain = calibrate(replace(rows, mounting=None), CalibrationRequest())
-    assert calibrate_mountings(rows, CalibrationRequest()).axes["x"].parameters == plain.axes["x"].parameters
+    plain = calibrate(replace(rows, mounting=None), CalibrationRequest(extended="no"))
+    assert (
+        calibrate_mountings(rows, CalibrationRequest(extended="no")).axes["x"].parameters == plain.axes["x"].parameters
+    )
 
 
 def test_as_many_moves_as_replications_are_said_to_hide_drift() -> None:
-    solved = calibrate_mountings(_campaign(np.random.default_rng(6), _split(2, 1)), CalibrationRequest())
+    solved = calibrate_mountings(_campaign(np.random.default_rng(6), _split(2, 1)), CalibrationRequest(extended="no"))
     assert "2 replications over 2 mountings: drift between replications cannot be told" in solved.warnings[-1]
 
 
 def test_models_without_an_azimuth_to_turn_are_refused() -> None:
     rows = _campaign(np.random.default_rng(6), _split(4, 2))
     with pytest.raises(DesignError, match="got 2 mountings for model pitch-only, allowed one"):
-        calibrate_mountings(rows, CalibrationRequest(model="pitch-only"))
+        calibrate_mountings(rows, CalibrationRequest(model="pitch-only", extended="no"))
 
 
 def test_a_mounting_of_too_few_dwells_is_refused_in_words() -> None:
     rows = _campaign(np.random.default_rng(7), _split(4, 0, 1))
     with pytest.raises(DesignError, match="mounting_1"):
-        calibrate_mountings(rows, CalibrationRequest())
+        calibrate_mountings(rows, CalibrationRequest(extended="no"))
 
 
 @pytest.mark.parametrize(
@@ -148,7 +150,7 @@ def test_intervals_hold_the_truth_over_a_move(mounting: NDArray[np.int64], campa
     truth = {"offset_v": OFFSET_V, "sensitivity_v_per_g": SENSITIVITY, "coning_deg": 0.9, "azimuth_deg": -70.0}
     held = dict.fromkeys(truth, 0)
     for _ in range(campaigns):
-        axis = calibrate_mountings(_campaign(chance, mounting), CalibrationRequest()).axes["x"]
+        axis = calibrate_mountings(_campaign(chance, mounting), CalibrationRequest(extended="no")).axes["x"]
         for one in axis.parameters:
             assert one.interval_95 is not None
             held[one.name] += one.interval_95[0] <= truth[one.name] <= one.interval_95[1]

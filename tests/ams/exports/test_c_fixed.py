@@ -8,9 +8,11 @@ from c_program import needs_compiler, printed
 from foreign_sets import quadratic, warm
 from sealed import changed
 from solved import provenance, solved_package
+from solved_sets import bent_set
 
 from ams.errors import SetError, VectorsDisagree
 from ams.exports.c_fixed import CHECKSUM_LINE, fixed_axes, from_c_fixed, to_c_fixed
+from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set, from_document
 
 RNG = np.random.default_rng(47)
@@ -57,6 +59,24 @@ def test_the_error_stays_within_the_stated_bound_and_comes_near_it(package: Coef
         error_v = np.abs(column / 2**26 - exact_v).max()
         assert 0.3 * axis.error_v < error_v <= axis.error_v
         assert axis.error_v < 2.0 / 2**26
+
+
+@needs_compiler
+def test_of_a_bent_sensor_it_has_the_linear_one_and_the_bound_tells_what_is_left_out(tmp_path: Path) -> None:
+    """Exact outputs by the set itself, at 4 000 attitudes: beyond the bound nowhere, and near it somewhere."""
+    bent = bent_set()
+    pitch, roll = np.arcsin(RNG.uniform(-1, 1, 4000)), RNG.uniform(-np.pi, np.pi, 4000)
+    f = np.stack([np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)], axis=-1)
+    words = np.rint(f * 2**30).astype(int)
+    exact_v = apply(bent, pitch, roll)
+    for axis in fixed_axes(bent):
+        counts = np.array([axis.counts((int(x), int(y), int(z))) for x, y, z in words])
+        error_v = np.abs(counts / 2**26 - exact_v[axis.axis]).max()
+        assert 0.9 * axis.error_v < error_v <= axis.error_v
+    header = to_c_fixed(bent)
+    assert from_c_fixed(header, "bent").document == bent.document
+    main = 'printf("%d\\n", calrig_sn1047_fixed_self_test());'
+    assert printed(tmp_path, {"SN1047.fixed.h": header}, main) == [[0.0]]
 
 
 def test_the_bound_is_stated_in_volts_and_as_an_angle(package: CoefficientSet) -> None:

@@ -129,7 +129,7 @@ def test_temperature_is_taken_off_before_angles_are_inferred() -> None:
         np.repeat(np.arange(4), points), np.tile(np.arange(points), 4), np.deg2rad(pitch), np.deg2rad(roll), outputs,
         temperature_degc=warm,
     )  # fmt: skip
-    solved = calibrate(rows, CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0))
+    solved = calibrate(rows, CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0, extended="no"))
     from solved_sets import PLACE
 
     ranges = {"pitch_range_deg": (-60.0, 60.0), "roll_range_deg": (-180.0, 180.0)}

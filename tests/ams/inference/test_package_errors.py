@@ -13,7 +13,7 @@ from ams.inference.calibrated import package_of_set, sensor_of_set
 from ams.inference.inference import Package, inference
 from ams.inference.lines import package_lines
 from ams.inputs.request import CalibrationRequest
-from ams.inputs.table_uncertainty import TableUncertainty
+from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.sets.canonical import with_checksum
 from ams.sets.coefficients import CoefficientSet, build_set, from_document
 from ams.sets.provenance import Provenance
@@ -22,11 +22,14 @@ PITCH, ROLL = np.deg2rad([5.0, 20.0, -40.0]), np.deg2rad([45.0, -30.0, 120.0])
 FORCE = specific_force(PITCH, ROLL)
 OUTPUTS_V = np.stack([OFFSET_V[axis] + FORCE @ VECTOR_V_PER_G[axis] for axis in "xyz"], axis=-1)
 READING_SD_V = 1e-7
+TEETH = TableUncertainty(
+    5 * ARCSEC, 5 * ARCSEC, "limit", errors=dict.fromkeys(("pitch", "roll"), IndexErrors("independent"))
+)
 
 
 def solved() -> Calibration:
     observations = Campaign(index_limit_arcsec=5.0, noise_arcsec=0.2).observe(np.random.default_rng(0))
-    return calibrate(observations, CalibrationRequest(table=TableUncertainty(5 * ARCSEC, 5 * ARCSEC, "limit")))
+    return calibrate(observations, CalibrationRequest(extended="no", table=TEETH))
 
 
 def set_of(calibration: Calibration) -> CoefficientSet:

@@ -55,7 +55,7 @@ def with_outputs(rows: Observations, force: np.ndarray) -> Observations:
 
 def solved(rows: Observations, model: str = "pitch-roll", *errors: SharedError) -> dict[str, AxisCalibration]:
     shared = dict.fromkeys("xyz", errors)
-    return dict(calibrate(rows, CalibrationRequest(model=model, shared_errors=shared)).axes)
+    return dict(calibrate(rows, CalibrationRequest(model=model, shared_errors=shared, extended="no")).axes)
 
 
 def part(axis: AxisCalibration, name: str) -> np.ndarray:
@@ -123,7 +123,7 @@ def test_a_wrong_thermometer_moves_the_parameters_by_its_part(plain: Observation
     def fit(rows: Observations, *errors: SharedError) -> AxisCalibration:
         request = CalibrationRequest(
             temperature="apply", known_temperature=known, reference_temperature_degc=20.0,
-            shared_errors=dict.fromkeys("xyz", errors),
+            shared_errors=dict.fromkeys("xyz", errors), extended="no",
         )  # fmt: skip
         return calibrate(rows, request).axes["x"]
 
@@ -140,7 +140,7 @@ def test_replications_make_a_shared_error_no_smaller() -> None:
     few, many = (
         calibrate(
             Campaign(replications=count, noise_arcsec=0.3).observe(np.random.default_rng(1)),
-            CalibrationRequest(shared_errors=dict.fromkeys("xyz", (error,))),
+            CalibrationRequest(shared_errors=dict.fromkeys("xyz", (error,)), extended="no"),
         ).axes["x"]
         for count in (2, 12)
     )

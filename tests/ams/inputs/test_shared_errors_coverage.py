@@ -25,7 +25,7 @@ K = np.array([2.5, 0.02, 0.012])
 def test_95_percent_intervals_hold_the_truth_in_95_percent_of_campaigns(campaigns: int) -> None:
     chance = np.random.default_rng(11)
     rows = Campaign(replications=4).observe(chance)
-    request = CalibrationRequest(nominal_axes={"x": "x"}, shared_errors={"x": ERRORS})
+    request = CalibrationRequest(nominal_axes={"x": "x"}, shared_errors={"x": ERRORS}, extended="no")
     truth, held = np.concatenate([[0.005], K]), np.zeros(4)
     for _ in range(campaigns):
         zero, gain, pitch_zero, tilt = (error.standard_uncertainty * chance.standard_normal() for error in ERRORS)

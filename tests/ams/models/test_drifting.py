@@ -15,7 +15,7 @@ from ams.models.accelerometer import PitchRoll
 from ams.models.drifting import DRIFT_NAME, WithTime
 from ams.observations import Observations
 
-TIMED = CalibrationRequest(time_term=True)
+TIMED = CalibrationRequest(time_term=True, extended="no")
 DRIFT_V_PER_H = 4e-6
 
 

@@ -12,6 +12,7 @@ import pytest
 
 from ams.models.accelerometer import PitchOnly
 from ams.models.drifting import WithTime
+from ams.models.extended import ExtendedPitchRoll
 from ams.models.model import Model
 from ams.models.registry import MODELS, model_named
 from ams.models.remounted import Remounted
@@ -27,6 +28,7 @@ RATES = RNG.uniform(-1.0, 1.0, (ROWS, 3))
 KNOWN = TemperatureCoefficients(3e-5, -2e-4)
 AXES = {"pitch-only": "xz"}
 OWN = (0.031, -0.4, 1.9, 0.7)
+CENTRING = tuple(tuple(row) for row in RNG.uniform(-1.0, 1.0, (6, 4)).tolist())
 Q = (1e-3, -2e-3, 5e-4, 3e-3, -1e-3)
 
 Derived = Callable[[np.ndarray], np.ndarray]
@@ -44,6 +46,7 @@ def models() -> dict[str, Model]:
         found[f"{base}, temperature estimated"] = WithTemperature(found[base], 20.0)
         found[f"{base}, time"] = WithTime(found[base], 1800.0)
     found["pitch-roll x, temperature and time"] = WithTime(WithTemperature(found["pitch-roll x"], 20.0), 1800.0)
+    found |= {f"terms without their linear part {axis}": ExtendedPitchRoll(axis, CENTRING) for axis in "xyz"}
     found |= {f"remounted {axis}": Remounted(axis, (1, 2)) for axis in "xyz"}
     found["straight line"] = StraightLine("x", "ut", "counts")
     return found
@@ -117,6 +120,11 @@ def of_vector(axis: str) -> Derived:
     return lambda p: np.concatenate([p[:1], turned(axis, p[1:4]), p[4:]])
 
 
+def of_extended(axis: str) -> Derived:
+    """With the offset once more: nothing is taken off the terms of a model that is made by its name."""
+    return lambda p: np.concatenate([of_vector(axis)(p), p[:1]])
+
+
 def of_pitch_only(axis: str) -> Derived:
     def derived(p: np.ndarray) -> np.ndarray:
         along, across = (p[1], p[2]) if axis == "x" else (p[2], -p[1])
@@ -130,7 +138,7 @@ def of_line(_axis: str) -> Derived:
     return lambda p: np.array([1.0 / p[1], -p[0] / p[1]])
 
 
-DERIVED = {"pitch-only": of_pitch_only, "linear-accelerometer": of_line}
+DERIVED = {"pitch-only": of_pitch_only, "pitch-roll-extended": of_extended, "linear-accelerometer": of_line}
 
 
 @pytest.mark.parametrize("name", named())

@@ -29,7 +29,7 @@ def _rows(seed: int, replications: int = 5, noise: float = 0.02) -> Observations
 
 
 def _solved(rows: Observations) -> dict[str, tuple[float, float]]:
-    request = CalibrationRequest(nominal_axes={"x": "x"}, models={"x": FieldLine("x", "ut", "ut")})
+    request = CalibrationRequest(nominal_axes={"x": "x"}, models={"x": FieldLine("x", "ut", "ut")}, extended="no")
     estimates = calibrate(rows, request).axes["x"].parameters
     return {one.name: (float(one.value or np.nan), float(one.standard_uncertainty or np.nan)) for one in estimates}
 
@@ -60,7 +60,7 @@ def test_the_jacobian_is_that_of_the_complex_step() -> None:
 def test_a_sensor_that_does_not_follow_has_no_gain() -> None:
     rows = _rows(1)
     rows.outputs["x"][:] = np.random.default_rng(2).normal(5.0, 1.0, rows.rows)  # type: ignore[index]
-    request = CalibrationRequest(nominal_axes={"x": "x"}, models={"x": FieldLine("x", "ut", "ut")})
+    request = CalibrationRequest(nominal_axes={"x": "x"}, models={"x": FieldLine("x", "ut", "ut")}, extended="no")
     axis = calibrate(rows, request).axes["x"]
     assert [one.value for one in axis.parameters] == [None, None, None]
     assert any("does not follow the reference" in warning for warning in axis.warnings)

@@ -26,6 +26,7 @@ from ams.exports.c_header import to_c_header
 from ams.exports.formats import FORMATS
 from ams.frames import Attitude
 from ams.inference.inference import Package, inference
+from ams.inputs.table_uncertainty import IndexErrors
 from ams.models.model import Model
 from ams.models.registry import MODELS
 from ams.observations import Observations
@@ -52,7 +53,7 @@ def model(example: ModuleType) -> Model:
 
 
 def solved(rows: Observations, model: Model, table: TableUncertainty | None = None) -> AxisCalibration:
-    request = CalibrationRequest(nominal_axes={"x": "x"}, models={"x": model}, table=table)
+    request = CalibrationRequest(nominal_axes={"x": "x"}, models={"x": model}, table=table, extended="no")
     return calibrate(rows, request).axes["x"]
 
 
@@ -86,7 +87,7 @@ def test_its_intervals_hold_the_truth(example: ModuleType, model: Model) -> None
 def test_the_tables_indices_reach_it_through_its_slopes(example: ModuleType, model: Model) -> None:
     """Every index of ±1″ is off by itself: with no other noise S and φ are as uncertain as least squares makes them."""
     rows = example.measured(TRUTH, 0.0, np.random.default_rng(0))
-    axis = solved(rows, model, TableUncertainty(ARCSEC, 0.0, "limit"))
+    axis = solved(rows, model, TableUncertainty(ARCSEC, 0.0, "limit", errors={"pitch": IndexErrors("independent")}))
     one = rows.replication == 1
     slopes = model.angle_jacobian(TRUTH, rows)["pitch"][one]
     basis = model.jacobian(TRUTH, rows)[one] / slopes[:, None]
@@ -96,7 +97,7 @@ def test_the_tables_indices_reach_it_through_its_slopes(example: ModuleType, mod
 
 def test_documents_and_advice_are_made_for_it(example: ModuleType, model: Model) -> None:
     rows = example.measured(TRUTH, 2e-5, np.random.default_rng(2))
-    calibration = calibrate(rows, CalibrationRequest(nominal_axes={"x": "x"}, models={"x": model}))
+    calibration = calibrate(rows, CalibrationRequest(nominal_axes={"x": "x"}, models={"x": model}, extended="no"))
     section = to_document(calibration)["axes"]["x"]  # type: ignore[index]
     assert list(section["parameters"]) == list(model.parameter_names)
     assert set(section["replication"]["drift"]) == {

@@ -75,7 +75,7 @@ def test_the_whole_calibration_takes_cr_models():
         np.repeat(np.arange(n), points), np.tile(np.arange(points), n), np.tile(pitch, n), np.tile(roll, n), outputs,
         np.tile(yaw, n),
     )  # fmt: skip
-    solved = calibrate(rows, CalibrationRequest(models=models))
+    solved = calibrate(rows, CalibrationRequest(models=models, extended="no"))
     assert (solved.model, solved.convention) == ("pitch-yaw-roll-model", "CR")
     for axis, sensor in truth.items():
         found = {p.name: p for p in solved.axes[axis].parameters}

@@ -19,7 +19,7 @@ def observed(level: np.ndarray, reading: np.ndarray, replications: int = 1) -> O
 
 
 def solve(rows: Observations) -> dict:
-    request = CalibrationRequest(models={"x": StraightLine("x", "g", "counts")}, nominal_axes={"x": "x"})
+    request = CalibrationRequest(models={"x": StraightLine("x", "g", "counts")}, nominal_axes={"x": "x"}, extended="no")
     return {estimate.name: estimate for estimate in calibrate(rows, request).axes["x"].parameters}
 
 
@@ -58,7 +58,7 @@ def test_intervals_of_gain_and_offset_cover() -> None:
 def test_a_reading_that_does_not_follow_is_null_with_the_reason() -> None:
     chance, level = np.random.default_rng(1), np.linspace(-1.0, 1.0, 20)
     rows = observed(level, chance.normal(size=20))
-    request = CalibrationRequest(models={"x": StraightLine("x", "g", "counts")}, nominal_axes={"x": "x"})
+    request = CalibrationRequest(models={"x": StraightLine("x", "g", "counts")}, nominal_axes={"x": "x"}, extended="no")
     axis = calibrate(rows, request).axes["x"]
     assert [estimate.value for estimate in axis.parameters] == [None, None]
     assert any("does not follow the reference" in warning for warning in axis.warnings)

@@ -8,11 +8,14 @@ import jsonschema
 import numpy as np
 import pytest
 from solved import NAMES, PARAMETERS, direction, provenance, solved_axis, solved_package
+from solved_sets import bent_set
 
 from ams.calibration_result import AxisCalibration, Calibration, ParameterEstimate
 from ams.errors import SetError, VectorsDisagree
+from ams.sets.apply import apply, sensed_force
 from ams.sets.canonical import checksum, render
 from ams.sets.coefficients import build_set, from_document
+from ams.sets.vectors import angles_of
 
 
 def one_axis(axis: AxisCalibration) -> Calibration:
@@ -133,6 +136,18 @@ def test_test_vectors_reach_both_ends_of_the_validity() -> None:
 def test_inverse_vectors_are_there_only_where_three_axes_determine_the_force() -> None:
     assert build_set(solved_package("xyz"), provenance()).document["test_vectors"]["inverse"]
     assert build_set(solved_package("xy"), provenance()).document["test_vectors"]["inverse"] is None
+
+
+def test_a_package_that_is_hardly_bent_gives_its_force_back_and_one_that_is_bent_a_lot_does_not() -> None:
+    bent = bent_set()
+    assert not any(numbers.is_linear for numbers in bent.axes.values())
+    straight = build_set(solved_package("xyz"), provenance()).document["test_vectors"]["inverse"]
+    assert len(bent.document["test_vectors"]["inverse"]) == len(straight)
+    f = np.random.default_rng(5).normal(size=(200, 3))
+    f /= np.linalg.norm(f, axis=1)[:, None]
+    outputs = apply(bent, *angles_of(f))
+    np.testing.assert_allclose(sensed_force(bent, outputs), f, rtol=0, atol=1e-14)
+    assert bent_set(0.2).document["test_vectors"]["inverse"] is None
 
 
 @pytest.mark.parametrize("nominal_axis", "xz")

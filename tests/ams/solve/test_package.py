@@ -51,13 +51,13 @@ def test_one_package_at_a_time_is_the_same_as_all_at_once() -> None:
 
 def test_the_blocks_of_the_axes_are_their_own_covariances() -> None:
     observations = Campaign(index_limit_arcsec=1.0, lack_of_fit_arcsec=1.0).observe(np.random.default_rng(2))
-    solved = calibrate(observations, CalibrationRequest(table=TableUncertainty(ARCSEC, ARCSEC, "limit")))
+    solved = calibrate(observations, CalibrationRequest(table=TableUncertainty(ARCSEC, ARCSEC, "limit"), extended="no"))
     assert solved.package is not None
     for place, axis in enumerate(solved.axes.values()):
         block = solved.package.covariance[4 * place : 4 * place + 4, 4 * place : 4 * place + 4]
         np.testing.assert_allclose(block, axis.primary_covariance, rtol=1e-12)
     assert np.linalg.eigvalsh(correlation(solved.package.covariance))[0] > -1e-12
-    alone = calibrate(observations, CalibrationRequest(nominal_axes={"x": "x"}))
+    alone = calibrate(observations, CalibrationRequest(nominal_axes={"x": "x"}, extended="no"))
     assert alone.package is None
 
 
@@ -76,7 +76,7 @@ def test_a_disturbance_of_the_package_is_seen_in_all_axes() -> None:
     observations = Campaign(replications=12, noise_arcsec=0.05).observe(np.random.default_rng(3))
     jumps = np.random.default_rng(4).normal(0.0, 1e-4, 13)[observations.replication]
     moved = {axis: output + jumps for axis, output in observations.outputs.items()}
-    solved = calibrate(replace(observations, outputs=moved), CalibrationRequest())
+    solved = calibrate(replace(observations, outputs=moved), CalibrationRequest(extended="no"))
     assert solved.package is not None
     assert correlation(solved.package.covariance)[0, 8] > 0.99
 
@@ -86,7 +86,7 @@ def test_lack_of_fit_is_common_where_the_residuals_are() -> None:
     own = np.random.default_rng(6).normal(0.0, 1e-4, (3, observations.point.max() + 1))[:, observations.point]
     for same, expected in ((True, 0.98), (False, 0.0)):
         outputs = {a: v + own[0 if same else i] for i, (a, v) in enumerate(observations.outputs.items())}
-        package = calibrate(replace(observations, outputs=outputs), CalibrationRequest()).package
+        package = calibrate(replace(observations, outputs=outputs), CalibrationRequest(extended="no")).package
         assert package is not None
         part = next(part for part in package.components if part.name == "lack-of-fit")
         assert correlation(part.covariance)[0, 4] == pytest.approx(expected, abs=0.35 if not same else 0.02)
@@ -105,7 +105,7 @@ def test_temperature_coefficients_and_resistors_belong_to_one_axis_levels_and_me
     )
     request = CalibrationRequest(
         temperature="apply", known_temperature=known, reference_temperature_degc=20.0,
-        shared_errors=dict.fromkeys("xyz", errors),
+        shared_errors=dict.fromkeys("xyz", errors), extended="no",
     )  # fmt: skip
     package = calibrate(observations, request).package
     assert package is not None

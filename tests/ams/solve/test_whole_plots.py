@@ -31,7 +31,7 @@ def visited(plateaus_degc, per_visit: int, seed: int, plot_v: float = 2e-5, plot
     return replace(observations, outputs={"x": output}, temperature_degc=temperature)
 
 
-ESTIMATE = CalibrationRequest(temperature="estimate", reference_temperature_degc=25.0)
+ESTIMATE = CalibrationRequest(temperature="estimate", reference_temperature_degc=25.0, extended="no")
 
 
 def test_visits_are_found_in_the_order_of_time_and_not_of_the_rows() -> None:

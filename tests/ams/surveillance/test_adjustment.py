@@ -41,7 +41,7 @@ def solved(observations: Observations) -> CoefficientSet:
         roll_range_deg=(-180.0, 180.0), created_utc=tp_set("x").created_utc, software_version="0.1.0",
         rig=str(place["rig"]), procedure="fit", simulated=False,
     )  # fmt: skip
-    return build_set(calibrate(observations, CalibrationRequest()), provenance)
+    return build_set(calibrate(observations, CalibrationRequest(extended="no")), provenance)
 
 
 @pytest.mark.parametrize("axes", ["xyz", "xy", "xz"])

@@ -74,7 +74,7 @@ def test_a_stated_noise_is_taken_before_the_twins_and_half_an_arc_second_without
 
 def test_expected_uncertainties_are_the_scatter_of_simulated_calibrations(tmp_path: Path):
     """Noise and table teeth (rectangular, ±3 arc seconds) drawn anew 3000 times through TP (2) written out."""
-    teeth = ("speed_dps = 5.0", "speed_dps = 5.0\nuncertainty_arcsec = 3.0")
+    teeth = ("speed_dps = 5.0", 'speed_dps = 5.0\nuncertainty_arcsec = 3.0\nindex_errors = "independent"')
     rig = rig_file(tmp_path, teeth, ('"socket://127.0.0.1:1"', '"twin"'), more=TWIN)
     report = check(rig, procedure_file(tmp_path, ("step = 90.0", "count = 4"), ("to = 180.0", "to = 90.0")))
     pitch, roll = (

@@ -115,9 +115,9 @@ def test_resolve_finds_the_same_numbers_and_writes_nothing(
     assert {name: told.document[name] for name in ("runs", "same", "published")} == {
         "runs": 2, "same": 2, "published": 0
     }  # fmt: skip
-    otherwise = call(capsys, "resolve", "--archive", laboratory.url, "--workers", 1, "--extended", "yes")
+    otherwise = call(capsys, "resolve", "--archive", laboratory.url, "--workers", 1, "--extended", "no")
     assert "0 same, 2 changed" in otherwise.out
-    assert "q_xx_v_per_g2 is new" in otherwise.out
+    assert "q_xx_v_per_g2 is gone" in otherwise.out
     assert (laboratory.folder / "archive.sqlite").read_bytes() == before
 
 

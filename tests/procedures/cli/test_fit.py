@@ -26,11 +26,12 @@ def test_noise_free_parameters_are_recovered(noise_free: Path, capsys: pytest.Ca
 def test_the_document_has_the_form_others_rely_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     noisy = write_observations(tmp_path / "obs.csv", range(-90, 91, 30), range(-180, 181, 60), 4, noise_v=6e-6)
     x = call(capsys, "fit", noisy, *AXES, "--json").document["axes"]["x"]
-    assert tuple(x["parameters"]) == NAMES
+    terms = tuple(f"q_{pair}_v_per_g2" for pair in ("xx", "xy", "xz", "yy", "yz"))
+    assert tuple(x["parameters"]) == (*NAMES, *terms, "k3_v_per_g3", "offset_traceless_v")
     assert set(x["parameters"]["offset_v"]) == {"value", "standard_uncertainty", "tp_standard_uncertainty"}
-    assert [len(row) for row in x["covariance"]] == [4, 4, 4, 4]
-    assert x["degrees_of_freedom"] == 4 * 49 - 4
-    assert set(x["effective_degrees_of_freedom"]) == set(NAMES)
+    assert [len(row) for row in x["covariance"]] == [11] * 11
+    assert x["degrees_of_freedom"] == 4 * 49 - 10
+    assert set(x["effective_degrees_of_freedom"]) == set(x["parameters"])
     assert set(x["sensitive_axis_v_per_g"]) == {"x", "y", "z"}
     assert (x["replication"]["n"], x["replication"]["points"]) == (4, 49)
     assert set(x["replication"]["lack_of_fit"]) >= {"t", "f_95"}

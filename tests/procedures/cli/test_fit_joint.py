@@ -64,7 +64,7 @@ REQUESTS = [
     (("--joint",), "needs --rig RIG"),
     (("--prior", "droop=1"), "belong to --joint"),
     (("--joint", "--rig", str(RIG), "--prior", "wobble=1"), "pitch-zero, roll-zero"),
-    (("--joint", "--rig", str(RIG), "--extended", "yes"), "goes with --model pitch-roll"),
+    (("--joint", "--rig", str(RIG), "--extended", "test"), "goes with --model pitch-roll"),
     (("--joint", "--rig", str(RIG), "--mount", "side"), "column 'side' missing"),
     (("--joint", "--rig", str(RIG), "--mount", "pitch_deg"), "line 2: column pitch_deg: got '-60', allowed upright"),
 ]

@@ -76,13 +76,13 @@ def test_a_sensor_or_axis_that_came_or_went_is_a_change(archived: Archived) -> N
 
 
 def test_another_treatment_changes_the_model_and_is_kept_only_when_asked(archived: Archived) -> None:
-    extended = replace(archived.job, treatment=Treatment(extended="yes"))
-    answer = resolve_job(extended)
+    linear = replace(archived.job, treatment=Treatment(extended="no"))
+    answer = resolve_job(linear)
     assert answer.outcome == "changed"
     assert {"q_xx_v_per_g2", "u(k_x_v_per_g)"} <= {change.name for change in answer.changes}
     assert answer.measured == ()
-    kept = resolve_job(replace(extended, keep=True))
-    assert kept.measured[0].coefficients.axes["x"].model == "pitch-roll-extended"
+    kept = resolve_job(replace(linear, keep=True))
+    assert kept.measured[0].coefficients.axes["x"].model == "pitch-roll"
 
 
 def test_a_run_whose_journal_is_gone_or_another_says_so(archived: Archived, tmp_path: Path) -> None:
@@ -147,7 +147,7 @@ def test_chunks_are_large_enough_for_the_pool_and_keep_every_job(archived: Archi
 def test_publishing_what_changed_keeps_the_old_and_then_nothing_changes_any_more(
     archived: Archived, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    asked = ["resolve", "--archive", archived.url, "--workers", "1", "--extended", "yes", "--json"]
+    asked = ["resolve", "--archive", archived.url, "--workers", "1", "--extended", "no", "--json"]
     assert run_command([*asked, "--publish"]) == 0
     assert json.loads(capsys.readouterr().out)["published"] == 1
     assert len(list_sets(archived.url)) == 2

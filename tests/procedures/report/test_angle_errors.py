@@ -22,7 +22,7 @@ SHA = "ab" * 32
 def _errors(name: str, error_deg: float) -> AngleErrors:
     pitch = np.array([-60.0, -30.0, 0.0, 30.0, 60.0])
     size = np.array([0.2, 0.4, 1.0, 0.3, 0.1]) * error_deg
-    return AngleErrors(name, pitch, np.zeros(5), size, np.full(5, 0.001), 2.0, 0)
+    return AngleErrors(name, pitch, np.zeros(5), size, np.full(5, 0.001), np.full(5, 2.0), 0)
 
 
 def _condition(kind: str, run: RunView, error_deg: float, limit_deg: float) -> Condition:

@@ -72,7 +72,7 @@ def test_a_package_of_cr_has_the_band_of_its_own_gravity_and_not_of_tps() -> Non
     phi = np.column_stack([np.ones(18), g[0], g_y, -np.sin(roll) * g[1] + np.cos(roll) * g[2]])
     volts = phi @ [0.1, 2.5, 0.01, -0.02] + np.random.default_rng(1).normal(0.0, 1e-4, 18)
     rows = Observations(np.ones(18, dtype=int), np.arange(18), pitch, roll, {"x": volts}, yaw_rad=yaw)
-    solution = calibrate(rows, CalibrationRequest(model="pitch-yaw-roll-model")).axes["x"]
+    solution = calibrate(rows, CalibrationRequest(model="pitch-yaw-roll-model", extended="no")).axes["x"]
     half_v = t.ppf(0.975, 14) * np.sqrt(np.einsum("ij,jk,ik->i", phi, solution.primary_covariance, phi))
     angles: dict[Along, np.ndarray] = {"pitch": pitch, "roll": roll}
     for along, angle in angles.items():
@@ -90,7 +90,9 @@ def test_a_temperature_model_has_the_band_of_the_widest_temperature_it_visited()
     phi = np.column_stack([np.ones(36), np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)])
     volts = phi @ [0.0, 2.5, 0.0, 0.0] + 1e-3 * (warm - 20.0) + chance.normal(0.0, 1e-4, 36)
     rows = Observations(np.arange(36) // 9, np.arange(36) % 9, pitch, roll, {"x": volts}, temperature_degc=warm)
-    solution = calibrate(rows, CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0)).axes["x"]
+    solution = calibrate(
+        rows, CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0, extended="no")
+    ).axes["x"]
     band = band_along(solution, rows, "pitch")
     cold = band_along(solution, replace(rows, temperature_degc=np.full(36, 20.0)), "pitch")
     ratio = band.confidence_v / cold.confidence_v

@@ -60,10 +60,10 @@ def test_the_extended_model_is_reported_beside_the_model() -> None:
     assert rows is not None
     down = np.cos(rows.pitch_rad) * np.cos(rows.roll_rad)
     bent = replace(rows, outputs={"x": rows.outputs["x"] + 30e-6 * (np.sin(rows.pitch_rad) ** 2 - down**2)})
-    for observations, said in ((bent, "is accepted"), (rows, "is not needed")):
+    for observations, said in ((bent, "are significant"), (rows, "are not significant")):
         request = CalibrationRequest(nominal_axes={"x": "x"}, extended="test")
         solved = calibrate(observations, request).axes["x"]
-        (remark,) = axis_view("x", "dmm.x", solved, observations, {}).remarks
-        assert said in remark
+        remarks = axis_view("x", "dmm.x", solved, observations, {}).remarks
+        assert any(said in remark for remark in remarks)
     rows_of_q = [row for row in axis_view("x", "dmm.x", solved, rows, {}).parameters if row.unit == "V/g²"]
     assert rows_of_q == []

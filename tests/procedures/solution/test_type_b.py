@@ -6,7 +6,13 @@ from pathlib import Path
 import pytest
 from planning_files import AIR, rig_file
 
-from procedures.solution.type_b import gravity_of, shared_errors, standard_uncertainty_arcsec, table_in_words
+from procedures.solution.type_b import (
+    gravity_of,
+    shared_errors,
+    standard_uncertainty_arcsec,
+    table_in_words,
+    table_uncertainty,
+)
 from rig.description.rig_file import RigDescription
 
 METER = ("nplc = 10", 'nplc = 10\nstandard = "meter"')
@@ -77,7 +83,25 @@ def test_an_index_without_a_certificate_is_a_limit(tmp_path: Path) -> None:
     rig = rig_file(tmp_path, ("increment_deg = 1.0", "increment_deg = 1.0\nuncertainty_arcsec = 1.0"))
     assert standard_uncertainty_arcsec(rig, "pitch") == pytest.approx(1.0 / sqrt(3.0))
     assert standard_uncertainty_arcsec(rig, "yaw") == 0.0
-    assert table_in_words(rig) == "pitch u 0.58″"
+    assert table_in_words(rig) == ("pitch u 0.58″ (shape unknown: 0.9 of the limit as teeth, once and twice a turn)")
+
+
+def test_a_list_of_index_errors_is_turned_with_the_sign_of_its_axis(tmp_path: Path) -> None:
+    """Machine angle = −attitude + 10°: −50° on the scale is 60°, and what stands too far there is too little."""
+    (tmp_path / "index.csv").write_text(
+        "angle_deg,error_arcsec,uncertainty_arcsec\n-170,0.0,0.3\n-50,0.9,0.3\n70,-0.6,0.6\n"
+    )
+    changed = 'uncertainty_arcsec = 1.0\nsign = -1\nzero_deg = 10.0\nindex_zero_deg = 70.0\nindex_table = "index.csv"'
+    rig = rig_file(tmp_path, ("increment_deg = 1.0", f"increment_deg = 1.0\n{changed}"))
+    table = table_uncertainty(rig)
+    assert table is not None
+    declared = table.declared("pitch")
+    assert declared.zero_rad == pytest.approx(radians(-60.0))
+    assert declared.known is not None
+    assert declared.known.angle_rad == pytest.approx([radians(-60.0), radians(60.0), radians(180.0)])
+    assert declared.known.error_rad * 3600.0 == pytest.approx([radians(0.6), radians(-0.9), 0.0], abs=1e-12)
+    assert declared.known.standard_uncertainty_rad[0] * 3600.0 == pytest.approx(radians(0.6 / sqrt(3.0)))
+    assert "zero at -60°; corrected by a list of 3 angles" in table_in_words(rig)
 
 
 def test_an_input_of_ten_megohm_loads_the_resistor(tmp_path: Path) -> None:

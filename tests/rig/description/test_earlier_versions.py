@@ -16,6 +16,14 @@ def test_a_key_that_was_dropped_does_not_close_an_old_journal() -> None:
     assert rig_from_json(json.dumps(document)).model_dump() == rig.model_dump()
 
 
+def test_a_table_of_before_keeps_the_independent_teeth_that_it_was_solved_with() -> None:
+    document = json.loads(example_rig().model_dump_json())
+    for axis in document["axes"].values():
+        del axis["index_errors"]
+    assert {axis.index_errors for axis in rig_from_json(json.dumps(document)).axes.values()} == {"independent"}
+    assert rig_from_json(example_rig().model_dump_json()).axes["pitch"].index_errors == "unknown"
+
+
 def test_a_count_that_was_stored_with_seconds_is_read() -> None:
     count = {"driver": "csv-imu", "port": "twin", "rate_hz": 50.0, "columns": ["n", "ax"]}
     stream = count | {"count": {"column": "n"}, "channels": {"ax": {"preset": "SCA3000"}}}

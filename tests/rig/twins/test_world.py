@@ -225,3 +225,20 @@ def test_air_ramps_to_its_setpoint_and_rests_there() -> None:
 
 def test_a_channel_with_nothing_behind_it_is_a_short() -> None:
     assert World(_described()).read_voltage_v("dmm.unused", 0.0) == 0.0
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_scale_is_off_by_its_waves_and_its_list_at_the_angles_of_the_machine(sign: int) -> None:
+    """0.6 sin(30° + 40°) + 0.2 sin 60° + (1.0 + 2.0) / 2 arc seconds at the machine's 30°."""
+    axes = {
+        **NO_ERROR,
+        "pitch": AxisTwin(index_harmonics=((1, 0.6, 40.0), (2, 0.2, 0.0)), index_list=((0, 1), (60, 2))),
+    }
+    rig = _described(axes=axes)
+    turned = {**rig.axes, "pitch": rig.axes["pitch"].model_copy(update={"sign": sign})}
+    world = World(rig.model_copy(update={"axes": turned}))
+    world.rotate("pitch", 30.0, 0.0)
+    force = world.stage_force_g(1e6)
+    expected = 0.6 * math.sin(math.radians(70.0)) + 0.2 * math.sin(math.radians(60.0)) + 1.5
+    off_rad = math.atan2(force[0], -force[2]) - sign * math.radians(30.0)
+    assert off_rad / ARCSEC_RAD == pytest.approx(sign * expected, abs=1e-6)

@@ -1,0 +1,93 @@
+"""Errors of an axis that its certificate lists at angles: a file beside the rig file, kept whole in the description.
+
+``angle_deg`` are the machine's own angles, as on its scale; ``error_arcsec`` is where it truly stands less what it
+shows; ``uncertainty_arcsec`` is stated as the axis' own (a limit unless its standard says otherwise).
+"""
+
+import csv
+from collections.abc import Iterable
+from itertools import pairwise
+from math import isfinite
+from pathlib import Path
+
+from rig.errors import DescriptionError
+from rig.toml_file import StrictTable
+
+COLUMNS = ("angle_deg", "error_arcsec", "uncertainty_arcsec")
+FULL_TURN_DEG = 360.0
+_SAME_INDEX_DEG = 1e-5
+_LARGEST_STEP = 1.5
+
+
+class IndexTable(StrictTable):
+    """The rows of such a file."""
+
+    file: str
+    angle_deg: tuple[float, ...]
+    error_arcsec: tuple[float, ...]
+    uncertainty_arcsec: tuple[float, ...]
+
+
+def read_index_table(path: Path, limits_deg: tuple[float, float]) -> IndexTable:
+    """Read the list of an axis that goes to ``limits_deg``.
+
+    Raises: DescriptionError naming file, line and column of the first thing that is wrong.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise DescriptionError(f"{path}: cannot be read: {error}; give the path relative to the rig file") from None
+    rows = list(csv.reader(lines))
+    if not rows or tuple(cell.strip() for cell in rows[0]) != COLUMNS:
+        got = ", ".join(rows[0]) if rows else "an empty file"
+        raise DescriptionError(f"{path}:1: header: got {got}, allowed {','.join(COLUMNS)}; correct the first line")
+    told = [(number, cells) for number, cells in enumerate(rows[1:], start=2) if cells]
+    values = [_numbers(path, number, cells) for number, cells in told]
+    complaint = next(iter(_complaints([number for number, _ in told], values, limits_deg)), None)
+    if complaint is not None:
+        raise DescriptionError(f"{path}:{complaint}")
+    angle_deg, error_arcsec, uncertainty_arcsec = zip(*values, strict=True)
+    return IndexTable(
+        file=path.name, angle_deg=angle_deg, error_arcsec=error_arcsec, uncertainty_arcsec=uncertainty_arcsec
+    )
+
+
+def _numbers(path: Path, line: int, cells: list[str]) -> tuple[float, float, float]:
+    if len(cells) != len(COLUMNS):
+        raise DescriptionError(f"{path}:{line}: got {len(cells)} cells, allowed {len(COLUMNS)}: {', '.join(COLUMNS)}")
+    found = []
+    for column, cell in zip(COLUMNS, cells, strict=True):
+        try:
+            value = float(cell)
+        except ValueError:
+            value = float("nan")
+        if not isfinite(value) or (column == COLUMNS[2] and value < 0.0):
+            allowed = "0 or more" if column == COLUMNS[2] else "a finite number"
+            raise DescriptionError(f"{path}:{line}: {column}: got {cell.strip() or 'nothing'}, allowed {allowed}")
+        found.append(value)
+    return found[0], found[1], found[2]
+
+
+def _complaints(
+    lines: list[int], values: list[tuple[float, float, float]], limits_deg: tuple[float, float]
+) -> Iterable[str]:
+    angles = [row[0] for row in values]
+    if len(angles) < 2:
+        yield f"1: got {len(angles)} angles, allowed 2 or more; list the certificate's angles"
+        return
+    for line, (before, angle) in zip(lines[1:], pairwise(angles), strict=True):
+        if angle - before < _SAME_INDEX_DEG:
+            yield f"{line}: angle_deg: got {angle:g} after {before:g}, allowed rising angles; sort the rows by angle"
+    span_deg = angles[-1] - angles[0]
+    if span_deg > FULL_TURN_DEG - _SAME_INDEX_DEG:
+        yield (
+            f"{lines[-1]}: angle_deg: got {angles[0]:g} to {angles[-1]:g}, allowed less than a whole turn: its ends "
+            "are one index; remove one of them"
+        )
+    step_deg = max(after - before for before, after in pairwise(angles))
+    goes_round = FULL_TURN_DEG - span_deg <= _LARGEST_STEP * step_deg
+    if not goes_round and not (angles[0] <= limits_deg[0] and limits_deg[1] <= angles[-1]):
+        yield (
+            f"{lines[-1]}: angle_deg: got {angles[0]:g} to {angles[-1]:g}, needed are the whole turn or the axis' "
+            f"limits {limits_deg[0]:g} to {limits_deg[1]:g}; add the angles that are missing, or narrow limits_deg"
+        )

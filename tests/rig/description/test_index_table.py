@@ -1,0 +1,66 @@
+"""Laws of a file of index errors: read whole, every mistake named by file, line and column."""
+
+from pathlib import Path
+
+import pytest
+from example_files import EXAMPLE_RIG
+
+from rig.description.index_table import IndexTable, read_index_table
+from rig.description.read import read_rig, rig_from_json
+from rig.errors import DescriptionError
+
+HEADER = "angle_deg,error_arcsec,uncertainty_arcsec\n"
+LIMITS_DEG = (-90.0, 90.0)
+FAULTS = [
+    ("angle,error\n0,1\n", r"index.csv:1: header: got angle, error, allowed angle_deg,error_arcsec,uncertainty_arcsec"),
+    ("", "index.csv:1: header: got an empty file"),
+    (HEADER + "-90,1,0.1\n90,x,0.1\n", r"index.csv:3: error_arcsec: got x, allowed a finite number"),
+    (HEADER + "-90,1,0.1\n,1,0.1\n", r"index.csv:3: angle_deg: got nothing, allowed a finite number"),
+    (HEADER + "-90,1,0.1\n90,1,-0.1\n", r"index.csv:3: uncertainty_arcsec: got -0.1, allowed 0 or more"),
+    (HEADER + "-90,1\n", r"index.csv:2: got 2 cells, allowed 3"),
+    (HEADER + "-90,1,0.1\n", r"index.csv:1: got 1 angles, allowed 2 or more"),
+    (HEADER + "-90,1,0.1\n60,1,0.1\n30,1,0.1\n", r"index.csv:4: angle_deg: got 30 after 60, .*sort the rows"),
+    (HEADER + "-60,1,0.1\n0,1,0.1\n60,1,0.1\n", r"index.csv:4: angle_deg: got -60 to 60, needed are .* -90 to 90; add"),
+    (HEADER + "-180,1,0.1\n0,1,0.1\n180,1,0.1\n", r"index.csv:4: .*less than a whole turn.*remove one"),
+]
+
+
+@pytest.mark.parametrize(("text", "sentence"), FAULTS)
+def test_a_mistake_is_named_by_line_and_column(tmp_path: Path, text: str, sentence: str) -> None:
+    (tmp_path / "index.csv").write_text(text)
+    with pytest.raises(DescriptionError, match=sentence):
+        read_index_table(tmp_path / "index.csv", LIMITS_DEG)
+
+
+@pytest.mark.parametrize("angles_deg", [[-90.0, 0.0, 90.0], [0.0, 90.0, 180.0, 270.0], [-180.0, -60.0, 60.0]])
+def test_the_limits_or_the_whole_turn_are_enough(tmp_path: Path, angles_deg: list[float]) -> None:
+    (tmp_path / "index.csv").write_text(HEADER + "".join(f"{angle},1.0,0.1\n" for angle in angles_deg))
+    assert list(read_index_table(tmp_path / "index.csv", LIMITS_DEG).angle_deg) == angles_deg
+
+
+def with_table(folder: Path, value: str, text: str = HEADER + "-180,0.5,0.1\n-60,-0.3,0.1\n60,0.2,0.1\n") -> Path:
+    (folder / "index.csv").write_text(text)
+    rig = EXAMPLE_RIG.read_text().replace("uncertainty_arcsec = 1.0", f"uncertainty_arcsec = 1.0\n{value}", 1)
+    (folder / "rig.toml").write_text(rig)
+    return folder / "rig.toml"
+
+
+def test_a_rig_keeps_the_rows_and_so_does_its_journal(tmp_path: Path) -> None:
+    rig = read_rig(with_table(tmp_path, 'index_table = "index.csv"'))
+    kept = rig.axes["pitch"].index_table
+    assert isinstance(kept, IndexTable)
+    assert kept.error_arcsec == (0.5, -0.3, 0.2)
+    assert rig_from_json(rig.model_dump_json()).axes["pitch"].index_table == kept
+
+
+@pytest.mark.parametrize(
+    ("value", "sentence"),
+    [
+        ('index_table = "none.csv"', r"axes.pitch.index_table: .*none.csv: cannot be read"),
+        ('index_errors = "rough"', r"axes.pitch.index_errors: got 'rough'"),
+        ("index_zero_uncertainty_arcsec = 0.2", r"index_zero_uncertainty_arcsec needs index_zero_deg"),
+    ],
+)
+def test_a_rig_names_what_is_wrong_with_its_index_errors(tmp_path: Path, value: str, sentence: str) -> None:
+    with pytest.raises(DescriptionError, match=sentence):
+        read_rig(with_table(tmp_path, value))

@@ -1,0 +1,104 @@
+"""Campaigns of ``physics_scenes`` solved as columns, and how often their intervals hold the truth."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from physics_scenes import Campaign
+
+from ams.calibration.columns import SolvedColumns, solve_columns
+from ams.frames import Attitude
+from ams.inputs.table_uncertainty import IndexErrors, Shape, TableUncertainty
+from ams.models.accelerometer import PitchRoll
+from ams.models.extended import ExtendedPitchRoll, centring_of
+from ams.observations import Observations
+from ams.statistics.intervals import combined_dof, t_quantile
+
+FloatArray = NDArray[np.float64]
+Solved = dict[str, SolvedColumns]
+"""Axis to all campaigns of it."""
+ARCSEC = np.pi / 180.0 / 3600.0
+_PLACES = 60
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Shares of 95 % intervals that hold the truth, over all campaigns and axes."""
+
+    offset: float
+    sensitivities: float
+    """Of the components of k."""
+    prediction: float
+    """Of the output at attitudes all over the calibrated range."""
+    prediction_half_width_arcsec: float
+    """Mean."""
+
+    @property
+    def least(self) -> float:
+        return min(self.offset, self.sensitivities, self.prediction)
+
+
+def table_of(limit_arcsec: float = 1.0, shape: Shape = "unknown", zero_rad: float | None = None) -> TableUncertainty:
+    """The same declaration for pitch and roll."""
+    errors = dict.fromkeys(("pitch", "roll"), IndexErrors(shape, zero_rad))
+    return TableUncertainty(limit_arcsec * ARCSEC, limit_arcsec * ARCSEC, "limit", errors=errors)
+
+
+def rows_of(campaign: Campaign) -> Observations:
+    """The rows of the grid, replication by replication, without outputs."""
+    points, n = np.deg2rad(campaign.points_deg), campaign.setup.replications
+    return Observations(
+        replication=np.repeat(np.arange(n), len(points)),
+        point=np.tile(np.arange(len(points)), n),
+        pitch_rad=np.tile(points[:, 0], n),
+        roll_rad=np.tile(points[:, 1], n),
+        outputs={},
+    )
+
+
+def columns_of(campaign: Campaign, axis: str) -> FloatArray:
+    """(N, campaigns) outputs of one axis of the first sensor in the order of :func:`rows_of`."""
+    grid = campaign.grid(campaign.output_v)[:, :, :, 0, campaign.setup.axes.index(axis)]
+    return grid.reshape(campaign.campaigns, -1).T
+
+
+def solved(campaign: Campaign, table: TableUncertainty | None = None, *, extended: bool = True) -> Solved:
+    """Every axis of the first sensor, all campaigns of it in one call."""
+    rows, points, found = rows_of(campaign), len(campaign.points_deg), {}
+    for axis in campaign.setup.axes:
+        centring = centring_of(rows, points, axis) if extended else None
+        model = PitchRoll(axis) if centring is None else ExtendedPitchRoll(axis, centring)
+        found[axis] = solve_columns(rows, columns_of(campaign, axis), [model] * campaign.campaigns, table=table)
+    return found
+
+
+def coverage(campaign: Campaign, found: Solved, chance: np.random.Generator) -> Coverage:
+    """Against the best linear sensor over the design, and against the true output at attitudes drawn from the range."""
+    points, limit = campaign.points_deg, campaign.setup.pitch_limit_deg
+    best = campaign.package.best_linear(points[:, 0], points[:, 1])
+    at_deg = chance.uniform(-limit, limit, _PLACES), chance.uniform(-180.0, 180.0, _PLACES)
+    true_v = campaign.true_output_v(*at_deg)[:, :, 0]
+    holds, predicted, halves = [], [], []
+    for place, (axis, columns) in enumerate(found.items()):
+        truth = np.concatenate([best[0][:, 0, place, None], best[1][:, 0, place]], axis=-1)
+        uncertainty = np.sqrt(np.diagonal(columns.primary_covariance, axis1=1, axis2=2))
+        half = t_quantile(0.95, columns.primary_dof) * uncertainty
+        holds.append(np.abs(columns.primary[:, :4] - truth) <= half[:, :4])
+        model = columns.problem.models[0]
+        assert model.nominal_axis == axis
+        directions = model.jacobian(columns.primary[0], Attitude(*np.deg2rad(at_deg)))
+        half_v = _half_widths_v(directions, columns)
+        predicted.append(np.abs(columns.primary @ directions.T - true_v[:, :, place]) <= half_v)
+        halves.append(half_v / np.linalg.norm(truth[:, 1:], axis=1)[:, None] / ARCSEC)
+    held = np.stack(holds)
+    return Coverage(
+        float(held[..., 0].mean()), float(held[..., 1:].mean()), float(np.mean(predicted)), float(np.mean(halves))
+    )
+
+
+def _half_widths_v(directions: FloatArray, found: SolvedColumns) -> FloatArray:
+    """(m, places) of the outputs' 95 % confidence."""
+    variances = [np.einsum("np,mpq,nq->mn", directions, part.covariance, directions) for part in found.components]
+    parts = np.stack(variances)
+    dof = combined_dof(parts, np.stack([part.dof for part in found.components])[:, :, None])
+    return np.asarray(t_quantile(0.95, dof) * np.sqrt(parts.sum(axis=0)))
