@@ -27,10 +27,9 @@ class StoredCase:
         return _sensors(self.folder / "numbers.json")
 
     @property
-    def resumed_numbers(self) -> dict[str, Any]:
-        """What it solved from the interrupted run after a resume: the same, but for motions that began elsewhere."""
-        own = self.folder / "resumed.json"
-        return _sensors(own) if own.exists() else self.numbers
+    def began_elsewhere(self) -> bool:
+        """Whether its motion begins anew after a resume: samples then meet it at other moments, with other numbers."""
+        return self.folder.name.startswith("profile_")
 
     def copy(self, run: str, target: Path) -> Path:
         """A copy of the ``finished`` or the ``interrupted`` run."""
