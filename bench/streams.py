@@ -41,7 +41,7 @@ def figures(effort: Effort) -> Iterator[Figure]:
     """Per cent of one processor."""
     clock = VirtualClock(datetime(2024, 3, 1, tzinfo=UTC))
     values = (100.949, -7.33, 0.715, -0.0049, -0.2449, 0.5397, -1.258, -0.1, -9.701, -0.000018, 0.001122, -0.000551)
-    settings = Vn100Settings(driver="vn100", port="tape", baud_rate=460800, rate_hz=200)
+    settings = Vn100Settings(driver="vn100", port="tape", baud_rate=460800, rate_hz=200, output="YMR")
     tape = MemoryStream(Tape(wire.format_row("YMR", values) * 200), clock, "tape")
     yield _share(effort, "VN-100, 200 Hz × 12 fields", connect_vn100("imu", settings, tape, clock), 200, 1.0)
 

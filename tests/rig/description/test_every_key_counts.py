@@ -1,12 +1,15 @@
 """No dead keys in ``rig.toml``: each, changed, changes a plan, a result, a page, a line on the wire or a refusal."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from _pytest.mark import ParameterSet
 from file_keys import keys_of
 from key_jobs import LOST_REPLY
 from key_trials import REMOVED, Trial, what_a_change_does
 
+from rig.description.device_settings import AxisSettings
 from rig.description.read import rig_form
 
 FREE_TEXT = frozenset(
@@ -54,7 +57,23 @@ AT_PORTS = {
     "environment": {"air": {"port": "socket://127.0.0.1:2"}},
     "twin": {"control": "socket://127.0.0.1:3"},
 }
+INDEX_ERRORS = "angle_deg,error_arcsec,uncertainty_arcsec\n" + "".join(
+    f"{angle},{5.0 if angle % 20 else -5.0},0.2\n" for angle in range(-720, 721, 10)
+)
+READ_FROM_A_TABLE = (
+    "index_table.file",
+    "index_table.angle_deg",
+    "index_table.error_arcsec",
+    "index_table.uncertainty_arcsec",
+)
+"""What the file holds that ``index_table`` names: nobody writes these into a rig file."""
 BY_NAME = {
+    "index_zero_deg": Trial(0.0),
+    "index_table": Trial("errors.csv", files={"errors.csv": INDEX_ERRORS}),
+    "resolution_deg": Trial(0.5),
+    "wrap": Trial(True),
+    "electronic_gear": Trial([2, 1]),
+    "values": Trial("degf"),
     "port": Trial("socket://127.0.0.1:1"),
     "identity": Trial("no such device"),
     "standard": Trial("second"),
@@ -144,6 +163,8 @@ TRIALS = {
     ),
     "twin.truth.*.*.q_v_per_g2": Trial([1e-4, 0.0, 0.0, 0.0, 0.0]),
     "twin.axes.*.index_error_arcsec": Trial(5.0),
+    "twin.axes.*.index_harmonics": Trial([[1.0, 5.0, 0.0]]),
+    "twin.axes.*.index_list": Trial([[-90.0, 3.0], [0.0, -3.0], [90.0, 3.0]]),
     "twin.axes.*.rate_error": Trial(0.01, job="rates", rig={"twin": {"axes": {"roll": {}}}}),
     "twin.axes.*.runaway_after_s": Trial(2.0, job="rates", rig={"twin": {"axes": {"roll": {}}}}),
     "twin.streams.*.rate_bias_dps": Trial([1.0, 0.0, 0.0], job="levels", rig=AHRS_RAW, at="ahrs"),
@@ -158,7 +179,17 @@ def trial_of(key: str) -> Trial:
     return TRIALS.get(key) or BY_NAME.get(key.rpartition(".")[2]) or Trial()
 
 
-@pytest.mark.parametrize("key", [key for key in KEYS if key not in FREE_TEXT | PENDING])
+def _tried() -> Iterator[ParameterSet]:
+    """Yield every key that a person writes; what all axes share is tried on the table, on the others by `make soak`."""
+    for key in KEYS:
+        if key in FREE_TEXT | PENDING or key.endswith(READ_FROM_A_TABLE):
+            continue
+        driver, _, name = key.removeprefix("axes.*:").partition(".")
+        is_shared = key.startswith("axes.*:") and driver != "indexing-table" and name in AxisSettings.model_fields
+        yield pytest.param(key, marks=pytest.mark.soak if is_shared else ())
+
+
+@pytest.mark.parametrize("key", list(_tried()))
 def test_a_change_of_the_key_is_seen(key: str, tmp_path: Path) -> None:
     assert what_a_change_does("rig", key, KEYS[key], trial_of(key), tmp_path), f"{key}: nothing reads it"
 

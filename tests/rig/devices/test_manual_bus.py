@@ -135,7 +135,7 @@ def test_a_meter_of_either_length_is_read(decimals: int) -> None:
     assert meter.format_reading(-1.23456789e-3, decimals=8) == b"-1.23456789E-03\r\n"
     rig = gpib_rig()
     rig.meter._decimals = decimals
-    assert rig.prepared().read("dmm.x", 3, rig.wait).values_v == pytest.approx(1.0, abs=1e-5)
+    assert rig.prepared().read("dmm.x", 3, rig.wait).samples == pytest.approx(1.0, abs=1e-5)
 
 
 def test_power_on_leaves_end_off_and_preset_does_not_touch_it() -> None:
