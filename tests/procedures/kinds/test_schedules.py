@@ -88,7 +88,7 @@ REFUSED = [
     (TABLE, "rates", {r"roll_dps = .*": "roll_dps = [500.0]"}, {}, r"rates\.roll_dps: .*allowed up to 200 deg/s"),
     (TABLE, "rates", {"dwell_s = 9.0": "dwell_s = 90.0"}, {}, r"rates\.pitch_dps: .*the cables bear 5"),
     (TABLE, "rates", {}, {'measures = "rate"\n': ""}, r"procedure\.kind: .*measures = \"rate\""),
-    (TABLE, "rates", {}, {r"top_rate_dps = 200.0\n": ""}, r"rates\.pitch_dps: .*only goes to positions"),
+    (TABLE, "rates", {}, {r"top_rate_dps = 200.0\nwrap_turns = 5.0\n": ""}, r"rates\.pitch_dps: .*only goes to positions"),
     (TABLE, "harmonic", {"roll = 10.0 }": "roll = 200.0 }"}, {}, r"profile\.span_deg\.roll: "),
     (TABLE, "harmonic", IN_STEP, {}, r"profile\.update_s: .*keep step"),
     (TABLE, "harmonic", ONE_WAY, {}, r"profile: .*three dimensions"),
