@@ -25,8 +25,8 @@ _NOT_DETERMINED = (
     "nonlinearity of the sensor would bend the offset; add pitch and roll angles (five or more of each, past ±45°)"
 )
 _WHICH_OFFSET = (
-    "offset_v and the sensitivities are those of the linear sensor that comes closest over these points; "
-    "offset_traceless_v is the offset beside terms of second order with tr Q = 0"
+    "offset and sensitivities are those of the linear sensor that comes closest over these points; the offset beside "
+    "terms of second order with tr Q = 0 is given as offset_traceless_v"
 )
 
 
@@ -81,15 +81,15 @@ def _with_extension(
     extended = _extended(rows, layout, base)
     extension, refusal = _judged(label, rows, layout, request)
     if extended is None:
-        return ModelChoice(base, extension, remarks=(f"axis {label}: {_NOT_DETERMINED}",))
+        return ModelChoice(base, extension, remarks=(_NOT_DETERMINED,))
     if request.extended == "yes":
-        told = (f"axis {label}: {_WHICH_OFFSET}", *_found(label, extension))
+        told = (_WHICH_OFFSET, *_found(label, extension))
         return ModelChoice(extended, extension, remarks=told)
     if extension is None:
         return ModelChoice(base, None, (f"axis {label}: extended model not tested: {refusal}",))
     if not extension.is_accepted:
         return ModelChoice(base, extension)
-    return ModelChoice(extended, extension, _found(label, extension), (f"axis {label}: {_WHICH_OFFSET}",))
+    return ModelChoice(extended, extension, _found(label, extension), (_WHICH_OFFSET,))
 
 
 def _extended(rows: Observations, layout: Layout, base: Model) -> ExtendedPitchRoll | None:
@@ -103,7 +103,7 @@ def _not_of_this_model(label: str, request: CalibrationRequest, base: Model) -> 
     if request.extended == "test":
         return (f"axis {label}: extended model not tested: it extends pitch-roll only",)
     if base.name == PitchOnly.name:
-        return (f"axis {label}: {_NOT_DETERMINED}",)
+        return (_NOT_DETERMINED,)
     return ()
 
 

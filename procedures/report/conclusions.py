@@ -40,7 +40,7 @@ LABELS = {
     "sensitivity_v_per_mps2": ("sensitivity", "S", "V/(m/s²)"),
     **{name: (f"quadratic term {name[2:4]}", f"q_{name[2:4]}", "V/g²") for name in Q_NAMES},
     CUBIC_NAME: ("cubic term", "K₃", "V/g³"),
-    TRACELESS_NAME: ("offset beside terms with tr Q = 0", "b₀", "V"),
+    TRACELESS_NAME: ("offset, tr Q = 0", "b₀", "V"),
 }
 
 

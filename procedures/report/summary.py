@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ams.models.extended import CUBIC_NAME, Q_NAMES
 from procedures.kinds.section import TextTable
 from procedures.numbers import with_uncertainty
 from procedures.report.view import ParameterRow, RunView, SensorView
@@ -48,6 +49,10 @@ def _value(rows: Sequence[ParameterRow], name: str) -> float | None:
     return next((row.value for row in rows if row.name.startswith(name)), None)
 
 
+BESIDE = (*Q_NAMES, CUBIC_NAME)
+"""Terms of second and third order stand in the report; a screen of 80 columns has room for the sensor's own."""
+
+
 def text_table(name: str, content: TextTable) -> Table:
     """Return the first table of a section: what was turned, stood in a field or rested."""
     table = Table(box=SIMPLE_HEAD, title=Text(name), title_justify="left", title_style="bold", pad_edge=False)
@@ -66,12 +71,13 @@ def sensor_table(view: RunView, sensor: SensorView) -> Table:
     for heading in ("value", "± 95 %", "unit") + (("truth", "inside") if view.is_simulated else ()):
         table.add_column(heading, justify="left" if heading == "unit" else "right", no_wrap=True)
     for axis in sensor.axes:
-        for place, row in enumerate(axis.parameters):
+        shown = [row for row in axis.parameters if row.name not in BESIDE]
+        for place, row in enumerate(shown):
             table.add_row(
                 axis.axis if place == 0 else "",
                 row.label,
                 *_cells(row, is_simulated=view.is_simulated),
-                end_section=row is axis.parameters[-1],
+                end_section=row is shown[-1],
             )
     return table
 

@@ -122,7 +122,8 @@ def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[s
 def _remarks(sensor: SensorView) -> Iterable[str]:
     """Yield what was asked for and what it means; nothing to hold against the result."""
     yield from (f"{sensor.name}: {text}" for text in sensor.remarks)
-    yield from (f"{sensor.name}: {text}" for axis in sensor.axes for text in axis.calibration.remarks)
+    of_axes = dict.fromkeys(text for axis in sensor.axes for text in axis.calibration.remarks)  # each is said once
+    yield from (f"{sensor.name}: {text}" for text in of_axes)
 
 
 def _conformity_doubts(sensor: SensorView) -> Iterable[str]:
