@@ -27,8 +27,10 @@ def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Laboratory:
     folder = tmp_path_factory.mktemp("laboratory")
     url = f"sqlite:///{folder / 'archive.sqlite'}"
     wider = PROCEDURE.replace("from = -180.0, to = 90.0, step = 90.0", "from = -180.0, to = 120.0, step = 60.0")
-    (folder / "procedure.toml").write_text(wider.replace("from = -30.0, to = 30.0", "from = -60.0, to = 60.0"))
+    wider = wider.replace("from = -30.0, to = 30.0", "from = -60.0, to = 60.0")
+    # The second reads longer: in virtual time it must end after the first, however soon after it it began.
     for mounting in (1, 2):
+        (folder / "procedure.toml").write_text(wider.replace("samples = 5", f"samples = {5 * mounting}"))
         rig = RIG.replace("seed = 7", f"seed = 7{mounting}\nmounting = {mounting}")
         (folder / "rig.toml").write_text(rig + "[twin.base]\nremount_arcsec = 20.0\n" + ACCEPTANCE)
         run = ["run", str(folder / "procedure.toml"), "--rig", str(folder / "rig.toml"), "--out", str(folder / "runs")]
