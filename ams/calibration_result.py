@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from ams.arrays import Centring, FloatArray
+from ams.findings import Finding
 
 METHOD_VERSION: Final = 2
 """Of the way from observations to a result: 1 had independent teeth and no terms of low order unless asked for; 2 has
@@ -124,6 +125,8 @@ class AxisCalibration:
     """They add up to ``primary_covariance``; Welch-Satterthwaite for any combination is made from them."""
     centring: Centring = ()
     """Of the extended model's terms (:mod:`ams.models.extended`); empty for every other model."""
+    findings: tuple[Finding, ...] = ()
+    """What was tested on the data of this axis; the significant ones stand among the warnings too."""
     notes: Mapping[str, object] = field(default_factory=dict)
     """Further results for the report (extended model's F-test, convergence, temperature)."""
 

@@ -25,6 +25,7 @@ def full_document(
     assert isinstance(sections, dict)
     for label, axis in calibration.axes.items():
         sections[label]["advice"] = advice_document(advise(axis, observations))
+        sections[label]["findings"] = [finding.to_document() for finding in axis.findings]
         sections[label] |= noted_findings(axis)
         if budgets is not None:
             sections[label]["budget"] = budget_document(budgets[label])
