@@ -1,28 +1,23 @@
 """A kind of run that is one object: read, refused, planned, foretold and stored without anything else being touched."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from procedures.check.check_report import check, to_document
-from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds import registry
-from procedures.kinds.expected_lines import forecast_of_points
-from procedures.kinds.kind import Forecast, Key, Kind, PlanRequest, Schedule
+from procedures.kinds.kind import Key, Kind, PlanRequest
 from procedures.kinds.planner import make_plan
-from procedures.kinds.points import schedule_of_points
+from procedures.kinds.points import PointKind
 from procedures.kinds.read import read_procedure
-from procedures.kinds.section import Section, section_of
 from procedures.plan.plan import Plan
+from procedures.plan.points import Point
 from procedures.plan.steps import Rest
 from procedures.solution.by_model import observed, solve_by_model
-from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.device_settings import Positive
 from rig.description.read import read_rig
-from rig.description.rig_file import RigDescription
 from rig.errors import DescriptionError
 from rig.toml_file import StrictTable
 
@@ -36,15 +31,12 @@ class Lean(StrictTable):
     by_deg: Positive
 
 
-class Leaning:
+class Leaning(PointKind):
     """Rest a little before, at and behind one pitch."""
 
     name = "leaning"
     table: tuple[str, type[StrictTable]] | None = ("lean", Lean)
     models: tuple[str, ...] = ("linear",)
-
-    def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
-        yield from ()
 
     def measures(self, model: str) -> tuple[str, ...]:
         return ("acceleration",)
@@ -52,23 +44,14 @@ class Leaning:
     def key_of_angle(self, axis: str) -> Key:
         return "lean", f"{axis}_deg"
 
-    def schedule(self, request: PlanRequest) -> Schedule:
+    def points(self, request: PlanRequest) -> list[Point]:
         lean = request.procedure.own(Lean)
         assert lean is not None
         pitches = (lean.pitch_deg - lean.by_deg, lean.pitch_deg, lean.pitch_deg + lean.by_deg)
-        return schedule_of_points(request, [({"pitch": pitch}, Rest(10.0), None) for pitch in pitches])
-
-    def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
-        yield from ()
-
-    def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-        return forecast_of_points(rig, plan)
+        return [({"pitch": pitch}, Rest(10.0), None) for pitch in pitches]
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         return solve_by_model(item, observed(item))
-
-    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
-        return section_of(record, solved)
 
 
 @pytest.fixture(autouse=True)
