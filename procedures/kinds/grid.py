@@ -25,3 +25,6 @@ class Grid(AttitudeKind):
 
     def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
         return None
+
+
+KIND = Grid()

@@ -113,3 +113,6 @@ def _refuse_keeping_step(rig: RigDescription, procedure: ProcedureDescription, p
                 f"ramp between two commands is met at the same moments and its mean is wrong; choose one between, such "
                 f"as {(round(samples) + 0.7) / stream.samples_hz():.3g} s",
             )
+
+
+KIND = ProfileMotion()

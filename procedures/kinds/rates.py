@@ -126,3 +126,6 @@ def _refuse_undetermined(procedure: ProcedureDescription, rates: Rates) -> None:
             f'the model "gyro" needs turns about three axes, {" and ".join(missing)} stand still: the sensitivity '
             'along their directions cannot be determined; give rates for them, or use solve.model = "linear"',
         )
+
+
+KIND = ConstantRates()

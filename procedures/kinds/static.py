@@ -190,3 +190,6 @@ def _allan_plot(name: str, static: Mapping[str, StaticAxis]) -> Iterator[Plot]:
             f"{name}-allan", "Allan deviation", "Overlapping estimator over the averaging time.", "averaging time (s)",
             f"deviation ({printed(unit)})", curves, is_logarithmic=True,
         )  # fmt: skip
+
+
+KIND = LongRest()

@@ -40,3 +40,6 @@ class Tumble(AttitudeKind):
 def _is_up_and_down(plan: Plan) -> bool:
     """Tell whether it is SR's: one line an axis, no angles."""
     return plan.design.kind == "up-down"
+
+
+KIND = Tumble()

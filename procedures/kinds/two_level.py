@@ -117,3 +117,6 @@ def _can_go(rig: RigDescription, axis: str, angle_deg: float) -> bool:
     return not any(
         broken_rules(angle_deg, table_deg, settings.limits_deg, settings.increment_deg, settings.approach_deg)
     )
+
+
+KIND = TwoLevel()

@@ -79,9 +79,8 @@ def test_the_reference_attitude_and_the_temperature_are_traced(view: RunView) ->
 
 
 def test_report_and_figures_are_written_and_the_same_again(view: RunView, tmp_path: Path) -> None:
-    first, again = (
-        [write(draw_report(view), tmp_path).read_bytes() for write in (write_screen, write_paper)] for _ in "12"
-    )
+    drawn = draw_report(view)
+    first, again = ([write(drawn, tmp_path).read_bytes() for write in (write_screen, write_paper)] for _ in "12")
     assert first == again
     assert (tmp_path / "figures" / "1-sn1047-residuals-pitch.svg").exists()
 

@@ -1,63 +1,24 @@
-"""A kind of run that is one object: read, refused, planned, foretold and stored without anything else being touched."""
+"""A kind of run that is no part of the package is read, refused, planned, foretold and stored (examples/own_kind)."""
 
 from pathlib import Path
 
 import pytest
+from installed_examples import install_example
 
 from procedures.check.check_report import check, to_document
 from procedures.errors import PlanError
-from procedures.kinds import registry
-from procedures.kinds.kind import Key, Kind, PlanRequest
 from procedures.kinds.planner import make_plan
-from procedures.kinds.points import PointKind
 from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
-from procedures.plan.points import Point
-from procedures.plan.steps import Rest
-from procedures.solution.by_model import observed, solve_by_model
-from procedures.solution.request import SensorRows, SolvedSensor
-from rig.description.device_settings import Positive
 from rig.description.read import read_rig
 from rig.errors import DescriptionError
-from rig.toml_file import StrictTable
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "servo-mechanism" / "rig.toml"
 
 
-class Lean(StrictTable):
-    """``[lean]``: three pitches around one."""
-
-    pitch_deg: float
-    by_deg: Positive
-
-
-class Leaning(PointKind):
-    """Rest a little before, at and behind one pitch."""
-
-    name = "leaning"
-    table: tuple[str, type[StrictTable]] | None = ("lean", Lean)
-    models: tuple[str, ...] = ("linear",)
-
-    def measures(self, model: str) -> tuple[str, ...]:
-        return ("acceleration",)
-
-    def key_of_angle(self, axis: str) -> Key:
-        return "lean", f"{axis}_deg"
-
-    def points(self, request: PlanRequest) -> list[Point]:
-        lean = request.procedure.own(Lean)
-        assert lean is not None
-        pitches = (lean.pitch_deg - lean.by_deg, lean.pitch_deg, lean.pitch_deg + lean.by_deg)
-        return [({"pitch": pitch}, Rest(10.0), None) for pitch in pitches]
-
-    def solve(self, item: SensorRows) -> SolvedSensor:
-        return solve_by_model(item, observed(item))
-
-
 @pytest.fixture(autouse=True)
-def _registered(monkeypatch: pytest.MonkeyPatch) -> None:
-    kind: Kind = Leaning()
-    monkeypatch.setitem(registry.KINDS, kind.name, kind)  # type: ignore[arg-type]  # a dictionary, though not to others
+def _installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    install_example("own_kind", tmp_path / "site", monkeypatch)
 
 
 def _file(folder: Path, table: str, kind: str = "leaning") -> Path:
