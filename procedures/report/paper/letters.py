@@ -16,7 +16,6 @@ from matplotlib.ft2font import FT2Font
 from rig.plain_text import code_point, is_hidden
 
 FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
-FALLBACK = "DejaVu Sans"
 
 
 def printable(value: Any) -> Any:
