@@ -1,0 +1,247 @@
+"""All tests of one sensor axis and what they decide together.
+
+Each test has a p-value of its own; which are significant is decided over all of them by Holm's correction. A term of
+low order that is significant counts as known, and its nearly collinear neighbours are tested beside it. A drift that
+temperature explains is temperature's.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics import temperature as by_temperature
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.low_order import TERMS, term_columns
+from ams.analysis.diagnostics.point_means import Elimination, Tested, eliminate, gram_of
+from ams.analysis.diagnostics.time_order import (
+    Autocorrelation,
+    Slope,
+    autocorrelation,
+    hours,
+    neighbours,
+    slope_between,
+)
+from ams.analysis.diagnostics.wrong_dwells import largest_p_values
+from ams.arrays import FloatArray
+from ams.findings import FindingKind
+from ams.frames import specific_force
+from ams.models.accelerometer import PitchRoll
+from ams.models.added_parameters import WithAddedParameters
+from ams.models.extended import ExtendedPitchRoll
+from ams.models.model import Model
+from ams.models.thermal import TEMPERATURE_NAMES
+from ams.statistics.distributions import f_tail
+from ams.statistics.intervals import holm
+
+LEVEL: Final = 0.05
+"""Chance that any test of an axis rings where nothing is wrong."""
+WRONG_DWELL: Final = "wrong dwell"
+LACK_OF_FIT: Final = "lack of fit"
+DRIFT_OF: Final = "drift of "
+OVER_TIME: Final = "drift with time"
+AUTOCORRELATION: Final = "autocorrelation"
+BY_POINT: Final = "temperature, point by point"
+BY_REPLICATION: Final = "temperature, replication by replication"
+LAG: Final = "temperature lag"
+CURVATURE: Final = "temperature curvature"
+_SURE: Final = 0.05
+
+
+@dataclass(frozen=True)
+class BeliefTest:
+    """One belief, tested."""
+
+    name: str
+    kind: FindingKind
+    p_value: float
+    """NaN where the data do not allow the test."""
+    size: float = float("nan")
+    """In the output's unit, or as ``unit`` says."""
+    uncertainty: float = float("nan")
+    unit: str = ""
+    is_explained: bool = False
+    """By another finding, which has its name."""
+
+
+@dataclass(frozen=True)
+class AxisTests:
+    """Of one sensor axis."""
+
+    tests: Mapping[str, BeliefTest]
+    """By name, those that could be made."""
+    is_significant: Mapping[str, bool] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SharedTests:
+    """What is computed for all axes of one piece of evidence at once."""
+
+    wrong_dwell: FloatArray
+    """(m,) p-values."""
+    autocorrelation: Autocorrelation
+    over_time: Slope | None
+    by_replication: Slope | None
+
+
+def shared_tests(evidence: Evidence) -> SharedTests:
+    """Return what all axes' tests begin with."""
+    time, temperature = hours(evidence), evidence.rows.temperature_degc
+    return SharedTests(
+        largest_p_values(evidence.grid)[0],
+        autocorrelation(evidence.grid, neighbours(evidence)),
+        None if time is None else slope_between(evidence, time),
+        slope_between(evidence, temperature - temperature.mean())
+        if temperature is not None and by_temperature.varies(evidence)
+        else None,
+    )
+
+
+def axis_tests(evidence: Evidence, shared: SharedTests, output: int, convicted_p_value: float | None) -> AxisTests:
+    """Return all tests of one axis, decided.
+
+    ``convicted_p_value``: of wrong dwells that are left out of the evidence; None where none are.
+    """
+    if not evidence.precision_variance[output] > 0.0:
+        return AxisTests({})
+    wrong = float(shared.wrong_dwell[output]) if convicted_p_value is None else convicted_p_value
+    found = [BeliefTest(WRONG_DWELL, "wrong-dwell", wrong)]
+    found += _of_replications(evidence, output)
+    r, p_value = shared.autocorrelation.r[output], shared.autocorrelation.p_value[output]
+    found.append(BeliefTest(AUTOCORRELATION, "autocorrelation", float(p_value), float(r)))
+    if shared.over_time is not None:
+        found.append(_slope(OVER_TIME, "drift", shared.over_time, output, "per h"))
+    found += _of_temperature(evidence, shared, output)
+    terms = low_order(evidence, output)
+    if terms is not None:
+        tested = {name: terms.test(place) for place, (name, *_) in enumerate(TERMS)}
+        found += [_term(name, kind, tested[name], unit) for name, kind, _, unit in TERMS]
+    made = {test.name: test for test in found if np.isfinite(test.p_value)}
+    return _explained_by_temperature(evidence, output, _decided(made, terms))
+
+
+def conviction_level(tests: AxisTests) -> float:
+    """Return the level at which the first of several tests is significant whatever the others say."""
+    return LEVEL / max(len(tests.tests), 1)
+
+
+def _of_replications(evidence: Evidence, output: int) -> list[BeliefTest]:
+    replication, sums = evidence.replication, evidence.sums
+    if replication is None or sums is None:
+        return []
+    drifts = [
+        BeliefTest(f"{DRIFT_OF}{name}", "drift", float(test.p_value[output]))
+        for name, test in replication.drift.items()
+    ]
+    return [_lack_of_fit(evidence, output), *drifts]
+
+
+def _lack_of_fit(evidence: Evidence, output: int) -> BeliefTest:
+    """Test what repeats against precision and what the table's certificate and others explain, all together."""
+    assert evidence.replication is not None
+    plain = evidence.replication.lack_of_fit
+    means = evidence.means(output, evidence.basis)
+    repeating = means.precision_variance * max(float(plain.t[output]) - 1.0, 0.0)
+    p_value, dof = float(plain.p_value[output]), evidence.layout.points - evidence.basis.shape[1]
+    if means.common.shape[1] > 0 and means.precision_variance > 0.0 and dof > 0:
+        nothing = np.zeros((evidence.layout.points, 0))
+        whole = Elimination(gram_of(means, nothing, means.precision_variance), evidence.basis.shape[1], 0, dof)
+        p_value = float(f_tail(whole.chi_square / dof, dof, plain.denominator_dof))
+    return BeliefTest(LACK_OF_FIT, "lack-of-fit", p_value, float(np.sqrt(repeating)))
+
+
+def _of_temperature(evidence: Evidence, shared: SharedTests, output: int) -> list[BeliefTest]:
+    if shared.by_replication is None:
+        return []
+    found = []
+    if TEMPERATURE_NAMES[0] not in evidence.models[output].primary_names:
+        found = [
+            _slope(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C"),
+            _by_point(evidence, output),
+        ]
+    if by_temperature.has_plateaus(evidence):
+        lag = by_temperature.lag(evidence, output)
+        between = by_temperature.between_replications(evidence, output, None, curved=True)
+        bent = between.curvature
+        found += [
+            BeliefTest(LAG, "temperature-lag", lag.p_value, lag.size, lag.detail),
+            BeliefTest(CURVATURE, "temperature-curvature", bent.p_value, bent.size),
+        ]
+    return found
+
+
+def _by_point(evidence: Evidence, output: int) -> BeliefTest:
+    assert evidence.rows.temperature_degc is not None
+    column = evidence.layout.mean_by_point(evidence.rows.temperature_degc)
+    column = (column - column.mean())[:, None]
+    if not np.ptp(column) > by_temperature.SMALLEST_CHANGE_DEGC:
+        return _term(BY_POINT, "temperature-residual", Tested(np.nan, np.nan, np.nan), "")
+    means = evidence.means(output, evidence.basis)
+    found = eliminate(means, column, np.zeros((means.mean.size, 0))).test(0)
+    return _term(BY_POINT, "temperature-residual", found, "per °C")
+
+
+def low_order(evidence: Evidence, output: int) -> Elimination | None:
+    """Return the terms of low order ready to be tested beside the linear sensor; None where the model has no room."""
+    base = _base(evidence.models[output])
+    if not isinstance(base, PitchRoll | ExtendedPitchRoll):
+        return None
+    layout, rows = evidence.layout, evidence.rows
+    force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
+    linear, fitted = evidence.basis[:, :4], evidence.basis[:, 4:]
+    means = evidence.means(output, linear, fitted @ evidence.own[4:, output])
+    return eliminate(means, term_columns(force, base.nominal_axis), fitted)
+
+
+def _base(model: Model) -> Model:
+    while isinstance(model, WithAddedParameters):
+        model = model.base
+    return model
+
+
+def _term(name: str, kind: FindingKind, tested: Tested, unit: str) -> BeliefTest:
+    return BeliefTest(name, kind, tested.p_value, tested.coefficient, tested.standard_uncertainty, unit)
+
+
+def _slope(name: str, kind: FindingKind, slope: Slope, output: int, unit: str) -> BeliefTest:
+    values = (slope.p_value[output], slope.coefficient[output], slope.standard_uncertainty[output])
+    return BeliefTest(name, kind, *map(float, values), unit)
+
+
+def _decided(made: dict[str, BeliefTest], terms: Elimination | None) -> AxisTests:
+    """Holm over all; a significant term counts as known, and the other terms are tested beside it."""
+    names, known = {name: place for place, (name, *_) in enumerate(TERMS)}, []
+    while True:
+        flags = holm(np.array([test.p_value for test in made.values()]), LEVEL)
+        is_significant = dict(zip(made, map(bool, flags), strict=True))
+        open_terms = [name for name in names if is_significant.get(name) and name not in known]
+        if not open_terms or terms is None:
+            return AxisTests(made, is_significant)
+        known.append(min(open_terms, key=lambda name: made[name].p_value))
+        beside = tuple(names[name] for name in known)
+        for name, place in names.items():
+            if name in made and name not in known:
+                old, tested = made[name], terms.test(place, beside)
+                p_value = tested.p_value if np.isfinite(tested.p_value) else 1.0
+                made[name] = replace(
+                    old, p_value=p_value, size=tested.coefficient, uncertainty=tested.standard_uncertainty
+                )
+
+
+def _explained_by_temperature(evidence: Evidence, output: int, decided: AxisTests) -> AxisTests:
+    """Take from drift what temperature explains, and from curvature what a lag does."""
+    told, tests = dict(decided.is_significant), dict(decided.tests)
+    causes = [name for name in (LAG, CURVATURE, BY_REPLICATION) if told.get(name)]
+    if not causes:
+        return decided
+    lag_h = tests[LAG].uncertainty if told.get(LAG) else None
+    between = by_temperature.between_replications(evidence, output, lag_h, curved=bool(told.get(CURVATURE)))
+    if told.get(LAG) and told.get(CURVATURE) and not between.curvature.p_value <= conviction_level(decided):
+        told[CURVATURE] = False
+        tests[CURVATURE] = replace(tests[CURVATURE], is_explained=True)
+    if between.unexplained > _SURE or told.get(LAG):
+        for name, test in tests.items():
+            if test.kind == "drift" and told[name]:
+                told[name], tests[name] = False, replace(test, is_explained=True)
+    return AxisTests(tests, told)
