@@ -128,11 +128,11 @@ def _at_points(solved: SolvedColumns, blocks: Mapping[str, FloatArray]) -> Float
 
 def _convicted(evidence: Evidence, output: int, tests: AxisTests) -> WrongDwells | None:
     level = conviction_level(tests)
-    if WRONG_DWELL not in tests.tests or not tests.tests[WRONG_DWELL].p_value <= level:
+    if tests.grid is None or WRONG_DWELL not in tests.tests or not tests.tests[WRONG_DWELL].p_value <= level:
         return None
     other_view = np.zeros(evidence.grid.present.size)
     other_view[evidence.dwell] = evidence.left[:, output]
-    return convict(evidence.grid.of(output), level, other_view)
+    return convict(tests.grid, level, other_view)
 
 
 def _rows_of(evidence: Evidence, wrong: WrongDwells) -> tuple[BoolArray, Convicted]:
@@ -157,7 +157,7 @@ def _told(
     convicted: Convicted | None,
     circumstances: Circumstances,
 ) -> Diagnosis:
-    scale = _scale(solved, place, circumstances.rows)
+    scale = _scale(solved, place)
     told = findings_of(
         tests,
         scale,
@@ -184,7 +184,7 @@ def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:
     return replace(columns, lack_of_fit=replace(columns.lack_of_fit, is_significant=lack_of_fit), drift=drift)
 
 
-def _scale(solved: SolvedColumns, place: int, rows: Observations) -> Scale:
+def _scale(solved: SolvedColumns, place: int) -> Scale:
     model = solved.problem.models[place]
     along = [
         value

@@ -83,8 +83,10 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
     """Return the sealed set of one sensor package.
 
     Raises: SetError where the calibration cannot be a set (unknown equation, an undetermined primary parameter,
-    temperature terms without a temperature range); VectorsDisagree where its parameter forms contradict each other.
+    temperature terms without a temperature range, a nominal axis whose sensitivity is not told from zero);
+    VectorsDisagree where its parameter forms contradict each other.
     """
+    _refuse_undetermined(calibration, provenance.sensor)
     axes = {name: axis_section(axis, provenance.sensor) for name, axis in calibration.axes.items()}
     numbers = {name: axis_numbers(name, section) for name, section in axes.items()}
     _check_temperature_range(numbers, provenance)
@@ -106,6 +108,11 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
     coefficients = from_document(with_checksum(document), provenance.sensor)
     coefficients.check_vectors(provenance.sensor)
     return coefficients
+
+
+def _refuse_undetermined(calibration: Calibration, sensor: str) -> None:
+    for label, text in calibration.undetermined_axes.items():
+        raise SetError(f"{sensor}: axis {label}: {text}")
 
 
 def from_document(value: Json, where: str) -> CoefficientSet:

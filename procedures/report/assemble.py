@@ -86,7 +86,7 @@ def assemble_view(
 def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSensor | None, place: int) -> SensorView:
     observations = None if solved is None else solved.observations
     calibration = None if solved is None else solved.calibration
-    failure = "it was not solved" if solved is None else solved.failure
+    failure = "it was not solved" if solved is None else solved.why_not_usable
     budgets = {} if solved is None else solved.budgets
     section = None if solved is None else KINDS[record.plan.kind].section(record, solved)
     axes = () if calibration is None or observations is None or section is not None else tuple(

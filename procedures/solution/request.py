@@ -38,6 +38,14 @@ class SolvedSensor:
     static: "Mapping[str, StaticAxis]" = field(default_factory=dict)
     """Axis to what a long rest showed; there is no calibration then."""
 
+    @property
+    def why_not_usable(self) -> str | None:
+        """Why there is no result to use: it was not solved, or an axis is not determined; None where there is one."""
+        if self.failure is not None or self.calibration is None:
+            return self.failure
+        found = [f"axis {label}: {text}" for label, text in self.calibration.undetermined_axes.items()]
+        return "; ".join(found) or None
+
 
 @dataclass(frozen=True)
 class SensorRows:

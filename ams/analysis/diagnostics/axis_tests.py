@@ -15,6 +15,7 @@ from ams.analysis.diagnostics import temperature as by_temperature
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import TERMS, term_columns
 from ams.analysis.diagnostics.point_means import Elimination, Tested, eliminate, gram_of
+from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.time_order import (
     Autocorrelation,
     Slope,
@@ -46,7 +47,22 @@ BY_POINT: Final = "temperature, point by point"
 BY_REPLICATION: Final = "temperature, replication by replication"
 LAG: Final = "temperature lag"
 CURVATURE: Final = "temperature curvature"
-_SURE: Final = 0.05
+_MOST_TESTS: Final = 25
+
+
+@dataclass(frozen=True)
+class Column:
+    """What the means of the points are tested for, one column each."""
+
+    name: str
+    kind: FindingKind
+    unit: str
+
+
+COLUMNS: Final = (
+    *(Column(name, kind, unit) for name, kind, _, unit in TERMS),
+    Column(BY_POINT, "temperature-residual", "per °C"),
+)
 
 
 @dataclass(frozen=True)
@@ -72,6 +88,8 @@ class AxisTests:
     tests: Mapping[str, BeliefTest]
     """By name, those that could be made."""
     is_significant: Mapping[str, bool] = field(default_factory=dict)
+    grid: GridResiduals | None = None
+    """What every dwell says beside the others and beside what is known; None where nothing was tested."""
 
 
 @dataclass(frozen=True)
@@ -105,20 +123,41 @@ def axis_tests(evidence: Evidence, shared: SharedTests, output: int, convicted_p
     """
     if not evidence.precision_variance[output] > 0.0:
         return AxisTests({})
-    wrong = float(shared.wrong_dwell[output]) if convicted_p_value is None else convicted_p_value
-    found = [BeliefTest(WRONG_DWELL, "wrong-dwell", wrong)]
-    found += _of_replications(evidence, output)
-    r, p_value = shared.autocorrelation.r[output], shared.autocorrelation.p_value[output]
-    found.append(BeliefTest(AUTOCORRELATION, "autocorrelation", float(p_value), float(r)))
+    lag, lagging = _lag(evidence, output)
+    grid = evidence.grid.of(output)
+    wrong_p_value, wander = float(shared.wrong_dwell[output]), shared.autocorrelation.of(output)
+    if lagging is not None:
+        grid = grid.beside(evidence.on_grid(lagging))
+        wrong_p_value = float(largest_p_values(grid)[0][0])
+        wander = autocorrelation(grid, neighbours(evidence)).of(0)
+    if convicted_p_value is not None:
+        wrong_p_value = convicted_p_value
+    known = np.zeros((evidence.layout.points, 0)) if lagging is None else evidence.layout.mean_by_point(lagging)
+    found = [
+        BeliefTest(WRONG_DWELL, "wrong-dwell", wrong_p_value),
+        *_of_replications(evidence, output, known),
+        BeliefTest(AUTOCORRELATION, "autocorrelation", wander[1], wander[0]),
+    ]
     if shared.over_time is not None:
         found.append(_slope(OVER_TIME, "drift", shared.over_time, output, "per h"))
-    found += _of_temperature(evidence, shared, output)
-    terms = low_order(evidence, output)
+    found += _of_temperature(evidence, shared, output, known)
+    found += [] if lag is None else [lag]
+    terms = low_order(evidence, output, known)
     if terms is not None:
-        tested = {name: terms.test(place) for place, (name, *_) in enumerate(TERMS)}
-        found += [_term(name, kind, tested[name], unit) for name, kind, _, unit in TERMS]
+        found += [_term(column, terms.test(place)) for place, column in enumerate(COLUMNS[: terms.columns])]
     made = {test.name: test for test in found if np.isfinite(test.p_value)}
-    return _explained_by_temperature(evidence, output, _decided(made, terms))
+    return replace(_explained_by_temperature(evidence, output, _decided(made, terms)), grid=grid)
+
+
+def _lag(evidence: Evidence, output: int) -> tuple[BeliefTest | None, FloatArray | None]:
+    """Return the test of a lag, and where it is plain (N, 2) what the lag does: all others are tested beside that."""
+    if not by_temperature.has_plateaus(evidence):
+        return None, None
+    lag = by_temperature.lag(evidence, output)
+    test = BeliefTest(LAG, "temperature-lag", lag.p_value, lag.size, lag.detail)
+    if not lag.p_value <= LEVEL / _MOST_TESTS:
+        return test, None
+    return test, by_temperature.lag_columns(evidence, output, lag.detail)
 
 
 def conviction_level(tests: AxisTests) -> float:
@@ -126,7 +165,7 @@ def conviction_level(tests: AxisTests) -> float:
     return LEVEL / max(len(tests.tests), 1)
 
 
-def _of_replications(evidence: Evidence, output: int) -> list[BeliefTest]:
+def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list[BeliefTest]:
     replication, sums = evidence.replication, evidence.sums
     if replication is None or sums is None:
         return []
@@ -134,74 +173,79 @@ def _of_replications(evidence: Evidence, output: int) -> list[BeliefTest]:
         BeliefTest(f"{DRIFT_OF}{name}", "drift", float(test.p_value[output]))
         for name, test in replication.drift.items()
     ]
-    return [_lack_of_fit(evidence, output), *drifts]
+    return [_lack_of_fit(evidence, output, known), *drifts]
 
 
-def _lack_of_fit(evidence: Evidence, output: int) -> BeliefTest:
+def _lack_of_fit(evidence: Evidence, output: int, known: FloatArray) -> BeliefTest:
     """Test what repeats against precision and what the table's certificate and others explain, all together."""
     assert evidence.replication is not None
-    plain = evidence.replication.lack_of_fit
-    means = evidence.means(output, evidence.basis)
+    plain, given = evidence.replication.lack_of_fit, np.hstack([evidence.basis, known])
+    means = evidence.means(output, given)
     repeating = means.precision_variance * max(float(plain.t[output]) - 1.0, 0.0)
-    p_value, dof = float(plain.p_value[output]), evidence.layout.points - evidence.basis.shape[1]
-    if means.common.shape[1] > 0 and means.precision_variance > 0.0 and dof > 0:
+    p_value, dof = float(plain.p_value[output]), evidence.layout.points - given.shape[1]
+    if (means.common.shape[1] > 0 or known.shape[1] > 0) and means.precision_variance > 0.0 and dof > 0:
         nothing = np.zeros((evidence.layout.points, 0))
-        whole = Elimination(gram_of(means, nothing, means.precision_variance), evidence.basis.shape[1], 0, dof)
+        whole = Elimination(gram_of(means, nothing, means.precision_variance), given.shape[1], 0, dof)
         p_value = float(f_tail(whole.chi_square / dof, dof, plain.denominator_dof))
     return BeliefTest(LACK_OF_FIT, "lack-of-fit", p_value, float(np.sqrt(repeating)))
 
 
-def _of_temperature(evidence: Evidence, shared: SharedTests, output: int) -> list[BeliefTest]:
+def _of_temperature(evidence: Evidence, shared: SharedTests, output: int, known: FloatArray) -> list[BeliefTest]:
     if shared.by_replication is None:
         return []
     found = []
     if TEMPERATURE_NAMES[0] not in evidence.models[output].primary_names:
-        found = [
-            _slope(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C"),
-            _by_point(evidence, output),
-        ]
+        found = [_slope(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C")]
+        if _linear_base(evidence.models[output]) is None:
+            found.append(_by_point(evidence, output, known))
     if by_temperature.has_plateaus(evidence):
-        lag = by_temperature.lag(evidence, output)
-        between = by_temperature.between_replications(evidence, output, None, curved=True)
-        bent = between.curvature
-        found += [
-            BeliefTest(LAG, "temperature-lag", lag.p_value, lag.size, lag.detail),
-            BeliefTest(CURVATURE, "temperature-curvature", bent.p_value, bent.size),
-        ]
+        bent = by_temperature.between_replications(evidence, output, None, curved=True).curvature
+        found.append(BeliefTest(CURVATURE, "temperature-curvature", bent.p_value, bent.size))
     return found
 
 
-def _by_point(evidence: Evidence, output: int) -> BeliefTest:
-    assert evidence.rows.temperature_degc is not None
-    column = evidence.layout.mean_by_point(evidence.rows.temperature_degc)
-    column = (column - column.mean())[:, None]
-    if not np.ptp(column) > by_temperature.SMALLEST_CHANGE_DEGC:
-        return _term(BY_POINT, "temperature-residual", Tested(np.nan, np.nan, np.nan), "")
-    means = evidence.means(output, evidence.basis)
-    found = eliminate(means, column, np.zeros((means.mean.size, 0))).test(0)
-    return _term(BY_POINT, "temperature-residual", found, "per °C")
+def _by_point(evidence: Evidence, output: int, known: FloatArray) -> BeliefTest:
+    """Return the test of a model that has no terms of low order beside it."""
+    means = evidence.means(output, np.hstack([evidence.basis, known]))
+    return _term(COLUMNS[-1], eliminate(means, _by_point_degc(evidence), np.zeros((means.mean.size, 0))).test(0))
 
 
-def low_order(evidence: Evidence, output: int) -> Elimination | None:
-    """Return the terms of low order ready to be tested beside the linear sensor; None where the model has no room."""
-    base = _base(evidence.models[output])
-    if not isinstance(base, PitchRoll | ExtendedPitchRoll):
+def _by_point_degc(evidence: Evidence) -> FloatArray:
+    """(K, 1) temperature of the points; (K, 0) where none is recorded, where it is modelled or where it is one."""
+    temperature = evidence.rows.temperature_degc
+    column = np.zeros(evidence.layout.points) if temperature is None else evidence.layout.mean_by_point(temperature)
+    is_modelled = TEMPERATURE_NAMES[0] in evidence.models[0].primary_names
+    if is_modelled or not np.ptp(column) > by_temperature.SMALLEST_CHANGE_DEGC:
+        return np.zeros((column.size, 0))
+    return np.asarray((column - column.mean())[:, None])
+
+
+def low_order(evidence: Evidence, output: int, known: FloatArray) -> Elimination | None:
+    """Return the terms of low order, and the temperature of the points, ready to be tested beside the linear sensor.
+
+    None where the model has no such terms.
+    """
+    base = _linear_base(evidence.models[output])
+    if base is None:
         return None
     layout, rows = evidence.layout, evidence.rows
     force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
     linear, fitted = evidence.basis[:, :4], evidence.basis[:, 4:]
-    means = evidence.means(output, linear, fitted @ evidence.own[4:, output])
-    return eliminate(means, term_columns(force, base.nominal_axis), fitted)
+    means = evidence.means(output, np.hstack([linear, known]), fitted @ evidence.own[4:, output])
+    columns = np.hstack([term_columns(force, base.nominal_axis), _by_point_degc(evidence)])
+    return eliminate(means, columns, fitted)
 
 
-def _base(model: Model) -> Model:
+def _linear_base(model: Model) -> PitchRoll | ExtendedPitchRoll | None:
     while isinstance(model, WithAddedParameters):
         model = model.base
-    return model
+    return model if isinstance(model, PitchRoll | ExtendedPitchRoll) else None
 
 
-def _term(name: str, kind: FindingKind, tested: Tested, unit: str) -> BeliefTest:
-    return BeliefTest(name, kind, tested.p_value, tested.coefficient, tested.standard_uncertainty, unit)
+def _term(column: Column, tested: Tested) -> BeliefTest:
+    return BeliefTest(
+        column.name, column.kind, tested.p_value, tested.coefficient, tested.standard_uncertainty, column.unit
+    )
 
 
 def _slope(name: str, kind: FindingKind, slope: Slope, output: int, unit: str) -> BeliefTest:
@@ -209,24 +253,25 @@ def _slope(name: str, kind: FindingKind, slope: Slope, output: int, unit: str) -
     return BeliefTest(name, kind, *map(float, values), unit)
 
 
-def _decided(made: dict[str, BeliefTest], terms: Elimination | None) -> AxisTests:
-    """Holm over all; a significant term counts as known, and the other terms are tested beside it."""
-    names, known = {name: place for place, (name, *_) in enumerate(TERMS)}, []
+def _decided(made: dict[str, BeliefTest], columns: Elimination | None) -> AxisTests:
+    """Holm over all; a significant column counts as known, and the other columns are tested beside it.
+
+    The recorded temperature goes first where it is significant: what was measured before what is only imagined.
+    """
+    names, known = {column.name: place for place, column in enumerate(COLUMNS)}, []
     while True:
         flags = holm(np.array([test.p_value for test in made.values()]), LEVEL)
         is_significant = dict(zip(made, map(bool, flags), strict=True))
-        open_terms = [name for name in names if is_significant.get(name) and name not in known]
-        if not open_terms or terms is None:
+        still_open = [name for name in names if is_significant.get(name) and name not in known]
+        if not still_open or columns is None:
             return AxisTests(made, is_significant)
-        known.append(min(open_terms, key=lambda name: made[name].p_value))
+        known.append(BY_POINT if BY_POINT in still_open else min(still_open, key=lambda name: made[name].p_value))
         beside = tuple(names[name] for name in known)
         for name, place in names.items():
             if name in made and name not in known:
-                old, tested = made[name], terms.test(place, beside)
+                tested = columns.test(place, beside)
                 p_value = tested.p_value if np.isfinite(tested.p_value) else 1.0
-                made[name] = replace(
-                    old, p_value=p_value, size=tested.coefficient, uncertainty=tested.standard_uncertainty
-                )
+                made[name] = replace(_term(COLUMNS[place], tested), p_value=p_value)
 
 
 def _explained_by_temperature(evidence: Evidence, output: int, decided: AxisTests) -> AxisTests:
@@ -240,7 +285,7 @@ def _explained_by_temperature(evidence: Evidence, output: int, decided: AxisTest
     if told.get(LAG) and told.get(CURVATURE) and not between.curvature.p_value <= conviction_level(decided):
         told[CURVATURE] = False
         tests[CURVATURE] = replace(tests[CURVATURE], is_explained=True)
-    if between.unexplained > _SURE or told.get(LAG):
+    if told.get(LAG) or not between.unexplained <= conviction_level(decided):
         for name, test in tests.items():
             if test.kind == "drift" and told[name]:
                 told[name], tests[name] = False, replace(test, is_explained=True)

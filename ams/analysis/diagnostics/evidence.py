@@ -79,6 +79,12 @@ class Evidence:
         """Return a (N, …) column less its mean over the replications of each point."""
         return np.asarray(column - self.layout.mean_by_point(column)[self.layout.point])
 
+    def on_grid(self, columns: FloatArray) -> FloatArray:
+        """Return (N, c) columns on the grid of all replications and points, zero where a dwell is missing."""
+        grid = np.zeros((self.layout.replications * self.layout.points, columns.shape[1]))
+        grid[self.dwell] = columns
+        return grid
+
     def means(self, output: int, given: FloatArray, added: FloatArray | None = None) -> PointMeans:
         """Return the point means of one output; ``added`` (K,) is put back to what the fit left."""
         mean = self.point_effects[:, output] if added is None else self.point_effects[:, output] + added

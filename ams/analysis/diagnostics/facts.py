@@ -30,9 +30,9 @@ def undetermined_axis(
         return
     unit = "V/(°/s)" if name.endswith("_dps") else "V/g"
     text = (
-        f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {k:.3g} ± {half:.2g} {unit} "
-        "(95 %): what was visited does not turn the quantity along this axis, or the channel is dead; the result is not "
-        "usable and there is no coefficient set; add attitudes that change it, or leave this axis out"
+        f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {k:.3g} ± {half:.2g} "
+        f"{unit} (95 %): what was visited does not change what this axis senses, or the channel is dead; the result is "
+        "not usable and there is no coefficient set; add attitudes that change it, or leave this axis out"
     )
     yield Finding("axis-undetermined", text, True, None, details={"sensitivity": k, "half_width_95": half})
 
@@ -44,9 +44,9 @@ def time_confounded(evidence: Evidence) -> Iterator[Finding]:
         return
     is_confounded = r > LARGEST_CORRELATION
     text = (
-        f"time and attitude go together inside the replications (correlation {r:.2f}, allowed {LARGEST_CORRELATION:g}): a "
-        "drift within a replication would pass for offset and sensitivity and is not in the uncertainties; use an order "
-        "such as there-and-back"
+        f"time and attitude go together inside the replications (correlation {r:.2f}, allowed "
+        f"{LARGEST_CORRELATION:g}): a drift within a replication would pass for offset and sensitivity and is not in "
+        "the uncertainties; use an order such as there-and-back"
         if is_confounded
         else f"time and attitude: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
     )

@@ -1,9 +1,9 @@
 """Which terms beside the linear sensor the points show: each by itself, in the notation of IEEE Std 1293.
 
-K₂ a_i², K_ip a_i a_p, K_io a_i a_o, K_po a_p a_o, K_pp − K_oo, K₃ a_i³, K₀′ sgn(a_i) and K₁′ |a_i|, i the nominal axis
-and p and o those that follow it. K₂ is tested as a_i² less its mean over the sphere: at rest the three squares add up to
-one. K₀′ and K₃, K₁′ and K₂ are nearly collinear over most designs, so each term is tested alone, with the power that all
-together do not have; where one is significant it counts as known, and the others are tested beside it.
+K₂ a_i², K_ip a_i a_p, K_io a_i a_o, K_po a_p a_o, K_pp − K_oo, K₃ a_i³, K₀′ sgn(a_i) and K₁′ |a_i|, i the nominal
+axis and p and o those that follow it. K₂ is tested as a_i² less its mean over the sphere: at rest the three squares add
+up to one. K₀′ and K₃, K₁′ and K₂ are nearly collinear over most designs, so each term is tested alone, with the power
+that all together do not have; where one is significant it counts as known, and the others are tested beside it.
 """
 
 from typing import Final

@@ -69,6 +69,14 @@ class GridResiduals:
         residuals[dwell] = 0.0
         return replace(self, residuals=residuals, taken=np.column_stack([self.taken, direction]), present=present)
 
+    def beside(self, columns: FloatArray) -> "GridResiduals":
+        """Return what is left when (n K, c) further columns are known as well."""
+        left = self.projected(columns)
+        q, r = np.linalg.qr(left)
+        q = q[:, np.abs(np.diag(r)) > _GONE * max(float(np.linalg.norm(columns)), _GONE)]
+        residuals = self.residuals - q @ (q.T @ self.residuals)
+        return replace(self, residuals=residuals, taken=np.column_stack([self.taken, q]))
+
     def of(self, output: int) -> "GridResiduals":
         """Return those of one output alone."""
         return replace(self, residuals=self.residuals[:, output : output + 1])

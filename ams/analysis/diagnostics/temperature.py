@@ -67,22 +67,26 @@ def lagged_degc(evidence: Evidence, time_constant_h: float) -> FloatArray | None
 
 def lag(evidence: Evidence, output: int) -> Joint:
     """Test the time constants one by one, Bonferroni over them; ``detail`` is the one that explains most, hours."""
-    grid, best = evidence.grid.of(output), NONE
-    sensed = _sensed(evidence, output)
+    grid, best, most = evidence.grid.of(output), NONE, 0.0
     for time_constant_h in LAGS_H:
-        apart = lagged_degc(evidence, time_constant_h)
-        if apart is None or grid.dof < LEAST_DOF:
+        columns = lag_columns(evidence, output, time_constant_h)
+        if columns is None or grid.dof < LEAST_DOF:
             return NONE
-        columns = np.zeros((grid.present.size, 2))
-        columns[evidence.dwell] = np.column_stack([apart, apart * sensed])
-        explained, rank = _explained(grid.projected(columns), grid.residuals[:, 0])
+        explained, rank = _explained(grid.projected(evidence.on_grid(columns)), grid.residuals[:, 0])
         rest = float(grid.squares[0]) - explained
-        if rank == 0 or not rest > 0.0:
-            continue
-        p_value = float(f_tail(explained / rank / (rest / (grid.dof - rank)), rank, float(grid.dof - rank)))
-        if not p_value >= best.p_value:
-            best = Joint(p_value, float(np.sqrt(explained / evidence.layout.rows)), time_constant_h)
-    return Joint(min(1.0, len(LAGS_H) * best.p_value), best.size, best.detail)
+        if rank > 0 and rest > 0.0 and explained > most:
+            p_value = float(f_tail(explained / rank / (rest / (grid.dof - rank)), rank, float(grid.dof - rank)))
+            best = Joint(
+                min(1.0, len(LAGS_H) * p_value), float(np.sqrt(explained / evidence.layout.rows)), time_constant_h
+            )
+            most = explained
+    return best
+
+
+def lag_columns(evidence: Evidence, output: int, time_constant_h: float) -> FloatArray | None:
+    """Return (N, 2) what a lag does to the offset and to the sensitivity; None without times."""
+    apart = lagged_degc(evidence, time_constant_h)
+    return None if apart is None else np.column_stack([apart, apart * _sensed(evidence, output)])
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,10 @@ class Autocorrelation:
     p_value: FloatArray
     """(m,)"""
 
+    def of(self, output: int) -> tuple[float, float]:
+        """Return correlation and p-value of one output."""
+        return float(self.r[output]), float(self.p_value[output])
+
 
 @dataclass(frozen=True)
 class Slope:

@@ -122,7 +122,7 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
             f"a dwell knows of the dwell before it: correlation {size:.2g} inside the replications; the output wanders "
             "or has not settled; a longer settling time or a random order makes dwells independent"
         ),
-        BY_POINT: lambda: _temperature_text(test, scale, "in step with the points of the design, the same in every one"),
+        BY_POINT: lambda: _temperature_text(test, scale, "in step with the points, alike in every replication"),
         BY_REPLICATION: lambda: _temperature_text(test, scale, "from replication to replication"),
         LAG: lambda: (
             f"the sensor is not as warm as the record: after heating and after cooling its output is still on the way, "
