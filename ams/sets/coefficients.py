@@ -1,4 +1,4 @@
-"""The coefficient set, version 1: a calibration and its provenance as one sealed document.
+"""The coefficient set: a calibration and its provenance as one sealed document.
 
 The document (plain JSON values) is the set; :class:`CoefficientSet` holds it with the numbers that evaluation needs
 already read out. A set is built once, from a solved calibration, and from then on only read.
@@ -16,7 +16,7 @@ from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
 from ams.sets.instructions import use_section
 from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
-from ams.sets.schema import FORMAT, check_document, version_of
+from ams.sets.schema import FORMAT, VERSION, check_document
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.vectors import Validity, VectorAgreement, check_vectors, make_vectors
 
@@ -92,7 +92,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
     _check_temperature_range(numbers, provenance)
     document: Document = {
         "format": FORMAT,
-        "version": version_of(calibration.convention),
+        "version": VERSION,
         **origin_sections(provenance),
         "model": calibration.model,
         "convention": {"name": calibration.convention, "text": CONVENTIONS.get(calibration.convention, "")},
