@@ -7,12 +7,16 @@ import numpy as np
 import pytest
 from cr_outputs import TABLE_4, accelerometer_v, gyro_v
 from sealed import write_changed
+from simulated_campaign import Campaign
+from solved import provenance
 from solved_sets import TRUTH, gyro_set, package_set
 
+from ams.calibration.calibrate import calibrate
 from ams.errors import OutsideValidity, SetError
 from ams.exports.formats import export_set, load_set
 from ams.exports.verify import verify
 from ams.findings import FINDING_KINDS
+from ams.inputs.request import CalibrationRequest
 from ams.sets.apply import apply, sensed_force
 from ams.sets.coefficients import build_set
 from ams.sets.schema import check_document
@@ -90,9 +94,8 @@ def test_version_1_holds_no_convention_of_cr(tmp_path: Path) -> None:
 
 
 def test_a_new_set_is_of_version_3_and_holds_its_findings() -> None:
-    from solved import provenance, solved_package
-
-    document = build_set(solved_package(), provenance()).document
+    observations = Campaign().observe(np.random.default_rng(4))
+    document = build_set(calibrate(observations, CalibrationRequest()), provenance()).document
     assert document["version"] == 3
     kinds = {finding["kind"] for finding in document["axes"]["x"]["findings"]}
     assert {"wrong-dwell", "lack-of-fit", "drift", "quadratic"} <= kinds <= set(FINDING_KINDS)
