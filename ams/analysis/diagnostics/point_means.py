@@ -77,7 +77,7 @@ class Elimination:
 
 def eliminate(means: PointMeans, columns: FloatArray, further: FloatArray) -> Elimination:
     """Return (K, c) columns ready to be tested; ``further`` (K, f) count as explained in the scatter as well."""
-    whole = _independent(np.column_stack([means.basis, columns, further]), means.basis.shape[1])
+    whole = _independent(np.column_stack([means.basis, columns, further]))
     dof = means.mean.size - whole.shape[1]
     variance = _variance(means, whole, dof)
     return Elimination(gram_of(means, columns, variance), means.basis.shape[1], columns.shape[1], dof)
@@ -111,13 +111,7 @@ def _variance(means: PointMeans, whole: FloatArray, dof: int) -> float:
     return max(float(scatter.variance[0]), means.precision_variance, tiny)
 
 
-def _independent(columns: FloatArray, given: int) -> FloatArray:
-    """Return the columns that are independent of those before them; the first ``given`` are."""
-    kept = list(range(given))
-    for place in range(given, columns.shape[1]):
-        q = np.linalg.qr(columns[:, kept])[0]
-        own = columns[:, place]
-        left = own - q @ (q.T @ own)
-        if left @ left > _NOTHING_LEFT * (own @ own):
-            kept.append(place)
-    return columns[:, kept]
+def _independent(columns: FloatArray) -> FloatArray:
+    """Return the columns that are independent of those before them."""
+    own = np.abs(np.diag(np.linalg.qr(columns, mode="r")))
+    return columns[:, own**2 > _NOTHING_LEFT * np.einsum("kc,kc->c", columns, columns)]

@@ -80,12 +80,12 @@ def _moments(grid: GridResiduals, replication: IntArray, here: IntArray, followi
     n, points, q = grid.replications, grid.points, grid.q
     between = np.eye(n) - 1.0 / n if n > 1 else np.ones((1, 1))
     turned = np.zeros((n, *q.shape))
-    np.add.at(turned, (replication, here), 0.5 * q[following])
-    np.add.at(turned, (replication, following), 0.5 * q[here])
+    turned[replication, here] += 0.5 * q[following]  # a point stands once in a replication
+    turned[replication, following] += 0.5 * q[here]
     inner = np.einsum("kp,rkq->rpq", q, turned)
     trace = -float(np.diag(between) @ np.trace(inner, axis1=1, axis2=2))
     edges = np.minimum(here, following) * points + np.maximum(here, following)
-    of_each = [np.unique(edges[replication == r]) for r in range(n)]
+    of_each = [np.sort(edges[replication == r]) for r in range(n)]
     shared = np.array([[_in_common(a, b) for b in of_each] for a in of_each])
     flat = turned.reshape(n, -1)
     squares = 0.5 * shared - 2.0 * flat @ flat.T + np.einsum("rpq,sqp->rs", inner, inner)
@@ -126,14 +126,14 @@ def confounding(evidence: Evidence, linear: FloatArray) -> float | None:
     layout, time = evidence.layout, evidence.rows.time_s
     if time is None:
         return None
-    found = []
+    found, of_all = [], np.linalg.qr(linear)[0]
     for replication in range(layout.replications):
         here = layout.replication == replication
-        own, columns = time[here] - time[here].mean(), linear[layout.point[here]]
-        free = own.size - columns.shape[1]
+        own, points = time[here] - time[here].mean(), layout.point[here]
+        free = own.size - linear.shape[1]
         if free < LEAST_POINTS or not own @ own > 0.0:
             return None
-        q = np.linalg.qr(columns)[0]
+        q = of_all[points] if own.size == layout.points else np.linalg.qr(linear[points])[0]
         left = own - q @ (q.T @ own)
         found.append(1.0 - float(left @ left) / free / (float(own @ own) / (own.size - 1)))
     return float(np.sqrt(max(min(found), 0.0)))
