@@ -5,7 +5,7 @@ low order that is significant counts as known, and its nearly collinear neighbou
 temperature explains is temperature's.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -48,6 +48,7 @@ BY_REPLICATION: Final = "temperature, replication by replication"
 LAG: Final = "temperature lag"
 CURVATURE: Final = "temperature curvature"
 _MOST_TESTS: Final = 25
+_PLAINER: Final = {"K1'": "K2", "K0'": "K3"}
 
 
 @dataclass(frozen=True)
@@ -265,13 +266,31 @@ def _decided(made: dict[str, BeliefTest], columns: Elimination | None) -> AxisTe
         still_open = [name for name in names if is_significant.get(name) and name not in known]
         if not still_open or columns is None:
             return AxisTests(made, is_significant)
-        known.append(BY_POINT if BY_POINT in still_open else min(still_open, key=lambda name: made[name].p_value))
+        known.append(_next(still_open, made, columns, tuple(names[name] for name in known)))
         beside = tuple(names[name] for name in known)
         for name, place in names.items():
             if name in made and name not in known:
                 tested = columns.test(place, beside)
                 p_value = tested.p_value if np.isfinite(tested.p_value) else 1.0
                 made[name] = replace(_term(COLUMNS[place], tested), p_value=p_value)
+
+
+def _next(
+    still_open: Sequence[str], made: Mapping[str, BeliefTest], columns: Elimination, beside: tuple[int, ...]
+) -> str:
+    """Return the column that counts as known from now on: the recorded temperature, else the most significant.
+
+    Of two that are nearly collinear the bend goes before the asymmetry, unless that is needed beside the bend as well.
+    """
+    if BY_POINT in still_open:
+        return BY_POINT
+    most = min(still_open, key=lambda name: made[name].p_value)
+    plainer, places = _PLAINER.get(most), [column.name for column in COLUMNS]
+    if plainer in still_open:
+        still_needed = columns.test(places.index(most), (*beside, places.index(plainer)))
+        if not still_needed.p_value <= LEVEL:
+            return plainer
+    return most
 
 
 def _explained_by_temperature(evidence: Evidence, output: int, decided: AxisTests) -> AxisTests:
