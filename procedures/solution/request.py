@@ -143,8 +143,17 @@ def model_name(solve: Solve, sensor: str) -> str:
     return "linear-accelerometer" if solve.model == "linear" else solve.model
 
 
-def request_of(name: str, rig: RigDescription, sensor: Sensor, solve: Solve) -> CalibrationRequest:
+def request_of(
+    name: str, rig: RigDescription, sensor: Sensor, solve: Solve, observations: Observations
+) -> CalibrationRequest:
     """Return what is asked of one sensor of a run."""
     source = temperature_source(rig, sensor)
-    errors = shared_errors(rig, sensor, source if isinstance(source, str) else None)
+    chamber = source if isinstance(source, str) else None
+    errors = shared_errors(rig, sensor, chamber, calibrated_degc(solve, observations))
     return request_for(name, sensor.channels, solve, table_uncertainty(rig), errors)
+
+
+def calibrated_degc(solve: Solve, observations: Observations) -> float | None:
+    """Return the mean temperature of a calibration that does not model it; None where it does or none was measured."""
+    measured = observations.temperature_degc
+    return None if measured is None or solve.temperature != "none" else float(measured.mean())

@@ -17,6 +17,8 @@ from ams.statistics.distributions import f_tail
 
 LEAST_DOF = 3
 _NOTHING_LEFT = 1e-10
+_SMALLEST = 1e-60
+"""Volts²: keeps weights finite where nothing scatters."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,7 @@ def gram_of(means: PointMeans, columns: FloatArray, variance: float) -> FloatArr
 
 def _variance(means: PointMeans, whole: FloatArray, dof: int) -> float:
     """Return that of a mean of average readings."""
-    tiny = float(np.finfo(float).tiny)
+    tiny = max(_NOTHING_LEFT * float(means.mean @ means.mean) / means.mean.size, _SMALLEST)
     if dof < LEAST_DOF:
         return max(means.precision_variance, tiny)
     if means.common.shape[1] == 0:
@@ -113,5 +115,6 @@ def _variance(means: PointMeans, whole: FloatArray, dof: int) -> float:
 
 def _independent(columns: FloatArray) -> FloatArray:
     """Return the columns that are independent of those before them."""
-    own = np.abs(np.diag(np.linalg.qr(columns, mode="r")))
+    own = np.zeros(columns.shape[1])
+    own[: columns.shape[0]] = np.diag(np.linalg.qr(columns, mode="r"))
     return columns[:, own**2 > _NOTHING_LEFT * np.einsum("kc,kc->c", columns, columns)]
