@@ -89,4 +89,4 @@ def test_independent_dwells_are_found_correlated_once_in_twenty_and_smooth_ones_
     assert np.mean(found.p_value < 0.05) == pytest.approx(0.05, abs=0.015)
     smooth = white[:, :50] + np.roll(white[:, :50], 1, axis=0)
     found = autocorrelation(grid_residuals(basis, smooth, np.arange(N * points), N, points), pairs)
-    assert np.all(found.p_value < 1e-2)
+    assert np.mean(found.p_value < 1e-3) > 0.9
