@@ -5,7 +5,7 @@ The report, the coefficient set and the JSON document are all drawn from these.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
@@ -150,6 +150,9 @@ class PackageCovariance:
         return np.asarray(sum(part.covariance for part in self.components))
 
 
+SensorVerdict = Literal["sound", "usable", "not usable"]
+
+
 @dataclass(frozen=True)
 class Calibration:
     """All axes of one package, solved together from the same rows."""
@@ -164,3 +167,21 @@ class Calibration:
     """Of every axis; a remark is no reservation."""
     package: PackageCovariance | None = None
     """None where there is one axis only."""
+
+    @property
+    def undetermined_axes(self) -> Mapping[str, str]:
+        """The axes whose sensitivity is not told from zero, each with its sentence: nothing may be made of them."""
+        return {
+            label: finding.text
+            for label, axis in self.axes.items()
+            for finding in axis.findings
+            if finding.kind == "axis-undetermined" and finding.is_significant
+        }
+
+    @property
+    def verdict(self) -> SensorVerdict:
+        """``sound`` where nobody needs to read anything, ``usable`` where the warnings must be read."""
+        if self.undetermined_axes or not self.axes:
+            return "not usable"
+        is_reserved = self.warnings or any(axis.warnings for axis in self.axes.values())
+        return "usable" if is_reserved else "sound"

@@ -39,6 +39,8 @@ class Observations:
     """(N, q) what one standard uncertainty of each of q errors does to ``reference_level``; None: it has none."""
     mounting: IntArray | None = None
     """(N,) label of the mounting, the last the highest; None where the package was never moved."""
+    step: IntArray | None = None
+    """(N,) the run's step of every dwell, as the journal counts; None where there is no run."""
     units: Mapping[str, str] = field(default_factory=dict)
     """Unit of the outputs of an axis as it is written in a key, such as ``dps`` or ``counts``; volts where absent."""
     source: str = field(default="observations", compare=False)

@@ -17,9 +17,11 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
+from ams.calibration.diagnosis import Circumstances, Diagnosis, corrected_replication, diagnose
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
 from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.errors import ObservationsError
+from ams.findings import significant_texts
 from ams.frames import AXES
 from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.inputs.shared_errors import SharedError
@@ -70,9 +72,10 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         problem = linearise(models, rows, layout, outputs, weights)
         plots = plots_of(models[0], rows, layout)
         solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]])
+        found = diagnose(solved, Circumstances(rows, outputs, request.table, shared[group[0]]))
         for row, label in enumerate(group):
             asked = request.residual_curvature
-            axes[label] = _axis(label, solved, row, observations, choices[label], asked=asked)
+            axes[label] = _axis(label, solved, row, observations, choices[label], found[row], asked=asked)
             parts[label] = SolvedAxis(label, models[row].primary_names, solved.components, row, shared[label])
     warnings = (*left_out, *_layout_warnings(layout, rows))
     package = package_covariance([parts[label] for label in labels])
@@ -109,7 +112,14 @@ def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[Sha
 
 
 def _axis(
-    label: str, solved: SolvedColumns, row: int, observations: Observations, choice: ModelChoice, *, asked: bool
+    label: str,
+    solved: SolvedColumns,
+    row: int,
+    observations: Observations,
+    choice: ModelChoice,
+    found: Diagnosis,
+    *,
+    asked: bool,
 ) -> AxisCalibration:
     """Return the calibration of one axis.
 
@@ -135,11 +145,12 @@ def _axis(
         sensitive_axis_v_per_g=_sensitive_axis(model.primary_names, primary),
         fitted_v=fitted_v,
         residuals_v=output_v - fitted_v,
-        replication=_replication(solved, row),
-        warnings=(*choice.warnings, *_axis_warnings(label, solved, row)),
+        replication=_replication(solved, row, found),
+        warnings=(*choice.warnings, *_axis_warnings(label, solved, row), *significant_texts(found.findings)),
         remarks=(*choice.remarks, *_axis_remarks(label, model)),
         variance_components=components_of(solved.components, row),
         centring=choice.centring,
+        findings=found.findings,
         notes={
             **_notes(solved, row, choice),
             **_curvature(model, primary, observations, output_v - fitted_v, asked=asked),
@@ -163,18 +174,20 @@ def _sensitive_axis(names: Sequence[str], primary: FloatArray) -> tuple[float, f
     return x, y, z
 
 
-def _replication(solved: SolvedColumns, row: int) -> Replication | None:
-    if solved.replication is None:
+def _replication(solved: SolvedColumns, row: int, found: Diagnosis) -> Replication | None:
+    """Return the tests of the dwells that are believed; those of TP 8 are of all dwells."""
+    tests, believed, place = corrected_replication(found), found.solved, found.row
+    if solved.replication is None or tests is None:
         return None
     return Replication(
         replications=solved.layout.replications,
         points=solved.layout.points,
-        lack_of_fit=solved.replication.lack_of_fit.of(row),
-        drift={name: test.of(row) for name, test in solved.replication.drift.items()},
+        lack_of_fit=tests.lack_of_fit.of(place),
+        drift={name: test.of(place) for name, test in tests.drift.items()},
         tp=solved.replication.tp.of(row),
-        precision_v=float(np.sqrt(solved.mixed.precision_variance[row])),
-        lack_of_fit_v=float(np.sqrt(solved.mixed.lack_of_fit_variance[row])),
-        per_replication=solved.per_replication(row),
+        precision_v=float(np.sqrt(believed.mixed.precision_variance[place])),
+        lack_of_fit_v=float(np.sqrt(believed.mixed.lack_of_fit_variance[place])),
+        per_replication=believed.per_replication(place),
     )
 
 

@@ -54,6 +54,8 @@ class SolvedColumns:
     """What the files name, in edge units, with 95 % intervals."""
     replication: ReplicationColumns | None
     """None where nothing was replicated."""
+    common: Sequence[CommonErrors] = ()
+    """Errors that many rows share, one entry an axis; empty where there are none."""
 
     def per_replication(self, row: int) -> Mapping[int, Mapping[str, float]]:
         """Return the parameters (edge units) of one axis by replication label, each replication alone."""
@@ -130,6 +132,7 @@ def solve_linearised(
         degrees_of_freedom=dof,
         parameters=parameters,
         replication=_replication(problem, layout, mixed, parameters),
+        common=common,
     )
 
 

@@ -25,17 +25,26 @@ def full_document(
     assert isinstance(sections, dict)
     for label, axis in calibration.axes.items():
         sections[label]["advice"] = advice_document(advise(axis, observations))
-        sections[label]["findings"] = [finding.to_document() for finding in axis.findings]
+        sections[label]["findings"] = findings_document(axis)
         sections[label] |= noted_findings(axis)
         if budgets is not None:
             sections[label]["budget"] = budget_document(budgets[label])
     return {
         **base,
+        "verdict": calibration.verdict,
         "method_version": METHOD_VERSION,
         "model": calibration.model,
         "convention": calibration.convention,
         "package_covariance": None if calibration.package is None else _package(calibration.package),
     }
+
+
+def findings_document(axis: AxisCalibration) -> list[Document]:
+    """Return every finding of an axis, numbers finite or null."""
+    return [
+        {name: number(value) if isinstance(value, float) else value for name, value in finding.to_document().items()}
+        for finding in axis.findings
+    ]
 
 
 def _package(package: PackageCovariance) -> Document:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import Document, to_document
+from ams.calibration.findings_document import findings_document
 from ams.errors import ObservationsError
 from ams.inputs.csv_table import CsvTable, labels, numbers, parse_csv, refuse_missing_columns
 from ams.inputs.request import CalibrationRequest
@@ -48,7 +49,9 @@ def linear_document(levels: Mapping[str, Levels], request: CalibrationRequest) -
 
     ``{"axes": {…}}``, the shape of a fit with the units of these columns.
     """
-    return {"axes": {axis: _axis_document(axis, found, request) for axis, found in levels.items()}}
+    axes = {axis: _axis_document(axis, found, request) for axis, found in levels.items()}
+    is_reserved = any(document["warnings"] for document in axes.values())
+    return {"axes": axes, "verdict": "usable" if is_reserved else "sound"}
 
 
 def _levels(table: CsvTable, axis: str, column: str) -> Levels:
@@ -135,6 +138,7 @@ def _axis_document(axis: str, levels: Levels, request: CalibrationRequest) -> Do
         }
         for estimate in calibration.axes[axis].parameters
     }
+    document["findings"] = findings_document(calibration.axes[axis])
     document[f"standard_error_{measured}"] = solved["standard_error_v"]
     document[f"residuals_{measured}"] = calibration.axes[axis].residuals_v.tolist()
     return _renamed(document, {gain: "gain", offset: "offset"}, measured)
@@ -170,6 +174,7 @@ def _two_levels(levels: Levels) -> Document:
         "replication": None,
         "warnings": ["two levels once: the line passes through both and nothing tells its uncertainty; add readings"],
         "remarks": [],
+        "findings": [],
         f"standard_error_{model.measured_unit}": None,
         f"residuals_{model.measured_unit}": [0.0, 0.0],
     }

@@ -145,4 +145,5 @@ def select_rows(observations: Observations, kept: BoolArray) -> Observations:
         reference_level=None if observations.reference_level is None else observations.reference_level[kept],
         level_errors=None if observations.level_errors is None else observations.level_errors[kept],
         mounting=None if observations.mounting is None else observations.mounting[kept],
+        step=None if observations.step is None else observations.step[kept],
     )

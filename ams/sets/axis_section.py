@@ -34,6 +34,7 @@ def axis_section(axis: AxisCalibration, sensor: str) -> Document:
         "degrees_of_freedom": int(axis.degrees_of_freedom),
         "replication": None if axis.replication is None else _replication(axis.replication),
         "warnings": [*axis.warnings, *axis.remarks],
+        "findings": plain([finding.to_document() for finding in axis.findings], f"{sensor}: {axis.axis}: findings"),
         "notes": plain(axis.notes, f"{sensor}: axis {axis.axis}: notes"),
     }
     section["equation"] = _equation(axis, axis_numbers(axis.axis, section, axis.model))

@@ -1,4 +1,4 @@
-"""The coefficient set, version 1: a calibration and its provenance as one sealed document.
+"""The coefficient set: a calibration and its provenance as one sealed document.
 
 The document (plain JSON values) is the set; :class:`CoefficientSet` holds it with the numbers that evaluation needs
 already read out. A set is built once, from a solved calibration, and from then on only read.
@@ -16,7 +16,7 @@ from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
 from ams.sets.instructions import use_section
 from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
-from ams.sets.schema import FORMAT, check_document, version_of
+from ams.sets.schema import FORMAT, VERSION, check_document
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.vectors import Validity, VectorAgreement, check_vectors, make_vectors
 
@@ -83,14 +83,16 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
     """Return the sealed set of one sensor package.
 
     Raises: SetError where the calibration cannot be a set (unknown equation, an undetermined primary parameter,
-    temperature terms without a temperature range); VectorsDisagree where its parameter forms contradict each other.
+    temperature terms without a temperature range, a nominal axis whose sensitivity is not told from zero);
+    VectorsDisagree where its parameter forms contradict each other.
     """
+    _refuse_undetermined(calibration, provenance.sensor)
     axes = {name: axis_section(axis, provenance.sensor) for name, axis in calibration.axes.items()}
     numbers = {name: axis_numbers(name, section) for name, section in axes.items()}
     _check_temperature_range(numbers, provenance)
     document: Document = {
         "format": FORMAT,
-        "version": version_of(calibration.convention),
+        "version": VERSION,
         **origin_sections(provenance),
         "model": calibration.model,
         "convention": {"name": calibration.convention, "text": CONVENTIONS.get(calibration.convention, "")},
@@ -106,6 +108,11 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
     coefficients = from_document(with_checksum(document), provenance.sensor)
     coefficients.check_vectors(provenance.sensor)
     return coefficients
+
+
+def _refuse_undetermined(calibration: Calibration, sensor: str) -> None:
+    for label, text in calibration.undetermined_axes.items():
+        raise SetError(f"{sensor}: axis {label}: {text}")
 
 
 def from_document(value: Json, where: str) -> CoefficientSet:

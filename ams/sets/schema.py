@@ -16,17 +16,12 @@ if TYPE_CHECKING:
     from jsonschema.protocols import Validator
 
 FORMAT = "calrig coefficient set"
-VERSION = 2
-"""The newest version: 1 holds TP's models, 2 also CR's, with yaw and rates among the inputs."""
-
-
-def version_of(convention: str) -> int:
-    """Return the oldest version that can hold a set of this convention, so that older readers read what they can."""
-    return 2 if convention == "CR" else 1
+VERSION = 3
+"""The version that is written: 1 held TP's models, 2 also CR's, with yaw and rates among the inputs, 3 the findings."""
 
 
 def check_document(value: Json, where: str) -> Document:
-    """Return the value as a document of version 1 or 2.
+    """Return the value as a document of version 1 to 3.
 
     Raises: SetError where it is something else, newer, damaged or misshapen.
     """

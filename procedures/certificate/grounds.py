@@ -79,10 +79,20 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
             yield f"the {what} is not declared ([job] {key})"
     if not grounds.standards:
         yield "no standard is declared, so nothing is traceable ([standards] and standard = …)"
+    yield from findings_of(grounds.coefficients)
     level = table(grounds.coefficients.provenance["level"] or {})
     if grounds.coefficients.document["model"] != "gyro" and not (level.get("before") or level.get("after")):
         yield "the level of the base was not read ([level] before and after)"
     yield from (_overdue(standard, grounds) for standard in grounds.standards if _is_overdue(standard, grounds))
+
+
+def findings_of(coefficients: CoefficientSet) -> Iterator[str]:
+    """Yield every significant finding of a set, axis by axis; sets of before have none."""
+    for label, section in table(coefficients.document["axes"]).items():
+        for stated in listed(table(section).get("findings", [])):
+            finding = table(stated)
+            if finding["significant"]:
+                yield f"axis {label}: {finding['text']}"
 
 
 def _is_overdue(standard: Mapping[str, Json], grounds: Grounds) -> bool:

@@ -59,8 +59,8 @@ class SolvedRun:
 
     @property
     def failures(self) -> Sequence[str]:
-        """Why a sensor has no solution, one sentence each."""
-        return [f"{name}: {solved.failure}" for name, solved in self.sensors.items() if solved.failure is not None]
+        """Why a sensor has no result to use, one sentence each."""
+        return [f"{name}: {solved.why_not_usable}" for name, solved in self.sensors.items() if solved.why_not_usable]
 
 
 PARTS = ("set", "archive", "exports", "html", "pdf")
@@ -235,7 +235,7 @@ def _sensor_document(solved: SolvedSensor) -> dict[str, Any]:
     if solved.static:
         return {"axes": {}, "static": {axis: asdict(one) for axis, one in solved.static.items()}}
     if solved.calibration is None:
-        return {"axes": {}, "error": solved.failure}
+        return {"axes": {}, "verdict": "not usable", "error": solved.failure}
     if solved.calibration.model == "linear":
         return lines_document(solved.calibration, solved.budgets)
     return full_document(solved.calibration, solved.observations, solved.budgets)
@@ -261,7 +261,9 @@ def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
     return {
         name: build_set(_with_words(solved.calibration, run.record), provenance_of(solved, run.record))
         for name, solved in run.sensors.items()
-        if solved.calibration is not None and solved.calibration.model in FIELDS
+        if solved.calibration is not None
+        and solved.calibration.model in FIELDS
+        and not solved.calibration.undetermined_axes
     }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ams.analysis.calibration_budget import AxisBudget, BudgetLine
 from ams.arrays import FloatArray
-from ams.calibration_result import AxisCalibration, Calibration, FTest, ParameterEstimate
+from ams.calibration_result import Calibration, ParameterEstimate
 from ams.frames import wrap_deg
 from ams.parameter_words import words_of
 from ams.units import printed
@@ -110,18 +110,8 @@ def _doubts(name: str, calibration: Calibration) -> Iterator[str]:
     for axis, one in calibration.axes.items():
         if one.replication is None:
             yield f"{name} {axis}: one replication only, so lack of fit and drift could not be tested."
-        else:
-            tests = {"lack of fit": one.replication.lack_of_fit, **_drifts(one)}
-            found = [subject for subject, test in tests.items() if test.is_significant]
-            if found:
-                yield f"{name} {axis}: {', '.join(found)}, contained in the stated uncertainties."
         yield from (f"{name} {text}" for text in one.warnings)
     yield from (f"{name}: {text}" for text in calibration.warnings)
-
-
-def _drifts(one: AxisCalibration) -> Mapping[str, FTest]:
-    assert one.replication is not None
-    return {f"drift of {words_of(subject).lettered}": test for subject, test in one.replication.drift.items()}
 
 
 def _parameters(calibration: Calibration, truths: Mapping[str, Mapping[str, float]]) -> TextTable:

@@ -18,7 +18,7 @@ from procedures.report.declared import declared_sections, device_rows, standard_
 from procedures.report.stability import check_comparisons, reference_traces, temperature_traces
 from procedures.report.truth import truth_of
 from procedures.report.verdict import judge
-from procedures.report.view import Counts, DesignView, Past, RejectedDwell, RunView, SensorView
+from procedures.report.view import AxisFindings, Counts, DesignView, Past, RejectedDwell, RunView, SensorView
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from rig.description.rig_file import Sensor
@@ -86,7 +86,7 @@ def assemble_view(
 def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSensor | None, place: int) -> SensorView:
     observations = None if solved is None else solved.observations
     calibration = None if solved is None else solved.calibration
-    failure = "it was not solved" if solved is None else solved.failure
+    failure = "it was not solved" if solved is None else solved.why_not_usable
     budgets = {} if solved is None else solved.budgets
     section = None if solved is None else KINDS[record.plan.kind].section(record, solved)
     axes = () if calibration is None or observations is None or section is not None else tuple(
@@ -108,6 +108,12 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSen
         remarks=() if calibration is None else calibration.remarks,
         failure=failure,
         place=place,
+        findings=()
+        if calibration is None
+        else tuple(
+            AxisFindings(axis, sensor.channels.get(axis, axis), result.findings)  # type: ignore[call-overload]
+            for axis, result in calibration.axes.items()
+        ),
         section=section,
     )
 

@@ -14,11 +14,7 @@ from ams.observations import Observations
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.report.bands import band_along
-from procedures.report.conclusions import repeating_v
 from procedures.report.view import AxisView, Counts, SensorView, Verdict
-
-TABLE_MARGIN = 1.25
-"""Lack of fit up to this multiple of the table's own standard uncertainty is taken as the table's."""
 
 
 def judge(
@@ -31,13 +27,13 @@ def judge(
 ) -> Verdict:
     """Return the verdict on a run.
 
-    ``seam_steps``: what a check set after a restart found changed. ``table_arcsec``: standard uncertainty of one
+    ``restart_steps``: what a check set after a restart found changed. ``table_arcsec``: standard uncertainty of one
     attitude of the table, pitch and roll together; None where none is declared.
     """
     failures = [f"{sensor.name}: {sensor.failure}" for sensor in sensors if sensor.failure]
     doubts = [
         *_run_doubts(state, counts),
-        *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, table_arcsec)),
+        *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor)),
         *(f"A restart made a step: {step}." for step in restart_steps),
         *(doubt for sensor in sensors for doubt in _conformity_doubts(sensor)),
     ]
@@ -102,20 +98,19 @@ def _run_doubts(state: str, counts: Counts) -> Iterable[str]:
         yield f"{missing} of {counts.design_planned} planned design dwells are missing."
 
 
-def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[str]:
+def _sensor_doubts(sensor: SensorView) -> Iterable[str]:
+    """Yield every warning of a sensor and its axes, significant findings among them; a failure is told already."""
     if sensor.section is not None:
         yield from sensor.section.doubts
         return
     if any(not axis.tests for axis in sensor.axes):
         yield f"{sensor.name}: one replication only, so lack of fit and drift could not be tested."
-    found: dict[str, list[str]] = {}
-    for axis in sensor.axes:
-        for test in axis.tests:
-            if test.is_significant and not _is_the_tables(axis, test.subject, table_arcsec):
-                found.setdefault(test.subject, []).append(f"{axis.axis} {test.size}")
-    for subject, sizes in found.items():
-        yield f"{sensor.name}: {subject} ({', '.join(sizes)}), contained in the stated uncertainties."
-    yield from (f"{sensor.name} {axis.axis}: {text}" for axis in sensor.axes for text in axis.calibration.warnings)
+    yield from (
+        f"{sensor.name} {axis.axis}: {text}"
+        for axis in sensor.axes
+        for text in axis.calibration.warnings
+        if text not in (sensor.failure or "")
+    )
     yield from (f"{sensor.name}: {warning}" for warning in sensor.warnings)
 
 
@@ -147,7 +142,7 @@ def _explained(sensors: Sequence[SensorView], table_arcsec: float | None) -> Ite
         f"{sensor.name} {axis.axis}"
         for sensor in sensors
         for axis in sensor.axes
-        if any(test.is_significant and _is_the_tables(axis, test.subject, table_arcsec) for test in axis.tests)
+        if any(test.is_significant and test.subject == "lack of fit" for test in axis.tests) and not _repeats(axis)
     ]
     if axes and table_arcsec is not None:
         yield (
@@ -157,11 +152,9 @@ def _explained(sensors: Sequence[SensorView], table_arcsec: float | None) -> Ite
         )
 
 
-def _is_the_tables(axis: AxisView, subject: str, table_arcsec: float | None) -> bool:
-    replication = axis.calibration.replication
-    if subject != "lack of fit" or replication is None or table_arcsec is None:
-        return False
-    return _as_angle(axis, repeating_v(replication)) <= TABLE_MARGIN * table_arcsec
+def _repeats(axis: AxisView) -> bool:
+    """Return whether the residuals repeat more than the table explains."""
+    return any(finding.kind == "lack-of-fit" and finding.is_significant for finding in axis.calibration.findings)
 
 
 def _went_on(interruptions: Sequence[Interruption]) -> Iterable[str]:

@@ -11,10 +11,12 @@ from typing import Literal
 from ams.archive.histories import SensorHistory
 from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import AxisCalibration
+from ams.findings import Finding
 from ams.observations import Observations
 from ams.surveillance.adjustment import Adjustment
 from procedures.journal.audit_trail import Interruption, Note
 from procedures.kinds.section import Section
+from procedures.numbers import two_digits
 
 Trust = Literal["sound", "reserved", "unusable"]
 
@@ -115,6 +117,24 @@ class AxisView:
 
 
 @dataclass(frozen=True)
+class AxisFindings:
+    """What was tested on one axis."""
+
+    axis: str
+    channel: str
+    findings: tuple[Finding, ...]
+
+    def size_of(self, finding: Finding) -> str:
+        """Return how large a term that is not significant came out, with its standard uncertainty; empty elsewhere."""
+        size, uncertainty = finding.details.get("size"), finding.details.get("standard_uncertainty")
+        if not isinstance(size, float) or not isinstance(uncertainty, float):
+            return ""
+        unit = str(finding.details.get("unit", ""))
+        volts = unit if unit.startswith("V") else f"V {unit}"
+        return f"{two_digits(1e6 * size)} ± {two_digits(1e6 * uncertainty)} µ{volts}"
+
+
+@dataclass(frozen=True)
 class SensorView:
     """One package: what it is, what was seen, what came out."""
 
@@ -135,6 +155,8 @@ class SensorView:
     """As found and as left; None where there is no solution or its model tells no angles."""
     history: SensorHistory | None = None
     """Its calibrations up to this one; None where this is the first that the archive knows."""
+    findings: tuple[AxisFindings, ...] = ()
+    """Axis by axis; empty where nothing was solved."""
     section: Section | None = None
     """Of a sensor that is told by its readings, not by angles; it has no ``axes`` then."""
 

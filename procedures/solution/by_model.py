@@ -17,8 +17,8 @@ from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import observations_of
-from procedures.solution.request import SensorRows, SolvedSensor, budgets_of, request_of
-from procedures.solution.type_b import level_remarks
+from procedures.solution.request import SensorRows, SolvedSensor, budgets_of, calibrated_degc, request_of
+from procedures.solution.type_b import level_remarks, use_warnings
 from rig.description.rig_file import RigDescription, Sensor
 
 
@@ -30,10 +30,11 @@ def observed(item: SensorRows) -> Observations:
 
 def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor:
     """Solve a sensor by the model of its procedure, with everything that the rig declares. Raises: AmsError."""
-    request = request_of(item.name, item.rig, item.sensor, item.plan.solve)
+    request = request_of(item.name, item.rig, item.sensor, item.plan.solve, observations)
     solved = calibrate_mountings(observations, request)
     remarks = (*solved.remarks, *_remarks(item.plan.solve, item.dwells), *_remarks_on_level(item))
-    calibration = replace(solved, remarks=remarks)
+    warnings = (*solved.warnings, *use_warnings(item.sensor, calibrated_degc(item.plan.solve, observations)))
+    calibration = replace(solved, remarks=remarks, warnings=warnings)
     return SolvedSensor(item.name, observations, calibration, None, budgets_of(solved, request, item.rig))
 
 
@@ -48,7 +49,7 @@ def checked_by_monte_carlo(
     """Return the sensor with the Monte Carlo check beside every budget."""
     if solved.calibration is None or solved.calibration.convention == "SR":
         return solved
-    request = request_of(solved.name, rig, sensor, solve)
+    request = request_of(solved.name, rig, sensor, solve, solved.observations)
     return replace(solved, budgets=budgets_of(solved.calibration, request, rig, trials))
 
 

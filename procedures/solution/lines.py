@@ -9,7 +9,7 @@ import numpy as np
 from ams.analysis.calibration_budget import AxisBudget, axis_budget
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import to_document
-from ams.calibration.findings_document import budget_document
+from ams.calibration.findings_document import budget_document, findings_document
 from ams.calibration_result import AxisCalibration, Calibration
 from ams.errors import DesignError
 from ams.inputs.request import CalibrationRequest
@@ -99,7 +99,13 @@ def lines_document(calibration: Calibration, budgets: Mapping[str, AxisBudget]) 
         intervals = {one.name: None if one.interval_95 is None else list(one.interval_95) for one in solved.parameters}
         for name, interval in intervals.items():
             kept["parameters"][name]["interval_95"] = interval
-        axes[label] = {**kept, f"standard_error_{measured}": section["standard_error_v"]}
+        standard_error = {f"standard_error_{measured}": section["standard_error_v"]}
+        axes[label] = {**kept, **standard_error, "findings": findings_document(solved)}
         if label in budgets:
             axes[label]["budget"] = budget_document(budgets[label])
-    return {"axes": axes, "model": calibration.model, "convention": calibration.convention}
+    return {
+        "axes": axes,
+        "verdict": calibration.verdict,
+        "model": calibration.model,
+        "convention": calibration.convention,
+    }

@@ -46,6 +46,7 @@ def observations_of(
         time_s=run_times_s(rows),
         euler_rate_rad_s=_euler_rate_rad_s(rows),
         mounting=_mounting(rows),
+        step=np.array([row.step for row in rows], dtype=np.int64),
         units=units_of(rows, channels),
         source=source,
     )

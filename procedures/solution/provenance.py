@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ams.arrays import FloatArray
 from ams.frames import body_rates_rad_s
 from ams.sets.provenance import Provenance, Standard
 from procedures.journal.audit_trail import missing_in
@@ -34,7 +35,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         rig=rig.rig.name,
         procedure=plan.title,
         simulated=record.is_simulated,
-        temperature_range_degc=None if temperatures is None else _range(temperatures),
+        temperature_range_degc=_temperature_range(sensor, temperatures),
         serial=solved.name,
         sensor_model=sensor.model,
         operator=record.operator,
@@ -66,6 +67,13 @@ def _chained(sensor: Sensor, rig: RigDescription) -> list[str]:
     """Return the channels of this sensor whose chain is declared."""
     thermometer = [] if sensor.temperature is None else [sensor.temperature.channel]
     return [channel for channel in [*sensor.channels.values(), *thermometer] if channel in rig.chain]
+
+
+def _temperature_range(sensor: Sensor, measured_degc: FloatArray | None) -> tuple[float, float] | None:
+    """Return where the set is valid: the range of use that is declared, else the span measured; None without either."""
+    if measured_degc is None:
+        return None
+    return sensor.use_temperature_degc or _range(measured_degc)
 
 
 def _range(values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float]:

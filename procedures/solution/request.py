@@ -38,6 +38,14 @@ class SolvedSensor:
     static: "Mapping[str, StaticAxis]" = field(default_factory=dict)
     """Axis to what a long rest showed; there is no calibration then."""
 
+    @property
+    def why_not_usable(self) -> str | None:
+        """Why there is no result to use: it was not solved, or an axis is not determined; None where there is one."""
+        if self.failure is not None or self.calibration is None:
+            return self.failure
+        found = [f"axis {label}: {text}" for label, text in self.calibration.undetermined_axes.items()]
+        return "; ".join(found) or None
+
 
 @dataclass(frozen=True)
 class SensorRows:
@@ -135,8 +143,17 @@ def model_name(solve: Solve, sensor: str) -> str:
     return "linear-accelerometer" if solve.model == "linear" else solve.model
 
 
-def request_of(name: str, rig: RigDescription, sensor: Sensor, solve: Solve) -> CalibrationRequest:
+def request_of(
+    name: str, rig: RigDescription, sensor: Sensor, solve: Solve, observations: Observations
+) -> CalibrationRequest:
     """Return what is asked of one sensor of a run."""
     source = temperature_source(rig, sensor)
-    errors = shared_errors(rig, sensor, source if isinstance(source, str) else None)
+    chamber = source if isinstance(source, str) else None
+    errors = shared_errors(rig, sensor, chamber, calibrated_degc(solve, observations))
     return request_for(name, sensor.channels, solve, table_uncertainty(rig), errors)
+
+
+def calibrated_degc(solve: Solve, observations: Observations) -> float | None:
+    """Return the mean temperature of a calibration that does not model it; None where it does or none was measured."""
+    measured = observations.temperature_degc
+    return None if measured is None or solve.temperature != "none" else float(measured.mean())

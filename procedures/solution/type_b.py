@@ -124,16 +124,21 @@ def gravity_of(rig: RigDescription) -> Gravity:
 
 
 def shared_errors(
-    rig: RigDescription, sensor: Sensor | None, temperature: str | None = None
+    rig: RigDescription,
+    sensor: Sensor | None,
+    temperature: str | None = None,
+    calibrated_degc: float | None = None,
 ) -> dict[str, tuple[SharedError, ...]]:
     """Sensor axis to its errors. ``temperature``: the environment whose reading stands for the sensor's temperature.
+
+    ``calibrated_degc``: where the sensor was calibrated without a model of temperature; None where it has one.
 
     Without a sensor only the level of the base is known, for x, y and z.
     """
     level = tuple(_level(rig))
     if sensor is None:
         return dict.fromkeys("xyz", level)
-    common = (*level, *_thermometer(rig, sensor, temperature))
+    common = (*level, *_thermometer(rig, sensor, temperature), *_use(sensor, calibrated_degc))
     return {str(axis): (*_chain(rig, channel), *common) for axis, channel in sensor.channels.items()}
 
 
@@ -185,6 +190,38 @@ def _thermometer(rig: RigDescription, sensor: Sensor, temperature: str | None) -
         u_degc = probe[1].uncertainty_degc / divisor(probe[1])
         stated = _in_words(probe, probe[1].uncertainty_degc, "°C")
         yield SharedError("thermometer", "temperature", u_degc, probe[1].kind, stated)
+
+
+def _use(sensor: Sensor, calibrated_degc: float | None) -> Iterator[SharedError]:
+    """Yield what use at other temperatures than that of the calibration does at most, by the sensor's data sheet."""
+    used = sensor.use_temperature_degc
+    if used is None or calibrated_degc is None:
+        return
+    away_degc = max(abs(end - calibrated_degc) for end in used)
+    where = f"used at {used[0]:g} to {used[1]:g} °C, calibrated at {calibrated_degc:.4g} °C"
+    offset_v, gain = (
+        largest * away_degc for largest in (sensor.largest_offset_tc_v_per_degc, sensor.largest_sensitivity_tc_per_degc)
+    )
+    if offset_v > 0.0:
+        stated = f"limit {1e6 * sensor.largest_offset_tc_v_per_degc:g} µV/°C, {where}"
+        yield SharedError("temperature of use, offset", "reading", offset_v / sqrt(3.0), "limit", stated)
+    if gain > 0.0:
+        stated = f"limit {1e6 * sensor.largest_sensitivity_tc_per_degc:g} ppm/°C, {where}"
+        yield SharedError("temperature of use, sensitivity", "gain", gain / sqrt(3.0), "limit", stated)
+
+
+def use_warnings(sensor: Sensor, calibrated_degc: float | None) -> tuple[str, ...]:
+    """Say that the range of use is not in the uncertainties, where neither a model nor a data sheet has its effect."""
+    used = sensor.use_temperature_degc
+    is_known = sensor.largest_offset_tc_v_per_degc > 0.0 or sensor.largest_sensitivity_tc_per_degc > 0.0
+    if used is None or calibrated_degc is None or is_known:
+        return ()
+    return (
+        f"the sensor is to be used at {used[0]:g} to {used[1]:g} °C and was calibrated at {calibrated_degc:.4g} °C "
+        "without a model of temperature: what that does is not in these uncertainties; declare "
+        "largest_offset_tc_v_per_degc and largest_sensitivity_tc_per_degc from its data sheet, or estimate temperature "
+        "coefficients",
+    )
 
 
 def _standard(rig: RigDescription, name: str | None) -> tuple[str, Standard] | None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from datetime import date
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import BaseModel, Field, field_validator, model_validator
 
 from rig.description.device_settings import (
     TWIN_PORT,
@@ -28,7 +28,7 @@ from rig.description.twin_truth import TwinBase as TwinBase
 from rig.description.twin_truth import TwinEnvironment as TwinEnvironment
 from rig.description.twin_truth import TwinSection as TwinSection
 from rig.description.twin_truth import TwinStream as TwinStream
-from rig.toml_file import StrictTable
+from rig.toml_file import StrictTable, as_tuple
 
 SENSOR_AXES = ("x", "y", "z")
 PACKAGES = {"single-axis package": 1, "two-axis package": 2, "three-axis package": 3}
@@ -105,8 +105,18 @@ class Sensor(StrictTable):
     """Of accelerometers behind a readout; its sign declares the polarity."""
     mount: Mount = Mount()
     temperature: SensorTemperature | None = None
+    use_temperature_degc: tuple[float, float] | None = None
+    """Where the sensor will be used; None: where it was calibrated."""
+    largest_offset_tc_v_per_degc: NotNegative = 0.0
+    """Limit of its data sheet on what a degree does to the offset where no temperature is modelled."""
+    largest_sensitivity_tc_per_degc: NotNegative = 0.0
     check_sensor: bool = False
     """A permanent check sensor: calibrated with every run, never released."""
+
+    @field_validator("use_temperature_degc", mode="before")
+    @classmethod
+    def _range_as_tuple(cls, value: object) -> object:
+        return as_tuple(value)
 
     @model_validator(mode="after")
     def _as_many_channels_as_the_model_has(self) -> "Sensor":
@@ -115,6 +125,20 @@ class Sensor(StrictTable):
         if self.measures != "acceleration" and self.nominal_sensitivity_v_per_g != 0.0:
             raise ValueError(
                 f"nominal_sensitivity_v_per_g has no meaning for a sensor that measures {self.measures}; remove it"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _use_has_a_range(self) -> "Sensor":
+        used = self.use_temperature_degc
+        if used is not None and not used[0] < used[1]:
+            raise ValueError(
+                f"use_temperature_degc needs a lower and a higher temperature, got {used[0]:g} and {used[1]:g}"
+            )
+        if used is None and (self.largest_offset_tc_v_per_degc or self.largest_sensitivity_tc_per_degc):
+            raise ValueError(
+                "largest_offset_tc_v_per_degc and largest_sensitivity_tc_per_degc belong to use_temperature_degc = "
+                "[low, high], which is missing"
             )
         return self
 

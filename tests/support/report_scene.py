@@ -9,11 +9,13 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication, TpReplication
+from ams.findings import Finding, significant_texts
 from ams.observations import Observations
 from procedures.journal.audit_trail import Interruption, Note  # fmt: skip
 from procedures.report.conclusions import axis_view
 from procedures.report.verdict import judge
 from procedures.report.view import (  # fmt: skip
+    AxisFindings,
     CheckComparison,
     Counts,
     DesignView,
@@ -52,6 +54,8 @@ class Scene:
     rejected: int = 0
     state: str = "finished"
     note: str = ""
+    table_explains: bool = False
+    """What repeats is no more than the table's index errors."""
     seed: int = 7
 
 
@@ -103,7 +107,18 @@ def _sensor(scene: Scene, name: str, place: int, chance: np.random.Generator) ->
         axis_view(axis, f"dmm.{axis}", _solved(scene, axis, observations), observations, _truth(scene, axis))
         for axis in scene.axes
     )
-    return SensorView(name, "three-axis package", "x +x, y +y, z +z", False, observations, axes, (), None, place)
+    return SensorView(
+        name,
+        "three-axis package",
+        "x +x, y +y, z +z",
+        False,
+        observations,
+        axes,
+        (),
+        None,
+        place,
+        findings=tuple(AxisFindings(axis.axis, axis.channel, axis.calibration.findings) for axis in axes),
+    )
 
 
 def _vector(scene: Scene, axis: str) -> np.ndarray:
@@ -155,12 +170,34 @@ def _solved(scene: Scene, axis: str, rows: Observations) -> AxisCalibration:
     s = float(np.sqrt(residuals @ residuals / dof))
     covariance = s**2 * np.linalg.inv(phi.T @ phi)
     estimates = _parameters(scene, axis, primary, covariance, dof)
+    findings = _findings(scene)
     return AxisCalibration(
         axis, "pitch-roll", axis, estimates, np.eye(4), ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g"),
         primary, covariance, covariance, np.full(4, float(dof)), s, dof, tuple(primary[1:]), phi @ primary, residuals,
         _replication(scene, axis, rows, phi, residuals) if scene.replications > 1 else None,
-        ("azimuth not determined: the coning angle is within five standard uncertainties of zero",)
-        if scene.null_azimuth else (),
+        (
+            *(("azimuth not determined: the coning angle is within five standard uncertainties of zero",)
+            if scene.null_azimuth else ()),
+            *significant_texts(findings),
+        ),
+        findings=findings,
+    )  # fmt: skip
+
+
+def _findings(scene: Scene) -> tuple[Finding, ...]:
+    repeats, drifts = bool(scene.tooth_arcsec) and not scene.table_explains, bool(scene.offset_drift_v)
+    if scene.replications == 1:
+        return ()
+    return (
+        Finding("wrong-dwell", "wrong dwell: not significant", False, 0.7, details={"test": "wrong dwell"}),
+        Finding(
+            "lack-of-fit", "the residuals repeat" if repeats else "lack of fit: not significant", repeats,
+            1e-12 if repeats else 0.4, details={"test": "lack of fit", "size": 1e-6},
+        ),
+        Finding(
+            "drift", "offset changed by 12″" if drifts else "drift of offset: not significant", drifts,
+            1e-12 if drifts else 0.4, details={"test": "drift of offset"},
+        ),
     )  # fmt: skip
 
 

@@ -42,8 +42,9 @@ def document() -> dict:
 
 
 def test_every_axis_has_its_findings_behind_the_published_keys(document: dict) -> None:
-    assert list(document) == ["axes", "method_version", "model", "convention", "package_covariance"]
-    assert list(document["axes"]["x"])[8:] == ["remarks", "advice", "extension", "residual_curvature", "budget"]
+    assert list(document) == ["axes", "verdict", "method_version", "model", "convention", "package_covariance"]
+    told = list(document["axes"]["x"])[8:]
+    assert told == ["remarks", "advice", "findings", "extension", "residual_curvature", "budget"]
     json.dumps(document, allow_nan=False)
 
 

@@ -1,4 +1,4 @@
-"""Sets of CR's packages and gyros: applied against explicit rotations, sealed as version 2, refused where misused."""
+"""Sets of CR's packages and gyros: applied against explicit rotations, sealed, refused where misused."""
 
 import json
 from pathlib import Path
@@ -7,11 +7,16 @@ import numpy as np
 import pytest
 from cr_outputs import TABLE_4, accelerometer_v, gyro_v
 from sealed import write_changed
+from simulated_campaign import Campaign
+from solved import provenance
 from solved_sets import TRUTH, gyro_set, package_set
 
+from ams.calibration.calibrate import calibrate
 from ams.errors import OutsideValidity, SetError
 from ams.exports.formats import export_set, load_set
 from ams.exports.verify import verify
+from ams.findings import FINDING_KINDS
+from ams.inputs.request import CalibrationRequest
 from ams.sets.apply import apply, sensed_force
 from ams.sets.coefficients import build_set
 from ams.sets.schema import check_document
@@ -38,15 +43,13 @@ def test_gyros_give_the_outputs_of_differentiated_rotations() -> None:
 
 @pytest.mark.parametrize("make", [lambda: package_set("sting"), lambda: package_set("model"), gyro_set])
 @pytest.mark.parametrize("ending", ["json", "csv", "mat"])
-def test_a_set_of_version_2_comes_back_from_every_format_and_verifies(
-    tmp_path: Path, make: object, ending: str
-) -> None:
+def test_a_set_of_cr_comes_back_from_every_format_and_verifies(tmp_path: Path, make: object, ending: str) -> None:
     coefficients = make()  # type: ignore[operator]
     path = tmp_path / f"set.{ending}"
     export_set(coefficients, ending, path)
     assert verify(path).largest_relative_error <= 1e-12
     loaded = load_set(path)
-    assert (loaded.document["version"], loaded.convention, loaded.sha256) == (2, "CR", coefficients.sha256)
+    assert (loaded.document["version"], loaded.convention, loaded.sha256) == (3, "CR", coefficients.sha256)
 
 
 def test_test_vectors_are_reproduced_by_the_printed_equation_alone() -> None:
@@ -90,9 +93,10 @@ def test_version_1_holds_no_convention_of_cr(tmp_path: Path) -> None:
         load_set(path)
 
 
-def test_a_set_of_tp_stays_version_1_for_older_readers() -> None:
-    from solved import provenance, solved_package
-
-    document = build_set(solved_package(), provenance()).document
-    assert document["version"] == 1
+def test_a_new_set_is_of_version_3_and_holds_its_findings() -> None:
+    observations = Campaign().observe(np.random.default_rng(4))
+    document = build_set(calibrate(observations, CalibrationRequest()), provenance()).document
+    assert document["version"] == 3
+    kinds = {finding["kind"] for finding in document["axes"]["x"]["findings"]}
+    assert {"wrong-dwell", "lack-of-fit", "drift", "quadratic"} <= kinds <= set(FINDING_KINDS)
     assert check_document(document, "here") is document

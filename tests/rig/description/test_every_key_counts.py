@@ -84,7 +84,12 @@ BY_NAME = {
     "period_select": Trial(32, job="levels", at="mx"),
 }
 """What drivers have in common, by the last part of the key."""
+USED_WARM = {"sensors": {"SN1047": {"use_temperature_degc": [10.0, 35.0]}}}
+NOT_MODELLED = {"solve": {"temperature": "none"}}
 TRIALS = {
+    "sensors.*.use_temperature_degc": Trial([10.0, 35.0], job="table"),
+    "sensors.*.largest_offset_tc_v_per_degc": Trial(1e-5, job="table", rig=USED_WARM, procedure=NOT_MODELLED),
+    "sensors.*.largest_sensitivity_tc_per_degc": Trial(1e-5, job="table", rig=USED_WARM, procedure=NOT_MODELLED),
     "rig.gravity_mps2": Trial(9.81),
     "axes.*:indexing-table.dialect": Trial("single-axis-0.0001deg"),
     "axes.*:maestro.points": Trial([[500.0, -181.0], [2500.0, 181.0]]),

@@ -1,0 +1,311 @@
+"""All tests of one sensor axis and what they decide together.
+
+Each test has a p-value of its own; which are significant is decided over all of them by Holm's correction. A term of
+low order that is significant counts as known, and its nearly collinear neighbours are tested beside it. A drift that
+temperature explains is temperature's.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics import temperature as by_temperature
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.low_order import TERMS, term_columns
+from ams.analysis.diagnostics.point_means import Elimination, Tested, eliminate, gram_of
+from ams.analysis.diagnostics.residuals import GridResiduals
+from ams.analysis.diagnostics.time_order import (
+    Autocorrelation,
+    Slope,
+    autocorrelation,
+    hours,
+    neighbours,
+    slope_between,
+)
+from ams.analysis.diagnostics.wrong_dwells import largest_p_values
+from ams.arrays import FloatArray
+from ams.findings import FindingKind
+from ams.frames import specific_force
+from ams.models.accelerometer import PitchRoll
+from ams.models.added_parameters import WithAddedParameters
+from ams.models.extended import ExtendedPitchRoll
+from ams.models.model import Model
+from ams.models.thermal import TEMPERATURE_NAMES
+from ams.statistics.distributions import f_tail
+from ams.statistics.intervals import holm
+
+LEVEL: Final = 0.05
+"""Chance that any test of an axis rings where nothing is wrong."""
+WRONG_DWELL: Final = "wrong dwell"
+LACK_OF_FIT: Final = "lack of fit"
+DRIFT_OF: Final = "drift of "
+OVER_TIME: Final = "drift with time"
+AUTOCORRELATION: Final = "autocorrelation"
+BY_POINT: Final = "temperature, point by point"
+BY_REPLICATION: Final = "temperature, replication by replication"
+LAG: Final = "temperature lag"
+CURVATURE: Final = "temperature curvature"
+_MOST_TESTS: Final = 25
+_PLAINER: Final = {"K1'": "K2", "K0'": "K3"}
+
+
+@dataclass(frozen=True)
+class Column:
+    """What the means of the points are tested for, one column each."""
+
+    name: str
+    kind: FindingKind
+    unit: str
+
+
+COLUMNS: Final = (
+    *(Column(name, kind, unit) for name, kind, _, unit in TERMS),
+    Column(BY_POINT, "temperature-residual", "per °C"),
+)
+
+
+@dataclass(frozen=True)
+class BeliefTest:
+    """One belief, tested."""
+
+    name: str
+    kind: FindingKind
+    p_value: float
+    """NaN where the data do not allow the test."""
+    size: float = float("nan")
+    """In the output's unit, or as ``unit`` says."""
+    uncertainty: float = float("nan")
+    unit: str = ""
+    is_explained: bool = False
+    """By another finding, which has its name."""
+
+
+@dataclass(frozen=True)
+class AxisTests:
+    """Of one sensor axis."""
+
+    tests: Mapping[str, BeliefTest]
+    """By name, those that could be made."""
+    is_significant: Mapping[str, bool] = field(default_factory=dict)
+    grid: GridResiduals | None = None
+    """What every dwell says beside the others and beside what is known; None where nothing was tested."""
+
+
+@dataclass(frozen=True)
+class SharedTests:
+    """What is computed for all axes of one piece of evidence at once."""
+
+    wrong_dwell: FloatArray
+    """(m,) p-values."""
+    autocorrelation: Autocorrelation
+    over_time: Slope | None
+    by_replication: Slope | None
+
+
+def shared_tests(evidence: Evidence) -> SharedTests:
+    """Return what all axes' tests begin with."""
+    time, temperature = hours(evidence), evidence.rows.temperature_degc
+    return SharedTests(
+        largest_p_values(evidence.grid)[0],
+        autocorrelation(evidence.grid, neighbours(evidence)),
+        None if time is None else slope_between(evidence, time),
+        slope_between(evidence, temperature - temperature.mean())
+        if temperature is not None and by_temperature.varies(evidence)
+        else None,
+    )
+
+
+def axis_tests(evidence: Evidence, shared: SharedTests, output: int, convicted_p_value: float | None) -> AxisTests:
+    """Return all tests of one axis, decided.
+
+    ``convicted_p_value``: of wrong dwells that are left out of the evidence; None where none are.
+    """
+    if not evidence.precision_variance[output] > 0.0:
+        return AxisTests({})
+    lag, lagging = _lag(evidence, output)
+    grid = evidence.grid.of(output)
+    wrong_p_value, wander = float(shared.wrong_dwell[output]), shared.autocorrelation.of(output)
+    if lagging is not None:
+        grid = grid.beside(evidence.on_grid(lagging))
+        wrong_p_value = float(largest_p_values(grid)[0][0])
+        wander = autocorrelation(grid, neighbours(evidence)).of(0)
+    if convicted_p_value is not None:
+        wrong_p_value = convicted_p_value
+    known = np.zeros((evidence.layout.points, 0)) if lagging is None else evidence.layout.mean_by_point(lagging)
+    found = [
+        BeliefTest(WRONG_DWELL, "wrong-dwell", wrong_p_value),
+        *_of_replications(evidence, output, known),
+        BeliefTest(AUTOCORRELATION, "autocorrelation", wander[1], wander[0]),
+    ]
+    if shared.over_time is not None:
+        found.append(_slope(OVER_TIME, "drift", shared.over_time, output, "per h"))
+    found += _of_temperature(evidence, shared, output, known)
+    found += [] if lag is None else [lag]
+    terms = low_order(evidence, output, known)
+    if terms is not None:
+        found += [_term(column, terms.test(place)) for place, column in enumerate(COLUMNS[: terms.columns])]
+    made = {test.name: test for test in found if np.isfinite(test.p_value)}
+    return replace(_explained_by_temperature(evidence, output, _decided(made, terms)), grid=grid)
+
+
+def _lag(evidence: Evidence, output: int) -> tuple[BeliefTest | None, FloatArray | None]:
+    """Return the test of a lag, and where it is plain (N, 2) what the lag does: all others are tested beside that."""
+    if not by_temperature.has_plateaus(evidence):
+        return None, None
+    lag = by_temperature.lag(evidence, output)
+    test = BeliefTest(LAG, "temperature-lag", lag.p_value, lag.size, lag.detail)
+    if not lag.p_value <= LEVEL / _MOST_TESTS:
+        return test, None
+    return test, by_temperature.lag_columns(evidence, output, lag.detail)
+
+
+def conviction_level(tests: AxisTests) -> float:
+    """Return the level at which the first of several tests is significant whatever the others say."""
+    return LEVEL / max(len(tests.tests), 1)
+
+
+def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list[BeliefTest]:
+    replication, sums = evidence.replication, evidence.sums
+    if replication is None or sums is None:
+        return []
+    drifts = [
+        BeliefTest(f"{DRIFT_OF}{name}", "drift", float(test.p_value[output]))
+        for name, test in replication.drift.items()
+    ]
+    return [_lack_of_fit(evidence, output, known), *drifts]
+
+
+def _lack_of_fit(evidence: Evidence, output: int, known: FloatArray) -> BeliefTest:
+    """Test what repeats against precision and what the table's certificate and others explain, all together."""
+    assert evidence.replication is not None
+    plain, given = evidence.replication.lack_of_fit, np.hstack([evidence.basis, known])
+    means = evidence.means(output, given)
+    repeating = means.precision_variance * max(float(plain.t[output]) - 1.0, 0.0)
+    p_value, dof = float(plain.p_value[output]), evidence.layout.points - given.shape[1]
+    if (means.common.shape[1] > 0 or known.shape[1] > 0) and means.precision_variance > 0.0 and dof > 0:
+        nothing = np.zeros((evidence.layout.points, 0))
+        whole = Elimination(gram_of(means, nothing, means.precision_variance), given.shape[1], 0, dof)
+        p_value = float(f_tail(whole.chi_square / dof, dof, plain.denominator_dof))
+    return BeliefTest(LACK_OF_FIT, "lack-of-fit", p_value, float(np.sqrt(repeating)))
+
+
+def _of_temperature(evidence: Evidence, shared: SharedTests, output: int, known: FloatArray) -> list[BeliefTest]:
+    if shared.by_replication is None:
+        return []
+    found = []
+    if TEMPERATURE_NAMES[0] not in evidence.models[output].primary_names:
+        found = [_slope(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C")]
+        if _linear_base(evidence.models[output]) is None:
+            found.append(_by_point(evidence, output, known))
+    if by_temperature.has_plateaus(evidence):
+        bent = by_temperature.between_replications(evidence, output, None, curved=True).curvature
+        found.append(BeliefTest(CURVATURE, "temperature-curvature", bent.p_value, bent.size))
+    return found
+
+
+def _by_point(evidence: Evidence, output: int, known: FloatArray) -> BeliefTest:
+    """Return the test of a model that has no terms of low order beside it."""
+    means = evidence.means(output, np.hstack([evidence.basis, known]))
+    return _term(COLUMNS[-1], eliminate(means, _by_point_degc(evidence), np.zeros((means.mean.size, 0))).test(0))
+
+
+def _by_point_degc(evidence: Evidence) -> FloatArray:
+    """(K, 1) temperature of the points; (K, 0) where none is recorded, where it is modelled or where it is one."""
+    temperature = evidence.rows.temperature_degc
+    column = np.zeros(evidence.layout.points) if temperature is None else evidence.layout.mean_by_point(temperature)
+    is_modelled = TEMPERATURE_NAMES[0] in evidence.models[0].primary_names
+    if is_modelled or not np.ptp(column) > by_temperature.SMALLEST_CHANGE_DEGC:
+        return np.zeros((column.size, 0))
+    return np.asarray((column - column.mean())[:, None])
+
+
+def low_order(evidence: Evidence, output: int, known: FloatArray) -> Elimination | None:
+    """Return the terms of low order, and the temperature of the points, ready to be tested beside the linear sensor.
+
+    None where the model has no such terms.
+    """
+    base = _linear_base(evidence.models[output])
+    if base is None:
+        return None
+    layout, rows = evidence.layout, evidence.rows
+    force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
+    linear, fitted = evidence.basis[:, :4], evidence.basis[:, 4:]
+    means = evidence.means(output, np.hstack([linear, known]), fitted @ evidence.own[4:, output])
+    columns = np.hstack([term_columns(force, base.nominal_axis), _by_point_degc(evidence)])
+    return eliminate(means, columns, fitted)
+
+
+def _linear_base(model: Model) -> PitchRoll | ExtendedPitchRoll | None:
+    while isinstance(model, WithAddedParameters):
+        model = model.base
+    return model if isinstance(model, PitchRoll | ExtendedPitchRoll) else None
+
+
+def _term(column: Column, tested: Tested) -> BeliefTest:
+    return BeliefTest(
+        column.name, column.kind, tested.p_value, tested.coefficient, tested.standard_uncertainty, column.unit
+    )
+
+
+def _slope(name: str, kind: FindingKind, slope: Slope, output: int, unit: str) -> BeliefTest:
+    values = (slope.p_value[output], slope.coefficient[output], slope.standard_uncertainty[output])
+    return BeliefTest(name, kind, *map(float, values), unit)
+
+
+def _decided(made: dict[str, BeliefTest], columns: Elimination | None) -> AxisTests:
+    """Holm over all; a significant column counts as known, and the other columns are tested beside it.
+
+    The recorded temperature goes first where it is significant: what was measured before what is only imagined.
+    """
+    names, known = {column.name: place for place, column in enumerate(COLUMNS)}, []
+    while True:
+        flags = holm(np.array([test.p_value for test in made.values()]), LEVEL)
+        is_significant = dict(zip(made, map(bool, flags), strict=True))
+        still_open = [name for name in names if is_significant.get(name) and name not in known]
+        if not still_open or columns is None:
+            return AxisTests(made, is_significant)
+        known.append(_next(still_open, made, columns, tuple(names[name] for name in known)))
+        beside = tuple(names[name] for name in known)
+        for name, place in names.items():
+            if name in made and name not in known:
+                tested = columns.test(place, beside)
+                p_value = tested.p_value if np.isfinite(tested.p_value) else 1.0
+                made[name] = replace(_term(COLUMNS[place], tested), p_value=p_value)
+
+
+def _next(
+    still_open: Sequence[str], made: Mapping[str, BeliefTest], columns: Elimination, beside: tuple[int, ...]
+) -> str:
+    """Return the column that counts as known from now on: the recorded temperature, else the most significant.
+
+    Of two that are nearly collinear the bend goes before the asymmetry, unless that is needed beside the bend as well.
+    """
+    if BY_POINT in still_open:
+        return BY_POINT
+    most = min(still_open, key=lambda name: made[name].p_value)
+    plainer, places = _PLAINER.get(most), [column.name for column in COLUMNS]
+    if plainer in still_open:
+        still_needed = columns.test(places.index(most), (*beside, places.index(plainer)))
+        if not still_needed.p_value <= LEVEL:
+            return plainer
+    return most
+
+
+def _explained_by_temperature(evidence: Evidence, output: int, decided: AxisTests) -> AxisTests:
+    """Take from drift what temperature explains, and from curvature what a lag does."""
+    told, tests = dict(decided.is_significant), dict(decided.tests)
+    causes = [name for name in (LAG, CURVATURE, BY_REPLICATION) if told.get(name)]
+    if not causes:
+        return decided
+    lag_h = tests[LAG].uncertainty if told.get(LAG) else None
+    between = by_temperature.between_replications(evidence, output, lag_h, curved=bool(told.get(CURVATURE)))
+    if told.get(LAG) and told.get(CURVATURE) and not between.curvature.p_value <= conviction_level(decided):
+        told[CURVATURE] = False
+        tests[CURVATURE] = replace(tests[CURVATURE], is_explained=True)
+    if told.get(LAG) or not between.unexplained <= conviction_level(decided):
+        for name, test in tests.items():
+            if test.kind == "drift" and told[name]:
+                told[name], tests[name] = False, replace(test, is_explained=True)
+    return AxisTests(tests, told)

@@ -1,0 +1,94 @@
+"""What the tests of one solution look at, made once for all its sensor axes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ams.analysis.diagnostics.point_means import PointMeans
+from ams.analysis.diagnostics.residuals import GridResiduals, grid_residuals
+from ams.analysis.replication import ReplicationColumns
+from ams.arrays import FloatArray, IntArray
+from ams.models.model import Model
+from ams.observations import Observations
+from ams.solve.layout import Layout
+from ams.solve.replicated import ReplicatedSums
+
+_ROUNDING = 32.0 * float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Of m sensor axes that were measured at the same rows."""
+
+    rows: Observations
+    layout: Layout
+    models: Sequence[Model]
+    """(m)"""
+    basis: FloatArray
+    """(K, P) at the points, of what a replication determines alone."""
+    left: FloatArray
+    """(N, m) residuals of the ordinary fit."""
+    fitted: FloatArray
+    """(N, m)"""
+    primary: FloatArray
+    """(m, all) the reported primary parameters."""
+    own: FloatArray
+    """(P, m) the ordinary estimates of what a replication determines alone."""
+    common: Sequence[FloatArray]
+    """(m) columns (K, q) of errors that many points share, one standard uncertainty each."""
+    sums: ReplicatedSums | None
+    """None with one replication."""
+    replication: ReplicationColumns | None
+
+    @cached_property
+    def dwell(self) -> IntArray:
+        """(N,) place of every row in the grid of all replications and points."""
+        return np.asarray(self.layout.replication * self.layout.points + self.layout.point)
+
+    @cached_property
+    def grid(self) -> GridResiduals:
+        """What every dwell says beside the others."""
+        return grid_residuals(self.basis, self.left, self.dwell, self.layout.replications, self.layout.points)
+
+    @cached_property
+    def readings(self) -> FloatArray:
+        """(K,) readings of every point."""
+        return self.layout.sum_by_point(np.ones(self.layout.rows))
+
+    @cached_property
+    def precision_variance(self) -> FloatArray:
+        """(m,) of one dwell, from the grid; NaN where it is not known or no more than rounding."""
+        dof = self.grid.dof
+        variance = self.grid.squares / dof if dof > 0 else np.full(self.left.shape[1], np.nan)
+        largest = np.abs(self.fitted).max(axis=0)
+        return np.where(np.sqrt(variance) > _ROUNDING * largest, variance, np.nan)
+
+    @cached_property
+    def point_effects(self) -> FloatArray:
+        """(K, m) mean residual of every point, the drift of the replications taken out."""
+        return self.layout.mean_by_point(self.left) if self.sums is None else self.sums.point_effects
+
+    @cached_property
+    def departures(self) -> FloatArray:
+        """(N, m) what differs from replication to replication: drift and precision."""
+        return np.asarray(self.left - self.layout.mean_by_point(self.left)[self.layout.point])
+
+    def by_point(self, column: FloatArray) -> FloatArray:
+        """Return a (N, …) column less its mean over the replications of each point."""
+        return np.asarray(column - self.layout.mean_by_point(column)[self.layout.point])
+
+    def on_grid(self, columns: FloatArray) -> FloatArray:
+        """Return (N, c) columns on the grid of all replications and points, zero where a dwell is missing."""
+        grid = np.zeros((self.layout.replications * self.layout.points, columns.shape[1]))
+        grid[self.dwell] = columns
+        return grid
+
+    def means(self, output: int, given: FloatArray, added: FloatArray | None = None) -> PointMeans:
+        """Return the point means of one output; ``added`` (K,) is put back to what the fit left."""
+        mean = self.point_effects[:, output] if added is None else self.point_effects[:, output] + added
+        typical = float(self.readings.mean())
+        precision = 0.0 if self.sums is None else float(np.nan_to_num(self.precision_variance[output])) / typical
+        common = self.common[output] if self.common else np.zeros((self.layout.points, 0))
+        return PointMeans(given, mean, self.readings / typical, common, precision)

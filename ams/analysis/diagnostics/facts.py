@@ -1,0 +1,53 @@
+"""What needs no test: what the attitudes and their order cannot tell."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.time_order import LARGEST_CORRELATION, confounding
+from ams.arrays import FloatArray
+from ams.findings import Finding
+from ams.models.model import Model
+from ams.statistics.intervals import t_quantile
+
+_LINEAR = 4
+"""Columns of a linear sensor: offset and three sensitivities."""
+
+
+def undetermined_axis(
+    model: Model, primary: FloatArray, covariance: FloatArray, primary_dof: FloatArray
+) -> Iterator[Finding]:
+    """Yield a finding where the sensitivity along the nominal axis is not told from zero."""
+    name = next((one for one in model.primary_names if one.startswith(f"k_{model.nominal_axis}_")), None)
+    if name is None:
+        return
+    place = model.primary_names.index(name)
+    k, u = float(primary[place]), float(np.sqrt(max(covariance[place, place], 0.0)))
+    dof = float(primary_dof[place])
+    half = float(t_quantile(0.95, dof if dof > 0.0 else np.inf)) * u
+    if not abs(k) <= half:
+        return
+    unit = "V/(°/s)" if name.endswith("_dps") else "V/g"
+    text = (
+        f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {k:.3g} ± {half:.2g} "
+        f"{unit} (95 %): what was visited does not change what this axis senses, or the channel is dead; the result is "
+        "not usable and there is no coefficient set; add attitudes that change it, or leave this axis out"
+    )
+    yield Finding("axis-undetermined", text, True, None, details={"sensitivity": k, "half_width_95": half})
+
+
+def time_confounded(evidence: Evidence) -> Iterator[Finding]:
+    """Yield a finding on the order of the points, where times and enough points are there."""
+    r = confounding(evidence, evidence.basis[:, :_LINEAR])
+    if r is None:
+        return
+    is_confounded = r > LARGEST_CORRELATION
+    text = (
+        f"time and attitude go together inside the replications (correlation {r:.2f}, allowed "
+        f"{LARGEST_CORRELATION:g}): a drift within a replication would pass for offset and sensitivity and is not in "
+        "the uncertainties; use an order such as there-and-back"
+        if is_confounded
+        else f"time and attitude: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
+    )
+    yield Finding("time-confounded", text, is_confounded, None, details={"correlation": r})

@@ -1,0 +1,59 @@
+"""Which terms beside the linear sensor the points show: each by itself, in the notation of IEEE Std 1293.
+
+K₂ a_i², K_ip a_i a_p, K_io a_i a_o, K_po a_p a_o, K_pp − K_oo, K₃ a_i³, K₀′ sgn(a_i) and K₁′ |a_i|, i the nominal
+axis and p and o those that follow it. K₂ is tested as a_i² less its mean over the sphere: at rest the three squares add
+up to one. K₀′ and K₃, K₁′ and K₂ are nearly collinear over most designs, so each term is tested alone, with the power
+that all together do not have; where one is significant it counts as known, and the others are tested beside it.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from ams.arrays import FloatArray
+from ams.findings import FindingKind
+
+_ORDER: Final = {"x": "xyz", "y": "yzx", "z": "zxy"}
+TERMS: Final[tuple[tuple[str, FindingKind, str, str], ...]] = (
+    ("K2", "quadratic", "K₂", "V/g²"),
+    ("Kpp", "quadratic", "K_pp − K_oo", "V/g²"),
+    ("Kip", "cross-coupling", "K_ip", "V/g²"),
+    ("Kio", "cross-coupling", "K_io", "V/g²"),
+    ("Kpo", "cross-coupling", "K_po", "V/g²"),
+    ("K3", "cubic", "K₃", "V/g³"),
+    ("K0'", "asymmetry", "K₀′", "V"),
+    ("K1'", "asymmetry", "K₁′", "V/g"),
+)
+"""Name, kind of finding, symbol, unit of its coefficient."""
+IN_WORDS: Final = {
+    "K2": "the output bends with the square of the acceleration along the axis",
+    "Kpp": "the output takes the difference of the squares of the accelerations across the axis",
+    "Kip": "the output takes the product of the accelerations along and across the axis",
+    "Kio": "the output takes the product of the accelerations along and across the axis",
+    "Kpo": "the output takes the product of the two accelerations across the axis",
+    "K3": "the output bends with the third power of the acceleration along the axis, as one that begins to saturate",
+    "K0'": "the offset differs between positive and negative acceleration",
+    "K1'": "the sensitivity differs between positive and negative acceleration",
+}
+
+
+def term_columns(force: FloatArray, nominal_axis: str) -> FloatArray:
+    """Return the (K, 8) terms at (K, 3) specific force, in the order of ``TERMS``."""
+    along, after, last = (force[:, "xyz".index(axis)] for axis in _ORDER[nominal_axis])
+    return np.stack(
+        [
+            along**2 - 1.0 / 3.0,
+            0.5 * (after**2 - last**2),
+            along * after,
+            along * last,
+            after * last,
+            along**3,
+            0.5 * np.sign(along) * (np.abs(along) > _ZERO),
+            0.5 * np.abs(along),
+        ],
+        axis=1,
+    )
+
+
+_ZERO: Final = 1e-9
+"""Of g: what a rounded angle leaves of no acceleration."""

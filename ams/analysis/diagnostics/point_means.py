@@ -1,0 +1,120 @@
+"""What repeats in every replication: the points' means, with the errors that many points share.
+
+Rows are the points, y = X c + Σ γ h + J δ + e: J the common errors of the table and of certificates with unit variance,
+e of variance ``variance`` over the readings of a point. All is told by one Gram matrix of the columns [X | h | y] under
+the inverse of that covariance (Woodbury), from which any few columns are tested by elimination. Without common errors
+the variance is the scatter of the points about the whole model, which holds lack of fit; with them it is what is left
+beside them, never less than precision.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ams.arrays import FloatArray
+from ams.solve.scatter import own_scatter
+from ams.statistics.distributions import f_tail
+
+LEAST_DOF = 3
+_NOTHING_LEFT = 1e-10
+_SMALLEST = 1e-60
+"""Volts²: keeps weights finite where nothing scatters."""
+
+
+@dataclass(frozen=True)
+class PointMeans:
+    """Of one output."""
+
+    basis: FloatArray
+    """(K, P) what is given and never tested."""
+    mean: FloatArray
+    """(K,) means over the replications with their drift taken out; less any fit by ``basis``."""
+    readings: FloatArray
+    """(K,) how many readings, over their average."""
+    common: FloatArray
+    """(K, q)"""
+    precision_variance: float
+    """Of a mean of average readings; 0 where it is not known."""
+
+
+@dataclass(frozen=True)
+class Tested:
+    """One column beside what is given."""
+
+    coefficient: float
+    standard_uncertainty: float
+    p_value: float
+
+
+@dataclass(frozen=True)
+class Elimination:
+    """Columns to test, under one covariance."""
+
+    gram: FloatArray
+    """[basis | columns | y]"""
+    given: int
+    columns: int
+    dof: int
+
+    def test(self, column: int, beside: tuple[int, ...] = ()) -> Tested:
+        """Test one column with the basis and the columns ``beside`` given; NaN where they leave nothing of it."""
+        gram, given = self.gram, [*range(self.given), *(self.given + place for place in beside)]
+        rest = [self.given + column, self.given + self.columns]
+        block = gram[np.ix_(rest, rest)] - gram[np.ix_(rest, given)] @ np.linalg.solve(
+            gram[np.ix_(given, given)], gram[np.ix_(given, rest)]
+        )
+        if self.dof < LEAST_DOF or not block[0, 0] > _NOTHING_LEFT * gram[rest[0], rest[0]]:
+            return Tested(np.nan, np.nan, np.nan)
+        coefficient = block[0, 1] / block[0, 0]
+        p_value = float(f_tail(coefficient * block[0, 1], 1.0, float(self.dof)))
+        return Tested(float(coefficient), float(block[0, 0] ** -0.5), p_value)
+
+    @property
+    def chi_square(self) -> float:
+        """What is left of y beside the basis, as a sum of squares over its variance."""
+        known, y = slice(0, self.given), self.given + self.columns
+        explained = self.gram[y, known] @ np.linalg.solve(self.gram[known, known], self.gram[known, y])
+        return float(self.gram[y, y] - explained)
+
+
+def eliminate(means: PointMeans, columns: FloatArray, further: FloatArray) -> Elimination:
+    """Return (K, c) columns ready to be tested; ``further`` (K, f) count as explained in the scatter as well."""
+    whole = _independent(np.column_stack([means.basis, columns, further]))
+    dof = means.mean.size - whole.shape[1]
+    variance = _variance(means, whole, dof)
+    return Elimination(gram_of(means, columns, variance), means.basis.shape[1], columns.shape[1], dof)
+
+
+def gram_of(means: PointMeans, columns: FloatArray, variance: float) -> FloatArray:
+    """Return the Gram matrix of [basis | columns | y] under the inverse of the covariance."""
+    joined = np.column_stack([means.basis, columns, means.mean])
+    weighted = joined * (means.readings / variance)[:, None]
+    gram = weighted.T @ joined
+    if means.common.shape[1] == 0:
+        return np.asarray(gram)
+    across = weighted.T @ means.common
+    inner = means.common.T @ (means.common * (means.readings / variance)[:, None])
+    inner[np.diag_indices_from(inner)] += 1.0
+    return np.asarray(gram - across @ np.linalg.solve(inner, across.T))
+
+
+def _variance(means: PointMeans, whole: FloatArray, dof: int) -> float:
+    """Return that of a mean of average readings."""
+    tiny = max(_NOTHING_LEFT * float(means.mean @ means.mean) / means.mean.size, _SMALLEST)
+    if dof < LEAST_DOF:
+        return max(means.precision_variance, tiny)
+    if means.common.shape[1] == 0:
+        root = np.sqrt(means.readings)
+        q = np.linalg.qr(root[:, None] * whole)[0]
+        y = root * means.mean
+        left = y - q @ (q.T @ y)
+        return max(float(left @ left) / dof, tiny)
+    scatter = own_scatter(whole, means.mean[:, None], means.common[None], means.readings)
+    return max(float(scatter.variance[0]), means.precision_variance, tiny)
+
+
+def _independent(columns: FloatArray) -> FloatArray:
+    """Return the columns that are independent of those before them."""
+    own = np.zeros(columns.shape[1])
+    own[: columns.shape[0]] = np.diag(np.linalg.qr(columns, mode="r"))
+    return columns[:, own**2 > _NOTHING_LEFT * np.einsum("kc,kc->c", columns, columns)]

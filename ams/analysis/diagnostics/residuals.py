@@ -1,0 +1,115 @@
+"""What every dwell says beside the other replications of its point and the other points of its replication.
+
+Every point has an effect of its own and every replication parameters of its own: what is left is precision alone, with
+no lack of fit and no drift in it. The points of all replications make one grid; the residual maker of the whole grid is
+(1 − J/n) ⊗ (1 − QQᵀ), Q an orthonormal basis of the model at the points. A dwell that is missing, or that is not
+believed, is taken out of the grid by its own columns of that maker (Beckman and Cook 1983), so that nothing is solved
+again.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ams.arrays import FloatArray, IntArray
+
+_GONE = 1e-9
+"""Of a residual's variance: a dwell that nothing else says anything about."""
+
+
+@dataclass(frozen=True)
+class GridResiduals:
+    """Residuals of m outputs over n replications of K points, dwells numbered replication by replication."""
+
+    replications: int
+    points: int
+    q: FloatArray
+    """(K, P) orthonormal."""
+    residuals: FloatArray
+    """(n K, m); zero where a dwell is taken out."""
+    taken: FloatArray
+    """(n K, d) orthonormal directions that the dwells taken out had in the residuals."""
+    present: FloatArray
+    """(n K,) one where there is a dwell, zero where it is taken out."""
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom that are left."""
+        return max(self.replications - 1, 1) * (self.points - self.q.shape[1]) - self.taken.shape[1]
+
+    @property
+    def squares(self) -> FloatArray:
+        """(m,) sums of squares."""
+        return np.asarray(np.einsum("im,im->m", self.residuals, self.residuals))
+
+    @property
+    def leverages(self) -> FloatArray:
+        """(n K,) variance of each residual for dwells of unit variance."""
+        own = self._between(0) * (1.0 - np.einsum("kp,kp->k", self.q, self.q))
+        left = np.tile(own, self.replications) - np.einsum("id,id->i", self.taken, self.taken)
+        return np.where(left > _GONE, left, 0.0) * self.present
+
+    def column(self, dwell: int) -> FloatArray:
+        """Return the (n K,) column of the residual maker for one dwell."""
+        replication, point = divmod(dwell, self.points)
+        within = -self.q @ self.q[point]
+        within[point] += 1.0
+        between = np.array([self._between(r - replication) for r in range(self.replications)])
+        whole = np.outer(between, within).ravel()
+        return np.asarray(whole - self.taken @ self.taken[dwell])
+
+    def without(self, dwell: int) -> "GridResiduals":
+        """Return what the others say when a dwell is taken out."""
+        column, present = self.column(dwell), self.present.copy()
+        present[dwell] = 0.0
+        if column[dwell] <= _GONE:
+            return replace(self, present=present)
+        direction = column / np.sqrt(column[dwell])
+        residuals = self.residuals - np.outer(direction, self.residuals[dwell] / np.sqrt(column[dwell]))
+        residuals[dwell] = 0.0
+        return replace(self, residuals=residuals, taken=np.column_stack([self.taken, direction]), present=present)
+
+    def beside(self, columns: FloatArray) -> "GridResiduals":
+        """Return what is left when (n K, c) further columns are known as well."""
+        left = self.projected(columns)
+        q, r = np.linalg.qr(left)
+        q = q[:, np.abs(np.diag(r)) > _GONE * max(float(np.linalg.norm(columns)), _GONE)]
+        residuals = self.residuals - q @ (q.T @ self.residuals)
+        return replace(self, residuals=residuals, taken=np.column_stack([self.taken, q]))
+
+    def of(self, output: int) -> "GridResiduals":
+        """Return those of one output alone."""
+        return replace(self, residuals=self.residuals[:, output : output + 1])
+
+    def projected(self, columns: FloatArray) -> FloatArray:
+        """Return what is left of (n K, c) columns when the residual maker acts on them."""
+        grid = columns.reshape(self.replications, self.points, -1)
+        if self.replications > 1:
+            grid = grid - grid.mean(axis=0)
+        grid = grid - np.einsum("kp,qp,rqc->rkc", self.q, self.q, grid, optimize=True)
+        flat = grid.reshape(self.residuals.shape[0], -1)
+        return np.asarray((flat - self.taken @ (self.taken.T @ flat)) * self.present[:, None])
+
+    def _between(self, apart: int) -> float:
+        """Return an element of the replications' part of the residual maker, on its diagonal or off it."""
+        if self.replications == 1:
+            return 1.0
+        return (1.0 if apart == 0 else 0.0) - 1.0 / self.replications
+
+
+def grid_residuals(
+    basis: FloatArray, outputs: FloatArray, dwell: IntArray, replications: int, points: int
+) -> GridResiduals:
+    """Return the residuals of (N, m) outputs, less any one fit, whose rows are the (N,) dwells of the grid.
+
+    ``basis`` (K, P) is the model at the points.
+    """
+    grid = np.zeros((replications * points, outputs.shape[1]))
+    grid[dwell] = outputs
+    q = np.linalg.qr(basis)[0]
+    everything = GridResiduals(replications, points, q, grid, np.zeros((grid.shape[0], 0)), np.ones(grid.shape[0]))
+    found = replace(everything, residuals=everything.projected(grid))
+    if dwell.size < grid.shape[0]:
+        for missing in np.setdiff1d(np.arange(grid.shape[0]), dwell):
+            found = found.without(int(missing))
+    return found

@@ -1,0 +1,160 @@
+"""What the recorded temperature has to do with what is left.
+
+Not modelled: the outputs against the record, from replication to replication and from point to point. Over plateaus:
+a sensor that follows the chamber with a time constant leaves T_lag − T, positive after cooling and negative after
+heating, fading through the replication; one that bends leaves T². Both from physics: Ṫ = (T_chamber − T)/τ.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.time_order import LEAST_DOF, time_order
+from ams.arrays import FloatArray
+from ams.models.drifting import SECONDS_PER_HOUR
+from ams.statistics.distributions import f_tail
+
+LAGS_H: Final = (0.1, 0.3, 1.0)
+"""Time constants tried: a package, a package in its housing, a package on a heavy sting."""
+SMALLEST_SPAN_DEGC: Final = 1.0
+SMALLEST_CHANGE_DEGC: Final = 1e-6
+_LEAST_PLOTS = 4
+_SURE = 0.05
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Several columns tested together, one output."""
+
+    p_value: float
+    size: float
+    """Root mean square of what they explain, in the output's unit."""
+    detail: float = float("nan")
+
+
+NONE = Joint(float("nan"), float("nan"))
+
+
+def varies(evidence: Evidence) -> bool:
+    """Return whether a temperature was recorded that is not one number."""
+    temperature = evidence.rows.temperature_degc
+    return temperature is not None and bool(np.ptp(temperature) > SMALLEST_CHANGE_DEGC)
+
+
+def has_plateaus(evidence: Evidence) -> bool:
+    """Return whether the temperature was changed on purpose, as far as a span tells."""
+    temperature = evidence.rows.temperature_degc
+    return temperature is not None and bool(np.ptp(temperature) >= SMALLEST_SPAN_DEGC)
+
+
+def lagged_degc(evidence: Evidence, time_constant_h: float) -> FloatArray | None:
+    """Return (N,) temperature of a body that follows the record, less the record; None without times."""
+    temperature, time = evidence.rows.temperature_degc, evidence.rows.time_s
+    if temperature is None or time is None or not np.ptp(time) > 0.0:
+        return None
+    order = time_order(evidence)
+    kept = np.exp(-np.diff(time[order]) / (SECONDS_PER_HOUR * time_constant_h))
+    steps = np.diff(temperature[order])
+    apart = np.zeros(order.size)
+    for place in range(1, order.size):
+        apart[place] = (apart[place - 1] - steps[place - 1]) * kept[place - 1]
+    found = np.empty(order.size)
+    found[order] = apart
+    return found
+
+
+def lag(evidence: Evidence, output: int) -> Joint:
+    """Test the time constants one by one, Bonferroni over them; ``detail`` is the one that explains most, hours."""
+    grid, best, most = evidence.grid.of(output), NONE, 0.0
+    for time_constant_h in LAGS_H:
+        columns = lag_columns(evidence, output, time_constant_h)
+        if columns is None or grid.dof < LEAST_DOF:
+            return NONE
+        explained, rank = _explained(grid.projected(evidence.on_grid(columns)), grid.residuals[:, 0])
+        rest = float(grid.squares[0]) - explained
+        if rank > 0 and rest > 0.0 and explained > most:
+            p_value = float(f_tail(explained / rank / (rest / (grid.dof - rank)), rank, float(grid.dof - rank)))
+            best = Joint(
+                min(1.0, len(LAGS_H) * p_value), float(np.sqrt(explained / evidence.layout.rows)), time_constant_h
+            )
+            most = explained
+    return best
+
+
+def lag_columns(evidence: Evidence, output: int, time_constant_h: float) -> FloatArray | None:
+    """Return (N, 2) what a lag does to the offset and to the sensitivity; None without times."""
+    apart = lagged_degc(evidence, time_constant_h)
+    return None if apart is None else np.column_stack([apart, apart * _sensed(evidence, output)])
+
+
+@dataclass(frozen=True)
+class BetweenReplications:
+    """What offset and sensitivity do from replication to replication, in the light of temperature."""
+
+    curvature: Joint
+    unexplained: float
+    """p-value of what drift is left when temperature, its square and a lag are taken out."""
+
+
+def between_replications(evidence: Evidence, output: int, lag_h: float | None, *, curved: bool) -> BetweenReplications:
+    """Test the square of temperature beside its first power; and what is left beside all of that.
+
+    The square counts as named where it explains more than what else the replications do: a chance error of each visit
+    is not curvature.
+    """
+    temperature, layout = evidence.rows.temperature_degc, evidence.layout
+    variance, dof = float(evidence.precision_variance[output]), evidence.grid.dof
+    if temperature is None or evidence.sums is None or dof < LEAST_DOF or not variance > 0.0:
+        return BetweenReplications(NONE, float("nan"))
+    sensed = _sensed(evidence, output)
+
+    def pair(column: FloatArray) -> FloatArray:
+        return evidence.by_point(np.column_stack([column, column * sensed]))
+
+    rise = temperature - temperature.mean()
+    given = [pair(rise)]
+    apart = None if lag_h is None else lagged_degc(evidence, lag_h)
+    if apart is not None:
+        given.append(pair(apart))
+    e = evidence.departures[:, output]
+    linear, rank = _explained(np.hstack(given), e)
+    bent, bent_rank = _explained(np.hstack([*given, pair(rise**2)]), e) if curved else (linear, rank)
+    every = [pair((layout.replication == r).astype(float)) for r in range(layout.replications - 1)]
+    whole, whole_rank = _explained(np.hstack([*given, pair(rise**2), *every] if curved else [*given, *every]), e)
+    rest_rank = whole_rank - bent_rank
+    rest = max(whole - bent, 0.0) / max(rest_rank, 1)
+    unexplained = float(f_tail(rest / variance, rest_rank, float(dof))) if rest_rank > 0 else 1.0
+    added = bent_rank - rank
+    if not curved or added == 0 or layout.replications < _LEAST_PLOTS:
+        return BetweenReplications(NONE, unexplained)
+    square = (bent - linear) / added
+    p_value = float(f_tail(square / variance, added, float(dof)))
+    is_more = rest_rank == 0 or float(f_tail(square / max(rest, 1e-300), added, float(rest_rank))) < _SURE
+    size = float(np.sqrt(max(bent - linear, 0.0) / layout.rows))
+    return BetweenReplications(Joint(p_value if is_more else 1.0, size), unexplained)
+
+
+def _sensed(evidence: Evidence, output: int) -> FloatArray:
+    """(N,) what the output senses beside its offset, over its largest."""
+    sensed = evidence.fitted[:, output] - evidence.fitted[:, output].mean()
+    largest = float(np.abs(sensed).max())
+    return np.asarray(sensed / largest) if largest > 0.0 else sensed
+
+
+def _explained(columns: FloatArray, e: FloatArray) -> tuple[float, int]:
+    """Return the sum of squares of e along the columns, and their rank."""
+    length = np.linalg.norm(columns, axis=0)
+    used = columns[:, length > 1e-9 * max(float(length.max()), 1e-300)]
+    if used.shape[1] == 0:
+        return 0.0, 0
+    values, vectors = np.linalg.eigh(_unit_gram(used))
+    kept = values > 1e-9
+    along = vectors[:, kept].T @ ((used / np.linalg.norm(used, axis=0)).T @ e)
+    return float(np.sum(along**2 / values[kept])), int(kept.sum())
+
+
+def _unit_gram(columns: FloatArray) -> FloatArray:
+    unit = columns / np.linalg.norm(columns, axis=0)
+    return np.asarray(unit.T @ unit)

@@ -1,0 +1,142 @@
+"""Whether dwells know of the dwells before them, and whether time and attitude can be told apart at all.
+
+Autocorrelation: r = eᵀSe / eᵀe with S ½ for dwells that follow one another within a replication. e = M x with the
+residual maker M, so that r has the moments of a ratio of quadratic forms (Durbin and Watson 1950):
+E r = tr(MS)/ν, E r² = (2 tr(MSMS) + (tr MS)²)/(ν(ν + 2)).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.residuals import GridResiduals
+from ams.arrays import FloatArray, IntArray
+from ams.models.drifting import SECONDS_PER_HOUR
+from ams.statistics.distributions import f_tail
+
+LEAST_DOF = 12
+LARGEST_CORRELATION = 0.8
+"""Of time with what the linear sensor takes from the attitude; the same as of time with temperature."""
+LEAST_POINTS = 5
+"""That must be left over beside the linear sensor for a correlation to mean anything."""
+
+
+@dataclass(frozen=True)
+class Autocorrelation:
+    """Of m outputs."""
+
+    r: FloatArray
+    """(m,) correlation of a dwell with the next."""
+    p_value: FloatArray
+    """(m,)"""
+
+    def of(self, output: int) -> tuple[float, float]:
+        """Return correlation and p-value of one output."""
+        return float(self.r[output]), float(self.p_value[output])
+
+
+@dataclass(frozen=True)
+class Slope:
+    """How m outputs follow a column, each with its own error."""
+
+    coefficient: FloatArray
+    standard_uncertainty: FloatArray
+    p_value: FloatArray
+
+
+def time_order(evidence: Evidence) -> IntArray:
+    """Return the rows in the order of time; without times the order of the rows stands for it."""
+    time = evidence.rows.time_s
+    return np.arange(evidence.layout.rows) if time is None else np.argsort(time, kind="stable")
+
+
+def neighbours(evidence: Evidence) -> tuple[IntArray, IntArray, IntArray]:
+    """Return replication, point and next point of dwells that follow one another within a replication."""
+    order, layout = time_order(evidence), evidence.layout
+    replication, point = layout.replication[order], layout.point[order]
+    together = replication[1:] == replication[:-1]
+    return replication[1:][together], point[:-1][together], point[1:][together]
+
+
+def autocorrelation(grid: GridResiduals, pairs: tuple[IntArray, IntArray, IntArray]) -> Autocorrelation:
+    """Return the correlation of successive dwells, two-sided."""
+    replication, here, following = pairs
+    size, dof = grid.squares.size, grid.dof
+    if dof < LEAST_DOF or replication.size == 0:
+        return Autocorrelation(np.full(size, np.nan), np.full(size, np.nan))
+    first, second = (grid.residuals[replication * grid.points + point] for point in (here, following))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        r = np.einsum("im,im->m", first, second) / grid.squares
+    trace, trace_of_square = _moments(grid, replication, here, following)
+    mean = trace / dof
+    variance = (2.0 * trace_of_square + trace**2) / (dof * (dof + 2.0)) - mean**2
+    p_value = f_tail((r - mean) ** 2 / variance, 1.0, float(dof))
+    return Autocorrelation(r - mean, p_value)
+
+
+def _moments(grid: GridResiduals, replication: IntArray, here: IntArray, following: IntArray) -> tuple[float, float]:
+    """Return tr(MS) and tr(MSMS) of the whole grid, what is taken out neglected."""
+    n, points, q = grid.replications, grid.points, grid.q
+    between = np.eye(n) - 1.0 / n if n > 1 else np.ones((1, 1))
+    turned = np.zeros((n, *q.shape))
+    turned[replication, here] += 0.5 * q[following]  # a point stands once in a replication
+    turned[replication, following] += 0.5 * q[here]
+    inner = np.einsum("kp,rkq->rpq", q, turned)
+    trace = -float(np.diag(between) @ np.trace(inner, axis1=1, axis2=2))
+    edges = np.minimum(here, following) * points + np.maximum(here, following)
+    of_each = [np.sort(edges[replication == r]) for r in range(n)]
+    shared = np.array([[_in_common(a, b) for b in of_each] for a in of_each])
+    flat = turned.reshape(n, -1)
+    squares = 0.5 * shared - 2.0 * flat @ flat.T + np.einsum("rpq,sqp->rs", inner, inner)
+    return trace, float(np.sum(between**2 * squares))
+
+
+def _in_common(a: IntArray, b: IntArray) -> float:
+    if a.size == b.size and np.array_equal(a, b):
+        return float(a.size)
+    return float(np.intersect1d(a, b, assume_unique=True).size)
+
+
+def slope_between(evidence: Evidence, column: FloatArray) -> Slope:
+    """Return how the outputs follow a (N,) column from replication to replication, every point for itself."""
+    z = evidence.by_point(column)
+    square, size, dof = float(z @ z), evidence.left.shape[1], evidence.grid.dof
+    if evidence.sums is None or dof < LEAST_DOF or not square > _NOTHING * float(column @ column):
+        return Slope(*(np.full(size, np.nan) for _ in range(3)))
+    coefficient = z @ evidence.departures / square
+    uncertainty = np.sqrt(evidence.precision_variance / square)
+    p_value = f_tail((coefficient / uncertainty) ** 2, 1.0, float(dof))
+    return Slope(np.asarray(coefficient), uncertainty, p_value)
+
+
+def hours(evidence: Evidence) -> FloatArray | None:
+    """Return the (N,) time of every row about the middle of the run; None where it is not known."""
+    time = evidence.rows.time_s
+    if time is None or not np.ptp(time) > 0.0:
+        return None
+    return np.asarray((time - 0.5 * (time.min() + time.max())) / SECONDS_PER_HOUR)
+
+
+def confounding(evidence: Evidence, linear: FloatArray) -> float | None:
+    """Return the correlation of time inside the replications with what a (K, 4) linear sensor takes from the attitude.
+
+    The least of all replications, adjusted for the number of points; None where times are not known or points are few.
+    """
+    layout, time = evidence.layout, evidence.rows.time_s
+    if time is None:
+        return None
+    found, of_all = [], np.linalg.qr(linear)[0]
+    for replication in range(layout.replications):
+        here = layout.replication == replication
+        own, points = time[here] - time[here].mean(), layout.point[here]
+        free = own.size - linear.shape[1]
+        if free < LEAST_POINTS or not own @ own > 0.0:
+            return None
+        q = of_all[points] if own.size == layout.points else np.linalg.qr(linear[points])[0]
+        left = own - q @ (q.T @ own)
+        found.append(1.0 - float(left @ left) / free / (float(own @ own) / (own.size - 1)))
+    return float(np.sqrt(max(min(found), 0.0)))
+
+
+_NOTHING = 1e-18

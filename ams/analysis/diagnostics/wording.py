@@ -1,0 +1,198 @@
+"""What the tests of an axis say in words: a sentence for what was found, and a short one for what was not."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics.axis_tests import (
+    AUTOCORRELATION,
+    BY_POINT,
+    BY_REPLICATION,
+    CURVATURE,
+    DRIFT_OF,
+    LACK_OF_FIT,
+    LAG,
+    OVER_TIME,
+    WRONG_DWELL,
+    AxisTests,
+    BeliefTest,
+)
+from ams.analysis.diagnostics.low_order import IN_WORDS, TERMS
+from ams.analysis.diagnostics.wrong_dwells import WrongDwells
+from ams.findings import Finding
+from ams.models.extended import CONFOUNDED
+from ams.observations import Observations
+from ams.units import ARCSEC_PER_DEG, printed
+
+MOST_TOLD: Final = 5
+"""Wrong dwells that a sentence names; all stand in ``steps``."""
+_CONTAINED: Final = "it is contained in the stated uncertainties"
+_SYMBOLS: Final = {name: (symbol, unit) for name, _, symbol, unit in TERMS}
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What turns an output into words: as an angle where the sensitivity is known, in its unit elsewhere."""
+
+    unit: str
+    volts_per_radian: float | None
+
+    def words(self, size: float) -> str:
+        if self.volts_per_radian is None:
+            return f"{_two(size)} {printed(self.unit)}"
+        return f"{_two(np.rad2deg(size / self.volts_per_radian) * ARCSEC_PER_DEG)}″"
+
+
+@dataclass(frozen=True)
+class Convicted:
+    """Wrong dwells of one axis as rows of the observations."""
+
+    found: WrongDwells
+    rows: tuple[int, ...]
+
+
+def findings_of(
+    tests: AxisTests,
+    scale: Scale,
+    observations: Observations,
+    convicted: Convicted | None,
+    drifts: Mapping[str, str],
+    *,
+    has_table: bool,
+) -> tuple[Finding, ...]:
+    """Return a finding for every test that was made; ``drifts``: how far each quantity moved, in words."""
+    found = []
+    for name, test in tests.tests.items():
+        is_significant = tests.is_significant[name]
+        details = {"test": name, **_numbers(test)}
+        if name == WRONG_DWELL and convicted is not None:
+            found.append(_wrong(test, scale, observations, convicted, details))
+            continue
+        if is_significant:
+            text = _significant(test, scale, drifts, has_table=has_table)
+        else:
+            text = f"{name}: {_not_significant(test)}"
+        found.append(Finding(test.kind, text, is_significant, test.p_value, details=details))
+    return tuple(found)
+
+
+def _numbers(test: BeliefTest) -> dict[str, float | str | None]:
+    if not isfinite(test.size):
+        return {}
+    found: dict[str, float | str | None] = {"size": test.size}
+    if isfinite(test.uncertainty):
+        found["time_constant_h" if test.name == LAG else "standard_uncertainty"] = test.uncertainty
+    if test.unit:
+        found["unit"] = test.unit
+    return found
+
+
+def _not_significant(test: BeliefTest) -> str:
+    return "explained by temperature" if test.is_explained else "not significant"
+
+
+def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, has_table: bool) -> str:
+    name, size = test.name, test.size
+    if name in _SYMBOLS:
+        symbol, unit = _SYMBOLS[name]
+        told = f"{symbol} = {_two(1e6 * size)} ± {_two(2e6 * test.uncertainty)} µ{unit} ({scale.words(abs(size))}): "
+        return told + IN_WORDS[name] + (f"; {CONFOUNDED}" if test.kind == "quadratic" else "")
+    if name.startswith(DRIFT_OF):
+        quantity = name.removeprefix(DRIFT_OF)
+        moved = f" by {drifts[quantity]} (largest less smallest)" if quantity in drifts else ""
+        return f"{quantity} changed from replication to replication{moved}; {_CONTAINED}"
+    return {
+        WRONG_DWELL: lambda: (
+            "more than a tenth of the dwells stand out from their replications: this is no matter of single dwells but "
+            "of an unsteady sensor, channel or supply; look at the noise of the channel before the result is used"
+        ),
+        LACK_OF_FIT: lambda: (
+            f"the residuals repeat from replication to replication: lack of fit, {scale.words(size)} (standard "
+            f"deviation over the attitudes)"
+            f"{', more than the table’s index errors explain' if has_table else ''}; {_CONTAINED}"
+        ),
+        OVER_TIME: lambda: (
+            f"the offset drifts with time by {scale.words(abs(size))} an hour, evenly from replication to replication; "
+            f"{_CONTAINED}; a time term in the solution ([solve] time_term) tells it"
+        ),
+        AUTOCORRELATION: lambda: (
+            f"a dwell knows of the dwell before it: correlation {size:.2g} inside the replications; the output wanders "
+            "or has not settled; a longer settling time or a random order makes dwells independent"
+        ),
+        BY_POINT: lambda: _temperature_text(test, scale, "in step with the points, alike in every replication"),
+        BY_REPLICATION: lambda: _temperature_text(test, scale, "from replication to replication"),
+        LAG: lambda: (
+            f"the sensor is not as warm as the record: after heating and after cooling its output is still on the way, "
+            f"by {scale.words(size)} (root mean square), as with a time constant of about {test.uncertainty:g} h; soak "
+            "longer, or measure the temperature in the sensor; temperature coefficients are not to be trusted"
+        ),
+        CURVATURE: lambda: (
+            f"offset or sensitivity bend with temperature: {scale.words(size)} (root mean square) that a straight line "
+            "over temperature does not have; use the result near the temperatures measured, or solve with terms of "
+            "second order"
+        ),
+    }[name]()  # fmt: skip
+
+
+def _temperature_text(test: BeliefTest, scale: Scale, where: str) -> str:
+    return (
+        f"the output follows the recorded temperature by {scale.words(abs(test.size))} a °C, {where}, and no "
+        "temperature is modelled: offset and sensitivities hold part of it; apply known temperature coefficients, or "
+        "hold the temperature"
+    )
+
+
+def _wrong(
+    test: BeliefTest,
+    scale: Scale,
+    observations: Observations,
+    convicted: Convicted,
+    details: Mapping[str, float | str | None],
+) -> Finding:
+    rows, found = convicted.rows, convicted.found
+    told = [
+        f"{_dwell(observations, row)} is off by {scale.words(size)}"
+        f" ({_two(abs(deviations))} standard deviations of a dwell)"
+        for row, size, deviations in zip(rows, found.sizes, found.deviations, strict=True)
+    ]
+    more = len(told) - MOST_TOLD
+    listed = "; ".join(told[:MOST_TOLD]) + (f"; and {more} more" if more > 0 else "")
+    first = rows[0]
+    steps = () if observations.step is None else tuple(int(observations.step[row]) for row in rows)
+    redo = f"calrig redo --replication {observations.replication[first]}"
+    way_out = (
+        f"measure it again ({redo}, or calrig void --from {min(steps)})" if steps else "look at it, or leave it out"
+    )
+    text = (
+        f"wrong dwell: {listed}, against what the other replications say; it is in the result and in its uncertainty, "
+        f"and left out of all other tests; {way_out}"
+    )
+    numbers = {
+        **details,
+        "replication": float(observations.replication[first]),
+        "point": float(observations.point[first]),
+        "pitch_deg": float(np.rad2deg(observations.pitch_rad[first])),
+        "roll_deg": float(np.rad2deg(observations.roll_rad[first])),
+    }
+    return Finding("wrong-dwell", text, True, test.p_value, steps, numbers)
+
+
+def _dwell(observations: Observations, row: int) -> str:
+    step = "" if observations.step is None else f"step {observations.step[row]}, "
+    pitch, roll = (float(np.rad2deg(angle[row])) for angle in (observations.pitch_rad, observations.roll_rad))
+    return (
+        f"{step}replication {observations.replication[row]}, point {observations.point[row]} "
+        f"(pitch {_signed(pitch)}°, roll {_signed(roll)}°)"
+    )
+
+
+def _signed(value: float) -> str:
+    return f"{round(value, 4) + 0.0:g}".replace("-", "−")
+
+
+def _two(value: float) -> str:
+    """Return two significant digits without an exponent where that is readable."""
+    return f"{float(f'{value:.2g}'):g}".replace("-", "−")

@@ -1,0 +1,202 @@
+"""How often each finding names its cause, and what the intervals hold meanwhile, written as Markdown.
+
+    PYTHONPATH=tests/support python docs/studies/findings.py OUTPUT_FILE [CAMPAIGNS [SCENE …]]
+
+The campaigns are those of ``tests/support/physics_scenes``, drawn from physics by people who had not read the
+estimator: 13 × 12 points, six replications, 1.65 arc seconds a dwell. One axis of each is solved as ``calrig fit``
+solves it, terms of second and third order included.
+"""
+
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from physics_scenes import SCENES, Campaign, campaigns
+from solved_campaigns import columns_of, rows_of
+
+from ams.arrays import FloatArray
+from ams.calibration.calibrate import calibrate
+from ams.calibration.columns import SolvedColumns, solve_columns
+from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose
+from ams.calibration_result import AxisCalibration
+from ams.findings import Finding
+from ams.inputs.request import CalibrationRequest
+from ams.models.extended import ExtendedPitchRoll, centring_of
+from ams.observations import Observations
+from ams.statistics.intervals import t_quantile
+
+CAMPAIGNS = 400
+SEED = 20
+AXIS = "x"
+ESTIMATED = ("temperature-lag", "temperature-curvature")
+"""Scenes in which temperature coefficients are asked for."""
+LINES: tuple[tuple[str, tuple[float, ...]], ...] = (
+    ("clean", (0.0,)),
+    ("wrong-dwell", (3.0, 5.0, 6.0, 8.0, 1500.0)),
+    ("outliers", (3.0, 5.0, 10.0, 20.0)),
+    ("k2", (0.5, 1.0, 2.0, 5.0)),
+    ("k3", (1.0, 2.0, 5.0, 10.0, 20.0)),
+    ("k0-asymmetry", (2.0, 5.0, 10.0, 20.0)),
+    ("soft-mount", (1.0, 2.0, 5.0, 10.0)),
+    ("cross-coupling", (1.0, 2.0, 5.0, 10.0)),
+    ("drift-replications", (0.2, 0.5, 1.0, 5.0)),
+    ("drift-linear", (0.2, 0.5, 1.0, 5.0)),
+    ("drift-correlated", (0.5, 1.0, 2.0)),
+    ("temperature-in-step", (0.02, 0.05, 0.1, 0.2, 0.5)),
+    ("temperature-alternating", (0.02, 0.05, 0.1, 0.2)),
+    ("temperature-lag", (0.1, 0.15, 0.3)),
+    ("temperature-curvature", (0.05, 0.3, 1.0)),
+)
+HEAD = """# What the findings name
+
+Made by `PYTHONPATH=tests/support python docs/studies/findings.py docs/studies/findings.md`: {campaigns} simulated
+campaigns a line, one axis of each, 13 × 12 points, six replications, 1.65″ a dwell, scenes from physics
+(`tests/support/physics_scenes`); temperature coefficients are estimated where the scene is of them. *Rings*: any
+finding is significant. *Cause*: a finding names the true cause. *Also*: or one that says the same of the same data.
+*Wrong*: of a kind that is neither. *Before*: lack of fit or drift rang, which was all that was tested before there were
+findings, five tests under one correction. *Offset* and *k*: 95 % intervals that hold the offset and the sensitivities
+of the best linear sensor over the design.
+"""
+TABLE = """
+## {name}
+
+{physics}
+
+| size, {unit} | rings | cause | cause or also | wrong | before | offset | k |
+|---|---|---|---|---|---|---|---|
+"""
+
+
+@dataclass(frozen=True)
+class Line:
+    """Shares over all campaigns of one size."""
+
+    rings: float
+    cause: float
+    cause_or_also: float
+    wrong: float
+    before: float
+    offset: float
+    sensitivities: float
+
+
+@dataclass(frozen=True)
+class Told:
+    """One campaign's axis."""
+
+    findings: tuple[Finding, ...]
+    before: bool
+    primary: FloatArray
+    half: FloatArray
+
+
+def line(name: str, size: float, count: int, chance: np.random.Generator) -> Line:
+    """Return the shares of one scene at one size."""
+    drawn = campaigns(name, size, chance, count)
+    told = _estimated(drawn) if name in ESTIMATED else _plain(drawn)
+    kinds = [{finding.kind for finding in one.findings if finding.is_significant} for one in told]
+    # A wrong dwell has an axis of its own; only campaigns in which it is this axis have anything to be named.
+    struck = np.ones(count, dtype=bool)
+    if name == "wrong-dwell" and drawn.event is not None:
+        struck = drawn.event.axis == drawn.setup.axes.index(AXIS)
+    # The causes of a size beyond nothing, whatever was declared.
+    entry = SCENES[name]
+    cause = {entry.true_cause} if size > 0.0 and entry.true_cause else set()
+    right = cause | (set(entry.also) if cause else set())
+    truth = _truth(drawn)
+    held = np.stack([np.abs(one.primary[:4] - true) <= one.half[:4] for one, true in zip(told, truth, strict=True)])
+    chosen = [found for found, is_struck in zip(kinds, struck, strict=True) if is_struck]
+    return Line(
+        rings=_share(bool(found) for found in chosen),
+        cause=_share(bool(found & cause) for found in chosen),
+        cause_or_also=_share(bool(found & right) for found in chosen),
+        wrong=_share(bool(found - right) for found in kinds),
+        before=_share(one.before for one, is_struck in zip(told, struck, strict=True) if is_struck),
+        offset=float(held[:, 0].mean()),
+        sensitivities=float(held[:, 1:].mean()),
+    )
+
+
+def _share(flags: Iterator[bool]) -> float:
+    return float(np.mean(list(flags)))
+
+
+def _truth(drawn: Campaign) -> FloatArray:
+    """(n, 4) offset and k of the best linear sensor over the design."""
+    place, points = drawn.setup.axes.index(AXIS), drawn.points_deg
+    offset, k = drawn.package.best_linear(points[:, 0], points[:, 1])
+    return np.concatenate([offset[:, 0, place, None], k[:, 0, place]], axis=-1)
+
+
+def _rows(drawn: Campaign) -> tuple[Observations, FloatArray]:
+    """Return rows with their times, and the (n, N) recorded temperatures."""
+    time_s = drawn.schedule.time_s[drawn.schedule.grid_rows()].ravel()
+    return replace(rows_of(drawn), time_s=time_s), drawn.grid(drawn.temperature_degc).reshape(drawn.campaigns, -1)
+
+
+def _plain(drawn: Campaign) -> list[Told]:
+    rows, temperature = _rows(drawn)
+    centring = centring_of(rows, len(drawn.points_deg), AXIS)
+    assert centring is not None
+    model, outputs = ExtendedPitchRoll(AXIS, centring), columns_of(drawn, AXIS)
+    told: list[Told] = []
+    same = bool(np.ptp(temperature, axis=0).max() == 0.0)
+    groups = [range(drawn.campaigns)] if same else [range(place, place + 1) for place in range(drawn.campaigns)]
+    for group in groups:
+        seen = replace(rows, temperature_degc=temperature[group[0]])
+        columns = outputs[:, group[0] : group[-1] + 1]
+        solved = solve_columns(seen, columns, [model] * columns.shape[1])
+        found = diagnose(solved, Circumstances(seen, columns, None, ()))
+        told += [_told(solved, place, one) for place, one in enumerate(found)]
+    return told
+
+
+def _told(solved: SolvedColumns, place: int, found: Diagnosis) -> Told:
+    half = t_quantile(0.95, solved.primary_dof[place]) * np.sqrt(np.diag(solved.primary_covariance[place]))
+    tests = solved.replication
+    assert tests is not None
+    every = (tests.lack_of_fit, *tests.drift.values())
+    return Told(found.findings, any(bool(test.is_significant[place]) for test in every), solved.primary[place], half)
+
+
+def _estimated(drawn: Campaign) -> list[Told]:
+    rows, temperature = _rows(drawn)
+    outputs = columns_of(drawn, AXIS)
+    request = CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0)
+    told = []
+    for place in range(drawn.campaigns):
+        seen = replace(rows, temperature_degc=temperature[place], outputs={AXIS: outputs[:, place]})
+        told.append(_of_axis(calibrate(seen, request).axes[AXIS]))
+    return told
+
+
+def _of_axis(axis: AxisCalibration) -> Told:
+    half = t_quantile(0.95, axis.primary_dof) * np.sqrt(np.diag(axis.primary_covariance))
+    assert axis.replication is not None
+    tests = (axis.replication.lack_of_fit, *axis.replication.drift.values())
+    return Told(axis.findings, any(test.p_value <= 0.05 / len(tests) for test in tests), axis.primary, half)
+
+
+def page(campaigns_a_line: int, lines: Mapping[str, tuple[float, ...]]) -> Iterator[str]:
+    """Yield the page, piece by piece."""
+    yield HEAD.format(campaigns=campaigns_a_line)
+    for name, sizes in lines.items():
+        entry = SCENES[name]
+        yield TABLE.format(name=name, physics=entry.physics.split("\n")[0], unit=entry.unit)
+        for size in sizes:
+            found = line(name, size, campaigns_a_line, np.random.default_rng(SEED))
+            has_cause = size > 0.0 and entry.true_cause is not None
+            named = (found.cause, found.cause_or_also) if has_cause else (None, None)
+            cells = (found.rings, *named, found.wrong, found.before, found.offset, found.sensitivities)
+            yield f"| {size:g} | {' | '.join('—' if cell is None else f'{cell:.3f}' for cell in cells)} |\n"
+
+
+if __name__ == "__main__":
+    wanted = int(sys.argv[2]) if len(sys.argv) > 2 else CAMPAIGNS
+    with Path(sys.argv[1]).open("w", encoding="utf-8") as file:
+        chosen = {name: sizes for name, sizes in LINES if name in sys.argv[3:] or not sys.argv[3:]}
+        for piece in page(wanted, chosen):
+            file.write(piece)
+            file.flush()

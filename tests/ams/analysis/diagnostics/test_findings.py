@@ -1,0 +1,163 @@
+"""Beliefs against campaigns drawn from physics: what is wrong is named, what is right is left alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from physics_scenes import campaigns
+from solved_campaigns import columns_of, rows_of, table_of
+
+from ams.calibration.calibrate import calibrate
+from ams.calibration.columns import solve_columns
+from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose
+from ams.calibration_result import AxisCalibration
+from ams.findings import Finding
+from ams.inputs.request import CalibrationRequest
+from ams.inputs.table_uncertainty import TableUncertainty
+from ams.models.extended import ExtendedPitchRoll, centring_of
+from ams.observations import Observations
+
+SMALL = {"pitch_count": 7, "roll_count": 6, "replications": 4}
+
+
+def _rows(drawn, place: int = 0) -> Observations:
+    schedule = drawn.schedule
+    time_s = schedule.time_s[schedule.grid_rows()].ravel()
+    temperature = drawn.grid(drawn.temperature_degc).reshape(drawn.campaigns, -1)[place]
+    outputs = {axis: columns_of(drawn, axis)[:, place] for axis in drawn.setup.axes}
+    return replace(rows_of(drawn), time_s=time_s, temperature_degc=temperature, outputs=outputs)
+
+
+def _diagnosed(drawn, table: TableUncertainty | None = None, axis: str = "x") -> list[Diagnosis]:
+    """All campaigns of one axis, of one schedule and one temperature."""
+    rows, outputs = _rows(drawn), columns_of(drawn, axis)
+    centring = centring_of(rows, len(drawn.points_deg), axis)
+    assert centring is not None
+    model = ExtendedPitchRoll(axis, centring)
+    solved = solve_columns(rows, outputs, [model] * drawn.campaigns, table=table)
+    return diagnose(solved, Circumstances(rows, outputs, table, ()))
+
+
+def _kinds(found: Diagnosis | AxisCalibration) -> set[str]:
+    return {finding.kind for finding in found.findings if finding.is_significant}
+
+
+def _named(kind: str, name: str, size: float, count: int, **design) -> float:
+    drawn = campaigns(name, size, np.random.default_rng(5), count, **design)
+    return float(np.mean([kind in _kinds(found) for found in _diagnosed(drawn)]))
+
+
+def _wrong(axis: AxisCalibration) -> Finding:
+    return next(finding for finding in axis.findings if finding.kind == "wrong-dwell")
+
+
+def test_in_clean_campaigns_some_test_rings_for_one_axis_in_twenty() -> None:
+    drawn = campaigns("clean", 0.0, np.random.default_rng(11), 500, **SMALL)
+    rings = np.mean([bool(_kinds(found)) for found in _diagnosed(drawn)])
+    assert 0.02 < rings < 0.07  # 500 campaigns: 0.05 ± 0.02
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("design", [SMALL, {}, {"order": "random"}, {"pitch_limit_deg": 30.0}])
+def test_false_alarms_stay_at_five_percent_over_thousands_of_clean_campaigns(design) -> None:
+    rings = []
+    for seed in range(10):
+        drawn = campaigns("clean", 0.0, np.random.default_rng(seed), 250, **design)
+        rings += [bool(_kinds(found)) for found in _diagnosed(drawn)]
+    assert np.mean(rings) == pytest.approx(0.05, abs=0.015)
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_one_wrong_dwell_is_named_and_nothing_else_is_blamed_for_it(seed: int) -> None:
+    drawn = campaigns("wrong-dwell", 1500.0, np.random.default_rng(seed), 1)
+    axis, dwell = drawn.setup.axes[drawn.event.axis[0]], drawn.event.dwell[0]
+    rows = _rows(drawn)
+    steps = np.empty(rows.rows, dtype=np.int64)
+    steps[:] = drawn.schedule.grid_rows().ravel() + 1
+    solved = calibrate(replace(rows, step=steps), CalibrationRequest())
+    found = _wrong(solved.axes[axis])
+    assert found.steps == (dwell + 1,)
+    assert found.details["replication"] == drawn.schedule.replication[dwell]
+    assert found.details["point"] == drawn.schedule.point[dwell]
+    assert f"step {dwell + 1}, replication {drawn.schedule.replication[dwell]}" in found.text
+    assert f"calrig void --from {dwell + 1}" in found.text
+    assert _kinds(solved.axes[axis]) == {"wrong-dwell"}
+    assert not any(test.is_significant for test in solved.axes[axis].replication.drift.values())
+    assert found.text in solved.axes[axis].warnings
+    assert solved.verdict == "usable"
+
+
+def test_without_the_wrong_dwell_the_other_tests_are_those_of_a_campaign_that_never_had_it() -> None:
+    rows = _rows(campaigns("clean", 0.0, np.random.default_rng(2), 1, axes="x", **SMALL))
+    struck = 37
+    wrong = rows.outputs["x"].copy()
+    wrong[struck] += 1.0
+    kept = np.arange(rows.rows) != struck
+    lacking = Observations(
+        rows.replication[kept], rows.point[kept], rows.pitch_rad[kept], rows.roll_rad[kept],
+        {"x": rows.outputs["x"][kept]}, temperature_degc=rows.temperature_degc[kept], time_s=rows.time_s[kept],
+    )  # fmt: skip
+    with_it = calibrate(replace(rows, outputs={"x": wrong}), CalibrationRequest()).axes["x"]
+    without = calibrate(lacking, CalibrationRequest()).axes["x"]
+    others = [{f.details["test"]: f.p_value for f in axis.findings[1:-1]} for axis in (with_it, without)]
+    assert others[0] == pytest.approx(others[1], rel=0.02)  # the terms are centred over slightly other rows
+
+
+@pytest.mark.parametrize(("name", "size", "kind"), [
+    ("k2", 5.0, "quadratic"),
+    ("k3", 20.0, "cubic"),
+    ("cross-coupling", 10.0, "cross-coupling"),
+    ("drift-replications", 2.0, "drift"),
+    ("drift-linear", 2.0, "drift"),
+    ("drift-correlated", 2.0, "autocorrelation"),
+    ("outliers", 20.0, "wrong-dwell"),
+])  # fmt: skip
+def test_what_is_plainly_there_is_named(name: str, size: float, kind: str) -> None:
+    assert _named(kind, name, size, 20) >= 0.9
+
+
+def test_an_effect_of_size_nothing_is_not_named() -> None:
+    assert _named("quadratic", "k2", 0.0, 60) <= 0.05
+
+
+def test_a_sensor_that_lags_its_chamber_and_one_that_bends_are_told_apart() -> None:
+    for name, size, kind in (
+        ("temperature-lag", 0.3, "temperature-lag"),
+        ("temperature-curvature", 1.0, "temperature-curvature"),
+        ("temperature-curvature", 0.0, None),
+    ):
+        drawn = campaigns(name, size, np.random.default_rng(3), 1, axes="x")
+        request = CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0)
+        assert _kinds(calibrate(_rows(drawn), request).axes["x"]) == ({kind} if kind else set())
+
+
+@pytest.mark.parametrize("name", ["temperature-in-step", "temperature-alternating"])
+def test_a_recorded_temperature_that_is_not_modelled_is_named_where_it_matters(name: str) -> None:
+    drawn = campaigns(name, 0.5, np.random.default_rng(4), 5, axes="x")
+    found = [calibrate(_rows(drawn, place), CalibrationRequest()).axes["x"] for place in range(5)]
+    assert all("temperature-residual" in _kinds(axis) for axis in found)
+    assert all("drift" not in _kinds(axis) for axis in found)
+
+
+def test_a_raster_cannot_tell_time_from_pitch_and_there_and_back_can() -> None:
+    for order, is_confounded in (("raster", True), ("there-and-back", False), ("random", False)):
+        rows = _rows(campaigns("clean", 0.0, np.random.default_rng(1), 1, axes="x", order=order))
+        found = calibrate(rows, CalibrationRequest()).axes["x"]
+        assert ("time-confounded" in _kinds(found)) is is_confounded
+
+
+def test_an_error_of_the_table_within_its_certificate_is_no_soft_mount() -> None:
+    drawn = campaigns("table-once", 1.0, np.random.default_rng(6), 40)
+    named = {kind for found in _diagnosed(drawn, table_of()) for kind in _kinds(found)}
+    assert named <= {"wrong-dwell", "drift"}
+    assert np.mean([bool(_kinds(found)) for found in _diagnosed(drawn)]) > 0.8
+
+
+def test_a_sensitivity_that_is_not_told_from_zero_has_no_set_and_is_not_usable() -> None:
+    rows = _rows(campaigns("clean", 0.0, np.random.default_rng(1), 1, **SMALL))
+    noise_v = 1e-5 * np.random.default_rng(2).standard_normal(rows.rows)
+    dead = calibrate(replace(rows, outputs={**rows.outputs, "y": 0.01 + noise_v}), CalibrationRequest())
+    assert dead.verdict == "not usable"
+    assert list(dead.undetermined_axes) == ["y"]
+    assert "is not told from zero" in dead.undetermined_axes["y"]
+    assert calibrate(rows, CalibrationRequest()).verdict in ("sound", "usable")
