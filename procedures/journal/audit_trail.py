@@ -93,6 +93,8 @@ def _word(event: Event) -> str:
                 f"the computer's clock was set by {step_s:+.1f} s during the run; its dates are those of the clock "
                 "with which it began and of the time that passed since"
             )
+        case "common_mode":
+            return str(event.detail.get("text", ""))
         case "held_up":
             return str(event.detail.get("text", ""))
         case "note":

@@ -30,6 +30,8 @@ class History:
     """Of the package, 1-based."""
     dropped: frozenset[str] = frozenset()
     """Sensors that are measured no more."""
+    broken_epoch: int = 0
+    """The last epoch whose seam a person accepted, or before which the package was moved: nothing before it counts."""
 
     @property
     def accepted_steps(self) -> frozenset[int]:
@@ -40,6 +42,16 @@ class History:
     def baseline(self) -> dict[int, DwellRecord]:
         """Step to dwell of the check set that later ones are compared with."""
         return self.check_set(self.baseline_epoch) if self.baseline_epoch is not None else {}
+
+    @property
+    def earlier_checks(self) -> dict[int, DwellRecord]:
+        """Step to what a check set is compared with: the baseline, or what was measured of sets that were cut short."""
+        found: dict[int, DwellRecord] = {}
+        for dwell in self.dwells if self.baseline_epoch is None else ():
+            is_alike = dwell.mounting == self.mounting and dwell.epoch > self.broken_epoch
+            if dwell.purpose == "check" and dwell.accepted and is_alike:
+                found.setdefault(dwell.step, dwell)
+        return found or self.baseline
 
     def check_set(self, epoch: int) -> dict[int, DwellRecord]:
         """Step to accepted check dwell of one epoch."""
@@ -93,7 +105,8 @@ def history_of(
     whole = [epoch for epoch in range(1, epochs_opened + 1) if wanted and wanted <= bare.check_set(epoch).keys()]
     alike = [epoch for epoch in whole if epoch > remounted_after]
     baseline = accepted_break if accepted_break in alike else next(iter(alike), None)
-    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting, dropped)
+    broken = max(remounted_after, (accepted_break or 1) - 1)
+    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting, dropped, broken)
 
 
 def read_history(reader: JournalReader, plan: Plan) -> History:
