@@ -136,12 +136,6 @@ class CommonMode:
     rotation_rad: float = 0.0
     """Largest angle, over the attitudes, by which the direction of gravity turned in the packages."""
 
-    @property
-    def is_rotation(self) -> bool:
-        """Whether the package turned, and nothing but another rotation would look the same."""
-        is_told = any(cause.kind == "table-rotation" for cause in self.told)
-        return is_told and all(cause.kind == "table-rotation" for cause in self.also)
-
 
 def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> CommonMode:
     """Return what changed between two visits, each test at ``false_alarm``."""

@@ -1,6 +1,6 @@
 """A common-mode judgement as findings: which sensors, how much, about what, and whose doing it is."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from ams.surveillance.common_mode import (
 from ams.units import ARCSEC_PER_DEG
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+HOLDING_ARCSEC = 3.0
+"""A smaller rotation stops no night and takes no set away: it is a finding. A good table's certificate allows 1″."""
 _ABOUT = {ROLL: "about roll", PITCH: "about pitch", FIXTURE_Y: "about its lateral axis", FIXTURE_Z: "about its normal"}
 
 
@@ -105,7 +107,10 @@ def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:
 
 
 def _details(found: CommonMode, cause: Cause) -> dict[str, float | str | None]:
-    details: dict[str, float | str | None] = {"cause": cause.name}
+    same = ", ".join(dict.fromkeys(one.kind for one in found.also if one.kind != cause.kind))
+    details: dict[str, float | str | None] = {"cause": cause.name, "confounded_with": same or None}
+    if cause.kind == "table-rotation":
+        details["turned_arcsec"] = _in_arcsec(found.rotation_rad)
     for name in cause.parts:
         if name not in found.estimates:
             continue
@@ -133,3 +138,18 @@ def _in_arcsec(angle_rad: float) -> float:
 
 def _number(count: int) -> str:
     return NUMBERS[count] if count < len(NUMBERS) else str(count)
+
+
+def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return the findings of a table, base or fixture that turned so far that nothing measured stands.
+
+    What a change of a lone sensor or of the meter would look like as well is not among them.
+    """
+    return tuple(
+        one
+        for one in findings
+        if one.is_significant
+        and one.kind == "table-rotation"
+        and not one.details.get("confounded_with")
+        and float(one.details.get("turned_arcsec") or 0.0) > HOLDING_ARCSEC
+    )

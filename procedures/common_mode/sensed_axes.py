@@ -86,20 +86,28 @@ class KnownAxes:
 
     def means(self, dwell: DwellRecord) -> FloatArray:
         """Return (A,) mean readings, NaN where an axis was not read."""
-        found = (dwell.readings.get(channel) for channel in self._channels)
-        return np.array([np.nan if reading is None else reading.mean for reading in found])
+        return self._statistics(dwell)[0]
+
+    def _statistics(self, dwell: DwellRecord) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return (A,) means, sums of squares over the number of samples, and degrees of freedom."""
+        means, squares = np.full(len(self._channels), np.nan), np.zeros((2, len(self._channels)))
+        found = [dwell.readings.get(channel) for channel in self._channels]
+        sizes = {reading.samples.size for reading in found if reading is not None}
+        for size in sizes:  # one, as a rule
+            places = [at for at, one in enumerate(found) if one is not None and one.samples.size == size]
+            samples = np.stack([one.samples for one in found if one is not None and one.samples.size == size])
+            means[places] = samples.mean(axis=1)
+            squares[0, places] = ((samples - means[places, None]) ** 2).sum(axis=1) / size
+            squares[1, places] = size - 1
+        return means, squares[0], squares[1]
 
     def learn(self, dwell: DwellRecord, plateau: int) -> None:
         """Take an accepted dwell in. ``plateau``: dwells of different ones are not compared."""
         self._taken += 1
-        means = self.means(dwell)
-        is_read = np.isfinite(means)
-        self._learn_axes(dwell, means, is_read)
-        for place, channel in enumerate(self._channels):
-            if is_read[place] and dwell.readings[channel].samples.size > 1:
-                samples = dwell.readings[channel].samples
-                self._squares[place] += float(samples.var(ddof=1)) / samples.size * (samples.size - 1)
-                self._degrees[place] += samples.size - 1
+        means, squares, degrees = self._statistics(dwell)
+        self._learn_axes(dwell, means, np.isfinite(means))
+        self._squares += squares
+        self._degrees += degrees
         key = (dwell.mounting, plateau, attitude_of(dwell))
         if key in self._last:
             self._learn_difference(dwell, means - self._last[key])

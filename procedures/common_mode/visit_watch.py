@@ -14,18 +14,17 @@ import numpy as np
 
 from ams.findings import Finding
 from ams.surveillance.common_mode import CommonMode, Visits, judge_visits
-from ams.surveillance.common_mode_words import findings_of
+from ams.surveillance.common_mode_words import findings_of, turned_the_table
+from procedures.common_mode.check_sets import check_set_pairs
 from procedures.common_mode.sensed_axes import KnownAxes, attitude_of, sensed_axes
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Soak
 from procedures.records.declared_supply import at_declared
-from procedures.records.dwells import DwellRecord
+from procedures.records.dwells import DwellRecord, Event
 from rig.description.signal_chain import Chain
 
 FALSE_ALARM = 1e-4
 """Of each of the two tests of a visit or a check set; a night has some fifty of them."""
-HOLDING_RAD = float(np.deg2rad(3.0 / 3600.0))
-"""A rotation smaller than this stops no night: it stands among the findings. A good table's certificate allows 1″."""
 _AXES = frozenset(("pitch", "roll"))
 
 
@@ -44,7 +43,7 @@ class Judged:
     @property
     def holds(self) -> bool:
         """Whether a person has to look before anything more is measured."""
-        return self.common.is_rotation and self.common.rotation_rad > HOLDING_RAD
+        return bool(turned_the_table(self.findings))
 
 
 @dataclass(frozen=True)
@@ -163,11 +162,31 @@ class VisitWatch:
         return Judged(after[-1].step, between, common, findings, steps)
 
 
-def judge_run(plan: Plan, chains: Mapping[str, Chain], dwells: Iterable[DwellRecord]) -> tuple[Judged, ...]:
-    """Return every reference visit of a run as it is judged; ``dwells`` in the order in which they were measured."""
+def judge_run(
+    plan: Plan, chains: Mapping[str, Chain], dwells: Sequence[DwellRecord], events: Iterable[Event]
+) -> tuple[Judged, ...]:
+    """Return every reference visit and every later check set of a run as it is judged.
+
+    ``dwells``: in the order in which they were measured.
+    """
+    pairs = {pair.epoch: pair for pair in check_set_pairs(dwells, events) if pair.is_alike}
+    if not pairs and not any(dwell.purpose == "reference" for dwell in dwells):
+        return ()
     watch = VisitWatch(plan, chains)
-    judged = (watch.take(dwell) for dwell in dwells if dwell.accepted)
-    return tuple(one for one in judged if one is not None)
+    found: list[Judged | None] = []
+    for dwell in dwells:
+        if not dwell.accepted:
+            continue
+        found.append(watch.take(dwell))
+        pair = pairs.get(dwell.epoch)
+        if pair is not None and dwell.step == list(pair.after)[-1] and dwell.purpose == "check":
+            found.append(watch.compare_check_sets(pair.before, pair.after, since_check_set(pair.since)))
+    return tuple(one for one in found if one is not None)
+
+
+def since_check_set(epoch: int) -> str:
+    """Say since when a check set changed."""
+    return f"since the check set of epoch {epoch}"
 
 
 def _visits_of(plan: Plan) -> dict[int, int]:

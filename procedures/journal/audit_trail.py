@@ -128,13 +128,6 @@ def identities_in(events: Iterable[Event]) -> Mapping[str, str]:
     }
 
 
-def restart_steps_in(events: Iterable[Event]) -> tuple[str, ...]:
-    """Return what a check set after a restart found changed beyond its limit."""
-    return tuple(
-        str(event.detail.get("worst", "")) for event in events if event.kind == "seam" and event.detail.get("steps")
-    )
-
-
 def _state(event: Event) -> str:
     return str(event.detail.get("to", "")) if event.kind == "state" else ""
 

@@ -10,7 +10,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.findings import Finding, significant_texts
 from ams.observations import Observations
+from ams.surveillance.common_mode_words import turned_the_table
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.report.bands import band_along
@@ -28,18 +30,22 @@ def judge(
     interruptions: Sequence[Interruption],
     restart_steps: Sequence[str],
     table_arcsec: float | None,
+    findings: Sequence[Finding] = (),
 ) -> Verdict:
     """Return the verdict on a run.
 
     ``seam_steps``: what a check set after a restart found changed. ``table_arcsec``: standard uncertainty of one
-    attitude of the table, pitch and roll together; None where none is declared.
+    attitude of the table, pitch and roll together; None where none is declared. ``findings``: of all sensors together;
+    they stand among the warnings of each, and are said once.
     """
     failures = [f"{sensor.name}: {sensor.failure}" for sensor in sensors if sensor.failure]
+    said, turned = significant_texts(findings), turned_the_table(findings)
     doubts = [
         *_run_doubts(state, counts),
-        *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, table_arcsec)),
+        *(f"{text[0].upper()}{text[1:]}." for text in said),
+        *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, table_arcsec, said)),
         *(f"A restart made a step: {step}." for step in restart_steps),
-        *(doubt for sensor in sensors for doubt in _conformity_doubts(sensor)),
+        *(doubt for sensor in sensors for doubt in _conformity_doubts(sensor, turned)),
     ]
     beyond = [text for sensor in sensors for text in _sentences(sensor, "as left", "fail")]
     facts = [
@@ -52,6 +58,9 @@ def judge(
     result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])
     if failures:
         return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
+    if turned:
+        sentence = "Not to be used as it stands: the table, its base or the fixture turned while the run measured."
+        return Verdict("unusable", sentence, (*beyond, *doubts, *facts))
     if beyond:
         sentence = f"At least one sensor does not meet its limits as left. {result}."
         return Verdict("unusable", sentence, (*beyond, *doubts, *facts))
@@ -102,7 +111,7 @@ def _run_doubts(state: str, counts: Counts) -> Iterable[str]:
         yield f"{missing} of {counts.design_planned} planned design dwells are missing."
 
 
-def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[str]:
+def _sensor_doubts(sensor: SensorView, table_arcsec: float | None, said: Sequence[str]) -> Iterable[str]:
     if sensor.section is not None:
         yield from sensor.section.doubts
         return
@@ -115,8 +124,13 @@ def _sensor_doubts(sensor: SensorView, table_arcsec: float | None) -> Iterable[s
                 found.setdefault(test.subject, []).append(f"{axis.axis} {test.size}")
     for subject, sizes in found.items():
         yield f"{sensor.name}: {subject} ({', '.join(sizes)}), contained in the stated uncertainties."
-    yield from (f"{sensor.name} {axis.axis}: {text}" for axis in sensor.axes for text in axis.calibration.warnings)
-    yield from (f"{sensor.name}: {warning}" for warning in sensor.warnings)
+    yield from (
+        f"{sensor.name} {axis.axis}: {text}"
+        for axis in sensor.axes
+        for text in axis.calibration.warnings
+        if text not in said
+    )
+    yield from (f"{sensor.name}: {warning}" for warning in sensor.warnings if warning not in said)
 
 
 def _remarks(sensor: SensorView) -> Iterable[str]:
@@ -126,10 +140,16 @@ def _remarks(sensor: SensorView) -> Iterable[str]:
     yield from (f"{sensor.name}: {text}" for text in of_axes)
 
 
-def _conformity_doubts(sensor: SensorView) -> Iterable[str]:
-    """Yield what the limits leave open, and what users of the sensor must be told about the time before."""
+def _conformity_doubts(sensor: SensorView, turned: Sequence[Finding]) -> Iterable[str]:
+    """Yield what the limits leave open, and what users of the sensor must be told about the time before.
+
+    ``turned``: what says that the table turned; a sensor is not blamed for what this run cannot judge.
+    """
     yield from _sentences(sensor, "as left", "conditional")
     for text in _sentences(sensor, "as found", "fail"):
+        if turned:
+            yield f"{text} This run does not tell whether that is the sensor's: the table turned while it was measured."
+            continue
         yield f"{text} What was measured with it since its last calibration is affected."
 
 

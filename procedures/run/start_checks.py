@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from procedures.common_mode.visit_watch import VisitWatch
+from procedures.common_mode.visit_watch import VisitWatch, since_check_set
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import void_detail
 from procedures.records.declared_supply import at_declared
@@ -50,7 +50,7 @@ def require_no_step(
         return
     earlier = history.earlier_checks
     since = min(dwell.epoch for dwell in earlier.values())
-    judged = watch.compare_check_sets(earlier, checks, f"since the check set of epoch {since}")
+    judged = watch.compare_check_sets(earlier, checks, since_check_set(since))
     told = [finding.text for finding in judged.findings] if judged is not None else []
     before = {step: at_declared(dwell, chains) for step, dwell in earlier.items()}
     after = {step: at_declared(dwell, chains) for step, dwell in checks.items()}

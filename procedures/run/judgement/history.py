@@ -7,6 +7,7 @@ that an interrupted run judges alike.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from procedures.common_mode.check_sets import first_checks
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.voids import DROPPED
 from procedures.journal.voids import KIND as VOIDED
@@ -30,8 +31,8 @@ class History:
     """Of the package, 1-based."""
     dropped: frozenset[str] = frozenset()
     """Sensors that are measured no more."""
-    broken_epoch: int = 0
-    """The last epoch whose seam a person accepted, or before which the package was moved: nothing before it counts."""
+    counts_from_epoch: int = 1
+    """The last epoch whose seam a person accepted: no check set before it counts any more."""
 
     @property
     def accepted_steps(self) -> frozenset[int]:
@@ -45,13 +46,8 @@ class History:
 
     @property
     def earlier_checks(self) -> dict[int, DwellRecord]:
-        """Step to what a check set is compared with: the baseline, or what was measured of sets that were cut short."""
-        found: dict[int, DwellRecord] = {}
-        for dwell in self.dwells if self.baseline_epoch is None else ():
-            is_alike = dwell.mounting == self.mounting and dwell.epoch > self.broken_epoch
-            if dwell.purpose == "check" and dwell.accepted and is_alike:
-                found.setdefault(dwell.step, dwell)
-        return found or self.baseline
+        """Step to what a check set is compared with, whole or not."""
+        return first_checks(self.dwells, self.mounting, self.counts_from_epoch, self.epoch)
 
     def check_set(self, epoch: int) -> dict[int, DwellRecord]:
         """Step to accepted check dwell of one epoch."""
@@ -105,8 +101,7 @@ def history_of(
     whole = [epoch for epoch in range(1, epochs_opened + 1) if wanted and wanted <= bare.check_set(epoch).keys()]
     alike = [epoch for epoch in whole if epoch > remounted_after]
     baseline = accepted_break if accepted_break in alike else next(iter(alike), None)
-    broken = max(remounted_after, (accepted_break or 1) - 1)
-    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting, dropped, broken)
+    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting, dropped, accepted_break or 1)
 
 
 def read_history(reader: JournalReader, plan: Plan) -> History:

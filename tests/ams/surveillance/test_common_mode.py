@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ams.findings import Finding
 from ams.surveillance.common_mode import CommonMode, Visits, WatchedAxes, judge_visits
-from ams.surveillance.common_mode_words import findings_of
+from ams.surveillance.common_mode_words import findings_of, turned_the_table
 
 Floats = NDArray[np.float64]
 Own = Callable[[Floats], Floats]
@@ -125,7 +125,7 @@ def test_a_slip_is_the_tables_and_of_its_size(
 ) -> None:
     found, findings = judged(sensors, attitudes, Happened(**{part: arcsec}))
     assert [one.kind for one in findings] == ["table-rotation"]
-    assert found.is_rotation
+    assert turned_the_table(findings)
     assert found.own == ()
     size = found.estimates[part].value / ARCSEC
     assert size == pytest.approx(arcsec, abs=0.02 * abs(arcsec) + 1.5)
@@ -161,9 +161,10 @@ def test_a_tilt_of_the_base_is_told_from_a_roll_slip_where_pitch_differs(sensors
 def test_the_meter_is_blamed_for_gain_and_offset(
     sensors: int, attitudes: tuple[tuple[float, float], ...], happened: Happened, kind: str
 ) -> None:
-    found, (finding,) = judged(sensors, attitudes, happened)
+    _found, findings = judged(sensors, attitudes, happened)
+    (finding,) = findings
     assert finding.kind == kind
-    assert not found.is_rotation
+    assert not turned_the_table(findings)
     assert "or what all sensors share (supply, temperature)" in finding.text
 
 
@@ -191,9 +192,10 @@ def test_slip_and_gain_at_once_are_both_told_over_a_check_set() -> None:
 
 
 def test_a_slip_is_named_though_every_sensor_drifts_a_little() -> None:
-    found, (finding,) = judged(8, TWO, Happened(roll=-72.0, drift_v=2e-5))
+    _found, findings = judged(8, TWO, Happened(roll=-72.0, drift_v=2e-5))
+    (finding,) = findings
     assert finding.kind == "table-rotation"
-    assert found.is_rotation
+    assert turned_the_table(findings)
 
 
 def test_drifts_that_have_nothing_in_common_blame_nobody() -> None:
@@ -202,23 +204,26 @@ def test_drifts_that_have_nothing_in_common_blame_nobody() -> None:
 
 
 def test_one_sensor_at_one_attitude_cannot_tell_rotation_from_its_own_change_and_says_so() -> None:
-    found, (finding,) = judged(1, ONE, Happened(roll=-72.0))
-    assert not found.is_rotation
+    _found, findings = judged(1, ONE, Happened(roll=-72.0))
+    (finding,) = findings
+    assert not turned_the_table(findings)
     assert "a change of SN1 itself" in finding.text
 
 
 def test_one_sensor_at_two_attitudes_tells_a_rotation_but_not_its_mount_from_the_table() -> None:
-    found, (finding,) = judged(1, TWO, Happened(roll=-72.0))
-    assert found.is_rotation
+    _found, findings = judged(1, TWO, Happened(roll=-72.0))
+    (finding,) = findings
+    assert turned_the_table(findings)
     assert "SN1 on its mount would look the same here" in finding.text
 
 
 @pytest.mark.parametrize("own", [axis_offset(4e-4, 0), axis_gain(1e-3, 0, 0)])
 def test_one_sensor_over_a_check_set_knows_its_own_change_for_no_rotation(own: Own) -> None:
     """K⁻¹ΔK is not antisymmetric, or Δb not zero."""
-    found, (finding,) = judged(1, CHECK, Happened(own=own))
+    _found, findings = judged(1, CHECK, Happened(own=own))
+    (finding,) = findings
     assert finding.kind == "sensor-change"
-    assert not found.is_rotation
+    assert not turned_the_table(findings)
 
 
 def test_of_two_sensors_one_is_blamed_only_where_the_other_saw_nothing() -> None:
