@@ -39,6 +39,7 @@ def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
         stamp = f"{row.status}{', simulated' if row.simulated else ''}"
         verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
         judged = f", {', '.join(verdicts)}" if verdicts else ""
+        judged += ", in quarantine" if row.quarantine else ""
         yield f"{row.sha256[:12]}  {row.sensor:<16} {row.created_utc:%Y-%m-%d %H:%M} UTC  {row.model}, {stamp}{judged}"
 
 

@@ -45,7 +45,7 @@ def judge(
         *(f"{text[0].upper()}{text[1:]}." for text in said),
         *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, table_arcsec, said)),
         *(f"A restart made a step: {step}." for step in restart_steps),
-        *(doubt for sensor in sensors for doubt in _conformity_doubts(sensor, turned)),
+        *(doubt for sensor in sensors for doubt in _conformity_doubts(sensor)),
     ]
     beyond = [text for sensor in sensors for text in _sentences(sensor, "as left", "fail")]
     facts = [
@@ -140,16 +140,10 @@ def _remarks(sensor: SensorView) -> Iterable[str]:
     yield from (f"{sensor.name}: {text}" for text in of_axes)
 
 
-def _conformity_doubts(sensor: SensorView, turned: Sequence[Finding]) -> Iterable[str]:
-    """Yield what the limits leave open, and what users of the sensor must be told about the time before.
-
-    ``turned``: what says that the table turned; a sensor is not blamed for what this run cannot judge.
-    """
+def _conformity_doubts(sensor: SensorView) -> Iterable[str]:
+    """Yield what the limits leave open, and what users of the sensor must be told about the time before."""
     yield from _sentences(sensor, "as left", "conditional")
     for text in _sentences(sensor, "as found", "fail"):
-        if turned:
-            yield f"{text} This run does not tell whether that is the sensor's: the table turned while it was measured."
-            continue
         yield f"{text} What was measured with it since its last calibration is affected."
 
 
