@@ -235,11 +235,14 @@ def _charts(
         for name, one in watched.items():
             one.accept(place, begins_anew=bool(alarms[name][place]))
     return tuple(
-        ComponentChart(
-            name, np.degrees(values), *np.degrees(columns[name][:4]), alarms[name], np.degrees(columns[name][4])
-        )
+        _chart(name, values, columns[name], alarms[name])
         for name, values in components.items()
     )  # fmt: skip
+
+
+def _chart(name: str, values: FloatArray, columns: FloatArray, alarms: BoolArray) -> ComponentChart:
+    centre, low, high, ewma, stated = np.degrees(columns)
+    return ComponentChart(name, np.degrees(values), centre, low, high, ewma, alarms, stated)
 
 
 def _family_scatter(watched: Mapping[str, _Watched], family: str) -> tuple[float, float]:

@@ -84,7 +84,7 @@ def _what(found: CommonMode, cause: Cause, between: str, unit: str) -> str:
 
 def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:
     """Say whose doing it is, and what else would look the same."""
-    other = {one.kind for one in found.also} - {cause.kind}
+    other = {str(one.kind) for one in found.also} - {str(cause.kind)}
     is_lone = len(found.agreeing) == 1
     if cause.kind == "table-rotation":
         whose = "the table, its base or the common fixture"

@@ -8,7 +8,7 @@ compared attitude by attitude with what earlier ones measured of it, whole or no
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,8 @@ class Judged:
     findings: tuple[Finding, ...]
     doubtful: tuple[int, ...]
     """Steps of the design measured in between."""
+    is_slow: bool = False
+    """Whether it crept from visit to visit and shows only against the first."""
 
     @property
     def holds(self) -> bool:
@@ -123,7 +125,8 @@ class VisitWatch:
         if first is last or found is None or found.findings:
             return found
         slowly = f"between visits {first.number} and {visit.number}, little by little"
-        return self._compared(first.dwells, visit.dwells, slowly, last.taken, ())
+        crept = self._compared(first.dwells, visit.dwells, slowly, last.taken, ())
+        return None if crept is None else replace(crept, is_slow=True)
 
     def _is_alike(self, one: _Visit, other: _Visit) -> bool:
         """Return whether the same mounting stood at the same temperature and at the same attitudes."""
@@ -154,7 +157,7 @@ class VisitWatch:
         )  # fmt: skip
         common = judge_visits(self.known.axes, visits, FALSE_ALARM)
         steps = tuple(doubtful)
-        read = np.isfinite(later - earlier).any(axis=0)
+        read = np.atleast_1d(np.isfinite(later - earlier).any(axis=0))
         sensors = tuple(
             dict.fromkeys(name for name, is_read in zip(self.known.axes.sensor, read, strict=True) if is_read)
         )

@@ -36,8 +36,11 @@ def history_figure(found: SensorHistory) -> Figure:
     """Draw all charts of a sensor on one page; those of a check sensor with its components."""
     history = found.history
     rows = [[chart for chart in history.charts if _kind(chart.name) == kind] for kind in _kinds(history.charts)]
-    components = [] if found.check is None else _shared(found.check.charts)
-    count, width = len(rows) + len(components), max(len(row) for row in (*rows, *components))
+    components: list[list[ComponentChart]] = [] if found.check is None else _shared(found.check.charts)
+    count, width = (
+        len(rows) + len(components),
+        max(map(len, [*map(list[object], rows), *map(list[object], components)])),
+    )
     when = np.array([label.created_utc.replace(tzinfo=None) for label in history.labels], dtype="datetime64[s]")
     with canvas.style():
         figure = canvas.canvas(HEAD_IN + ROW_IN * count)
@@ -133,5 +136,8 @@ def _label(name: str) -> str:
 
 def _title(found: SensorHistory) -> str:
     history = found.history
-    signs = ", ".join(dict.fromkeys(SIGNS[finding.kind] for finding in history.findings)) or "nothing found"
+    own = [SIGNS[finding.kind] for finding in history.findings]
+    shared = [] if found.check is None else [finding.component for finding in found.check.findings]
+    unjudged = found.check is not None and not found.check.is_judged
+    signs = ", ".join(dict.fromkeys([*own, *shared])) or ("cannot judge yet" if unjudged else "nothing found")
     return f"{history.sensor}: {len(history.labels)} calibrations on {history.labels[-1].rig}: {signs}"

@@ -14,10 +14,20 @@ from procedures.solution.request import SolvedSensor
 
 
 def run_findings(record: RunRecord) -> tuple[Finding, ...]:
-    """Return what reference visits and check sets say of table, meter and sensors together."""
+    """Return what reference visits and check sets say of table, meter and sensors together.
+
+    A sensor that creeps is no reservation where the solution has a term for it.
+    """
     dwells = sorted(record.dwells, key=lambda dwell: (dwell.epoch, dwell.started_s))
     judged = judge_run(record.plan, correcting(record.rig.chain), dwells, record.events)
-    return tuple(finding for one in judged for finding in one.findings)
+    has_term = record.plan.solve.time_term == "linear"
+    return tuple(
+        replace(finding, is_significant=False)
+        if has_term and one.is_slow and finding.kind == "sensor-change"
+        else finding
+        for one in judged
+        for finding in one.findings
+    )
 
 
 def of_sensor(findings: Sequence[Finding], sensor: str) -> tuple[Finding, ...]:
