@@ -37,10 +37,8 @@ def history_figure(found: SensorHistory) -> Figure:
     history = found.history
     rows = [[chart for chart in history.charts if _kind(chart.name) == kind] for kind in _kinds(history.charts)]
     components: list[list[ComponentChart]] = [] if found.check is None else _shared(found.check.charts)
-    count, width = (
-        len(rows) + len(components),
-        max(map(len, [*map(list[object], rows), *map(list[object], components)])),
-    )
+    count = len(rows) + len(components)
+    width = max(*(len(row) for row in rows), *(len(row) for row in components), 1)
     when = np.array([label.created_utc.replace(tzinfo=None) for label in history.labels], dtype="datetime64[s]")
     with canvas.style():
         figure = canvas.canvas(HEAD_IN + ROW_IN * count)

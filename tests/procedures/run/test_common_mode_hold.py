@@ -80,6 +80,11 @@ def told_by(run_dir: Path) -> list[tuple[list[str], bool, str]]:
 def test_fault_88_a_slip_in_mid_run_is_held_at_the_next_reference_visit_with_the_table_named(
     eight: Bench, tmp_path: Path, axis: str, by_deg: float
 ) -> None:
+    """An axis slips by 72″, and its read-back does not tell.
+
+    Detected: every reference visit over all sensors: slips of the axes, tilt of the base, meter, each sensor's own.
+    Response: held within that visit, the table named, the dwells in doubt and what takes them back; set in quarantine.
+    """
     unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={7: slips(axis, by_deg)})
     assert run_unattended(eight, unattended).state is State.STOPPED
     held = next(event for event in events(unattended.run_dir, "state") if event.detail["to"] == "held")
@@ -145,7 +150,11 @@ def test_a_quiet_run_says_nothing(three: Bench, tmp_path: Path) -> None:
 
 
 def test_fault_87_a_partial_check_set_is_judged_when_the_next_one_stands(eight: Bench, tmp_path: Path) -> None:
-    """The link is lost inside the first check set, and roll slips by 0.2° before it comes back."""
+    """The link is lost inside the first check set, and roll slips by 0.2° before it comes back.
+
+    Detected: what was measured of the set that was cut short, against the next one, over all sensors and attitudes.
+    Response: tripped; table, meter and sensors told apart in the sentence.
+    """
     unattended = UnattendedRun(tmp_path / "run")
     lost_at = 24 * 4 + 5
 
