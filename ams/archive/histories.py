@@ -9,6 +9,7 @@ from datetime import datetime
 from sqlalchemy import Connection, select
 
 from ams.archive.connection import reading
+from ams.archive.quarantines import quarantined
 from ams.archive.sets import BUSY_TIMEOUT_S, show
 from ams.archive.tables import POINTS, SETS
 from ams.errors import ArchiveError, ArchiveUnknown
@@ -80,7 +81,7 @@ def population_of(
     """Return all calibrations of the sensor's kind (same axes, same unit).
 
     Of several solutions of a run the one that was published last counts. Simulated calibrations count only for a sensor
-    that was never measured.
+    that was never measured. Sets in quarantine are left out.
 
     Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
     """
@@ -120,6 +121,7 @@ def _rows(
         select(*columns)
         .select_from(both)
         .where(POINTS.c.axes == axes, POINTS.c.sensitivity_name == sensitivity_name, SETS.c.simulated == simulated)
+        .where(SETS.c.sha256.not_in(quarantined()))
         .order_by(SETS.c.published_utc, SETS.c.sha256)
     )
     return [tuple(row) for row in connection.execute(query)]

@@ -18,13 +18,16 @@ from sqlalchemy import Connection, and_, literal, or_, select
 
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
+from ams.archive.quarantines import quarantine, quarantined
 from ams.archive.sets import BUSY_TIMEOUT_S, Publication, find_set, insert_sets, require_publishable, stored_set
 from ams.archive.tables import ADJUSTMENTS, RUNS, SETS, STANDARDS, USES
 from ams.errors import ArchiveError, ArchiveForbids, OutsideValidity
+from ams.findings import Finding, significant_texts
 from ams.observations import Observations
 from ams.sets.canonical import Document, canonical_bytes, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust, from_document, to_document
+from ams.surveillance.common_mode_words import turned_the_table
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,8 @@ class MeasuredSensor:
     observations: Observations
     is_check: bool = False
     """A permanent check sensor."""
+    findings: tuple[Finding, ...] = ()
+    """Of the run as a whole, as far as they concern this sensor."""
 
 
 @dataclass(frozen=True)
@@ -126,6 +131,10 @@ def publish_run(
         _insert_run(connection, run, published_utc, standards, words, _supersession(strangers, supersede))
         checks = {sensor.coefficients.sensor: sensor.is_check for sensor in sensors}
         publications = insert_sets(connection, sets, published_utc, checks)
+        for sensor in sensors:
+            if turned := turned_the_table(sensor.findings):
+                reason = "; ".join(significant_texts(turned))
+                quarantine(connection, [sensor.coefficients.sha256], reason, published_utc)
         found = {
             sensor.coefficients.sensor: _adjusted(connection, sensor, published_utc, usage_pitch_deg)
             for sensor in sensors
@@ -307,11 +316,12 @@ def _adjusted(
     stored = _stored_adjustment(connection, new.sha256)
     if stored is not None:
         return stored
-    previous = _previous(connection, new)
+    turned = "; ".join(significant_texts(turned_the_table(sensor.findings)))
+    previous = None if turned else _previous(connection, new)
     declared = new.provenance["acceptance"]
     acceptance = acceptance_of(None if declared is None else table(declared))
     try:
-        found = adjust(previous, new, sensor.observations, acceptance, usage_pitch_deg)
+        found = adjust(previous, new, sensor.observations, acceptance, usage_pitch_deg, turned or None)
     except OutsideValidity:
         return None
     row = {
@@ -330,11 +340,12 @@ def _adjusted(
 def _previous(connection: Connection, new: CoefficientSet) -> CoefficientSet | None:
     """Return the latest set of this sensor from an earlier calibration.
 
-    A simulated set never stands before a measured one.
+    A simulated set never stands before a measured one, nor one in quarantine before any.
     """
     query = select(SETS.c.sha256).where(
-        SETS.c.sensor == new.sensor, SETS.c.created_utc < new.created_utc, SETS.c.simulated == new.is_simulated
-    )
+        SETS.c.sensor == new.sensor, SETS.c.created_utc < new.created_utc, SETS.c.simulated == new.is_simulated,
+        SETS.c.sha256.not_in(quarantined()),
+    )  # fmt: skip
     run_id = new.provenance["run_id"]
     if run_id is not None:
         query = query.where(or_(SETS.c.run_id.is_(None), SETS.c.run_id != run_id))

@@ -14,7 +14,8 @@ from sqlalchemy import ColumnElement, Connection, Select, select
 
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import Written, write
-from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, SETS
+from ams.archive.quarantines import quarantined
+from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, QUARANTINES, SETS
 from ams.errors import ArchiveError, ArchiveUnknown, SetError
 from ams.exports.json_text import from_json, to_json
 from ams.sets.canonical import Document, table
@@ -44,6 +45,8 @@ class ArchivedSet:
     as_found: str | None
     """Verdict; None where there was nothing to find or no limit."""
     as_left: str | None
+    quarantine: str | None
+    """Why it is in quarantine; None where it is not."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,12 @@ def list_sets(
     search: Search | None = None,
 ) -> tuple[ArchivedSet, ...]:
     """Return the sets, by sensor, then oldest first. Raises: ArchiveError where the archive cannot be read."""
-    from_other = {"rig": POINTS.c.rig, "as_found": ADJUSTMENTS.c.as_found, "as_left": ADJUSTMENTS.c.as_left}
+    from_other = {
+        "rig": POINTS.c.rig,
+        "as_found": ADJUSTMENTS.c.as_found,
+        "as_left": ADJUSTMENTS.c.as_left,
+        "quarantine": QUARANTINES.c.reason,
+    }
     names = [field.name for field in fields(ArchivedSet)]
     listed = [from_other[name] if name in from_other else SETS.c[name] for name in names]
     wanted = [*_conditions(search or Search()), *([] if sensor is None else [SETS.c.sensor == sensor])]
@@ -111,14 +119,18 @@ def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> 
 def find_set(connection: Connection, key: str) -> str:
     """Return the checksum that a key means: a sensor's latest set, or the one whose checksum begins so.
 
+    A set in quarantine is nobody's latest.
+
     Raises: ArchiveUnknown where nothing or more than one fits.
     """
-    rows = connection.execute(_query([SETS.c.sha256], [SETS.c.sensor == key])).scalars().all()[-1:]
+    sound = [SETS.c.sensor == key, SETS.c.sha256.not_in(quarantined())]
+    rows = connection.execute(_query([SETS.c.sha256], sound)).scalars().all()[-1:]
     if not rows and len(key) >= SHORTEST_KEY:
         begins = SETS.c.sha256.startswith(key.lower(), autoescape=True)
         rows = connection.execute(_query([SETS.c.sha256], [begins])).scalars().all()
     if len(rows) != 1:
-        found = ", ".join(sha256[:12] for sha256 in rows) or "nothing"
+        taken = connection.execute(_query([SETS.c.sha256], [SETS.c.sensor == key])).first() is not None
+        found = ", ".join(sha256[:12] for sha256 in rows) or ("only sets in quarantine" if taken else "nothing")
         raise ArchiveUnknown(
             f"archive: no single set for {key!r}: found {found}, needed is a sensor's name or at least {SHORTEST_KEY} "
             "characters of a checksum that fit one set; list the sets and take one from there"
@@ -191,6 +203,7 @@ def _query(columns: Sequence[ColumnElement[Any]], wanted: Sequence[ColumnElement
     """
     tables = SETS.outerjoin(POINTS, SETS.c.sha256 == POINTS.c.sha256)
     tables = tables.outerjoin(ADJUSTMENTS, SETS.c.sha256 == ADJUSTMENTS.c.sha256)
+    tables = tables.outerjoin(QUARANTINES, SETS.c.sha256 == QUARANTINES.c.sha256)
     order = (SETS.c.sensor, SETS.c.created_utc, SETS.c.published_utc, SETS.c.sha256)
     return select(*columns).select_from(tables).where(*wanted).order_by(*order)
 

@@ -47,7 +47,7 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 
 METADATA = MetaData()
-REVISIONS = ("0001", "0002")
+REVISIONS = ("0001", "0002", "0003")
 """Of the schema, oldest first: what this calrig knows."""
 
 SETS = Table(
@@ -141,6 +141,15 @@ ADJUSTMENTS = Table(
     Column("document", Text, nullable=False),
 )
 """As found and as left: verdicts, largest errors, and the whole as JSON."""
+
+QUARANTINES = Table(
+    "quarantines",
+    METADATA,
+    Column("sha256", String(64), ForeignKey("sets.sha256"), primary_key=True),
+    Column("reason", Text, nullable=False),
+    Column("quarantined_utc", UtcDateTime, nullable=False),
+)
+"""Sets of a run whose table turned: kept as they are, and never what a later one is compared with."""
 
 SIGNATURES = Table(
     "signatures",

@@ -110,14 +110,19 @@ def adjust(
     observations: Observations,
     acceptance: Acceptance,
     usage_pitch_deg: tuple[float, float] | None = None,
+    run_at_fault: str | None = None,
 ) -> Adjustment:
     """Judge a sensor as found by the previous set and as left by the new one, both on the data of the new run.
+
+    ``run_at_fault``: why this run says nothing of how a sensor was found, such as a table that turned.
 
     Raises: OutsideValidity where even the new set tells no angle (gyros, CR's packages).
     """
     as_left = _condition("as-left", new, new, observations, acceptance, usage_pitch_deg)
     as_found, why = None, "first calibration in this archive" if previous is None else None
-    if previous is not None:
+    if run_at_fault is not None:
+        why = f"this run does not tell: {run_at_fault}"
+    elif previous is not None:
         try:
             as_found = _condition("as-found", previous, new, observations, acceptance, usage_pitch_deg)
         except OutsideValidity as error:

@@ -6,11 +6,20 @@ A permanent check sensor is never taken off its mount and is calibrated in every
 - *table tilt*: the rotation of the whole package, which nobody remounted (a mount that moved looks the same);
 - *sensor*: what is left, in which its axes differ from one another (offsets, sensitivities, angles between axes).
 
+Every component is charted twice. A Shewhart chart compares a run with the mean of those before it, ± t·s·√(1 + 1/m),
+s being the scatter between runs: of the other sensors' runs and its own together for what is the sensor's and the
+meter's (:mod:`ams.surveillance.between_runs`), its own about all three axes for the tilt, and never less than the
+certificates' own uncertainties. An exponentially weighted mean (λ = 0.2) of the same deviations, each turned into a
+normal one (Quesenberry 1991), finds what creeps and steps that are small. A run that is not what it was begins anew.
+
+Before there are four differences no limit exists, and nothing is said to have stayed as it was: what the certificates'
+uncertainties alone do not explain is told, and that it cannot be judged yet.
+
 What all its axes do alike may still be its own (its supply, its temperature). The other sensors of the same run are the
 witnesses: what they changed alike since their own last calibration is the meter's, if it is what the check sensor says.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -19,8 +28,9 @@ from numpy.typing import NDArray
 
 from ams.arrays import BoolArray, FloatArray
 from ams.errors import ArchiveUnknown
+from ams.statistics.distributions import f_tail, normal_quantile
 from ams.statistics.intervals import t_quantile
-from ams.surveillance.between_runs import DIFFERENCE_EFFICIENCY
+from ams.surveillance.between_runs import DIFFERENCE_EFFICIENCY, pooled_scatter
 from ams.surveillance.series import PointLabel, Population
 
 Cause = Literal["sensor", "table", "meter", "open"]
@@ -29,6 +39,8 @@ LEVEL = 0.002
 """Chance of any false alarm in one run."""
 WITNESS_FACTOR = 3.0
 LEAST_DIFFERENCES = 4
+EWMA_WEIGHT = 0.2
+STATED_LEVEL = 0.95
 METER_GAIN, METER_OFFSET = "meter gain", "meter offset"
 
 
@@ -38,10 +50,16 @@ class ComponentChart:
 
     name: str
     value_deg: FloatArray
+    centre_deg: FloatArray
+    """Mean of the runs before, since the last change; NaN for the first."""
     low_deg: FloatArray
-    """The prediction interval of the run before; NaN while too little is known."""
+    """Where the run was to lie; NaN while too little is known."""
     high_deg: FloatArray
+    ewma_deg: FloatArray
+    """The weighted mean of the deviations, added to the centre; NaN while too little is known."""
     is_alarm: BoolArray
+    stated_deg: FloatArray
+    """Expanded uncertainty of the difference from the centre by the certificates alone (95 %)."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +81,25 @@ class CheckHistory:
     labels: tuple[PointLabel, ...]
     charts: tuple[ComponentChart, ...]
     findings: tuple[CheckFinding, ...]
+    differences: int
+    """Between runs that belong together: what the scatter is known from."""
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether limits exist for the latest run."""
+        return bool(self.charts) and bool(np.isfinite(self.charts[0].low_deg[-1]))
+
+    @property
+    def unexplained(self) -> tuple[str, ...]:
+        """What of the latest run the certificates' uncertainties alone do not explain, while no limit exists."""
+        if self.is_judged or len(self.labels) < 2:
+            return ()
+        changes = ((chart, float(chart.value_deg[-1] - chart.centre_deg[-1])) for chart in self.charts)
+        return tuple(
+            f"{chart.name} {change:+.4f} deg, where the certificates explain {chart.stated_deg[-1]:.4f} deg"
+            for chart, change in changes
+            if abs(change) > chart.stated_deg[-1]
+        )
 
 
 def check_history(population: Population, sensor: str) -> CheckHistory:
@@ -72,10 +109,11 @@ def check_history(population: Population, sensor: str) -> CheckHistory:
         raise ArchiveUnknown(f"history: check sensor {sensor!r}: has no calibration here; name one that has")
     labels = tuple(population.labels[rows])
     components = _components(population, rows)
-    level = LEVEL / len(components)
-    charts = tuple(_chart(name, values, level) for name, values in components.items())
+    known = _known_scatter(population, sensor, rows, components)
+    level = LEVEL / (2 * len(components))
+    charts = _charts(components, known, level)
     findings = tuple(_findings(population, labels, charts))
-    return CheckHistory(sensor, labels, charts, findings)
+    return CheckHistory(sensor, labels, charts, findings, _differences(charts))
 
 
 def check_sensors(population: Population, rig: str) -> tuple[str, ...]:
@@ -116,21 +154,138 @@ def _is_gain(kinds: NDArray[np.str_]) -> BoolArray:
     return np.asarray(np.char.startswith(kinds, "sensitivity"))
 
 
-def _chart(name: str, values: FloatArray, level: float) -> ComponentChart:
-    """Chart every run against the one before, with the scatter of the differences before it; a step begins anew."""
-    low, high = np.full(values.size, np.nan), np.full(values.size, np.nan)
-    alarms = np.zeros(values.size, dtype=bool)
-    squares, differences, last = 0.0, 0, 0
-    for place in range(1, values.size):
-        if differences >= LEAST_DIFFERENCES:
-            dof = DIFFERENCE_EFFICIENCY * differences
-            half = float(t_quantile(1.0 - level, dof)) * float(np.sqrt(2.0 * squares / differences))
-            low[place], high[place] = values[last] - half, values[last] + half
-            alarms[place] = not low[place] <= values[place] <= high[place]
-        if not alarms[place]:
-            squares, differences = squares + 0.5 * (values[place] - values[last]) ** 2, differences + 1
-        last = place
-    return ComponentChart(name, np.degrees(values), np.degrees(low), np.degrees(high), alarms)
+@dataclass(frozen=True)
+class _Component:
+    """What is known of one component's scatter beside its own runs."""
+
+    family: str
+    """Components of one family have one scatter, each its share of it."""
+    share: float
+    prior_variance: float
+    prior_dof: float
+    stated: FloatArray
+    """(n,) variance by the certificates."""
+
+
+def _known_scatter(
+    population: Population, sensor: str, rows: slice, components: Mapping[str, FloatArray]
+) -> dict[str, _Component]:
+    kinds = np.array(population.kinds)
+    pooled = pooled_scatter(population, leave_out=sensor)
+    stated = population.scatter_rad[rows] ** 2
+    groups = {"gain": _is_gain(kinds), "offset": kinds == "offset_v", "angle": kinds == "angle_deg"}
+    across = _across_variance(population, rows)
+    found = {}
+    for name in components:
+        if name.startswith("table"):
+            found[name] = _Component("tilt", 1.0, 0.0, 0.0, across)
+            continue
+        group = "gain" if "gain" in name or "sensitivity" in name else "offset" if "offset" in name else "angle"
+        columns = groups[group]
+        count = int(columns.sum())
+        share = {"angle": 1.0}.get(group, 1.0 / count if name.startswith("meter") else 1.0 - 1.0 / count)
+        prior = (float(pooled.variance[columns][0]), float(pooled.prior_dof[columns][0])) if count else (0.0, 0.0)
+        mean_stated = stated[:, columns].mean(axis=1) if count else np.zeros(len(stated))
+        found[name] = _Component(group, max(share, 1e-9), *prior, mean_stated * share)
+    return found
+
+
+def _across_variance(population: Population, rows: slice) -> FloatArray:
+    """Return the (n,) variance of a rotation by the certificates: that of directions, over the axes that tell it."""
+    numbers = population.numbers
+    k, covariance = numbers.k[rows], numbers.scatter[rows][..., 1:, 1:]
+    size = np.linalg.norm(k, axis=-1)
+    unit = k / size[..., None]
+    along = np.einsum("nai,naij,naj->na", unit, covariance, unit)
+    across = (np.trace(covariance, axis1=-2, axis2=-1) - along) / (2.0 * size**2)
+    return np.asarray(across.mean(axis=1) / max(k.shape[1] - 1, 1))
+
+
+class _Watched:
+    """One component as its runs come in."""
+
+    def __init__(self, values: FloatArray, known: _Component) -> None:
+        self.values, self.known = values, known
+        self.regime = [0]
+        self.squares, self.differences = 0.0, 0
+        self.ewma, self.weighted = 0.0, 0
+
+    def accept(self, place: int, *, begins_anew: bool) -> None:
+        if begins_anew:
+            self.regime, self.ewma, self.weighted = [place], 0.0, 0
+            return
+        self.squares += 0.5 * (self.values[place] - self.values[self.regime[-1]]) ** 2 / self.known.share
+        self.differences += 1
+        self.regime.append(place)
+
+
+def _charts(
+    components: Mapping[str, FloatArray], known: Mapping[str, _Component], level: float
+) -> tuple[ComponentChart, ...]:
+    """Chart every component, run by run, each family's scatter from all its components."""
+    watched = {name: _Watched(values, known[name]) for name, values in components.items()}
+    size = next(iter(components.values())).size
+    columns = {name: np.full((5, size), np.nan) for name in components}
+    alarms = {name: np.zeros(size, dtype=bool) for name in components}
+    for place in range(1, size):
+        scatters = {one.known.family: _family_scatter(watched, one.known.family) for one in watched.values()}
+        for name, one in watched.items():
+            variance, dof = scatters[one.known.family]
+            columns[name][:, place], alarms[name][place] = _judged(one, place, variance, dof, level)
+        for name, one in watched.items():
+            one.accept(place, begins_anew=bool(alarms[name][place]))
+    return tuple(
+        _chart(name, values, columns[name], alarms[name])
+        for name, values in components.items()
+    )  # fmt: skip
+
+
+def _chart(name: str, values: FloatArray, columns: FloatArray, alarms: BoolArray) -> ComponentChart:
+    centre, low, high, ewma, stated = np.degrees(columns)
+    return ComponentChart(name, np.degrees(values), centre, low, high, ewma, alarms, stated)
+
+
+def _family_scatter(watched: Mapping[str, _Watched], family: str) -> tuple[float, float]:
+    """Return the variance of a whole component of a family between runs, and its degrees of freedom."""
+    own = [one for one in watched.values() if one.known.family == family]
+    differences = sum(one.differences * min(one.known.share, 1.0) for one in own)
+    if min(one.differences for one in own) < LEAST_DIFFERENCES:
+        return np.nan, 0.0
+    prior, prior_dof = own[0].known.prior_variance, own[0].known.prior_dof
+    own_dof = DIFFERENCE_EFFICIENCY * differences
+    squares = sum(one.squares * one.known.share for one in own) / differences
+    dof = prior_dof + own_dof
+    return (prior_dof * prior + own_dof * squares) / dof, dof
+
+
+def _judged(one: _Watched, place: int, variance: float, dof: float, level: float) -> tuple[list[float], bool]:
+    """Return centre, low, high, weighted mean and what the certificates explain, and whether it is an alarm."""
+    centre = float(one.values[one.regime].mean())
+    count = len(one.regime)
+    stated_v = float(one.known.stated[place] + one.known.stated[one.regime].mean() / count)
+    stated = float(t_quantile(STATED_LEVEL, np.inf)) * float(np.sqrt(stated_v))
+    if not dof > 0.0:
+        return [centre, np.nan, np.nan, np.nan, stated], False
+    sigma = float(np.sqrt(max(variance * one.known.share * (1.0 + 1.0 / count), stated_v)))
+    half = float(t_quantile(1.0 - level, dof)) * sigma
+    deviation = (float(one.values[place]) - centre) / sigma
+    one.ewma = EWMA_WEIGHT * _as_normal(deviation, dof) + (1.0 - EWMA_WEIGHT) * one.ewma
+    one.weighted += 1
+    spread = np.sqrt(EWMA_WEIGHT / (2.0 - EWMA_WEIGHT) * (1.0 - (1.0 - EWMA_WEIGHT) ** (2 * one.weighted)))
+    has_crept = abs(one.ewma) > float(t_quantile(1.0 - level, np.inf)) * float(spread)
+    is_alarm = abs(deviation) * sigma > half or has_crept
+    return [centre, centre - half, centre + half, centre + one.ewma * sigma, stated], bool(is_alarm)
+
+
+def _as_normal(deviation: float, dof: float) -> float:
+    """Return the normal deviate that is as rare as a Student's t of so many degrees of freedom."""
+    tail = 0.5 * float(f_tail(deviation**2, 1.0, dof))
+    return float(np.copysign(-normal_quantile(max(tail, 1e-300)), deviation))
+
+
+def _differences(charts: Sequence[ComponentChart]) -> int:
+    """Return how many differences between runs belong together, of the component that has fewest."""
+    return min((int(chart.value_deg.size - 1 - chart.is_alarm.sum()) for chart in charts), default=0)
 
 
 def _findings(
@@ -139,7 +294,7 @@ def _findings(
     for place, label in enumerate(labels):
         for chart in charts:
             if chart.is_alarm[place]:
-                change = float(chart.value_deg[place] - chart.value_deg[place - 1])
+                change = float(chart.value_deg[place] - chart.centre_deg[place])
                 spread = float(chart.high_deg[place] - chart.low_deg[place]) / 2.0
                 yield _explained(population, label, chart.name, change, spread)
 

@@ -35,6 +35,8 @@ class Grounds:
     amends: Amendment | None = None
     is_specimen: bool = False
     """To look at, never to be sent: stamped on every page, and gaps are printed instead of refused."""
+    quarantine: str | None = None
+    """Why the archive has the set in quarantine; None where it has not."""
 
     @property
     def laboratory(self) -> Mapping[str, Json]:
@@ -67,6 +69,8 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
     """Yield what a certificate would lack, a phrase each."""
     if grounds.coefficients.is_simulated:
         yield "the readings come from a twin (SIMULATED)"
+    if grounds.quarantine is not None:
+        yield f"the set is in quarantine: {grounds.quarantine}"
     if not any(signature.role == "approved" for signature in grounds.signatures):
         yield "nobody has approved the set"
     if grounds.coefficients.status != "approved":

@@ -10,7 +10,7 @@ from ams.archive.sets import ArchivedSet
 from ams.archive.signatures import SignOff
 from ams.parameter_words import words_of
 from ams.surveillance.adjustment import Adjustment, Condition
-from ams.surveillance.check_chart import CheckHistory
+from ams.surveillance.check_chart import LEAST_DIFFERENCES, CheckHistory
 from ams.surveillance.compare import AxisChange, Change, Comparison
 from ams.surveillance.control_chart import Chart
 from ams.units import ARCSEC_PER_DEG
@@ -40,6 +40,7 @@ def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
         stamp = f"{row.status}{', simulated' if row.simulated else ''}"
         verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
         judged = f", {', '.join(verdicts)}" if verdicts else ""
+        judged += ", in quarantine" if row.quarantine else ""
         yield f"{row.sha256[:12]}  {row.sensor:<16} {row.created_utc:%Y-%m-%d %H:%M} UTC  {row.model}, {stamp}{judged}"
 
 
@@ -151,6 +152,10 @@ def _chart_line(chart: Chart) -> str:
 
 
 def _check_lines(check: CheckHistory) -> Iterator[str]:
-    if not check.findings:
+    if not check.is_judged:
+        known = f"{min(check.differences, LEAST_DIFFERENCES)} of {LEAST_DIFFERENCES}"
+        yield f"check sensor: cannot judge yet ({known} differences between runs); by the certificates' uncertainties:"
+        yield from (f"  {text}" for text in check.unexplained or ("nothing changed that they do not explain",))
+    elif not check.findings:
         yield "check sensor: table, meter and the sensor itself stayed as they were"
     yield from (f"check sensor: {finding.cause}: {finding.sentence}" for finding in check.findings)

@@ -9,6 +9,7 @@ from ams.errors import ArchiveError
 from ams.sets.coefficients import CoefficientSet
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
+from procedures.solution.run_findings import of_sensor, run_findings
 from rig.clock import SystemClock
 
 
@@ -40,9 +41,12 @@ def publish_solved(
 def measured_sensors(
     record: RunRecord, solved: Mapping[str, SolvedSensor], sets: Mapping[str, CoefficientSet]
 ) -> list[MeasuredSensor]:
-    """Return every sensor that has a set, with its rows."""
+    """Return every sensor that has a set, with its rows and what the run as a whole says of it."""
+    findings = run_findings(record)
     return [
-        MeasuredSensor(one, solved[name].observations, record.plan.sensors[name].check_sensor)
+        MeasuredSensor(
+            one, solved[name].observations, record.plan.sensors[name].check_sensor, of_sensor(findings, name)
+        )
         for name, one in sets.items()
     ]
 

@@ -31,6 +31,11 @@ from rig.toml_file import StrictTable, TomlFile, as_tuple
 Order = Literal["there-and-back", "forward-reverse", "serpentine", "raster", "blocks", "random", "seeded"]
 Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
 MAX_POINTS_PER_AXIS = 3601
+Angles = Annotated[
+    Annotated[Angle, Tag("one")] | Annotated[tuple[Angle, ...], BeforeValidator(as_tuple), Tag("list")],
+    Discriminator(lambda value: "list" if isinstance(value, list | tuple) else "one"),
+]
+"""One angle or several."""
 OwnTable = TypeVar("OwnTable", bound=StrictTable)
 
 
@@ -183,11 +188,36 @@ class EnvironmentPlan(StrictTable):
 
 
 class CheckPlan(StrictTable):
-    """``[check]``: returns to a reference attitude."""
+    """``[check]``: returns to the reference attitude, or to several, one after the other."""
 
     reference_every: Annotated[int, Field(ge=1)]
-    pitch_deg: Angle = 0.0
-    roll_deg: Angle = 0.0
+    pitch_deg: Angles = 0.0
+    roll_deg: Angles = 0.0
+
+    @model_validator(mode="after")
+    def _as_many_of_each(self) -> Self:
+        counts = {len(angles) for angles in (self.pitch_deg, self.roll_deg) if isinstance(angles, tuple)}
+        if len(counts) > 1 or 0 in counts:
+            raise ValueError(
+                "pitch_deg and roll_deg name the reference attitudes together: give one number, or two lists of the "
+                "same length"
+            )
+        return self
+
+    @property
+    def attitudes_deg(self) -> tuple[tuple[float, float], ...]:
+        """Pitch and roll of every reference attitude, in the order of a visit."""
+        given = (self.pitch_deg, self.roll_deg)
+        count = max(len(angles) if isinstance(angles, tuple) else 1 for angles in given)
+        pitch, roll = (angles if isinstance(angles, tuple) else (angles,) * count for angles in given)
+        return tuple(zip(pitch, roll, strict=True))
+
+    @property
+    def tells_slip_from_tilt(self) -> bool:
+        """Whether two of the attitudes differ in pitch and in roll."""
+        return any(
+            one[0] != other[0] and one[1] != other[1] for one in self.attitudes_deg for other in self.attitudes_deg
+        )
 
 
 class StopRule(StrictTable):

@@ -93,6 +93,8 @@ def _word(event: Event) -> str:
                 f"the computer's clock was set by {step_s:+.1f} s during the run; its dates are those of the clock "
                 "with which it began and of the time that passed since"
             )
+        case "common_mode":
+            return str(event.detail.get("text", ""))
         case "held_up":
             return str(event.detail.get("text", ""))
         case "note":
@@ -124,13 +126,6 @@ def identities_in(events: Iterable[Event]) -> Mapping[str, str]:
         if event.kind == "identities"
         for name, identity in event.detail.items()
     }
-
-
-def restart_steps_in(events: Iterable[Event]) -> tuple[str, ...]:
-    """Return what a check set after a restart found changed beyond its limit."""
-    return tuple(
-        str(event.detail.get("worst", "")) for event in events if event.kind == "seam" and event.detail.get("steps")
-    )
 
 
 def _state(event: Event) -> str:

@@ -170,6 +170,12 @@ def _advice(plan: Plan) -> Iterator[str]:
             f"{plan.replications} replication{'s' if plan.replications > 1 else ''}: drift and lack of fit want "
             f"{LEAST_REPLICATIONS} or more (TP recommendation 6)"
         )
+    if plan.reference is not None and plan.is_at_rest and not plan.reference.tells_slip_from_tilt:
+        yield (
+            "reference visits at attitudes that do not differ in pitch and in roll cannot tell a slip of the table "
+            "from a tilt of its base, and of a lone sensor not from its own change: name two, such as [check] "
+            "pitch_deg = [0, 30], roll_deg = [0, 60]"
+        )
 
 
 def advice_on_ranges(plan: Plan) -> Iterator[str]:

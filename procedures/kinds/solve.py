@@ -9,12 +9,15 @@ from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import design_dwells, observations_of
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
+from procedures.solution.run_findings import of_sensor, run_findings, with_run_findings
 from rig.description.rig_file import RigDescription, Sensor
 
 
 def solve_record(record: RunRecord) -> dict[str, SolvedSensor]:
     """Solve every sensor of a run from its accepted dwells, as its procedure asks."""
-    return solve_sensors(record.dwells, record.rig, record.plan, f"run {record.run_id}")
+    solved = solve_sensors(record.dwells, record.rig, record.plan, f"run {record.run_id}")
+    findings = run_findings(record)
+    return {name: with_run_findings(one, of_sensor(findings, name)) for name, one in solved.items()}
 
 
 def solve_sensors(

@@ -1,7 +1,7 @@
 """Designs and steps of a package that rests at attitudes.
 
 Steps in their order: for each plateau its soak; before the first design dwell the check set; then the replications,
-each in the order asked for, with a return to the reference attitude after every so many design dwells.
+each in the order asked for, with a return to the reference attitudes after every so many design dwells.
 """
 
 from collections.abc import Iterator, Sequence
@@ -96,8 +96,9 @@ def _replication(
     for place, point in enumerate(points, start=(replication - 1) * len(points) + 1):
         yield _dwell(next(numbers), "design", replication, point.label, axes, point)
         if check is not None and place % check.reference_every == 0:
-            at = DesignPoint(0, check.pitch_deg, check.roll_deg)
-            yield _dwell(next(numbers), "reference", replication, 0, axes, at)
+            for pitch_deg, roll_deg in check.attitudes_deg:
+                at = DesignPoint(0, pitch_deg, roll_deg)
+                yield _dwell(next(numbers), "reference", replication, 0, axes, at)
 
 
 def check_points(design: Design) -> tuple[DesignPoint, ...]:

@@ -27,10 +27,11 @@ def unreachable(
     reference = [dwell for dwell in dwells if dwell.purpose == "reference"]
     for axis, settings in rig.axes.items():
         yield from _of_axis(procedure, key_of(axis), axis, settings, _targets(dwells, axis))
-        # The reference attitude is asked for at a key of its own.
-        for dwell in reference[:1]:
-            wanted_deg = {"the reference attitude": dwell.targets_deg[axis]}
-            yield from _of_axis(procedure, ("check", f"{axis}_deg"), axis, settings, wanted_deg)
+        # The reference attitudes are asked for at a key of their own.
+        wanted_deg = dict.fromkeys(dwell.targets_deg[axis] for dwell in reference if axis in dwell.targets_deg)
+        several = len(wanted_deg) > 1
+        named = {f"the reference attitude{f' at {angle:g}°' if several else ''}": angle for angle in wanted_deg}
+        yield from _of_axis(procedure, ("check", f"{axis}_deg"), axis, settings, named)
 
 
 def _targets(dwells: Iterable[Dwell], axis: str) -> dict[str, float]:

@@ -9,18 +9,20 @@ from datetime import datetime
 
 import numpy as np
 
-from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in, restart_steps_in
+from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in
 from procedures.kinds.registry import KINDS
+from procedures.records.declared_supply import at_declared, correcting
 from procedures.records.dwells import DwellRecord
 from procedures.report.conclusions import axis_view
 from procedures.report.conditions import condition_sections
 from procedures.report.declared import declared_sections, device_rows, standard_rows
-from procedures.report.stability import check_comparisons, reference_traces, temperature_traces
+from procedures.report.stability import check_comparisons, reference_traces, restart_steps, temperature_traces
 from procedures.report.truth import truth_of
 from procedures.report.verdict import judge
 from procedures.report.view import AxisFindings, Counts, DesignView, Past, RejectedDwell, RunView, SensorView
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
+from procedures.solution.run_findings import run_findings
 from rig.description.rig_file import Sensor
 
 UNFINISHED = ("running", "checking", "planned")
@@ -50,7 +52,8 @@ def assemble_view(
     dwells = sorted(record.dwells, key=lambda dwell: (dwell.epoch, dwell.started_s))
     counts = _counts(record)
     interruptions = interruptions_in(record.events)
-    checks = check_comparisons(dwells, labels)
+    chains = correcting(record.rig.chain)
+    checks = check_comparisons([at_declared(dwell, chains) for dwell in dwells], labels, record.events)
     started_utc = dwells[0].started_utc if dwells else record.created_utc
     return RunView(
         title=record.plan.title,
@@ -64,7 +67,9 @@ def assemble_view(
         approved_by=record.rig.approved_by,
         started_utc=started_utc,
         ended_utc=_ended_utc(record),
-        verdict=judge(record.state, counts, sensors, interruptions, restart_steps_in(record.events), table_arcsec),
+        verdict=judge(
+            record.state, counts, sensors, interruptions, restart_steps(checks), table_arcsec, run_findings(record)
+        ),
         design=_design_view(record),
         counts=counts,
         sensors=sensors,

@@ -4,6 +4,7 @@ One panel a characteristic, one row a kind. The band is the prediction interval 
 expanded uncertainties (k = 2), a finding is a ring and a dashed line. Told apart without colour by their shapes.
 """
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +27,8 @@ SIGNS = {"step": "step", "drift": "drift", "mix-up": "mix-up"}
 CAPTION = (
     "Change of each characteristic against the first calibration, as an angle at full sensitivity. Bars: expanded "
     "uncertainty of the calibration (k = 2). Band: prediction interval of the calibration before. Dashed: mean "
-    "since the last step. Ring: a finding."
+    "since the last step. Ring: a finding. Of a check sensor also what its axes did alike (meter) and how it turned "
+    "(table): band about the mean of the runs before, dotted: exponentially weighted mean."
 )
 
 
@@ -34,8 +36,9 @@ def history_figure(found: SensorHistory) -> Figure:
     """Draw all charts of a sensor on one page; those of a check sensor with its components."""
     history = found.history
     rows = [[chart for chart in history.charts if _kind(chart.name) == kind] for kind in _kinds(history.charts)]
-    components = [] if found.check is None else [chart for chart in found.check.charts if _is_shared(chart)]
-    count, width = len(rows) + bool(components), max(len(components), *(len(row) for row in rows))
+    components: list[list[ComponentChart]] = [] if found.check is None else _shared(found.check.charts)
+    count = len(rows) + len(components)
+    width = max(*(len(row) for row in rows), *(len(row) for row in components), 1)
     when = np.array([label.created_utc.replace(tzinfo=None) for label in history.labels], dtype="datetime64[s]")
     with canvas.style():
         figure = canvas.canvas(HEAD_IN + ROW_IN * count)
@@ -44,8 +47,9 @@ def history_figure(found: SensorHistory) -> Figure:
             for axes, chart in zip(places, row, strict=False):
                 _draw_chart(axes, when, chart)
                 _mark(axes, when, found, chart)
-        for axes, component in zip(grid[-1], components, strict=False):
-            _draw_component(axes, when, component)
+        for places, part in zip(grid[len(rows) :], components, strict=True):
+            for axes, component in zip(places, part, strict=False):
+                _draw_component(axes, when, component)
         for axes in grid.ravel():
             if not axes.has_data():
                 axes.set_axis_off()
@@ -77,6 +81,8 @@ def _draw_component(axes: "Axes", when: Any, chart: ComponentChart) -> None:
     value, low, high = (part * ARCSEC_PER_DEG for part in (chart.value_deg, chart.low_deg, chart.high_deg))
     canvas.plain_axes(axes)
     axes.fill_between(when, low, high, color=canvas.SKY, alpha=0.25, linewidth=0.0)
+    axes.plot(when, chart.centre_deg * ARCSEC_PER_DEG, color=canvas.FAINT, linewidth=0.8, linestyle=(0, (4, 2)))
+    axes.plot(when, chart.ewma_deg * ARCSEC_PER_DEG, color=canvas.RED, linewidth=0.8, linestyle=(0, (1, 1)))
     axes.plot(when, value, color=canvas.PURPLE, marker="s", markersize=2.6, linewidth=0.5)
     _ring(axes, when[chart.is_alarm], value[chart.is_alarm])
     axes.set_title(chart.name, loc="left")
@@ -115,9 +121,10 @@ def _kind(name: str) -> str:
     return name.partition(".")[0]
 
 
-def _is_shared(chart: ComponentChart) -> bool:
-    """Return True for a component that the charts of the sensor do not show already."""
-    return not chart.name.startswith("sensor") and chart.name in ("meter gain", "meter offset", "table tilt y")
+def _shared(charts: Sequence[ComponentChart]) -> list[list[ComponentChart]]:
+    """Return the components that the charts of the sensor do not show already: the meter's, then the table's."""
+    rows = ([chart for chart in charts if chart.name.startswith(word)] for word in ("meter", "table"))
+    return [row for row in rows if row]
 
 
 def _label(name: str) -> str:
@@ -127,5 +134,8 @@ def _label(name: str) -> str:
 
 def _title(found: SensorHistory) -> str:
     history = found.history
-    signs = ", ".join(dict.fromkeys(SIGNS[finding.kind] for finding in history.findings)) or "nothing found"
+    own = [SIGNS[finding.kind] for finding in history.findings]
+    shared = [] if found.check is None else [finding.component for finding in found.check.findings]
+    unjudged = found.check is not None and not found.check.is_judged
+    signs = ", ".join(dict.fromkeys([*own, *shared])) or ("cannot judge yet" if unjudged else "nothing found")
     return f"{history.sensor}: {len(history.labels)} calibrations on {history.labels[-1].rig}: {signs}"

@@ -1,14 +1,17 @@
 """Did rig and sensors stand still: temperature, reference attitude and check set, from the dwells."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
 
 from ams.arrays import FloatArray
+from procedures.common_mode.check_sets import check_set_pairs
 from procedures.numbers import attitude
-from procedures.records.dwells import ChannelReading, DwellRecord
+from procedures.records.dwells import ChannelReading, DwellRecord, Event
 from procedures.report.view import CheckComparison, ReferenceTrace, TemperatureTrace
+from procedures.run.judgement.restart_step import compare
 from procedures.solution.observations import run_times_s
 
 Labels = Mapping[str, tuple[str, float]]
@@ -31,33 +34,56 @@ def temperature_traces(dwells: Sequence[DwellRecord]) -> tuple[TemperatureTrace,
 def reference_traces(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[ReferenceTrace, ...]:
     """Return every channel at the reference attitude, as the change from its first visit.
 
-    Nothing with fewer than two.
+    One trace an attitude where there are several; nothing with fewer than two visits.
     """
     hours = run_times_s(dwells) / 3600.0
-    places = [place for place, dwell in enumerate(dwells) if dwell.accepted and dwell.purpose == "reference"]
-    if len(places) < 2:
-        return ()
-    visits = [dwells[place] for place in places]
+    groups: dict[str, list[int]] = {}
+    for place, dwell in enumerate(dwells):
+        if dwell.accepted and dwell.purpose == "reference":
+            groups.setdefault(attitude(dwell.targets_deg), []).append(place)
     return tuple(
-        ReferenceTrace(label, hours[places], _change(visits, channel), sensitivity, visits[0].readings[channel].unit)
+        ReferenceTrace(
+            f"{label}, {where}" if len(groups) > 1 else label,
+            hours[places],
+            _change([dwells[place] for place in places], channel),
+            sensitivity,
+            dwells[places[0]].readings[channel].unit,
+        )
         for channel, (label, sensitivity) in labels.items()
-        if all(channel in visit.readings for visit in visits)
+        for where, places in groups.items()
+        if len(places) > 1 and all(channel in dwells[place].readings for place in places)
     )
 
 
-def check_comparisons(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[CheckComparison, ...]:
-    """Compare the check set of every later epoch with the first one's, attitude by attitude."""
-    checks = sorted(
-        (dwell for dwell in dwells if dwell.accepted and dwell.purpose == "check"), key=lambda dwell: dwell.epoch
-    )
-    epochs = {epoch: _by_attitude(members) for epoch, members in groupby(checks, key=lambda dwell: dwell.epoch)}
-    if len(epochs) < 2:
-        return ()
-    (_, first), *later = epochs.items()
-    compared = (
-        _compare(epoch, first, members, channel, label) for epoch, members in later for channel, label in labels.items()
-    )
-    return tuple(comparison for comparison in compared if comparison is not None)
+def check_comparisons(
+    dwells: Sequence[DwellRecord], labels: Labels, events: Sequence[Event] = ()
+) -> tuple[CheckComparison, ...]:
+    """Compare the check set of every later epoch with the first that counts, attitude by attitude, and judge it."""
+    found = []
+    for pair in check_set_pairs(dwells, events):
+        visits = [one for one in dwells if one.accepted and one.epoch < pair.epoch]
+        stepped = {one.channel for one in compare(pair.before, pair.after, visits) if one.is_step and pair.is_alike}
+        first, later = (_by_attitude(members.values()) for members in (pair.before, pair.after))
+        for channel, label in labels.items():
+            comparison = _compare(pair.epoch, first, later, channel, label)
+            if comparison is not None:
+                found.append(replace(comparison, is_step=channel in stepped))
+    return tuple(found)
+
+
+def restart_steps(checks: Sequence[CheckComparison]) -> tuple[str, ...]:
+    """Return what a check set after a restart found changed beyond its limit, the worst channel of each epoch."""
+    found = []
+    for _, members in groupby(checks, key=lambda one: one.epoch):
+        stepped = [one for one in members if one.is_step]
+        if stepped:
+            worst = max(stepped, key=lambda one: abs(one.largest_change))
+            others = f", and {len(stepped) - 1} other channels" if len(stepped) > 1 else ""
+            found.append(
+                f"restart {worst.epoch - 1}: {worst.label} changed by {worst.largest_change:.3g} "
+                f"{worst.unit.upper() if worst.unit == 'v' else worst.unit} at {worst.largest_at}{others}"
+            )
+    return tuple(found)
 
 
 def _change(visits: Sequence[DwellRecord], channel: str) -> FloatArray:

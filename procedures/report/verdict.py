@@ -10,7 +10,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.findings import Finding, significant_texts
 from ams.observations import Observations
+from ams.surveillance.common_mode_words import turned_the_table
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.report.bands import band_along
@@ -24,16 +26,20 @@ def judge(
     interruptions: Sequence[Interruption],
     restart_steps: Sequence[str],
     table_arcsec: float | None,
+    findings: Sequence[Finding] = (),
 ) -> Verdict:
     """Return the verdict on a run.
 
     ``restart_steps``: what a check set after a restart found changed. ``table_arcsec``: standard uncertainty of one
-    attitude of the table, pitch and roll together; None where none is declared.
+    attitude of the table, pitch and roll together; None where none is declared. ``findings``: of all sensors together;
+    they stand among the warnings of each, and are said once.
     """
     failures = [f"{sensor.name}: {sensor.failure}" for sensor in sensors if sensor.failure]
+    said, turned = significant_texts(findings), turned_the_table(findings)
     doubts = [
         *_run_doubts(state, counts),
-        *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor)),
+        *(f"{text[0].upper()}{text[1:]}." for text in said),
+        *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, said)),
         *(f"A restart made a step: {step}." for step in restart_steps),
         *(doubt for sensor in sensors for doubt in _conformity_doubts(sensor)),
     ]
@@ -48,6 +54,9 @@ def judge(
     result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])
     if failures:
         return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
+    if turned:
+        sentence = "Not to be used as it stands: the table, its base or the fixture turned while the run measured."
+        return Verdict("unusable", sentence, (*beyond, *doubts, *facts))
     if beyond:
         sentence = f"At least one sensor does not meet its limits as left. {result}."
         return Verdict("unusable", sentence, (*beyond, *doubts, *facts))
@@ -98,7 +107,7 @@ def _run_doubts(state: str, counts: Counts) -> Iterable[str]:
         yield f"{missing} of {counts.design_planned} planned design dwells are missing."
 
 
-def _sensor_doubts(sensor: SensorView) -> Iterable[str]:
+def _sensor_doubts(sensor: SensorView, said: Sequence[str]) -> Iterable[str]:
     """Yield every warning of a sensor and its axes, significant findings among them; a failure is told already."""
     if sensor.section is not None:
         yield from sensor.section.doubts
@@ -109,9 +118,9 @@ def _sensor_doubts(sensor: SensorView) -> Iterable[str]:
         f"{sensor.name} {axis.axis}: {text}"
         for axis in sensor.axes
         for text in axis.calibration.warnings
-        if text not in (sensor.failure or "")
+        if text not in (sensor.failure or "") and text not in said
     )
-    yield from (f"{sensor.name}: {warning}" for warning in sensor.warnings)
+    yield from (f"{sensor.name}: {warning}" for warning in sensor.warnings if warning not in said)
 
 
 def _remarks(sensor: SensorView) -> Iterable[str]:

@@ -275,6 +275,8 @@ class CheckComparison:
     sensitivity_v_per_g: float
     """0 where nothing turns the reading into an angle."""
     unit: str = "v"
+    is_step: bool = False
+    """Whether some attitude changed beyond its limit; the verdict tells of exactly these."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,9 @@ intent → move → arrival by read-back → settle → look, read, look → jud
 from collections import defaultdict, deque
 from itertools import count
 
+from procedures.common_mode.visit_watch import Judged, VisitWatch
 from procedures.journal.voids import DROPPED, void_detail
+from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Soak, Step
 from procedures.records.dwells import DwellRecord, Measurement
 from procedures.records.states import State
@@ -38,6 +40,8 @@ from rig.crash_points import CrashPoint, crash_point
 from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent
 from rig.motion.move import home_and_arrive
 
+COMMON_MODE = "common_mode"
+"""What a reference visit shows over all sensors."""
 INTERLOCK = "interlock"
 """Cause of a hold, and phase under which the twins answer what is read between dwells."""
 
@@ -62,6 +66,10 @@ class Epoch:
         increments_deg = {name: axis.increment_deg for name, axis in self._rig.axes.items()}
         self._chains = context.services.run_limits.chains
         self._suspects = Suspects(self._plan, history, increments_deg, self._chains)
+        self._visits = VisitWatch(self._plan, self._chains)
+        for known in history.dwells:
+            if known.accepted:
+                self._visits.take(known)
         self._meters = MeterWatch(self._rig, self._progress_log.event, self._wait)
 
     def run(self) -> None:
@@ -145,6 +153,7 @@ class Epoch:
             self._judged[dwell.step] = judged
             record = self._attempt(dwell, judged)
             if record.accepted:
+                self._act_on_visit(self._visits.take(record))
                 return
             if self._regained_its_plateau():
                 granted = judged + retries + 1
@@ -247,6 +256,18 @@ class Epoch:
             raise TrustLost("slip", reason)
         raise RunEnds(Ending(State.TRIPPED, f"{reason}; look at scanner and wiring", cause="channels"))
 
+    def _act_on_visit(self, judged: Judged | None) -> None:
+        """Tell what a visit shows; hold where all sensors turned, until a person says continue."""
+        if judged is None or not judged.findings:
+            return
+        told = "; ".join(finding.text for finding in judged.findings)
+        kinds = [finding.kind for finding in judged.findings]
+        detail = {"step": judged.step, "text": told, "kinds": kinds, "held": judged.holds}
+        self._progress_log.event(COMMON_MODE, {**detail, "doubtful": list(judged.doubtful)})
+        self._progress_log.tell(COMMON_MODE, told)
+        if judged.holds:
+            self._context.hold(Alarm("table", f"{told}; {_way_out(judged, self._plan)}", "ask"))
+
     def _keep(self, record: DwellRecord) -> DwellRecord:
         """Later dwells are judged by accepted ones, in the order in which an uninterrupted run takes them."""
         if record.accepted:
@@ -310,10 +331,12 @@ class Epoch:
         """Judge the measured check set: the package mounted as declared, and no step since the start."""
         sensors = {name: sensor for name, sensor in self._plan.sensors.items() if name in self._suspects.remaining}
         require_declared_mounts(sensors, self._checks, self._progress_log)
-        before = self._history.baseline
+        before = self._history.earlier_checks
         if before:
             is_alike = self._plateaus.get(min(before)) == self._plateau
-            require_no_step(self._history, self._checks, self._progress_log, self._chains, is_alike=is_alike)
+            require_no_step(
+                self._history, self._checks, self._progress_log, self._chains, self._visits, is_alike=is_alike
+            )
         elif self._history.epoch > 1 and self._history.mounting > 1:
             self._progress_log.event("seam", {"tested": False, "reason": "the package was mounted anew"})
         self._progress_log.enter(State.RUNNING)
@@ -377,3 +400,18 @@ class Epoch:
 
     def _has_lost_plateau(self, dwell: Dwell) -> bool:
         return dwell.purpose != "check" and self._plateaus.get(dwell.step) != self._plateau
+
+
+def _way_out(judged: Judged, plan: Plan) -> str:
+    """Name the dwells in doubt, and what takes them back."""
+    if not judged.doubtful:
+        return "calrig continue goes on, and compares with this visit from then on"
+    first, last = min(judged.doubtful), max(judged.doubtful)
+    in_doubt = set(judged.doubtful)
+    labels = sorted({dwell.replication for dwell in plan.design_dwells if dwell.step in in_doubt})
+    redone = " and ".join(f"calrig redo --replication {label}" for label in labels)
+    return (
+        f"in doubt are the {len(judged.doubtful)} dwells of steps {first} to {last}: to measure them again put the "
+        f"table right, calrig stop, then calrig void --from {first}, or {redone}, and calrig resume; "
+        "calrig continue keeps them and compares with this visit from then on"
+    )

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from procedures.common_mode.visit_watch import VisitWatch, since_check_set
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import void_detail
 from procedures.records.declared_supply import at_declared
@@ -36,26 +37,37 @@ def require_no_step(
     checks: Mapping[int, DwellRecord],
     progress_log: ProgressLog,
     chains: Mapping[str, Chain],
+    watch: VisitWatch,
     *,
     is_alike: bool,
 ) -> None:
-    """``is_alike``: the check set before was measured at the same plateau. Raises: RunEnds where there is a step."""
+    """Compare the check set with the one before, or with what was measured of one that was cut short.
+
+    ``is_alike``: that was measured at the same plateau. Raises: RunEnds where there is a step.
+    """
     if not is_alike:
         progress_log.event("seam", {"tested": False, "reason": "the check set was measured at another plateau"})
         return
-    before = {step: at_declared(dwell, chains) for step, dwell in history.baseline.items()}
+    earlier = history.earlier_checks
+    since = min(dwell.epoch for dwell in earlier.values())
+    judged = watch.compare_check_sets(earlier, checks, since_check_set(since))
+    told = [finding.text for finding in judged.findings] if judged is not None else []
+    before = {step: at_declared(dwell, chains) for step, dwell in earlier.items()}
     after = {step: at_declared(dwell, chains) for step, dwell in checks.items()}
     found = compare(before, after, (at_declared(dwell, chains) for dwell in history.visits))
     steps = [one for one in found if one.is_step]
     worst = max(found, key=lambda one: abs(one.t) / one.t_limit)
     sentence = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"
+    is_turned = judged is not None and judged.holds
     detail = {"tested": True, "comparisons": len(found), "steps": len(steps), "worst": sentence}
-    progress_log.event("seam", {**detail, "against_epoch": history.baseline_epoch})
-    if steps:
+    whole = {"attitudes": len(before), "of": len(checks), "told": told, "turned": is_turned}
+    progress_log.event("seam", {**detail, **whole, "against_epoch": since})
+    if steps or is_turned:
+        measured = f"{sentence}, allowed {worst.t_limit:.3g}"
         raise RunEnds(
             Ending(
                 State.TRIPPED,
-                f"the restart made a step: {sentence}, allowed {worst.t_limit:.3g}; look at mount, sensor and meter; "
+                f"the restart made a step: {'; '.join([*told, measured])}; look at mount, sensor and meter; "
                 "a resume with a name and a reason accepts it",
                 cause="seam",
             )

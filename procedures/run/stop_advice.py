@@ -52,6 +52,11 @@ ADVICE: Mapping[str, str] = {
         "The check set differs from the one before: look at mount, sensor and meter. If the package was moved, calrig "
         "void RUN --from STEP --remounted; a resume with name and reason accepts the step."
     ),
+    "table": (
+        "All sensors turned together: look at the table's coupling, its base and the common fixture. To measure the "
+        "dwells in doubt again: calrig stop RUN, then calrig void RUN --from STEP (or calrig redo RUN --replication N) "
+        "and calrig resume RUN; calrig continue RUN keeps them, and the report says so."
+    ),
     "mount": "Package, wiring and rig file contradict each other as told. Correct it; a changed file needs a new run.",
 }
 OTHERWISE = "Read the cause above; calrig handover RUN shows the whole state, calrig resume RUN goes on where it can."

@@ -10,6 +10,7 @@ from dataclasses import replace
 from ams.calibration.calibrate import calibrate
 from ams.calibration.mountings import calibrate_mountings
 from ams.calibration_result import Calibration
+from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest
 from ams.models.registry import MODELS
 from ams.observations import Observations
@@ -18,6 +19,7 @@ from procedures.plan.channels import temperature_source
 from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import observations_of
 from procedures.solution.request import SensorRows, SolvedSensor, budgets_of, calibrated_degc, request_of
+from procedures.solution.run_findings import with_run_findings
 from procedures.solution.type_b import level_remarks, use_warnings
 from rig.description.rig_file import RigDescription, Sensor
 
@@ -32,10 +34,12 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     """Solve a sensor by the model of its procedure, with everything that the rig declares. Raises: AmsError."""
     request = request_of(item.name, item.rig, item.sensor, item.plan.solve, observations)
     solved = calibrate_mountings(observations, request)
-    remarks = (*solved.remarks, *_remarks(item.plan.solve, item.dwells), *_remarks_on_level(item))
+    on_level = _remarks_on_level(item)
+    remarks = (*solved.remarks, *_remarks(item.plan.solve, item.dwells), *on_level)
     warnings = (*solved.warnings, *use_warnings(item.sensor, calibrated_degc(item.plan.solve, observations)))
     calibration = replace(solved, remarks=remarks, warnings=warnings)
-    return SolvedSensor(item.name, observations, calibration, None, budgets_of(solved, request, item.rig))
+    sensor = SolvedSensor(item.name, observations, calibration, None, budgets_of(solved, request, item.rig))
+    return with_run_findings(sensor, [Finding("level-undeclared", text, False) for text in on_level])
 
 
 def solve_observations(observations: Observations, request: CalibrationRequest) -> Calibration:

@@ -97,6 +97,8 @@ degenerate design""".splitlines(),
     83: "the clock is set during a run",
     84: "secrets of an alert",
     85: "a line that never ends",
+    87: "the link is lost inside the check set",
+    88: "all sensors turn at once",
 }
 HEAD = """# Faults: how each is met
 

@@ -7,6 +7,7 @@ that an interrupted run judges alike.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from procedures.common_mode.check_sets import first_checks
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.voids import DROPPED
 from procedures.journal.voids import KIND as VOIDED
@@ -30,6 +31,8 @@ class History:
     """Of the package, 1-based."""
     dropped: frozenset[str] = frozenset()
     """Sensors that are measured no more."""
+    counts_from_epoch: int = 1
+    """The last epoch whose seam a person accepted: no check set before it counts any more."""
 
     @property
     def accepted_steps(self) -> frozenset[int]:
@@ -40,6 +43,11 @@ class History:
     def baseline(self) -> dict[int, DwellRecord]:
         """Step to dwell of the check set that later ones are compared with."""
         return self.check_set(self.baseline_epoch) if self.baseline_epoch is not None else {}
+
+    @property
+    def earlier_checks(self) -> dict[int, DwellRecord]:
+        """Step to what a check set is compared with, whole or not."""
+        return first_checks(self.dwells, self.mounting, self.counts_from_epoch, self.epoch)
 
     def check_set(self, epoch: int) -> dict[int, DwellRecord]:
         """Step to accepted check dwell of one epoch."""
@@ -93,7 +101,7 @@ def history_of(
     whole = [epoch for epoch in range(1, epochs_opened + 1) if wanted and wanted <= bare.check_set(epoch).keys()]
     alike = [epoch for epoch in whole if epoch > remounted_after]
     baseline = accepted_break if accepted_break in alike else next(iter(alike), None)
-    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting, dropped)
+    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting, dropped, accepted_break or 1)
 
 
 def read_history(reader: JournalReader, plan: Plan) -> History:

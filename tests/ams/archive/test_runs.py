@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,19 @@ import pytest
 from archived_runs import EXPIRED, a_run, a_sensor
 
 from ams.archive.histories import history, population_of
-from ams.archive.runs import Override, adjustment_of, list_runs, publish_run, run_primaries, standards_used
-from ams.archive.sets import Search, list_sets
+from ams.archive.runs import (
+    MeasuredSensor,
+    Override,
+    adjustment_of,
+    list_runs,
+    publish_run,
+    run_primaries,
+    standards_used,
+)
+from ams.archive.sets import Search, list_sets, show
 from ams.archive.signatures import verify_archive
 from ams.errors import ArchiveError
+from ams.findings import Finding
 
 NOW = datetime(2026, 6, 1, tzinfo=UTC)
 TABLES = ("sets", "coefficients", "points", "runs", "standards", "uses", "adjustments", "records")
@@ -187,3 +197,55 @@ def test_a_package_under_another_ones_name_is_noticed_when_it_is_published(archi
     told = list(history_findings(archive.url, publish_run(archive.url, a_run(250), mixed, NOW)))
     assert len(told) == 2
     assert "SN1: what was calibrated as it at 2026-09-18 has the characteristics of SN2" in told[0]
+
+
+TURNED = Finding(
+    "table-rotation", "all three sensors turned by -72″ about roll between visits 2 and 3: the table", True, 1e-9,
+    details={"turned_arcsec": 72.0, "confounded_with": None},
+)  # fmt: skip
+
+
+def turned(measured: MeasuredSensor, finding: Finding = TURNED) -> MeasuredSensor:
+    return replace(measured, findings=(finding,))
+
+
+def test_a_set_whose_table_turned_is_kept_in_quarantine_and_is_nobodys_previous(archive: Any) -> None:
+    publish_run(archive.url, a_run(0), [a_sensor(0)], NOW)
+    publish_run(archive.url, a_run(10), [turned(a_sensor(10, gain=1.01))], NOW)
+    published = publish_run(archive.url, a_run(20), [a_sensor(20)], NOW)
+    first, second, third = list_sets(archive.url)
+    assert [bool(one.quarantine) for one in (first, second, third)] == [False, True, False]
+    found = published.adjustments["SN1"].as_found
+    assert found is not None
+    assert (found.set_sha256, found.verdict) == (first.sha256, "pass")
+    assert show(archive.url, second.sha256).sensor == "SN1"
+    assert [label.sha256 for label in history(archive.url, "SN1").history.labels] == [first.sha256, third.sha256]
+    assert verify_archive(archive.url).faults == ()
+
+
+def test_a_run_whose_table_turned_does_not_say_how_a_sensor_was_found(archive: Any) -> None:
+    publish_run(archive.url, a_run(0), [a_sensor(0)], NOW)
+    published = publish_run(archive.url, a_run(10), [turned(a_sensor(10, gain=1.01))], NOW)
+    adjustment = published.adjustments["SN1"]
+    assert adjustment.as_found is None
+    assert str(adjustment.no_as_found).startswith("this run does not tell: all three sensors turned by -72″")
+    assert show(archive.url, "SN1").sha256 == list_sets(archive.url)[0].sha256, "the latest that is trusted"
+    again = publish_run(archive.url, a_run(10), [turned(a_sensor(10, gain=1.01))], NOW)
+    assert not again.publications[0].is_new
+    assert verify_archive(archive.url).faults == ()
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        replace(TURNED, is_significant=False),
+        replace(TURNED, kind="meter-gain"),
+        replace(TURNED, details={"turned_arcsec": 2.0}),
+        replace(TURNED, details={"turned_arcsec": 72.0, "confounded_with": "sensor-change"}),
+    ],
+    ids=["not significant", "another kind", "small", "or the sensor itself"],
+)
+def test_only_a_table_that_certainly_turned_takes_a_set_away(tmp_path: Path, other: Finding) -> None:
+    url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    publish_run(url, a_run(0), [turned(a_sensor(0), other)], NOW)
+    assert list_sets(url)[0].quarantine is None

@@ -13,6 +13,7 @@ from ams.archive.synthetic import CHECK_SENSOR, RIG, Story, synthetic_archive
 from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors
 from ams.surveillance.control_chart import history_of
 from ams.surveillance.series import Population
+from ams.units import RAD_PER_ARCSEC
 
 CAMPAIGN = 9
 Change = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -94,3 +95,63 @@ def test_the_check_sensors_of_a_rig_are_known() -> None:
     population = synthetic_archive(np.random.default_rng(1), STORY).population
     assert check_sensors(population, RIG) == (CHECK_SENSOR,)
     assert check_sensors(population, "another rig") == ()
+
+
+def of_check_sensor(seed: int, change: Callable[[NDArray[np.float64], int], NDArray[np.float64]]) -> Population:
+    """The check sensor's (3, 4) numbers, changed campaign by campaign."""
+    population = synthetic_archive(np.random.default_rng(seed), STORY).population
+    primary = population.numbers.primary.copy()
+    for place, label in enumerate(population.labels):
+        if label.sensor == CHECK_SENSOR and label.run_id is not None:
+            primary[place] = change(primary[place], int(label.run_id.removeprefix("campaign-")))
+    return Population(population.labels, replace(population.numbers, primary=primary))
+
+
+SIGMA = STORY.day_arcsec * RAD_PER_ARCSEC / np.sqrt(3.0)
+"""Of the mean gain of three axes from run to run."""
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_drift_of_one_sigma_a_run_is_found(seed: int) -> None:
+    def creeping(primary: NDArray[np.float64], campaign: int) -> NDArray[np.float64]:
+        return primary * np.array([1.0, *[1.0 + SIGMA * campaign] * 3])
+
+    found = check_history(of_check_sensor(seed, creeping), CHECK_SENSOR).findings
+    assert min(int(str(one.at.run_id)[-2:]) for one in found) <= 11
+    assert found[0].component == "meter gain"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_step_of_five_sigma_is_found_within_three_runs(seed: int) -> None:
+    def stepped(primary: NDArray[np.float64], campaign: int) -> NDArray[np.float64]:
+        return primary * np.array([1.0, *[1.0 + 5.0 * SIGMA * (campaign >= CAMPAIGN)] * 3])
+
+    found = check_history(of_check_sensor(seed, stepped), CHECK_SENSOR).findings
+    assert CAMPAIGN <= min(int(str(one.at.run_id)[-2:]) for one in found) <= CAMPAIGN + 2
+
+
+def test_a_run_is_charted_against_the_mean_of_those_before_it() -> None:
+    found = check_history(from_campaign(gain, everybody=False), CHECK_SENSOR)
+    chart = next(one for one in found.charts if one.name == "meter gain")
+    assert chart.centre_deg[5] == pytest.approx(chart.value_deg[:5].mean())
+    assert chart.is_alarm[CAMPAIGN]
+    assert chart.centre_deg[CAMPAIGN + 1] == pytest.approx(chart.value_deg[CAMPAIGN]), "a change begins anew"
+
+
+def test_before_limits_exist_nothing_is_said_to_have_stayed_as_it_was() -> None:
+    """A table that leaned by 0.2° in the third run: no limit, no all-clear, and the tilt is told."""
+    population = synthetic_archive(np.random.default_rng(3), STORY).population
+    kept = [place for place, label in enumerate(population.labels) if str(label.run_id) < "campaign-03"]
+    primary = population.numbers.primary[kept].copy()
+    labels = [population.labels[place] for place in kept]
+    (last,) = [at for at, one in enumerate(labels) if one.sensor == CHECK_SENSOR and one.run_id == "campaign-02"]
+    turned = Rotation.from_rotvec([0.0, 0.0, 0.2], degrees=True).apply(primary[last][:, 1:])
+    primary[last] = np.concatenate([primary[last][:, :1], turned], axis=1)
+    numbers = replace(
+        population.numbers, primary=primary, covariance=population.numbers.covariance[kept],
+        scatter=population.numbers.scatter[kept],
+    )  # fmt: skip
+    found = check_history(Population(labels, numbers), CHECK_SENSOR)
+    assert (found.is_judged, found.differences, found.findings) == (False, 2, ())
+    (told,) = [text for text in found.unexplained if text.startswith("table tilt z")]
+    assert float(told.removeprefix("table tilt z ").partition(" deg")[0]) == pytest.approx(0.2, abs=0.001)

@@ -9,6 +9,7 @@ from planning_files import AIR, PROCEDURE, RIG, procedure_file, rig_file
 
 from procedures.check.check_report import check, to_document
 from procedures.check.check_text import render
+from rig.errors import DescriptionError
 
 BIG = [
     ("from = -30.0, to = 30.0, step = 10.0", "from = -90.0, to = 90.0, step = 10.0"),
@@ -45,7 +46,7 @@ def test_counts_limits_rank_and_degrees_of_freedom(tmp_path: Path):
     assert document["axes"]["roll"]["limits_deg"] == [-180.0, 180.0]
     assert document["rank"] == len(document["parameters"]) == 4
     assert document["degrees_of_freedom"] == 1478
-    assert document["advice"] == []
+    assert ["a lone sensor" in one for one in document["advice"]] == [True]
 
 
 def test_the_document_is_strict_json(tmp_path: Path):
@@ -152,3 +153,26 @@ def test_without_roll_the_check_speaks_of_the_model_without_roll(tmp_path: Path)
         "pitch_misalignment_deg",
     }
     assert "socket" in RIG
+
+
+@pytest.mark.parametrize(
+    ("attitudes", "is_told"),
+    [
+        ("", True),
+        ("pitch_deg = [0.0, 30.0]\n", True),
+        ("pitch_deg = [0.0, 0.0]\nroll_deg = [0.0, 60.0]\n", True),
+        ("pitch_deg = [0.0, 30.0]\nroll_deg = [0.0, 60.0]\n", False),
+    ],
+)
+def test_reference_visits_that_cannot_tell_a_slip_from_a_tilt_are_told(
+    tmp_path: Path, attitudes: str, is_told: bool
+) -> None:
+    more = f"[check]\nreference_every = 7\n{attitudes}"
+    advice = check(rig_file(tmp_path), procedure_file(tmp_path, more=more)).advice
+    assert any("cannot tell a slip of the table" in one for one in advice) == is_told
+
+
+def test_reference_attitudes_that_are_not_pairs_are_refused_in_a_sentence(tmp_path: Path) -> None:
+    more = "[check]\nreference_every = 7\npitch_deg = [0.0, 30.0]\nroll_deg = [0.0, 10.0, 20.0]\n"
+    with pytest.raises(DescriptionError, match="give one number, or two lists of the same length"):
+        check(rig_file(tmp_path), procedure_file(tmp_path, more=more))

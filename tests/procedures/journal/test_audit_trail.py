@@ -1,6 +1,6 @@
 from report_dwells import event
 
-from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in, restart_steps_in
+from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in
 
 
 def test_a_pause_lasts_from_leaving_running_to_coming_back() -> None:
@@ -86,12 +86,3 @@ def test_notes_and_identities_are_taken_from_their_events() -> None:
     ]
     assert identities_in(events) == {"axes.pitch": "TWIN"}
     assert notes_in(events)[0].text == "bumped the table"
-
-
-def test_only_a_seam_that_found_a_step_is_told() -> None:
-    events = [
-        event(1, "seam", 0, tested=True, comparisons=18, steps=0, worst="dmm.x at step 2 changed by 1e-07 V"),
-        event(2, "seam", 5, tested=False, reason="the check set was measured at another plateau"),
-        event(3, "seam", 9, tested=True, comparisons=18, steps=2, worst="dmm.x at step 2 changed by 4e-05 V"),
-    ]
-    assert restart_steps_in(events) == ("dmm.x at step 2 changed by 4e-05 V",)

@@ -1,8 +1,12 @@
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from report_dwells import dwell
+from report_dwells import dwell, event
 
-from procedures.report.stability import check_comparisons, reference_traces, temperature_traces
+from procedures.records.dwells import DwellRecord
+from procedures.report.stability import check_comparisons, reference_traces, restart_steps, temperature_traces
 
 LABELS = {"dmm.x": ("SN1 x", 2.5)}
 
@@ -10,8 +14,8 @@ LABELS = {"dmm.x": ("SN1 x", 2.5)}
 def test_the_check_set_is_compared_attitude_by_attitude() -> None:
     before = [dwell(n, "check", 0, 0, pitch_deg=p, volts={"dmm.x": (p, p + 2e-6)}) for n, p in enumerate((0.0, 90.0))]
     after = [
-        dwell(50, "check", 0, 0, pitch_deg=0.0, epoch=2, volts={"dmm.x": (1e-6, 3e-6)}),
-        dwell(51, "check", 0, 0, pitch_deg=90.0, epoch=2, volts={"dmm.x": (90.0 + 5e-6, 90.0 + 7e-6)}),
+        dwell(0, "check", 0, 0, pitch_deg=0.0, epoch=2, volts={"dmm.x": (1e-6, 3e-6)}),
+        dwell(1, "check", 0, 0, pitch_deg=90.0, epoch=2, volts={"dmm.x": (90.0 + 5e-6, 90.0 + 7e-6)}),
     ]
     (found,) = check_comparisons([*before, *after], LABELS)
     assert found.attitudes == 2
@@ -40,3 +44,52 @@ def test_temperature_is_traced_where_it_was_read() -> None:
     (trace,) = temperature_traces([dwell(0, degc=20.0), dwell(1, degc=None), dwell(2, degc=20.5)])
     assert trace.temperature_degc.tolist() == [20.0, 20.5]
     assert temperature_traces([dwell(0, degc=None)]) == ()
+
+
+def _check(step: int, epoch: int, by_v: float) -> DwellRecord:
+    chance = np.random.default_rng([step, epoch])
+    return dwell(
+        100 * epoch + step, "check", 0, 0, pitch_deg=30.0 * step, epoch=epoch,
+        volts={"dmm.x": tuple(by_v + 1e-6 * chance.standard_normal(20))},
+    )  # fmt: skip
+
+
+def _sets(changes: Mapping[int, float], attitudes: Mapping[int, int]) -> list[DwellRecord]:
+    found = [_check(step, epoch, by_v) for epoch, by_v in changes.items() for step in range(attitudes[epoch])]
+    return [replace(one, step=one.step % 100) for one in found]
+
+
+def test_the_verdict_tells_of_a_restart_step_exactly_where_the_table_of_restarts_does() -> None:
+    for by_v in (0.0, 2e-6, 5e-6, 1e-4):
+        found = check_comparisons(_sets({1: 0.0, 2: by_v}, {1: 6, 2: 6}), LABELS)
+        told = restart_steps(found)
+        assert bool(told) == any(one.is_step for one in found) == (by_v > 1.5e-6)
+    assert told[0].startswith("restart 1: SN1 x changed by 0.0001 V")
+
+
+def test_fault_87_a_set_that_was_cut_short_is_compared_as_far_as_it_goes() -> None:
+    (row,) = check_comparisons(_sets({1: 0.0, 2: 1e-4}, {1: 4, 2: 6}), LABELS)
+    assert (row.attitudes, row.is_step) == (4, True)
+
+
+def test_a_step_that_a_person_accepted_is_told_once() -> None:
+    sets = _sets({1: 0.0, 2: 1e-4, 3: 1e-4}, {1: 6, 2: 6, 3: 6})
+    opened = [event(place, "opened", place) for place in (1, 2)]
+    accepted = [*opened, event(3, "state", 3, cause="seam", to="tripped"), event(4, "opened", 4)]
+    assert [one.is_step for one in check_comparisons(sets, LABELS, accepted)] == [True, False]
+
+
+def test_a_set_at_another_temperature_is_drawn_and_not_judged() -> None:
+    events = [event(1, "opened", 1), event(2, "opened", 2), event(3, "seam", 3, tested=False, reason="another plateau")]
+    (row,) = check_comparisons(_sets({1: 0.0, 2: 1e-4}, {1: 6, 2: 6}), LABELS, events)
+    assert not row.is_step
+
+
+def test_visits_at_two_attitudes_have_a_trace_each() -> None:
+    visits = [
+        dwell(place, "reference", pitch_deg=30.0 * (place % 2), volts={"dmm.x": (volt, volt)})
+        for place, volt in enumerate((1.0, 2.0, 1.5, 2.25))
+    ]
+    traces = reference_traces(visits, LABELS)
+    assert [trace.change.tolist() for trace in traces] == [[0.0, 0.5], [0.0, 0.25]]
+    assert traces[1].label == "SN1 x, pitch 30°, roll 0°"

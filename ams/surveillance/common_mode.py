@@ -1,0 +1,404 @@
+"""What all sensors saw at once: a slip of the table, a tilt of its base, the meter, or a sensor by itself.
+
+Two visits to the same K attitudes differ by Δe, (K, A) over all axes of all sensors. What is common is fitted to it by
+weighted least squares, k_s being the sensitive axis of axis s in table axes:
+
+    Δe_s = k_s·(roll slip ∂f/∂R + pitch slip ∂f/∂α + tilt of the base (0, cos R, −sin R) + fixture −δθ × f)
+           + gain of its meter·e_s + offset of its meter + own_s
+
+A tilt of the base about its lateral axis is a pitch slip, a fixture that turns about its forward axis a roll slip: they
+are one column each. A rotation about the vertical is never seen.
+
+Judged in this order:
+
+1. *Own.* A sensor that does not do what the others do is taken out, the worst first, while a majority is left: by F of
+   what its leaving takes away against what is left, or against the known scatter where that is more. Of two sensors
+   one is blamed only where the other saw nothing at all.
+2. *Common.* Of the single causes the one that fits best is named where it is significant (Bonferroni over them); where
+   none fits alone, rotation, gain and offset are judged in this order, each beside those before it.
+3. *Confounded.* Every other cause that the data do not contradict is said with it. A lone sensor has its own axes'
+   offsets and sensitivities among the causes, for nothing but their pattern over the attitudes tells them from a
+   rotation: it is one only if K⁻¹ΔK is antisymmetric and Δb = 0.
+
+Two scatters are believed: that of every reading, and that of seating the table anew, which turns all sensors alike and
+therefore stands in the covariance between them. What the sensors do by themselves beyond that (a little drift of each)
+is learned from what the common part leaves over, so a rig whose sensors all drift is judged more coarsely.
+Source: TP (2), (4), (5) for f; weighted least squares and F tests as in any text.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from ams.arrays import BoolArray, FloatArray
+from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.statistics.distributions import f_tail
+
+Kind = Literal["table-rotation", "meter-gain", "meter-offset", "sensor-change"]
+
+MODEL_ERROR = 0.02
+"""Of the change itself: how well sensitivities and directions are known while a run goes on."""
+LEAST_OWN = 5.0 * MODEL_ERROR
+"""Of a rotation that all saw: a sensor that differs by less than this may only be known too coarsely."""
+CONSISTENT = 0.01
+"""A cause is contradicted where what it leaves over has less chance than this."""
+FEWEST_LEFT = 4
+"""Degrees of freedom from which on what is left over tells how much the sensors do by themselves."""
+ROLL, PITCH, BASE, FIXTURE = "roll", "pitch", "tilt of the base", "fixture"
+FIXTURE_Y, FIXTURE_Z = "fixture about y", "fixture about z"
+ROTATIONS = (ROLL, PITCH, BASE, FIXTURE_Y, FIXTURE_Z)
+_SAME = 1e-6
+_ROUNDING = 4.0 * float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class WatchedAxes:
+    """A axes of one or more sensors."""
+
+    sensor: tuple[str, ...]
+    axis: tuple[str, ...]
+    meter: tuple[str, ...]
+    """What reads it: axes with the same word share gain and offset."""
+    k: FloatArray
+    """(A, 3) sensitive axis in table axes, units of the reading per g."""
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(self.sensor))
+
+
+@dataclass(frozen=True)
+class Visits:
+    """A later visit to K attitudes less an earlier one."""
+
+    pitch_rad: FloatArray
+    roll_rad: FloatArray
+    change: FloatArray
+    """(K, A) in the unit of the reading, NaN where an axis was not read in both."""
+    reading: FloatArray
+    """(K, A) the reading itself."""
+    variance: FloatArray
+    """(K, A) of the change, by the scatter of readings."""
+    degrees_of_freedom: float
+    """By which the variances are known; the smallest."""
+    seating_rad: float = 0.0
+    """Standard uncertainty of the *difference* of two seatings, about pitch and about roll."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Size of one common part."""
+
+    value: float
+    """Radians, relative, or in the unit of the reading."""
+    standard_uncertainty: float
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One explanation."""
+
+    kind: Kind
+    name: str
+    parts: tuple[str, ...]
+    """Names of its columns."""
+
+
+@dataclass(frozen=True)
+class OwnChange:
+    """A sensor that did what the others did not."""
+
+    sensor: str
+    p_value: float
+    axis: str
+    """Whose change is largest."""
+    largest_rad: float
+    """As an angle at full sensitivity, signed."""
+
+
+@dataclass(frozen=True)
+class CommonMode:
+    """What is behind the difference of two visits."""
+
+    told: tuple[Cause, ...]
+    """Empty: nothing common changed significantly. Several: no single cause fits, and each of these is significant."""
+    p_value: float
+    """Of the common part, corrected for the number of causes tried."""
+    also: tuple[Cause, ...]
+    """Causes that look the same as the one told at these attitudes."""
+    estimates: Mapping[str, Estimate]
+    """Of the parts of what is told."""
+    own: tuple[OwnChange, ...]
+    agreeing: tuple[str, ...]
+    """Sensors that the common part was taken from."""
+    rotation_rad: float = 0.0
+    """Largest angle, over the attitudes, by which the direction of gravity turned in the packages."""
+
+
+def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> CommonMode:
+    """Return what changed between two visits, each test at ``false_alarm``."""
+    own: list[OwnChange] = []
+    agreeing = axes.sensors
+    while (found := _odd_one(axes, visits, agreeing, false_alarm)) is not None:
+        name, p_value = found
+        agreeing = tuple(one for one in agreeing if one != name)
+        own.append(OwnChange(name, p_value, "", 0.0))
+    common = _common(axes, visits, agreeing, false_alarm)
+    turned = replace(common, rotation_rad=_rotation_rad(visits, common))
+    sized = (_sized(axes, visits, one, common) for one in own)
+    real = tuple(one for one in sized if abs(one.largest_rad) > LEAST_OWN * turned.rotation_rad)
+    odd = {one.sensor for one in real}
+    return replace(turned, own=real, agreeing=tuple(name for name in axes.sensors if name not in odd))
+
+
+@dataclass(frozen=True)
+class _Whitened:
+    """Data and columns of some sensors, each datum with unit variance and independent."""
+
+    y: FloatArray
+    columns: Mapping[str, FloatArray]
+
+    def left(self, names: Sequence[str]) -> tuple[float, int]:
+        """Return (sum of squares left, rank) of a fit."""
+        if not names:
+            return float(self.y @ self.y), 0
+        matrix = self._matrix(names)
+        solved, _, rank, _ = np.linalg.lstsq(matrix, self.y, rcond=_SAME)
+        rest = self.y - matrix @ solved
+        return float(rest @ rest), int(rank)
+
+    def estimates(self, names: Sequence[str], scale: float) -> dict[str, Estimate]:
+        """Return each part with its standard uncertainty; what the data do not tell apart is shared out."""
+        matrix, norms = self._matrix(names), self._norms(names)
+        inverse = np.linalg.pinv(matrix, rcond=_SAME)
+        values, spreads = inverse @ self.y, np.sqrt(scale * (inverse**2).sum(axis=1))
+        return {
+            name: Estimate(float(value / norm), float(spread / norm))
+            for name, value, spread, norm in zip(names, values, spreads, norms, strict=True)
+        }
+
+    def _matrix(self, names: Sequence[str]) -> FloatArray:
+        return np.stack([self.columns[name] for name in names], axis=1) / self._norms(names)
+
+    def _norms(self, names: Sequence[str]) -> FloatArray:
+        norms = np.array([float(np.linalg.norm(self.columns[name])) for name in names])
+        return np.where(norms > 0.0, norms, 1.0)
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """What a sum of squares is judged against."""
+
+    variance: float
+    dof: float
+
+    def p_value(self, squares: float, numerator: int) -> float:
+        if numerator <= 0 or squares <= 0.0:
+            return 1.0
+        return float(f_tail(squares / numerator / self.variance, numerator, self.dof))
+
+
+def _scale(left: float, dof: int, known_dof: float) -> _Scale:
+    """Return the known scatter, or what is left over where that is more."""
+    if dof >= FEWEST_LEFT and left > dof:
+        return _Scale(left / dof, float(dof))
+    return _Scale(1.0, known_dof)
+
+
+def _odd_one(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm: float) -> tuple[str, float] | None:
+    """Return the sensor that differs most from the rest, if any does, and with what chance."""
+    if len(among) < 2 or 2 * (len(among) - 1) < len(axes.sensors):
+        return None
+    whole = _whitened(axes, visits, among)
+    left, _ = whole.left(_names(whole))
+    found: list[tuple[float, float, str]] = []
+    for name in among:
+        rest = tuple(one for one in among if one != name)
+        other = _whitened(axes, visits, rest)
+        names = _names(other) if len(rest) > 1 else ()
+        left_other, rank = other.left(names)
+        scale = _scale(left_other, other.y.size - rank, visits.degrees_of_freedom)
+        if len(rest) == 1 and scale.p_value(left_other, other.y.size) < CONSISTENT:
+            continue
+        before = float(whole.y @ whole.y) if len(rest) == 1 else left
+        gained, count = before - left_other, whole.y.size - other.y.size
+        found.append((scale.p_value(gained, count), -gained, name))
+    p_value, _, name = min(found, default=(1.0, 0.0, ""))
+    return (name, p_value) if p_value * len(among) < false_alarm else None
+
+
+def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm: float) -> CommonMode:
+    data = _whitened(axes, visits, among)
+    nothing = CommonMode((), 1.0, (), {}, (), tuple(among))
+    if data.y.size == 0:
+        return nothing
+    names = _names(data)
+    least, rank = data.left(names)
+    scale = _scale(least, data.y.size - rank, visits.degrees_of_freedom)
+    if len(among) == 1:  # nothing tells what a lone sensor does by itself
+        scale = _Scale(1.0, visits.degrees_of_freedom)
+    bare, _ = data.left(())
+    causes = tuple(_causes(data))
+    fits = [(cause, *data.left(cause.parts)) for cause in causes]
+    chances = [scale.p_value(bare - left, used) for _, left, used in fits]
+    tries = len({round(chance, 12) for chance in chances}) + 1
+    p_value = min(1.0, tries * min([*chances, scale.p_value(bare - least, rank)]))
+    if p_value >= false_alarm:
+        return replace(nothing, p_value=p_value)
+    consistent = [
+        (used, left, place)
+        for place, (_, left, used) in enumerate(fits)
+        if scale.p_value(left - (least if len(among) > 1 else 0.0), _freedom(data, rank, used, among)) >= CONSISTENT
+    ]
+    if not consistent:
+        return _together(data, among, scale, p_value, false_alarm)
+    fewest, least_left, _ = min(consistent)
+    close = least_left + _SAME * max(least_left, 1.0)
+    place = next(place for used, left, place in consistent if used == fewest and left <= close)
+    also = tuple(causes[other] for *_, other in consistent if other != place)
+    return CommonMode(
+        (causes[place],), p_value, also, data.estimates(causes[place].parts, scale.variance), (), tuple(among)
+    )
+
+
+def _freedom(data: _Whitened, rank: int, used: int, among: Sequence[str]) -> int:
+    """Of what a cause leaves over: against the whole common part, or for a lone sensor against all its data."""
+    return (rank if len(among) > 1 else data.y.size) - used
+
+
+def _together(data: _Whitened, among: Sequence[str], scale: _Scale, p_value: float, false_alarm: float) -> CommonMode:
+    """Judge rotation, gain and offset in this order, each beside the others, where there are data enough for all."""
+    names = _names(data)
+    if len(among) == 1 or data.y.size - data.left(names)[1] < FEWEST_LEFT:
+        own = Cause("sensor-change", " and ".join(among), ())
+        return CommonMode((own,), p_value, (), {}, (), tuple(among))
+    told: list[Cause] = []
+    meters = [name for name in data.columns if name.startswith(("gain", "offset"))]
+    groups = [Cause("table-rotation", "rotation", ROTATIONS), *(_of_meter(name) for name in meters)]
+    every = tuple(name for group in groups for name in group.parts)
+    for group in groups:
+        others = tuple(name for name in every if name not in group.parts)
+        (without, low), (whole, high) = data.left(others), data.left(every)
+        if scale.p_value(without - whole, high - low) < false_alarm:
+            told.append(group)
+    told = told or groups
+    estimates = data.estimates(every, scale.variance)
+    parts = {name for cause in told for name in cause.parts}
+    kept = {name: estimate for name, estimate in estimates.items() if name in parts}
+    return CommonMode(tuple(told), p_value, (), kept, (), tuple(among))
+
+
+def _causes(data: _Whitened) -> Iterator[Cause]:
+    """Single causes in the order in which they are judged."""
+    yield Cause("table-rotation", ROLL, (ROLL,))
+    yield Cause("table-rotation", PITCH, (PITCH,))
+    yield Cause("table-rotation", BASE, (BASE,))
+    yield Cause("table-rotation", FIXTURE, (ROLL, FIXTURE_Y, FIXTURE_Z))
+    yield from (_of_meter(name) for name in data.columns if name.startswith("gain"))
+    yield from (_of_meter(name) for name in data.columns if name.startswith("offset"))
+    yield from (
+        Cause("sensor-change", name.removeprefix("own "), (name,)) for name in data.columns if name.startswith("own")
+    )
+
+
+def _of_meter(name: str) -> Cause:
+    return Cause("meter-gain" if name.startswith("gain") else "meter-offset", name, (name,))
+
+
+def _names(data: _Whitened) -> tuple[str, ...]:
+    """Return the common columns."""
+    return tuple(name for name in data.columns if not name.startswith("own"))
+
+
+def _whitened(axes: WatchedAxes, visits: Visits, among: Sequence[str]) -> _Whitened:
+    kept = np.array([name in among for name in axes.sensor], dtype=bool)
+    columns = _columns(axes, visits, kept, is_lone=len(among) == 1)
+    pieces_y: list[FloatArray] = []
+    pieces: dict[str, list[FloatArray]] = {name: [] for name in columns}
+    spread = _model_error(axes, visits)
+    for place in range(visits.pitch_rad.size):
+        read = kept & np.isfinite(visits.change[place])
+        if not read.any():
+            continue
+        rounding = (_ROUNDING * visits.reading[place, read]) ** 2 + np.finfo(float).tiny
+        imperfect = (spread[place] * _scale_of(axes)[read]) ** 2
+        covariance = np.diag(visits.variance[place, read] + imperfect + rounding)
+        for name in (ROLL, PITCH):
+            turned = visits.seating_rad * columns[name][place, read]
+            covariance = covariance + np.outer(turned, turned)
+        factor = np.linalg.cholesky(covariance)
+        pieces_y.append(np.linalg.solve(factor, visits.change[place, read]))
+        for name, column in columns.items():
+            pieces[name].append(np.linalg.solve(factor, column[place, read]))
+    empty = [np.zeros(0)]
+    return _Whitened(
+        np.concatenate(pieces_y or empty), {name: np.concatenate(found or empty) for name, found in pieces.items()}
+    )
+
+
+def _scale_of(axes: WatchedAxes) -> FloatArray:
+    return np.asarray(np.linalg.norm(axes.k, axis=1))
+
+
+def _model_error(axes: WatchedAxes, visits: Visits) -> FloatArray:
+    """Return (K,) what imperfectly known axes make of the changes of an attitude, g."""
+    relative = visits.change / _scale_of(axes)
+    squares = np.where(np.isfinite(relative), relative, 0.0) ** 2
+    read = np.maximum(np.isfinite(relative).sum(axis=1), 1)
+    return np.asarray(MODEL_ERROR * np.sqrt(squares.sum(axis=1) / read))
+
+
+def _columns(axes: WatchedAxes, visits: Visits, kept: BoolArray, *, is_lone: bool) -> dict[str, FloatArray]:
+    """Name to (K, A) what one unit of a cause does."""
+    force = specific_force(visits.pitch_rad, visits.roll_rad)
+    moved = dict(zip(ROTATIONS, force_changes(visits.pitch_rad, visits.roll_rad), strict=True))
+    columns = {name: change @ axes.k.T for name, change in moved.items()}
+    reading = np.where(np.isfinite(visits.reading), visits.reading, 0.0)
+    for meter in dict.fromkeys(word for word, is_kept in zip(axes.meter, kept, strict=True) if is_kept):
+        shared = np.array([word == meter for word in axes.meter], dtype=float)
+        columns[f"gain of {meter}"] = reading * shared
+        columns[f"offset of {meter}"] = np.ones_like(reading) * shared
+    if is_lone:
+        for place in np.flatnonzero(kept):
+            alone = np.zeros(kept.size)
+            alone[place] = 1.0
+            label = f"{axes.sensor[place]} {axes.axis[place]}"
+            columns[f"own offset of {label}"] = np.ones_like(reading) * alone
+            columns[f"own sensitivity of {label}"] = (force @ axes.k.T) * alone
+    return columns
+
+
+def force_changes(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[FloatArray, ...]:
+    """Return ∂f by roll slip, pitch slip, tilt of the base about its forward axis, fixture about y and z, (K, 3) each.
+
+    Per radian, in table axes.
+    """
+    force, none = specific_force(pitch_rad, roll_rad), np.zeros_like(pitch_rad)
+    return (
+        specific_force_by_roll(pitch_rad, roll_rad),
+        specific_force_by_pitch(pitch_rad, roll_rad),
+        np.stack([none, np.cos(roll_rad), -np.sin(roll_rad)], axis=1),
+        np.stack([-force[:, 2], none, force[:, 0]], axis=1),
+        np.stack([force[:, 1], -force[:, 0], none], axis=1),
+    )
+
+
+def _rotation_rad(visits: Visits, common: CommonMode) -> float:
+    moved = zip(ROTATIONS, force_changes(visits.pitch_rad, visits.roll_rad), strict=True)
+    turned = [common.estimates[name].value * change for name, change in moved if name in common.estimates]
+    return float(np.linalg.norm(sum(turned, np.zeros((visits.pitch_rad.size, 3))), axis=1).max(initial=0.0))
+
+
+def _sized(axes: WatchedAxes, visits: Visits, own: OwnChange, common: CommonMode) -> OwnChange:
+    """Return what a sensor changed beyond the common part, its largest as an angle."""
+    kept = np.array([name == own.sensor for name in axes.sensor], dtype=bool)
+    columns = _columns(axes, visits, kept, is_lone=False)
+    shared = sum(
+        (estimate.value * columns[name] for name, estimate in common.estimates.items() if name in columns),
+        np.zeros_like(visits.change),
+    )
+    angle = np.where(np.isfinite(visits.change) & kept, (visits.change - shared) / _scale_of(axes), 0.0)
+    place = np.unravel_index(int(np.argmax(np.abs(angle))), angle.shape)
+    return replace(own, axis=axes.axis[int(place[1])], largest_rad=float(angle[place]))

@@ -1,0 +1,155 @@
+"""A common-mode judgement as findings: which sensors, how much, about what, and whose doing it is."""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+
+from ams.findings import Finding
+from ams.surveillance.common_mode import (
+    BASE,
+    FIXTURE_Y,
+    FIXTURE_Z,
+    PITCH,
+    ROLL,
+    ROTATIONS,
+    Cause,
+    CommonMode,
+    Estimate,
+)
+from ams.units import ARCSEC_PER_DEG
+
+NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+HOLDING_ARCSEC = 3.0
+"""A smaller rotation stops no night and takes no set away: it is a finding. A good table's certificate allows 1″."""
+_ABOUT = {ROLL: "about roll", PITCH: "about pitch", FIXTURE_Y: "about its lateral axis", FIXTURE_Z: "about its normal"}
+
+
+def findings_of(
+    found: CommonMode, sensors: Sequence[str], between: str, unit: str = "v", steps: Sequence[int] = ()
+) -> tuple[Finding, ...]:
+    """Return a finding for every significant cause.
+
+    ``sensors``: all that were looked at. ``between``: which visits, such as ``between visits 2 and 3``. ``unit``: of
+    the readings. ``steps``: the dwells in doubt.
+    """
+    return (*_common(found, sensors, between, unit, tuple(steps)), *_own(found, between, tuple(steps)))
+
+
+def _common(
+    found: CommonMode, sensors: Sequence[str], between: str, unit: str, steps: tuple[int, ...]
+) -> Iterator[Finding]:
+    who = _who(found.agreeing, sensors)
+    for cause in found.told:
+        text = f"{who} {_what(found, cause, between, unit)}: {_whose(found, cause, sensors)}"
+        yield Finding(cause.kind, text, True, found.p_value, steps, _details(found, cause))
+
+
+def _own(found: CommonMode, between: str, steps: tuple[int, ...]) -> Iterator[Finding]:
+    for one in found.own:
+        others = [name for name in found.agreeing if name != one.sensor]
+        rest = f"the other {_number(len(others))} agree" if len(others) > 1 else f"{others[0]} did not"
+        size = f"{_arcsec(one.largest_rad)} at most, on {one.axis}"
+        text = f"{one.sensor} changed by itself {between} ({size}) while {rest}: the sensor, not table or meter"
+        details: dict[str, float | str | None] = {"sensor": one.sensor, "largest_arcsec": _in_arcsec(one.largest_rad)}
+        yield Finding("sensor-change", text, True, one.p_value, steps, details)
+
+
+def _who(agreeing: Sequence[str], sensors: Sequence[str]) -> str:
+    if len(sensors) == 1:
+        return sensors[0]
+    if len(agreeing) == len(sensors):
+        return "both sensors" if len(sensors) == 2 else f"all {_number(len(sensors))} sensors"
+    return f"{_number(len(agreeing))} of {_number(len(sensors))} sensors"
+
+
+def _what(found: CommonMode, cause: Cause, between: str, unit: str) -> str:
+    sizes = {name: found.estimates[name] for name in cause.parts if name in found.estimates}
+    if cause.kind == "table-rotation":
+        if cause.parts == ROTATIONS:
+            return f"turned by up to {abs(_in_arcsec(found.rotation_rad)):.3g}″ {between}"
+        if cause.parts == (BASE,):
+            return f"tilted by {_told(sizes[BASE])} about the base's forward axis {between}"
+        turns = [f"{_told(sizes[name])} {_ABOUT.get(name, 'with the base')}" for name in ROTATIONS if name in sizes]
+        return f"turned by {', '.join(turns)} {between}"
+    size = next(iter(sizes.values()), None)
+    if cause.kind == "meter-gain" and size is not None:
+        return f"read {1e6 * size.value:+.3g} ppm (u {1e6 * size.standard_uncertainty:.2g} ppm) more {between}"
+    if cause.kind == "meter-offset" and size is not None:
+        factor, name = (1e6, "µV") if unit == "v" else (1.0, unit)
+        return f"read {factor * size.value:+.3g} {name} (u {factor * size.standard_uncertainty:.2g}) more {between}"
+    if cause.parts:
+        return f"changed {between}: {cause.name}"
+    return f"changed {between}, as neither a rotation nor gain or offset of the meter would"
+
+
+def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:
+    """Say whose doing it is, and what else would look the same."""
+    other = {str(one.kind) for one in found.also} - {str(cause.kind)}
+    is_lone = len(found.agreeing) == 1
+    if cause.kind == "table-rotation":
+        whose = "the table, its base or the common fixture"
+        whose += "" if is_lone else ", not the sensors"
+        other = other | ({"sensor on its mount"} if is_lone else set())
+    elif cause.kind == "sensor-change":
+        whose = "the sensor"
+    else:
+        whose = f"the meter ({cause.name}), or what all sensors share (supply, temperature)"
+        other = other | ({"sensor-change"} if is_lone else set())
+    words = {
+        "table-rotation": "a rotation of the table",
+        "meter-gain": "the meter's gain",
+        "meter-offset": "the meter's offset",
+        "sensor-change": f"a change of {sensors[0]} itself",
+        "sensor on its mount": f"{sensors[0]} on its mount",
+    }
+    same = [text for name, text in words.items() if name in other]
+    return f"{whose}; {' or '.join(same)} would look the same here" if same else whose
+
+
+def _details(found: CommonMode, cause: Cause) -> dict[str, float | str | None]:
+    same = ", ".join(dict.fromkeys(one.kind for one in found.also if one.kind != cause.kind))
+    details: dict[str, float | str | None] = {"cause": cause.name, "confounded_with": same or None}
+    if cause.kind == "table-rotation":
+        details["turned_arcsec"] = _in_arcsec(found.rotation_rad)
+    for name in cause.parts:
+        if name not in found.estimates:
+            continue
+        one, key = found.estimates[name], name.replace(" ", "_")
+        if name in ROTATIONS:
+            details[f"{key}_arcsec"] = _in_arcsec(one.value)
+            details[f"{key}_standard_uncertainty_arcsec"] = _in_arcsec(one.standard_uncertainty)
+        else:
+            details[key], details[f"{key}_standard_uncertainty"] = one.value, one.standard_uncertainty
+    return details
+
+
+def _told(one: Estimate) -> str:
+    return f"{_arcsec(one.value)} (u {_in_arcsec(one.standard_uncertainty):.2g}″)"
+
+
+def _arcsec(angle_rad: float) -> str:
+    size = _in_arcsec(angle_rad)
+    return f"{size:+.0f}″" if abs(size) >= 100.0 else f"{size:+.3g}″"
+
+
+def _in_arcsec(angle_rad: float) -> float:
+    return float(np.degrees(angle_rad)) * ARCSEC_PER_DEG
+
+
+def _number(count: int) -> str:
+    return NUMBERS[count] if count < len(NUMBERS) else str(count)
+
+
+def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return the findings of a table, base or fixture that turned so far that nothing measured stands.
+
+    What a change of a lone sensor or of the meter would look like as well is not among them.
+    """
+    return tuple(
+        one
+        for one in findings
+        if one.is_significant
+        and one.kind == "table-rotation"
+        and not one.details.get("confounded_with")
+        and float(one.details.get("turned_arcsec") or 0.0) > HOLDING_ARCSEC
+    )

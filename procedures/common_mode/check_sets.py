@@ -1,0 +1,68 @@
+"""Which check dwells are compared: those of every later epoch with the first of their attitude that still counts.
+
+A set that was cut short by a lost link counts as far as it goes. Nothing counts any more from before the package was
+moved, or from before a step that a person accepted by resuming.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from procedures.records.dwells import DwellRecord, Event
+
+
+@dataclass(frozen=True)
+class CheckSetPair:
+    """The check set of one epoch, and what it is compared with."""
+
+    epoch: int
+    before: Mapping[int, DwellRecord]
+    """Step to dwell; not empty."""
+    after: Mapping[int, DwellRecord]
+    is_alike: bool
+    """Whether both stood at the same temperature."""
+
+    @property
+    def since(self) -> int:
+        """The epoch of the earliest dwell compared with."""
+        return min(dwell.epoch for dwell in self.before.values())
+
+
+def first_checks(
+    dwells: Iterable[DwellRecord], mounting: int, first_epoch: int, before_epoch: int
+) -> dict[int, DwellRecord]:
+    """Return step to the first accepted check dwell of a mounting, from the epochs in [first, before)."""
+    found: dict[int, DwellRecord] = {}
+    for dwell in dwells:
+        is_wanted = dwell.purpose == "check" and dwell.accepted and dwell.mounting == mounting
+        if is_wanted and first_epoch <= dwell.epoch < before_epoch:
+            found.setdefault(dwell.step, dwell)
+    return found
+
+
+def check_set_pairs(dwells: Sequence[DwellRecord], events: Iterable[Event]) -> tuple[CheckSetPair, ...]:
+    """Return every check set of a run after the first that has something to be compared with."""
+    first_epochs, other_plateau = _breaks(events)
+    found = []
+    for epoch in sorted({dwell.epoch for dwell in dwells if dwell.purpose == "check"}):
+        after = {one.step: one for one in dwells if one.purpose == "check" and one.accepted and one.epoch == epoch}
+        if not after:
+            continue
+        first = max((begun for begun in first_epochs if begun < epoch), default=1)
+        mounting = next(iter(after.values())).mounting
+        before = {step: one for step, one in first_checks(dwells, mounting, first, epoch).items() if step in after}
+        if before:
+            found.append(CheckSetPair(epoch, before, after, epoch not in other_plateau))
+    return tuple(found)
+
+
+def _breaks(events: Iterable[Event]) -> tuple[list[int], set[int]]:
+    """Return the epochs from which check sets count anew, and those whose set stood at another temperature."""
+    epoch, first_epochs, other_plateau = 0, [1], set[int]()
+    for event in events:
+        if event.kind == "opened":
+            epoch += 1
+        elif event.kind == "state" and event.detail.get("cause") == "seam":
+            first_epochs.append(epoch)
+        elif event.kind == "seam" and "plateau" in str(event.detail.get("reason", "")):
+            other_plateau.add(epoch)
+    return first_epochs, other_plateau

@@ -1,0 +1,213 @@
+"""Reference visits and check sets over all sensors: what changed, since when, and which dwells are in doubt.
+
+The engine takes every accepted dwell in as it comes; the report takes them in again from the journal, in the same
+order, and so says the same. A visit is the dwells that stand together at the reference attitudes; each is compared with
+the one before it, and where that shows nothing with the first, so that what creeps is seen as well. A check set is
+compared attitude by attitude with what earlier ones measured of it, whole or not.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ams.findings import Finding
+from ams.surveillance.common_mode import CommonMode, Visits, judge_visits
+from ams.surveillance.common_mode_words import findings_of, turned_the_table
+from procedures.common_mode.check_sets import check_set_pairs
+from procedures.common_mode.sensed_axes import KnownAxes, attitude_of, sensed_axes
+from procedures.plan.plan import Plan
+from procedures.plan.steps import Dwell, Soak
+from procedures.records.declared_supply import at_declared
+from procedures.records.dwells import DwellRecord, Event
+from rig.description.signal_chain import Chain
+
+FALSE_ALARM = 1e-4
+"""Of each of the two tests of a visit or a check set; a night has some fifty of them."""
+_AXES = frozenset(("pitch", "roll"))
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One comparison."""
+
+    step: int
+    """The last step of the later visit."""
+    between: str
+    common: CommonMode
+    findings: tuple[Finding, ...]
+    doubtful: tuple[int, ...]
+    """Steps of the design measured in between."""
+    is_slow: bool = False
+    """Whether it crept from visit to visit and shows only against the first."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether a person has to look before anything more is measured."""
+        return bool(turned_the_table(self.findings))
+
+
+@dataclass(frozen=True)
+class _Visit:
+    number: int
+    dwells: tuple[DwellRecord, ...]
+    taken: int
+    """Dwells learned from when it began."""
+
+
+class VisitWatch:
+    """Of one run. Anything but accelerometers at rest on a table of pitch and roll is not judged."""
+
+    def __init__(self, plan: Plan, chains: Mapping[str, Chain]) -> None:
+        self._chains = chains
+        axes, channels = sensed_axes(plan.sensors if plan.is_at_rest and set(plan.axes) <= _AXES else {})
+        self._is_watching = bool(channels)
+        self._sensors = axes.sensors
+        self._unit = "v"
+        self.known = KnownAxes(axes, channels)
+        self._visit_of = _visits_of(plan)
+        self._attitudes = Counter(self._visit_of.values())
+        self._plateau_of = _plateaus_of(plan)
+        self._open: dict[int, DwellRecord] = {}
+        self._visits: list[_Visit] = []
+        self._since: list[int] = []
+        """Steps of the design since the last visit."""
+
+    def take(self, dwell: DwellRecord) -> Judged | None:
+        """Take an accepted dwell in; what a visit shows that it completes, where it can be compared."""
+        if not self._is_watching:
+            return None
+        dwell = at_declared(dwell, self._chains)
+        taken = self.known.taken
+        self.known.learn(dwell, self._plateau_of.get(dwell.step, 0))
+        if dwell.purpose == "design":
+            self._since.append(dwell.step)
+        place = self._visit_of.get(dwell.step)
+        if dwell.purpose != "reference" or place is None:
+            return None
+        if self._open and self._visit_of[next(iter(self._open))] != place:
+            self._open.clear()
+        self._open[dwell.step] = dwell
+        if len(self._open) < self._attitudes[place]:
+            return None
+        visit = _Visit(place, tuple(self._open.values()), taken)
+        self._open.clear()
+        self._visits = [one for one in self._visits if one.number != place]  # one that was taken back
+        judged = self._judged(visit)
+        if judged is not None and judged.findings:
+            self._visits.clear()  # it is told once: what comes is compared with this visit
+        self._visits.append(visit)
+        self._since.clear()
+        return judged
+
+    def compare_check_sets(
+        self, before: Mapping[int, DwellRecord], after: Mapping[int, DwellRecord], between: str
+    ) -> Judged | None:
+        """Return what a check set shows against the same attitudes measured before; None where there are none."""
+        pairs = [
+            (at_declared(before[step], self._chains), at_declared(dwell, self._chains))
+            for step, dwell in after.items()
+            if step in before
+        ]
+        if not self._is_watching or not pairs:
+            return None
+        until = self.known.taken - len(after)
+        return self._compared([one for one, _ in pairs], [two for _, two in pairs], between, until, ())
+
+    def _judged(self, visit: _Visit) -> Judged | None:
+        alike = [one for one in self._visits if self._is_alike(one, visit)]
+        if not alike:
+            return None
+        last, first = alike[-1], alike[0]
+        between = f"between visits {last.number} and {visit.number}"
+        found = self._compared(last.dwells, visit.dwells, between, last.taken, self._since)
+        if first is last or found is None or found.findings:
+            return found
+        slowly = f"between visits {first.number} and {visit.number}, little by little"
+        crept = self._compared(first.dwells, visit.dwells, slowly, last.taken, ())
+        return None if crept is None else replace(crept, is_slow=True)
+
+    def _is_alike(self, one: _Visit, other: _Visit) -> bool:
+        """Return whether the same mounting stood at the same temperature and at the same attitudes."""
+
+        def key(visit: _Visit) -> tuple[object, ...]:
+            first = visit.dwells[0]
+            plateau = self._plateau_of.get(first.step, 0)
+            return first.mounting, plateau, tuple(attitude_of(dwell) for dwell in visit.dwells)
+
+        return key(one) == key(other)
+
+    def _compared(
+        self,
+        before: Sequence[DwellRecord],
+        after: Sequence[DwellRecord],
+        between: str,
+        until: int,
+        doubtful: Sequence[int],
+    ) -> Judged | None:
+        variance, dof, seating_rad = self.known.scatter(until)
+        if not np.isfinite(dof) or dof < 1.0:
+            return None
+        earlier, later = (np.stack([self.known.means(dwell) for dwell in dwells]) for dwells in (before, after))
+        pitch, roll = (np.deg2rad([dwell.measured_deg.get(name, 0.0) for dwell in after]) for name in ("pitch", "roll"))
+        visits = Visits(
+            pitch, roll, later - earlier, later, np.tile(2.0 * variance, (len(after), 1)), dof,
+            float(np.sqrt(2.0)) * seating_rad,
+        )  # fmt: skip
+        common = judge_visits(self.known.axes, visits, FALSE_ALARM)
+        steps = tuple(doubtful)
+        read = np.atleast_1d(np.isfinite(later - earlier).any(axis=0))
+        sensors = tuple(
+            dict.fromkeys(name for name, is_read in zip(self.known.axes.sensor, read, strict=True) if is_read)
+        )
+        findings = findings_of(common, sensors, between, self._unit, steps)
+        return Judged(after[-1].step, between, common, findings, steps)
+
+
+def judge_run(
+    plan: Plan, chains: Mapping[str, Chain], dwells: Sequence[DwellRecord], events: Iterable[Event]
+) -> tuple[Judged, ...]:
+    """Return every reference visit and every later check set of a run as it is judged.
+
+    ``dwells``: in the order in which they were measured.
+    """
+    pairs = {pair.epoch: pair for pair in check_set_pairs(dwells, events) if pair.is_alike}
+    if not pairs and not any(dwell.purpose == "reference" for dwell in dwells):
+        return ()
+    watch = VisitWatch(plan, chains)
+    found: list[Judged | None] = []
+    for dwell in dwells:
+        if not dwell.accepted:
+            continue
+        found.append(watch.take(dwell))
+        pair = pairs.get(dwell.epoch)
+        if pair is not None and dwell.step == list(pair.after)[-1] and dwell.purpose == "check":
+            found.append(watch.compare_check_sets(pair.before, pair.after, since_check_set(pair.since)))
+    return tuple(one for one in found if one is not None)
+
+
+def since_check_set(epoch: int) -> str:
+    """Say since when a check set changed."""
+    return f"since the check set of epoch {epoch}"
+
+
+def _visits_of(plan: Plan) -> dict[int, int]:
+    """Step to the number of its visit, from 1."""
+    found: dict[int, int] = {}
+    number, was_reference = 0, False
+    for step in plan.steps:
+        is_reference = isinstance(step, Dwell) and step.purpose == "reference"
+        number += is_reference and not was_reference
+        if is_reference:
+            found[step.step] = number
+        was_reference = is_reference
+    return found
+
+
+def _plateaus_of(plan: Plan) -> dict[int, int]:
+    found, plateau = {}, 0
+    for step in plan.steps:
+        plateau = step.plateau if isinstance(step, Soak) else plateau
+        found[step.step] = plateau
+    return found

@@ -1,0 +1,48 @@
+"""What a run's visits say, handed to the sensors that it concerns: the table and the meter to all, a change to its own.
+
+Every axis carries the findings; the significant ones stand among its warnings and those of its package.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ams.findings import Finding, significant_texts
+from procedures.common_mode.visit_watch import judge_run
+from procedures.records.declared_supply import correcting
+from procedures.solution.record import RunRecord
+from procedures.solution.request import SolvedSensor
+
+
+def run_findings(record: RunRecord) -> tuple[Finding, ...]:
+    """Return what reference visits and check sets say of table, meter and sensors together.
+
+    A sensor that creeps is no reservation where the solution has a term for it.
+    """
+    dwells = sorted(record.dwells, key=lambda dwell: (dwell.epoch, dwell.started_s))
+    judged = judge_run(record.plan, correcting(record.rig.chain), dwells, record.events)
+    has_term = record.plan.solve.time_term == "linear"
+    return tuple(
+        replace(finding, is_significant=False)
+        if has_term and one.is_slow and finding.kind == "sensor-change"
+        else finding
+        for one in judged
+        for finding in one.findings
+    )
+
+
+def of_sensor(findings: Sequence[Finding], sensor: str) -> tuple[Finding, ...]:
+    """Return the findings that concern a sensor."""
+    return tuple(one for one in findings if one.details.get("sensor", sensor) == sensor)
+
+
+def with_run_findings(solved: SolvedSensor, findings: Sequence[Finding]) -> SolvedSensor:
+    """Return the sensor with the findings on every axis, the significant ones among the warnings."""
+    if solved.calibration is None or not findings:
+        return solved
+    told = significant_texts(findings)
+    axes = {
+        label: replace(axis, findings=(*axis.findings, *findings), warnings=(*axis.warnings, *told))
+        for label, axis in solved.calibration.axes.items()
+    }
+    calibration = replace(solved.calibration, axes=axes, warnings=(*solved.calibration.warnings, *told))
+    return replace(solved, calibration=calibration)

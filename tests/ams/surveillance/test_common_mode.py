@@ -1,0 +1,260 @@
+"""What all sensors saw at once is told from what one did by itself; the truth is made by explicit rotations."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ams.findings import Finding
+from ams.surveillance.common_mode import CommonMode, Visits, WatchedAxes, judge_visits
+from ams.surveillance.common_mode_words import findings_of, turned_the_table
+
+Floats = NDArray[np.float64]
+Own = Callable[[Floats], Floats]
+ARCSEC = np.pi / 180.0 / 3600.0
+SENSITIVITY_V_PER_G, NOISE_V = 2.5, 5e-6
+ONE, TWO = ((0.0, 0.0),), ((0.0, 0.0), (30.0, 60.0))
+CHECK = ((0.0, 0.0), (0.0, 90.0), (0.0, 180.0), (0.0, -90.0), (60.0, 0.0), (-60.0, 0.0))
+FALSE_ALARM = 1e-6
+
+
+@dataclass(frozen=True)
+class Happened:
+    """Between two visits, arc seconds, relative and volts."""
+
+    roll: float = 0.0
+    pitch: float = 0.0
+    base: float = 0.0
+    gain: float = 0.0
+    offset_v: float = 0.0
+    drift_v: float = 0.0
+    """Standard deviation of what every axis does by itself."""
+    own: Own | None = None
+
+
+def felt(attitudes: tuple[tuple[float, float], ...], roll: float, pitch: float, base: float) -> Floats:
+    """Gravity in the package by three turns, the base's first; arc seconds beside the attitudes in degrees."""
+    forces = []
+    for pitch_deg, roll_deg in attitudes:
+        turns = Rotation.from_euler(
+            "XYX", [base * ARCSEC, np.deg2rad(pitch_deg) + pitch * ARCSEC, np.deg2rad(roll_deg) + roll * ARCSEC]
+        )
+        forces.append(turns.inv().apply([0.0, 0.0, -1.0]))
+    return np.array(forces)
+
+
+def seen(
+    chance: np.random.Generator,
+    sensors: int,
+    attitudes: tuple[tuple[float, float], ...],
+    happened: Happened,
+    seating_arcsec: float = 0.0,
+) -> tuple[WatchedAxes, Visits]:
+    """Return what is known: nominal axes, and the differences of readings of sensors that are not quite nominal."""
+    true_k = SENSITIVITY_V_PER_G * (
+        np.eye(3) * (1.0 + 0.005 * chance.standard_normal((sensors, 1, 1)))
+        + 0.008 * chance.standard_normal((sensors, 3, 3))
+    )
+    offset_v = 0.01 * chance.standard_normal((sensors, 3))
+    before = np.einsum("sij,kj->ksi", true_k, felt(attitudes, 0.0, 0.0, 0.0)) + offset_v
+    seats = [felt((at,), *_seated(chance, happened, seating_arcsec), happened.base) for at in attitudes]
+    after = np.einsum("sij,kj->ksi", true_k, np.concatenate(seats)) + offset_v
+    after = after + happened.drift_v * chance.standard_normal((sensors, 3))
+    after = after if happened.own is None else happened.own(after)
+    after = after * (1.0 + happened.gain) + happened.offset_v
+    flat = (len(attitudes), 3 * sensors)
+    change = (after - before).reshape(flat) + np.sqrt(2.0) * NOISE_V * chance.standard_normal(flat)
+    names = tuple(f"SN{place}" for place in range(1, sensors + 1) for _ in range(3))
+    k = np.tile(SENSITIVITY_V_PER_G * np.eye(3), (sensors, 1))
+    pitch, roll = np.deg2rad(np.array(attitudes)).T
+    variance = np.full(flat, 2.0 * NOISE_V**2)
+    axes = WatchedAxes(names, tuple("xyz" * sensors), ("dmm",) * len(names), k)
+    return axes, Visits(pitch, roll, change, before.reshape(flat), variance, 200.0, seating_arcsec * ARCSEC)
+
+
+def _seated(chance: np.random.Generator, happened: Happened, seating_arcsec: float) -> tuple[float, float]:
+    roll, pitch = np.array([happened.roll, happened.pitch]) + seating_arcsec * chance.standard_normal(2)
+    return float(roll), float(pitch)
+
+
+def judged(
+    sensors: int, attitudes: tuple[tuple[float, float], ...], happened: Happened, seed: int = 1
+) -> tuple[CommonMode, tuple[Finding, ...]]:
+    axes, visits = seen(np.random.default_rng(seed), sensors, attitudes, happened)
+    found = judge_visits(axes, visits, FALSE_ALARM)
+    return found, findings_of(found, axes.sensors, "between visits 2 and 3")
+
+
+def axis_offset(by_v: float, sensor: int = 1, axis: int = 1) -> Own:
+    def changed(outputs_v: Floats) -> Floats:
+        outputs_v = outputs_v.copy()
+        outputs_v[:, sensor, axis] += by_v
+        return outputs_v
+
+    return changed
+
+
+def axis_gain(by: float, sensor: int = 1, axis: int = 0) -> Own:
+    def changed(outputs_v: Floats) -> Floats:
+        outputs_v = outputs_v.copy()
+        outputs_v[:, sensor, axis] *= 1.0 + by
+        return outputs_v
+
+    return changed
+
+
+def turned_on_its_mount(by_arcsec: float, sensor: int = 1) -> Own:
+    def changed(outputs_v: Floats) -> Floats:
+        outputs_v = outputs_v.copy()
+        turn = Rotation.from_rotvec([by_arcsec * ARCSEC, 0.0, 0.0])
+        outputs_v[:, sensor] = turn.inv().apply(outputs_v[:, sensor])
+        return outputs_v
+
+    return changed
+
+
+@pytest.mark.parametrize("sensors", [3, 8])
+@pytest.mark.parametrize("attitudes", [ONE, TWO, CHECK], ids=["one", "two", "check set"])
+@pytest.mark.parametrize("arcsec", [5.0, -72.0, 720.0])
+@pytest.mark.parametrize("part", ["roll", "pitch"])
+def test_a_slip_is_the_tables_and_of_its_size(
+    sensors: int, attitudes: tuple[tuple[float, float], ...], arcsec: float, part: str
+) -> None:
+    found, findings = judged(sensors, attitudes, Happened(**{part: arcsec}))
+    assert [one.kind for one in findings] == ["table-rotation"]
+    assert turned_the_table(findings)
+    assert found.own == ()
+    size = found.estimates[part].value / ARCSEC
+    assert size == pytest.approx(arcsec, abs=0.02 * abs(arcsec) + 1.5)
+    assert "not the sensors" in findings[0].text
+    assert f"about {part}" in findings[0].text
+
+
+def test_the_sentence_names_sensors_size_axis_and_whose_doing_it_is() -> None:
+    _, (finding,) = judged(8, CHECK, Happened(roll=-72.0))
+    assert finding.text.startswith("all eight sensors turned by -72")
+    assert finding.text.endswith(
+        "about roll between visits 2 and 3: the table, its base or the common fixture, not the sensors"
+    )
+    assert finding.is_significant
+    assert finding.details["roll_arcsec"] == pytest.approx(-72.0, abs=2.0)
+
+
+@pytest.mark.parametrize("sensors", [1, 3, 8])
+def test_a_tilt_of_the_base_is_told_from_a_roll_slip_where_pitch_differs(sensors: int) -> None:
+    found, (finding,) = judged(sensors, CHECK, Happened(base=20.0))
+    assert finding.kind == "table-rotation"
+    assert "the base's forward axis" in finding.text
+    assert found.also == ()
+    level, _ = judged(sensors, ONE, Happened(base=20.0))
+    assert {"roll", "tilt of the base"} <= {cause.name for cause in (*level.told, *level.also)}
+
+
+@pytest.mark.parametrize("sensors", [3, 8])
+@pytest.mark.parametrize("attitudes", [TWO, CHECK], ids=["two", "check set"])
+@pytest.mark.parametrize(
+    ("happened", "kind"), [(Happened(gain=1e-4), "meter-gain"), (Happened(offset_v=4e-5), "meter-offset")]
+)
+def test_the_meter_is_blamed_for_gain_and_offset(
+    sensors: int, attitudes: tuple[tuple[float, float], ...], happened: Happened, kind: str
+) -> None:
+    _found, findings = judged(sensors, attitudes, happened)
+    (finding,) = findings
+    assert finding.kind == kind
+    assert not turned_the_table(findings)
+    assert "or what all sensors share (supply, temperature)" in finding.text
+
+
+@pytest.mark.parametrize("sensors", [3, 8])
+@pytest.mark.parametrize("attitudes", [TWO, CHECK], ids=["two", "check set"])
+@pytest.mark.parametrize("own", [axis_offset(4e-4), axis_gain(1e-3), turned_on_its_mount(72.0)])
+def test_a_sensor_that_changes_by_itself_is_blamed_and_no_other(
+    sensors: int, attitudes: tuple[tuple[float, float], ...], own: Own
+) -> None:
+    found, findings = judged(sensors, attitudes, Happened(own=own))
+    assert [(one.kind, one.details["sensor"]) for one in findings] == [("sensor-change", "SN2")]
+    assert found.told == ()
+
+
+def test_a_slip_is_seen_through_the_change_of_one_sensor() -> None:
+    found, findings = judged(8, CHECK, Happened(roll=-72.0, own=axis_offset(1e-3)))
+    assert {one.kind for one in findings} == {"table-rotation", "sensor-change"}
+    assert findings[0].text.startswith("seven of eight sensors turned by -7")
+    assert [one.sensor for one in found.own] == ["SN2"]
+
+
+def test_slip_and_gain_at_once_are_both_told_over_a_check_set() -> None:
+    _, findings = judged(8, CHECK, Happened(roll=72.0, gain=1e-4))
+    assert [one.kind for one in findings] == ["table-rotation", "meter-gain"]
+
+
+def test_a_slip_is_named_though_every_sensor_drifts_a_little() -> None:
+    _found, findings = judged(8, TWO, Happened(roll=-72.0, drift_v=2e-5))
+    (finding,) = findings
+    assert finding.kind == "table-rotation"
+    assert turned_the_table(findings)
+
+
+def test_drifts_that_have_nothing_in_common_blame_nobody() -> None:
+    blamed = [judged(8, TWO, Happened(drift_v=3e-5), seed=seed)[1] for seed in range(40)]
+    assert not any(blamed)
+
+
+def test_one_sensor_at_one_attitude_cannot_tell_rotation_from_its_own_change_and_says_so() -> None:
+    _found, findings = judged(1, ONE, Happened(roll=-72.0))
+    (finding,) = findings
+    assert not turned_the_table(findings)
+    assert "a change of SN1 itself" in finding.text
+
+
+def test_one_sensor_at_two_attitudes_tells_a_rotation_but_not_its_mount_from_the_table() -> None:
+    _found, findings = judged(1, TWO, Happened(roll=-72.0))
+    (finding,) = findings
+    assert turned_the_table(findings)
+    assert "SN1 on its mount would look the same here" in finding.text
+
+
+@pytest.mark.parametrize("own", [axis_offset(4e-4, 0), axis_gain(1e-3, 0, 0)])
+def test_one_sensor_over_a_check_set_knows_its_own_change_for_no_rotation(own: Own) -> None:
+    """K⁻¹ΔK is not antisymmetric, or Δb not zero."""
+    _found, findings = judged(1, CHECK, Happened(own=own))
+    (finding,) = findings
+    assert finding.kind == "sensor-change"
+    assert not turned_the_table(findings)
+
+
+def test_of_two_sensors_one_is_blamed_only_where_the_other_saw_nothing() -> None:
+    _, (alone,) = judged(2, TWO, Happened(own=axis_offset(4e-4)))
+    assert (alone.kind, alone.details["sensor"]) == ("sensor-change", "SN2")
+    both, _ = judged(2, TWO, Happened(roll=-72.0, own=axis_offset(4e-4)))
+    assert both.own == ()
+
+
+@pytest.mark.parametrize(("sensors", "attitudes"), [(8, TWO), (3, CHECK), (3, ONE), (1, CHECK), (1, TWO)])
+def test_false_alarms_are_no_more_than_asked_for(sensors: int, attitudes: tuple[tuple[float, float], ...]) -> None:
+    chance, alarms, trials = np.random.default_rng(7), 0, 100
+    for _ in range(trials):
+        found = judge_visits(*seen(chance, sensors, attitudes, Happened()), 0.05)
+        alarms += bool(found.told or found.own)
+    assert alarms <= 12, "two tests at 5 %, both on the safe side"
+
+
+def test_the_seating_of_the_table_is_no_slip_where_its_scatter_is_known() -> None:
+    chance, alarms = np.random.default_rng(8), [0, 0]
+    for _ in range(40):
+        axes, visits = seen(chance, 5, TWO, Happened(), seating_arcsec=3.0)
+        alarms[0] += bool(judge_visits(axes, visits, 0.01).told)
+        blind = replace(visits, seating_rad=0.0)
+        alarms[1] += bool(judge_visits(axes, blind, 0.01).told)
+    assert alarms[0] <= 3
+    assert alarms[1] > 24
+
+
+def test_an_axis_that_was_not_read_is_left_out() -> None:
+    axes, visits = seen(np.random.default_rng(9), 3, TWO, Happened(pitch=-72.0))
+    visits.change[1, 4] = visits.change[0, 0] = np.nan
+    found = judge_visits(axes, visits, FALSE_ALARM)
+    assert [cause.name for cause in found.told] == ["pitch"]
