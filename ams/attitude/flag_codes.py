@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-Codes = NDArray[np.uint16]
+Codes = NDArray[np.uint32]
 
 NOT_FINITE: Final = 1
 BEYOND_ONE_G: Final = 2
@@ -19,6 +19,14 @@ REDUNDANCY: Final = 128
 SUSPECT_X: Final = 256
 SUSPECT_Y: Final = 512
 SUSPECT_Z: Final = 1024
+YAW_LEVEL: Final = 2048
+SIDEWAYS: Final = 4096
+ROLL_ON_END: Final = 8192
+NO_ROLL: Final = 16384
+NO_PITCH: Final = 32768
+OUTSIDE_PITCH: Final = 65536
+OUTSIDE_YAW: Final = 131072
+OUTSIDE_TEMPERATURE: Final = 262144
 SUSPECTS: Final = (SUSPECT_X, SUSPECT_Y, SUSPECT_Z)
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
@@ -32,7 +40,15 @@ WORDS: Final[Mapping[int, str]] = {
     ROLL_SINGULAR: "roll singular",
     SECOND_ROOT: "second attitude: within the coning angle of the vertical",
     NO_ROOT: "no attitude on the side asked for",
+    SIDEWAYS: "sign of pitch and yaw undetermined: yaw near ±90°",
+    YAW_LEVEL: "yaw singular: pitch near zero",
+    ROLL_ON_END: "roll singular: sting axis near vertical",
+    NO_PITCH: "no pitch gives this output",
     REDUNDANCY: "redundancy: outputs disagree",
+    NO_ROLL: "roll not sensed: sting package alone",
+    OUTSIDE_PITCH: "pitch outside the validity of the set",
+    OUTSIDE_YAW: "yaw outside the validity of the set",
+    OUTSIDE_TEMPERATURE: "temperature outside the validity of the set",
 }
 """In the order in which they are said."""
 

@@ -62,7 +62,7 @@ def name_suspects(codes: Codes, at_limit: BoolArray, possible: BoolArray) -> Cod
     for evidence in (at_limit & possible, possible):
         alone = disagree & (evidence.sum(axis=0) == 1)
         for axis, bit in enumerate(SUSPECTS):
-            named[alone & evidence[axis]] |= np.uint16(bit)
+            named[alone & evidence[axis]] |= np.uint32(bit)
         disagree &= ~alone
     return named
 
