@@ -38,6 +38,10 @@ Fitted = tuple[FloatArray, FloatArray, Weighing, Codes]
 """Sensed and fitted force, (3, n) each, what they were weighed by, and a code where there is no fit."""
 
 BLOCK_ROWS: Final = 16384
+BENT_BLOCK_ROWS: Final = 2048
+"""With terms of second and third order: some fifty monomials a row, which a larger block would drive out of the cache
+and numpy's library would share out over threads that wait for one another."""
+_MANY_MONOMIALS: Final = 12
 LARGEST_SD_RAD: Final = float(np.deg2rad(5.0))
 """Above this standard deviation the linear propagation means nothing and the angle is called singular."""
 SMALLEST_SLOPE: Final = 1e-6
@@ -47,6 +51,8 @@ CLEARANCE_SD: Final = 3.0
 SURELY_NOT: Final = 3.29
 """No bound at 99.9 % is below that of the normal distribution: a smaller ratio needs no degrees of freedom."""
 _STEPS_AT_MOST: Final = 20
+_ROUGH_STEPS: Final = 3
+"""Of a bend taken off at the sensed force itself, which lies within the noise of the fitted one."""
 _ROUNDING: Final = 1e-14
 _SMALL_EXCESS: Final = 2e-5
 _SETTLED: Final = 1e-9
@@ -105,7 +111,7 @@ class ThreeAxes:
         rows = outputs_v.shape[1]
         pitch, roll = np.empty(rows), np.empty(rows)
         codes = np.empty(rows, dtype=np.uint32)
-        for block in blocks(rows):
+        for block in blocks(rows, self._block_rows):
             _, force, _, codes[block] = self._fitted(outputs_v[:, block])
             across = _across(force)
             pitch[block], roll[block] = np.arctan2(force[0], across), np.arctan2(-force[1], -force[2])
@@ -119,24 +125,36 @@ class ThreeAxes:
         """Return the angles of (3, N) outputs with standard deviations, flags and the test of redundancy."""
         rows = outputs_v.shape[1]
         found = AttitudeColumns.empty(rows)
-        for block in blocks(rows):
+        for block in blocks(rows, self._block_rows):
             judged_into(
                 found, block, self._fitted(outputs_v[:, block]), self.errors, self.limit, self.gravity_relative_u
             )
         return found
 
+    @property
+    def _block_rows(self) -> int:
+        return BLOCK_ROWS if len(self.errors.powers) < _MANY_MONOMIALS else BENT_BLOCK_ROWS
+
     def _fitted(self, outputs_v: FloatArray) -> Fitted:
         straight = self.inverse @ (outputs_v - self.offset_v[:, None])
+        if self.bend is None:
+            return straight, *fitted(straight, self.errors)
+        bend_g = self.inverse @ self.bend.coefficients_v
         sensed = straight
+        for _ in range(_ROUGH_STEPS):
+            sensed = straight - bend_g @ monomials(_unit(sensed), self.bend.powers)
         force, weighing, codes = fitted(sensed, self.errors)
-        if self.bend is not None:
-            bend_g = self.inverse @ self.bend.coefficients_v
-            for _ in range(_STEPS_AT_MOST):
-                before, sensed = sensed, straight - bend_g @ monomials(force, self.bend.powers)
-                force, weighing, codes = fitted(sensed, self.errors)
-                if not np.nanmax(np.abs(sensed - before), initial=0.0) > 1e-13:
-                    break
+        for _ in range(_STEPS_AT_MOST):
+            before, sensed = sensed, straight - bend_g @ monomials(force, self.bend.powers)
+            force, weighing, codes = fitted(sensed, self.errors)
+            if not np.nanmax(np.abs(sensed - before), initial=0.0) > 1e-12:
+                break
         return sensed, force, weighing, codes
+
+
+def _unit(force: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(force / np.sqrt(np.einsum("in,in->n", force, force)))
 
 
 def three_axes(
@@ -164,9 +182,9 @@ def check_three_directions(k_v_per_g: FloatArray) -> None:
         raise DesignError("three-axis package: the three sensitive axes lie in one plane: use two of them")
 
 
-def blocks(rows: int) -> list[slice]:
+def blocks(rows: int, block_rows: int = BLOCK_ROWS) -> list[slice]:
     """Return the rows in pieces that stay in the processor's cache."""
-    return [slice(start, min(start + BLOCK_ROWS, rows)) for start in range(0, rows, BLOCK_ROWS)]
+    return [slice(start, min(start + block_rows, rows)) for start in range(0, rows, block_rows)]
 
 
 def fitted(sensed: FloatArray, errors: ForceErrors) -> tuple[FloatArray, Weighing, Codes]:
