@@ -6,6 +6,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ams.arrays import IntArray
+
 Codes = NDArray[np.uint32]
 
 NOT_FINITE: Final = 1
@@ -62,9 +64,17 @@ ONE_AXIS_WORDS: Final[Mapping[int, str]] = {
 
 def words(codes: Codes, reasons: Mapping[int, str] = WORDS) -> tuple[str, ...]:
     """Return the flag of every row, empty where all is well; several reasons are parted by a semicolon."""
-    distinct, places = np.unique(codes, return_inverse=True)
-    said = [_said(int(code), reasons) for code in distinct]
-    return tuple(said[place] for place in places.ravel().tolist())
+    said, places = distinct_words(codes, reasons)
+    return tuple(said[place] for place in places.tolist())
+
+
+def distinct_words(codes: Codes, reasons: Mapping[int, str] = WORDS) -> tuple[list[str], IntArray]:
+    """Return the flags that there are, each once, and the place among them of every row's."""
+    places = np.zeros(codes.size, dtype=np.int64)
+    rows = np.flatnonzero(codes)
+    distinct, own = np.unique(codes[rows], return_inverse=True)
+    places[rows] = own + 1
+    return ["", *(_said(int(code), reasons) for code in distinct)], places
 
 
 def _said(code: int, words_of: Mapping[int, str]) -> str:

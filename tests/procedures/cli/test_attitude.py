@@ -2,8 +2,10 @@
 
 import csv
 import io
+import json
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,10 @@ from package_outputs import TRUTH, output_v, write_observations
 from solved_sets import package_set, tp_set
 
 from ams.exports.formats import export_set
+from ams.inference.inference import inference
+from ams.inputs.number_blocks import csv_blocks
 from procedures.cli import attitude_rows, attitude_stream
+from procedures.cli.attitude import package_of
 
 ATTITUDES = [(-35.0, -20.0), (5.0, 60.0), (90.0, 10.0)]
 
@@ -76,7 +81,7 @@ def test_parquet_in_and_out_is_the_same_as_csv(
 def test_without_pyarrow_parquet_is_a_sentence(
     stored: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("procedures.cli.attitude.find_spec", lambda name: None)
+    monkeypatch.setattr("ams.inputs.number_blocks.find_spec", lambda name: None)
     outcome = call(capsys, "attitude", stored, tmp_path / "data.parquet")
     assert outcome.status == 2
     assert "pyarrow is not installed" in outcome.err
@@ -163,18 +168,95 @@ def test_fault_85_a_line_that_never_ends_is_told_and_the_next_one_answered(
     Response: no more of it is kept than a row may have; it is answered with a flag, and the next one is read.
     """
     header, *rows = data.read_text(encoding="utf-8").splitlines(keepends=True)
-    endless = Counted(f"{header}{rows[0]}{'7' * 10_000_000}\n{rows[1]}")
-    monkeypatch.setattr(sys, "stdin", endless)
+    endless = Counted(f"{header}{rows[0]}{'7' * 10_000_000}\n{rows[1]}".encode())
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(endless))
+    tracemalloc.start()
     answers = rows_of(call(capsys, "attitude", stored, "-").out)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
     assert [one["flag"] for one in answers] == ["", f"line 3: longer than {attitude_stream.LONGEST_LINE} letters", ""]
-    assert endless.longest <= attitude_stream.LONGEST_LINE + 1
+    assert peak < 8_000_000
 
 
-class Counted(io.StringIO):
-    """A stream that keeps in mind how much was asked for at once."""
+class Counted(io.BytesIO):
+    """A stream that brings no more than a pipe does at a time."""
 
-    longest = 0
+    def read1(self, size: int = -1, /) -> bytes:
+        return super().read1(min(size, 65_536))
 
-    def readline(self, size: int = -1) -> str:  # type: ignore[override]
-        self.longest = max(self.longest, size)
-        return super().readline(size)
+
+@pytest.mark.parametrize("pieces", [1, 7, 400, 100_000])
+def test_a_stream_says_what_the_file_says_however_it_arrives(
+    stored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], pieces: int
+) -> None:
+    rows = many_rows(300)
+    rows[120] = "1.0,,3.0"
+    path = tmp_path / "d.csv"
+    path.write_text("\n".join(["x_v,y_v,z_v", *rows[:120], *rows[121:]]) + "\n")
+    whole = call(capsys, "attitude", stored, path, "--reading-sd-v", "1e-5").out.splitlines()
+
+    class Slow(io.BytesIO):
+        def read1(self, size: int = -1, /) -> bytes:
+            return super().read1(min(size, pieces))
+
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(Slow("\n".join(["x_v,y_v,z_v", *rows]).encode())))
+    found = call(capsys, "attitude", stored, "-", "--reading-sd-v", "1e-5").out.splitlines()
+    assert found.pop(121) == ",,,,line 122: y_v no number"
+    assert [cells(line) for line in found[1:]] == [cells(line) for line in whole[1:]]
+
+
+def cells(line: str) -> list[float | str]:
+    """Return a line's numbers, however these are written, and its flag."""
+    *numbers, flag = line.split(",")
+    return [*(float(cell) if cell else "" for cell in numbers), flag]
+
+
+def many_rows(count: int) -> list[str]:
+    """Return lines of three outputs at different attitudes."""
+    attitudes = zip(np.linspace(-80, 80, count).tolist(), np.linspace(-170, 170, count).tolist(), strict=True)
+    return [",".join(repr(float(output_v(axis, TRUTH[axis], *one))) for axis in "xyz") for one in attitudes]
+
+
+def test_every_way_of_writing_says_the_same(
+    stored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By pyarrow, by pandas, and a few rows by hand; JSON lines and Parquet beside CSV."""
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    path = tmp_path / "d.csv"
+    lines = many_rows(120)
+    lines[60] = ",".join(repr(output_v(axis, TRUTH[axis], 90.0, 10.0)) for axis in "xyz")
+    lines[61] = "9.0,9.0,9.0"
+    path.write_text("\n".join(["x_v,y_v,z_v", *lines]) + "\n")
+    by_arrow = rows_of(call(capsys, "attitude", stored, path, "--reading-sd-v", "1e-5").out)
+    assert by_arrow[60]["roll_deg"] == ""
+    assert "redundancy: " in by_arrow[61]["flag"]
+    for name in ("a.jsonl", "a.parquet"):
+        assert call(capsys, "attitude", stored, path, "--reading-sd-v", "1e-5", "--out", tmp_path / name).status == 0
+    documents = [json.loads(line) for line in (tmp_path / "a.jsonl").read_text().splitlines()]
+    assert [document["flag"] for document in documents] == [row["flag"] for row in by_arrow]
+    table = pandas.read_parquet(tmp_path / "a.parquet")
+    assert documents[60]["roll_deg"] is None
+    monkeypatch.setattr("procedures.cli.attitude_rows.find_spec", lambda name: None)
+    by_pandas = rows_of(call(capsys, "attitude", stored, path, "--reading-sd-v", "1e-5").out)
+    monkeypatch.setattr("procedures.cli.attitude_rows.FEW_ROWS", 1000)
+    by_hand = rows_of(call(capsys, "attitude", stored, path, "--reading-sd-v", "1e-5").out)
+    for name in ("pitch_deg", "pitch_sd_deg", "roll_deg", "roll_sd_deg"):
+        expected = [float(row[name] or "nan") for row in by_hand]
+        for rows in (by_arrow, by_pandas):
+            assert [float(row[name] or "nan") for row in rows] == pytest.approx(expected, rel=1e-15, nan_ok=True)
+            assert max(len(row[name].lstrip("-0.").partition("e")[0].replace(".", "")) for row in rows) <= 9
+        in_lines = [np.nan if document[name] is None else document[name] for document in documents]
+        np.testing.assert_allclose(in_lines, expected, rtol=1e-8)
+        np.testing.assert_allclose(table[name], expected, rtol=1e-8)
+
+
+def test_memory_does_not_grow_with_the_rows(stored: Path, tmp_path: Path) -> None:
+    found = inference(package_of(stored, None, "--axis", ""))
+    (tmp_path / "d.csv").write_text("x_v,y_v,z_v\n" + "\n".join(many_rows(500) * 400))
+    tracemalloc.start()
+    rows = sum(found.answer(block).codes.size for block in csv_blocks(tmp_path / "d.csv", found.needed))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert rows == 200_000
+    assert peak < 30_000_000  # all rows in Python's numbers are 20 MB a column, as text 60 MB
