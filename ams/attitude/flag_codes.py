@@ -29,6 +29,15 @@ NO_PITCH: Final = 32768
 OUTSIDE_PITCH: Final = 65536
 OUTSIDE_YAW: Final = 131072
 OUTSIDE_TEMPERATURE: Final = 262144
+RATE_BRIDGED: Final = 1 << 19
+SAMPLES_LOST: Final = 1 << 20
+NOT_AFTER: Final = 1 << 21
+OUTSIDE_RATE: Final = 1 << 22
+YAW_ASIDE: Final = 1 << 23
+ADRIFT: Final = 1 << 24
+AT_REST: Final = 1 << 25
+ACCELERATED: Final = 1 << 26
+UNAIDED: Final = 1 << 27
 SUSPECTS: Final = (SUSPECT_X, SUSPECT_Y, SUSPECT_Z)
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
@@ -47,6 +56,15 @@ WORDS: Final[Mapping[int, str]] = {
     ROLL_ON_END: "roll singular: sting axis near vertical",
     NO_PITCH: "no pitch gives this output",
     REDUNDANCY: "redundancy: outputs disagree",
+    NOT_AFTER: "time is not after the row before: not used",
+    SAMPLES_LOST: "samples missing before this row",
+    RATE_BRIDGED: "rate missing: bridged",
+    AT_REST: "at rest: attitude of the start",
+    YAW_ASIDE: "pitch and roll singular: yaw near ±90°",
+    ADRIFT: "attitude unknown: grown uncertain",
+    ACCELERATED: "force not used: package accelerates",
+    UNAIDED: "gravity not seen for too long",
+    OUTSIDE_RATE: "rate outside the validity of the set",
     NO_ROLL: "roll not sensed: sting package alone",
     OUTSIDE_PITCH: "pitch outside the validity of the set",
     OUTSIDE_YAW: "yaw outside the validity of the set",

@@ -6,7 +6,7 @@ else: its yaw is taken as zero. Every row has a flag, empty where all is well. S
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
@@ -18,6 +18,7 @@ from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_t
 from ams.attitude.three_axes import AttitudeColumns
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
+from ams.inference.angle_stream import Answer, nothing
 from ams.inference.by_inverse import pitch_by_inverse
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
 from ams.inference.fixed_sensors import Kernel, kernel_of
@@ -59,22 +60,6 @@ class Package:
 
 
 @dataclass(frozen=True)
-class Answer:
-    """Angles of N rows, NaN where the code says why."""
-
-    columns: Mapping[str, FloatArray]
-    """(N,) degrees by name, in order."""
-    codes: flag_codes.Codes
-    reasons: Mapping[int, str] = field(default_factory=lambda: flag_codes.WORDS)
-    """What the codes mean."""
-
-    @property
-    def flags(self) -> tuple[str, ...]:
-        """The codes in words, empty where all is well."""
-        return flag_codes.words(self.codes, self.reasons)
-
-
-@dataclass(frozen=True)
 class Inference:
     """How one stream of readings becomes angles."""
 
@@ -105,6 +90,15 @@ class Inference:
         angles = ("pitch", "roll", *(["yaw"] if self.package.model == STING else []))
         endings = ("_deg", "_sd_deg", *(["_half_95_deg"] if self.intervals else []))
         return (*(f"{angle}{ending}" for angle in angles for ending in endings), "flag")
+
+    @property
+    def optional(self) -> tuple[str, ...]:
+        """Columns that are used where they are there."""
+        return ("temperature_degc",)
+
+    def finish(self) -> Answer:
+        """Return nothing: every row is answered at once."""
+        return nothing(self.answers)
 
     def infer(self, readings: Mapping[str, FloatArray]) -> dict[str, FloatArray | tuple[str, ...]]:
         """Answers by column from (N,) readings by column, NaN where the flag says why.
