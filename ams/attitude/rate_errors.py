@@ -88,6 +88,13 @@ def cr_angles(quaternion: FloatArray) -> FloatArray:
     return np.stack([np.arctan2(-ahead_z, ahead_x), np.arctan2(ahead_y, np.hypot(ahead_x, ahead_z)), roll])
 
 
+def turns_by_angle(angles_rad: FloatArray) -> FloatArray:
+    """Return the (3, 3) turns in reference axes, a column for each of pitch, yaw and roll, per radian of it."""
+    pitch, yaw, _ = angles_rad
+    s, c = np.sin(pitch), np.cos(pitch)
+    return np.array([[0.0, s, c * np.cos(yaw)], [1.0, 0.0, np.sin(yaw)], [0.0, c, -s * np.cos(yaw)]])
+
+
 def angle_sds(angles_rad: FloatArray, covariance: FloatArray) -> FloatArray:
     """Return the (3, n) standard deviations of pitch, yaw and roll from the (n, 3, 3) covariance of the turn."""
     pitch, yaw, _ = angles_rad
@@ -101,4 +108,6 @@ def angle_sds(angles_rad: FloatArray, covariance: FloatArray) -> FloatArray:
                 np.stack([secant * c, np.zeros_like(c), -secant * s], axis=-1),
             ]
         )
-        return np.asarray(np.sqrt(np.einsum("ani,nij,anj->an", rows, covariance, rows)))
+        variances = np.einsum("ani,nij,anj->an", rows, covariance, rows)
+        # An angle that is known to be what it is said to be may have a variance of rounding below zero.
+        return np.asarray(np.sqrt(np.maximum(variances, 0.0)))

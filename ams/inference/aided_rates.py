@@ -2,8 +2,8 @@
 
 The gyros carry the attitude, gravity as the accelerometers feel it corrects pitch, roll and the gyros' zeros; yaw rests
 on the gyros alone. A package that accelerates does not feel gravity alone: its force is not used then, and that is
-said. Both packages stand in the same axes. The normalised innovations are counted: where the assumptions hold, their mean is
-three.
+said. Both packages stand in the same axes. The normalised innovations are counted: where the assumptions hold,
+their mean is three.
 """
 
 from collections.abc import Mapping
@@ -17,6 +17,7 @@ from ams.attitude import attitude_filter, flag_codes
 from ams.attitude.attitude_filter import AttitudeFilter, FilterSettings, mean_band
 from ams.attitude.gyro import quaternion_of_cr
 from ams.attitude.kalman import Estimate, GyroNoise
+from ams.attitude.rate_errors import turns_by_angle
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
 from ams.inference.inference import Package
@@ -24,8 +25,8 @@ from ams.inference.rates import ANSWERS, GyroPackage, Motion, SampleClock, answe
 from ams.sets.vectors import inferred_force, is_package
 
 LEAST_FORCE_SD_G: Final = 1e-4
-UNSTATED_START_SD_DEG: Final = 5.0
-"""Of a start by the first force alone, and of a yaw that counts from there."""
+UNSTATED_TILT_SD_DEG: Final = 5.0
+"""Of pitch and roll by the first force alone; yaw counts from there."""
 _CODES: Final = (
     (attitude_filter.GYRO_BRIDGED, flag_codes.RATE_BRIDGED),
     (attitude_filter.FORCE_REJECTED, flag_codes.ACCELERATED),
@@ -79,6 +80,10 @@ class AidedAngles:
     @property
     def optional(self) -> tuple[str, ...]:
         return ("time_s",)
+
+    @property
+    def answers_at_once(self) -> bool:
+        return True
 
     @property
     def answers(self) -> tuple[str, ...]:
@@ -148,10 +153,10 @@ class AidedAngles:
         noise = GyroNoise(float(walk), float(np.deg2rad(self.aiding.bias_walk_dps_per_sqrt_s)))
         settings = FilterSettings(self._clock.interval_s, noise, self.aiding.force_sd_g)
         bias = self.gyros.calibration_covariance()[:3, :3]
-        turn = self.motion.start_covariance(UNSTATED_START_SD_DEG)
+        start_rad = np.deg2rad(self._start_deg(force))
+        turn = self.motion.start_covariance() if self.motion.start_sd_deg is not None else _unstated(start_rad)
         covariance = np.block([[turn, np.zeros((3, 3))], [np.zeros((3, 3)), bias]])
-        start = quaternion_of_cr(np.deg2rad(self._start_deg(force)))
-        return AttitudeFilter(settings, Estimate(start, np.zeros(3), covariance))
+        return AttitudeFilter(settings, Estimate(quaternion_of_cr(start_rad), np.zeros(3), covariance))
 
     def _start_deg(self, force: FloatArray) -> tuple[float, float, float]:
         """Return the start that was stated; where none is, pitch and roll by the first force, yaw as 0."""
@@ -162,3 +167,9 @@ class AidedAngles:
             return 0.0, 0.0, 0.0
         x, y, z = force[:, good[0]].tolist()
         return float(np.rad2deg(np.arctan2(x, np.hypot(y, z)))), 0.0, float(np.rad2deg(np.arctan2(-y, -z)))
+
+
+def _unstated(start_rad: FloatArray) -> FloatArray:
+    """Return the covariance of the turn where pitch and roll are uncertain and yaw is what it is said to be."""
+    turns = turns_by_angle(start_rad)[:, [0, 2]]
+    return np.asarray(np.deg2rad(UNSTATED_TILT_SD_DEG) ** 2 * turns @ turns.T)

@@ -41,6 +41,10 @@ class AngleStream(Protocol):
     def answers(self) -> tuple[str, ...]:
         """Columns of the answer, in order, ``flag`` the last."""
 
+    @property
+    def answers_at_once(self) -> bool:
+        """Whether every row is answered by the call that brings it."""
+
     def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
         """Return the angles that (n,) further readings settle."""
 

@@ -85,6 +85,10 @@ class Inference:
         return tuple(dict.fromkeys(columns))
 
     @property
+    def answers_at_once(self) -> bool:
+        return True
+
+    @property
     def answers(self) -> tuple[str, ...]:
         """Columns of the answer, in order."""
         angles = ("pitch", "roll", *(["yaw"] if self.package.model == STING else []))

@@ -149,10 +149,9 @@ class Motion:
     def stated_start_deg(self) -> tuple[float, float, float]:
         return (0.0, 0.0, 0.0) if self.start_deg is None else self.start_deg
 
-    def start_covariance(self, unstated_sd_deg: float = 0.0) -> FloatArray:
-        """Return the (3, 3) covariance of the turn by which the start is wrong, in reference axes."""
-        sd_deg = unstated_sd_deg if self.start_sd_deg is None else self.start_sd_deg
-        return np.asarray(np.deg2rad(sd_deg) ** 2 * np.eye(3))
+    def start_covariance(self) -> FloatArray:
+        """Return the (3, 3) covariance of the turn by which a stated start is wrong, in reference axes."""
+        return np.asarray(np.deg2rad(self.start_sd_deg or 0.0) ** 2 * np.eye(3))
 
 
 class SampleClock:
@@ -245,6 +244,10 @@ class GyroAngles:
     @property
     def optional(self) -> tuple[str, ...]:
         return ("time_s",)
+
+    @property
+    def answers_at_once(self) -> bool:
+        return False
 
     @property
     def answers(self) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """``calrig attitude``: readings of a calibrated package to angles with standard deviations, from a file or a stream."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from shutil import copyfileobj
@@ -10,11 +10,14 @@ from typing import IO, Annotated, Final, cast
 
 from cyclopts import Parameter
 
-from ams.exports.formats import load_set
-from ams.inference.inference import MODEL, Inference, Package, inference
+from ams.inference.aided_rates import AidedAngles
+from ams.inference.angle_stream import AngleStream
+from ams.inference.inference import MODEL, Package, inference
 from ams.inputs.number_blocks import csv_blocks, parquet_blocks
+from ams.models.gyro import GYRO
 from ams.whole_file import whole_file
 from procedures.cli.attitude_rows import Rows, writer_named
+from procedures.cli.attitude_source import Named, OfGyros, angles_of_gyros, package_of
 from procedures.cli.attitude_stream import answer_stream
 from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
@@ -22,7 +25,6 @@ from procedures.errors import RequestError
 
 _IN_MEMORY_BYTES: Final = 1 << 26
 """Of answers for standard output that wait until the last row is read; more wait on the disk."""
-Named = Annotated[list[str] | None, Parameter(negative=())]
 
 
 def attitude(
@@ -38,17 +40,19 @@ def attitude(
     upright: bool = True,
     right_wing_down: bool = True,
     intervals: bool = False,
+    gyros: OfGyros | None = None,
 ) -> None:
     """Turn outputs into angles with standard deviations.
 
-    The answer has the columns pitch_deg, pitch_sd_deg, roll_deg, roll_sd_deg, for a sting package yaw_deg and
-    yaw_sd_deg, and flag, one row for each row of the data. An angle that the outputs do not tell is an empty cell, and
-    flag names why.
+    Of accelerometers at rest, row by row; of gyros from a start, sample by sample, with what the angles have grown to
+    lack; of gyros and accelerometers together by a Kalman filter. The answer has the columns pitch_deg, pitch_sd_deg,
+    roll_deg, roll_sd_deg, for gyros and a sting package yaw_deg and yaw_sd_deg, and flag, one row for each row of the
+    data. An angle that the outputs do not tell is an empty cell, and flag names why.
 
     Parameters
     ----------
     coefficient_set
-        A set of one, two or three axes, of any format.
+        A set of accelerometers, one, two or three axes, or of three gyros, of any format.
     data
         A CSV or Parquet file of any size, or - for rows that arrive on standard input, header first; what has arrived
         is answered at once.
@@ -75,36 +79,37 @@ def attitude(
     second = None if model_set is None else package_of(model_set, model_axis, "--model-axis", "model_")
     if model_set is None and model_axis:
         raise RequestError("--model-axis: belongs to --model-set, which is missing")
-    found = inference(
-        package, second, reading_sd_v, upright=upright, right_wing_down=right_wing_down, intervals=intervals
-    )
+    geometry = {"upright": upright, "right_wing_down": right_wing_down, "intervals": intervals}
+    found = _angles_of(package, second, reading_sd_v, gyros or OfGyros(), geometry)
     if package.model == MODEL:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
     if data == "-":
         _answer_stream(found, out)
     else:
         _answer_file(found, Path(data), out)
+    if isinstance(found, AidedAngles):
+        note(found.consistency())
 
 
-def package_of(path: Path, pairs: list[str] | None, option: str, prefix: str) -> Package:
-    """Return the set of a file with the columns of its axes.
+def _angles_of(
+    package: Package,
+    second: Package | None,
+    reading_sd_v: float | None,
+    settings: OfGyros,
+    geometry: Mapping[str, bool],
+) -> AngleStream:
+    """Return what makes angles of the sets. Raises: RequestError, OutsideValidity, SetError."""
+    if package.model != GYRO.name:
+        settings.refuse_for(package.model)
+        return inference(package, second, reading_sd_v, **geometry)
+    if second is not None:
+        raise RequestError("--model-set: belongs to a sting package of accelerometers, got a set of gyros")
+    if geometry != {"upright": True, "right_wing_down": True, "intervals": False}:
+        raise RequestError("--intervals, --no-upright, --no-right-wing-down: belong to accelerometers, got gyros")
+    return angles_of_gyros(package, reading_sd_v, settings)
 
-    Raises: RequestError for a pair that is none; SetError.
-    """
-    coefficients = load_set(path)
-    coefficients.check_vectors(str(path))
-    columns: dict[str, str] = {}
-    for pair in pairs or [f"{axis}={prefix}{axis}_v" for axis in coefficients.axes]:
-        name, _, column = pair.partition("=")
-        if name not in coefficients.axes or not column or name in columns:
-            raise RequestError(
-                f"{option} {pair}: allowed is AXIS=COLUMN, each of {', '.join(coefficients.axes)} at most once"
-            )
-        columns[name] = column
-    return Package(coefficients, columns)
 
-
-def _answer_stream(found: Inference, out: Path | None) -> None:
+def _answer_stream(found: AngleStream, out: Path | None) -> None:
     """Block by block, into a file as well: what was answered stays when the stream breaks."""
     if out is None:
         answer_stream(found, lambda columns: (writer_named(None, sys.stdout.buffer, columns), sys.stdout.buffer))
@@ -115,13 +120,14 @@ def _answer_stream(found: Inference, out: Path | None) -> None:
         answer_stream(found, lambda columns: (writer_named(out, target, columns), target))
 
 
-def _answer_file(found: Inference, data: Path, out: Path | None) -> None:
+def _answer_file(found: AngleStream, data: Path, out: Path | None) -> None:
     """Answer a file piece by piece; nothing is written where one of them is wrong."""
     read = parquet_blocks if data.suffix == ".parquet" else csv_blocks
     with _output(out) as target:
         writer = writer_named(out, target, found.answers)
-        for readings in read(data, found.needed, ("temperature_degc",)):
+        for readings in read(data, found.needed, found.optional):
             writer.write(Rows.of(found.answer(readings)))
+        writer.write(Rows.of(found.finish()))
         writer.close()
 
 

@@ -106,6 +106,8 @@ class JsonRows:
     columns: Sequence[str]
 
     def write(self, rows: Rows) -> None:
+        if not rows.places.size:
+            return
         import pandas as pd
 
         rounded = {name: nine_digits(values) for name, values in rows.columns.items()}

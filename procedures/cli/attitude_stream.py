@@ -14,7 +14,7 @@ from typing import IO, Final
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.inference.inference import Inference
+from ams.inference.angle_stream import AngleStream
 from ams.inputs.csv_table import is_number
 from ams.inputs.number_blocks import numbers_of
 from procedures.cli.attitude_rows import Rows, RowWriter
@@ -29,7 +29,7 @@ _FEW: Final = 50
 
 
 def answer_stream(
-    found: Inference,
+    found: AngleStream,
     writer_of: Callable[[Sequence[str]], tuple[RowWriter, IO[bytes]]],
     source: IO[bytes] | None = None,
 ) -> None:
@@ -45,7 +45,9 @@ def answer_stream(
     for piece in chain([first], pieces):
         line = _answered(found, header, piece, line, writer)
         target.flush()
+    writer.write(Rows.of(found.finish()))
     writer.close()
+    target.flush()
 
 
 def _pieces(source: IO[bytes]) -> Iterator[list[bytes | None]]:
@@ -67,7 +69,7 @@ def _pieces(source: IO[bytes]) -> Iterator[list[bytes | None]]:
         yield [rest]
 
 
-def _header(found: Inference, pieces: Iterator[list[bytes | None]]) -> tuple[list[str], list[bytes | None]]:
+def _header(found: AngleStream, pieces: Iterator[list[bytes | None]]) -> tuple[list[str], list[bytes | None]]:
     """Return the names of the columns and the lines that came with them."""
     lines = next(pieces, [b""])
     if lines[0] is None:
@@ -83,14 +85,16 @@ def _header(found: Inference, pieces: Iterator[list[bytes | None]]) -> tuple[lis
     return header, lines[1:]
 
 
-def _answered(found: Inference, header: Sequence[str], lines: list[bytes | None], line: int, writer: RowWriter) -> int:
+def _answered(
+    found: AngleStream, header: Sequence[str], lines: list[bytes | None], line: int, writer: RowWriter
+) -> int:
     """Answer lines of which the first has a number; return the number of the next."""
-    names = [name for name in (*found.needed, "temperature_degc") if name in header]
+    names = [name for name in (*found.needed, *found.optional) if name in header]
     names = list(dict.fromkeys(names))
     readings, wrong = _readings(header, names, found.needed, lines, line)
     if readings[names[0]].size:
         rows = Rows.of(found.answer(readings))
-        writer.write(_with_reasons(rows, wrong) if wrong else rows)
+        writer.write(_with_reasons(rows, wrong) if wrong and found.answers_at_once else rows)
     return line + len(lines)
 
 

@@ -8,7 +8,7 @@ from cr_outputs import TABLE_4, gyro_v
 from scipy.spatial.transform import Rotation
 from solved_sets import gyro_set
 
-from ams.attitude.rate_errors import angle_sds, cr_angles, rotation_matrices
+from ams.attitude.rate_errors import angle_sds, cr_angles, rotation_matrices, turns_by_angle
 from ams.errors import ObservationsError, OutsideValidity
 from ams.inference.angle_stream import Answer
 from ams.inference.rates import GyroAngles, GyroPackage, Motion
@@ -194,11 +194,13 @@ def test_a_turn_of_the_reference_becomes_angles_as_scipy_turns_them() -> None:
     turns = Rotation.from_euler("YZX", euler.T)
     np.testing.assert_allclose(cr_angles(turns.as_quat().T), euler, atol=1e-12)
     np.testing.assert_allclose(rotation_matrices(turns.as_quat().T), turns.as_matrix(), atol=1e-12)
+    inverse = np.stack([turns_by_angle(own) for own in euler.T])
     step = 1e-6
     for axis in np.eye(3):
         moved = cr_angles((Rotation.from_rotvec(step * axis) * turns).as_quat().T) - euler
         sds = angle_sds(euler, np.broadcast_to(np.outer(axis, axis), (30, 3, 3)))
         np.testing.assert_allclose(sds, np.abs(moved) / step, atol=1e-4)
+        np.testing.assert_allclose(np.einsum("nij,jn->ni", inverse, moved / step), np.tile(axis, (30, 1)), atol=1e-4)
 
 
 def test_what_cannot_be_integrated_is_a_sentence() -> None:

@@ -11,8 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import call
+from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, TABLE_4, accelerometer_v, gyro_v
 from package_outputs import TRUTH, output_v, write_observations
-from solved_sets import package_set, tp_set
+from scipy.spatial.transform import Rotation
+from solved_sets import gyro_set, package_set, tp_set
 
 from ams.exports.formats import export_set
 from ams.inference.inference import inference
@@ -139,8 +141,6 @@ def test_a_stream_is_answered_row_by_row_and_a_wrong_row_is_flagged(stored: Path
 
 
 def test_columns_of_cr_have_yaw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, accelerometer_v
-
     for package in ("sting", "model"):
         export_set(package_set(package), "json", tmp_path / f"{package}.json")
     euler = (20.0, -15.0, -30.0)
@@ -260,3 +260,89 @@ def test_memory_does_not_grow_with_the_rows(stored: Path, tmp_path: Path) -> Non
     tracemalloc.stop()
     assert rows == 200_000
     assert peak < 30_000_000  # all rows in Python's numbers are 20 MB a column, as text 60 MB
+
+
+def motion_file(path: Path, seconds: float = 3.0, rate_hz: float = 100.0) -> np.ndarray:
+    """Write what gyros and accelerometers of one package read in a slow harmonic motion; return its angles, (n, 3)."""
+    time_s = np.arange(round(seconds * rate_hz) + 1) / rate_hz
+    omega = 2 * np.pi * np.array([0.125, 0.0625, 0.25])
+    euler = 10.0 * np.sin(time_s[:, None] * omega)
+    rates = 10.0 * omega * np.cos(time_s[:, None] * omega)
+    moments = list(zip(euler.tolist(), rates.tolist(), strict=True))
+    columns = {f"{a}_v": [gyro_v(a, truth, e, r) for e, r in moments] for a, truth in TABLE_4.items()}
+    force = -Rotation.from_euler("YZX", euler, degrees=True).inv().apply([0.0, 0.0, 1.0])
+    for axis, numbers in tp_set().axes.items():
+        columns[f"accelerometer_{axis}_v"] = list(numbers.primary["offset_v"] + force @ numbers.direction_v_per_g)
+    names = ["time_s", *columns]
+    rows = zip(time_s.tolist(), *columns.values(), strict=True)
+    path.write_text(",".join(names) + "\n" + "".join(",".join(repr(float(c)) for c in row) + "\n" for row in rows))
+    return euler
+
+
+@pytest.fixture
+def gyros(tmp_path: Path) -> Path:
+    export_set(gyro_set(), "json", tmp_path / "gyro.json")
+    export_set(tp_set(), "json", tmp_path / "tp.json")
+    return tmp_path / "gyro.json"
+
+
+def angles_in(text: str) -> np.ndarray:
+    return np.array([[float(row[f"{n}_deg"]) for n in ("pitch", "yaw", "roll")] for row in rows_of(text)])
+
+
+def test_gyros_are_integrated_from_a_file_and_from_a_stream(
+    gyros: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    euler = motion_file(tmp_path / "m.csv")
+    outcome = call(capsys, "attitude", gyros, tmp_path / "m.csv", "--reading-sd-v", "1e-6")
+    assert outcome.status == 0
+    np.testing.assert_allclose(angles_in(outcome.out), euler, atol=1e-6)
+    assert {row["flag"] for row in rows_of(outcome.out)} == {""}
+    sds = [float(row["yaw_sd_deg"]) for row in rows_of(outcome.out)]
+    assert sds[0] == 0.0
+    assert 0.0 < sds[100] < sds[-1]
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO((tmp_path / "m.csv").read_bytes())))
+    streamed = call(capsys, "attitude", gyros, "-", "--reading-sd-v", "1e-6", "--start-deg", "0", "0", "0")
+    np.testing.assert_allclose(angles_in(streamed.out), euler, atol=1e-6)
+
+
+def test_gyros_and_accelerometers_together(gyros: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    euler = motion_file(tmp_path / "m.csv", seconds=10.0)
+    outcome = call(
+        capsys, "attitude", gyros, tmp_path / "m.csv", "--accelerometers", tmp_path / "tp.json",
+        "--reading-sd-v", "1e-4", "--out", tmp_path / "a.csv",
+    )  # fmt: skip
+    assert outcome.status == 0
+    assert "mean normalised innovation of the force" in outcome.err
+    np.testing.assert_allclose(angles_in((tmp_path / "a.csv").read_text())[200:], euler[200:], atol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--force-sd-g", "0.1"], "--force-sd-g: belongs to --accelerometers"),
+        (["--intervals"], "belong to accelerometers, got gyros"),
+        (["--model-set", "tp.json"], "--model-set: belongs to a sting package"),
+        (["--rate-hz", "-1"], "sampling rate: got -1 Hz"),
+        (["--start-deg", "0", "95", "0"], "got yaw 95°"),
+        (["--accelerometers", "tp.json", "--rest-s", "2"], "the filter finds the zeros of the gyros by itself"),
+        (["--accelerometers", "tp.json", "--interpolation", "hold"], "--interpolation: the filter takes"),
+        (["--accelerometers", "gyro.json"], "needed three accelerometers"),
+    ],
+)
+def test_an_option_that_gyros_have_no_use_for_is_refused(
+    gyros: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], sentence: str
+) -> None:
+    motion_file(tmp_path / "m.csv", 0.1)
+    full = [str(tmp_path / one) if one.endswith(".json") else one for one in options]
+    outcome = call(capsys, "attitude", gyros, tmp_path / "m.csv", *full)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert sentence in outcome.err
+
+
+def test_an_option_of_gyros_is_refused_for_accelerometers(
+    stored: Path, data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    outcome = call(capsys, "attitude", stored, data, "--rest-s", "1")
+    assert outcome.status == 2
+    assert "--rest-s: belongs to a set of gyros, got the model pitch-roll" in outcome.err
