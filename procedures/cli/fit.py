@@ -139,8 +139,8 @@ def fit(
     wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description, name)
     try:
         if joint:
-            stated = check_joint(request, description, wish is not None)
-            document = fit_jointly(file, columns, stated, parse_priors(prior), mount)
+            stated = check_joint(request, description)
+            document = fit_jointly(file, columns, stated, parse_priors(prior), mount, wish)
         elif name == "linear":
             _refuse_curvature(hessian)
             document = _linear(file, columns, request)
