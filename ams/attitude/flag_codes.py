@@ -1,6 +1,6 @@
 """What is wrong with an inferred attitude, as bits of one small integer a row; words only when they are written."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -38,7 +38,14 @@ ADRIFT: Final = 1 << 24
 AT_REST: Final = 1 << 25
 ACCELERATED: Final = 1 << 26
 UNAIDED: Final = 1 << 27
+SUSPECT_MODEL_X: Final = 1 << 28
+SUSPECT_MODEL_Y: Final = 1 << 29
+SUSPECT_MODEL_Z: Final = 1 << 30
 SUSPECTS: Final = (SUSPECT_X, SUSPECT_Y, SUSPECT_Z)
+"""Of a package alone, or of the sting package."""
+MODEL_SUSPECTS: Final = (SUSPECT_MODEL_X, SUSPECT_MODEL_Y, SUSPECT_MODEL_Z)
+TWO_PACKAGES: Final = 1 << 31
+"""A suspect is said with its package."""
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -96,10 +103,28 @@ def distinct_words(codes: Codes, reasons: Mapping[int, str] = WORDS) -> tuple[li
 
 
 def _said(code: int, words_of: Mapping[int, str]) -> str:
-    suspects = ", ".join(axis for axis, bit in zip("xyz", SUSPECTS, strict=True) if code & bit)
+    suspects = _suspects(code)
     reasons = []
     for bits, reason in words_of.items():
         if code & bits == bits:
             reasons.append(f"redundancy: suspect {suspects}" if bits == REDUNDANCY and suspects else reason)
             code &= ~bits
     return "; ".join(reasons)
+
+
+def _suspects(code: int) -> str:
+    """Return ``y``, or with two packages ``y or z of the model package``."""
+    is_suspect = [bool(code & bit) for bit in (*SUSPECTS, *MODEL_SUSPECTS)]
+    if code & TWO_PACKAGES:
+        return suspects_in_words(is_suspect, "xyzxyz", ["sting"] * 3 + ["model"] * 3)
+    return ", ".join(axis for axis, there in zip("xyz", is_suspect[:3], strict=True) if there)
+
+
+def suspects_in_words(is_suspect: Sequence[bool], axes: Sequence[str], packages: Sequence[str]) -> str:
+    """Return "y or z of the model package" for readings that are suspect, by their axes and packages."""
+    parts = []
+    for package in dict.fromkeys(packages):
+        own = [axis for axis, of, there in zip(axes, packages, is_suspect, strict=True) if there and of == package]
+        if own:
+            parts.append(f"{' or '.join(own)} of the {package} package")
+    return " or ".join(parts)

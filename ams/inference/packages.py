@@ -7,7 +7,7 @@ lost, at Ψ = ±90° the sign of Θ, with the sting's x axis vertical the roll. 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.attitude import flag_codes
 from ams.attitude.flag_codes import Codes
+from ams.attitude.redundancy import disagreement, explaining
 from ams.attitude.spread import OutputErrors, PackageErrors, Spread, output_errors, side_by_side, weighing_variances
 from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Sensor, onto_unit_sphere, tangents
 from ams.attitude.two_package import angles_from_gravity
@@ -59,7 +60,10 @@ def angles_from_sting(
     columns = -np.einsum("ij,njs->nis", k, _slopes(-unit))
     spread = _spread(columns, weights, output_errors(sensors, unit, package))
     none = np.full(unit.shape[0], np.nan)
-    return _read_off(-unit, none, spread)
+    residual = volts - unit @ k.T
+    codes = _disagreement(residual, columns, output_errors(sensors, unit, package))
+    found = _read_off(-unit, none, spread)
+    return replace(found, codes=found.codes | codes)
 
 
 def angles_from_packages(
@@ -95,7 +99,36 @@ def angles_from_packages(
     errors = side_by_side(
         output_errors(sting, -gravity, packages[0]), output_errors(model, -model_gravity_g(gravity, roll), packages[1])
     )
-    return _read_off(gravity, roll, _spread(_columns(k_s, k_m, gravity, roll, _slopes(gravity)), weights, errors))
+    along = _columns(k_s, k_m, gravity, roll, _slopes(gravity))
+    left = volts + np.concatenate([gravity @ k_s.T, model_gravity_g(gravity, roll) @ k_m.T], axis=1)
+    found = _read_off(gravity, roll, _spread(along, weights, errors))
+    return replace(found, codes=found.codes | _disagreement(left, along, errors))
+
+
+def _disagreement(residual: FloatArray, columns: FloatArray, errors: OutputErrors) -> Codes:
+    """Return the codes of rows of (n, R) residuals that no attitude explains, with the readings that may be wrong.
+
+    Of one package no reading can be named: without any one of them nothing is left to test.
+    """
+    parts = np.stack([covariance for covariance, _ in errors.calibration])
+    reading = errors.reading[..., None] * np.eye(residual.shape[1])
+    covariance = parts.sum(axis=0) + reading
+    size = np.diagonal(covariance, axis1=1, axis2=2)
+    shares = np.mean(np.diagonal(parts, axis1=2, axis2=3) / size, axis=-1)
+    dofs = np.stack([np.broadcast_to(np.asarray(dof, dtype=float), shares.shape[1:]) for _, dof in errors.calibration])
+    with np.errstate(divide="ignore"):
+        dof = 1.0 / np.sum(shares**2 / dofs, axis=0)
+    is_valid = np.ones(residual.shape, dtype=bool)
+    rows = np.flatnonzero(disagreement(residual, columns, covariance, is_valid).is_above(dof))
+    codes = np.zeros(len(residual), dtype=np.uint32)
+    codes[rows] = flag_codes.REDUNDANCY
+    if residual.shape[1] < 6 or not rows.size:
+        return codes
+    may_be_wrong = explaining(residual[rows], columns[rows], covariance[rows], is_valid[rows], dof[rows])
+    codes[rows] |= np.uint32(flag_codes.TWO_PACKAGES)
+    for reading_place, bit in enumerate((*flag_codes.SUSPECTS, *flag_codes.MODEL_SUSPECTS)):
+        codes[rows[may_be_wrong[:, reading_place]]] |= np.uint32(bit)
+    return codes
 
 
 def _stacked(sensors: Sequence[Sensor], outputs_v: FloatArray) -> tuple[FloatArray, FloatArray]:

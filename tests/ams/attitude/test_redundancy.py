@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ams.attitude.flag_codes import REDUNDANCY, SUSPECT_Y, SUSPECT_Z, words
+from ams.attitude.flag_codes import REDUNDANCY, SUSPECT_Y, SUSPECT_Z, suspects_in_words, words
 from ams.attitude.redundancy import (
     at_offset_or_rail,
     disagreement,
@@ -11,7 +11,6 @@ from ams.attitude.redundancy import (
     faulty_axis,
     may_be_wrong,
     name_suspects,
-    suspects_in_words,
 )
 from ams.frames import specific_force
 from ams.models.cr import model_gravity_g, sting_gravity_g
