@@ -179,7 +179,7 @@ class SampleClock:
             found = np.rint((time_s - before) / self.interval_s)
         if np.all(found >= 1.0):
             self._last_s = float(time_s[-1])
-            return found.astype(np.int64)
+            return np.asarray(found, dtype=np.int64)
         for row, own in enumerate(time_s.tolist()):
             steps[row] = max(round((own - last_s) / self.interval_s), 0) if np.isfinite(own) else 0
             last_s = own if steps[row] else last_s
@@ -280,7 +280,7 @@ class GyroAngles:
         due = round(self.motion.rest_s / self._clock.interval_s) - sum(part.shape[1] for part in self._rest)
         if self._scan is not None or (due <= 0 and not self._rest):
             return 0
-        taken = min(due, steps.size)
+        taken = min(due, int(steps.size))
         self._rest.append(outputs_v[:, :taken])
         if taken == due:
             self._take_zero(np.concatenate(self._rest, axis=1))

@@ -152,7 +152,7 @@ def _rectangular_lines(piece: bytes, columns: int) -> int | None:
     if commas.size != ends.size * (columns - 1):
         return None
     rows = commas.reshape(ends.size, columns - 1)
-    is_right = np.all(rows[:, -1] < ends) and np.all(rows[1:, 0] > ends[:-1])
+    is_right = bool(np.all(rows[:, -1] < ends) and np.all(rows[1:, 0] > ends[:-1]))
     return ends.size if is_right else None
 
 

@@ -153,7 +153,7 @@ def nine_digits(values: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         places = _DIGITS - 1 - np.nan_to_num(np.floor(np.log10(size)), nan=0.0, neginf=0.0, posinf=0.0)
     shift = _POWERS[np.clip(np.abs(places), 0, _POWERS.size - 1).astype(np.int64)]
-    return np.where(places >= 0.0, np.rint(values * shift) / shift, np.rint(values / shift) * shift)
+    return np.asarray(np.where(places >= 0.0, np.rint(values * shift) / shift, np.rint(values / shift) * shift))
 
 
 def _arrow_table(rows: Rows, rounded: Callable[[FloatArray], FloatArray]) -> Any:

@@ -71,7 +71,8 @@ def _pieces(source: IO[bytes]) -> Iterator[list[bytes | None]]:
 
 def _header(found: AngleStream, pieces: Iterator[list[bytes | None]]) -> tuple[list[str], list[bytes | None]]:
     """Return the names of the columns and the lines that came with them."""
-    lines = next(pieces, [b""])
+    nothing: list[bytes | None] = [b""]
+    lines = next(pieces, nothing)
     if lines[0] is None:
         raise RequestError(f"standard input: line 1: longer than {LONGEST_LINE} letters; send a header first")
     text = lines[0].decode("utf-8-sig", "replace")

@@ -127,7 +127,9 @@ class Sensor(StrictTable):
     def nominal_v_per_g(self, axis: str) -> float:
         """Return what is declared for an axis of the package; 0 where nothing is."""
         declared = self.nominal_sensitivity_v_per_g
-        return dict(declared).get(axis, 0.0) if isinstance(declared, dict) else declared
+        if not isinstance(declared, dict):
+            return declared
+        return next((value for name, value in declared.items() if name == axis), 0.0)
 
     @property
     def is_sensitivity_declared(self) -> bool:
