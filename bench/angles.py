@@ -7,8 +7,10 @@ import io
 import sys
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -30,6 +32,7 @@ from procedures.cli.attitude_stream import answer_stream
 K = np.array([[2.5, 0.02, -0.03], [0.01, -2.4, 0.04], [-0.02, 0.03, 2.6]])
 OFFSET_V = np.array([0.01, -0.02, 0.03])
 NOISE_V = 1e-5
+Writer = type[CsvRows] | type[JsonRows] | type[ParquetRows]
 COLUMNS = {axis: f"{axis}_v" for axis in "xyz"}
 
 
@@ -42,7 +45,7 @@ def figures(effort: Effort) -> Iterator[Figure]:
     frame = pd.DataFrame(outputs, columns=list(COLUMNS.values()))
     line = inference(Package(_set("no"), COLUMNS), reading_sd_v=NOISE_V)
     bent = inference(Package(_set("yes"), COLUMNS), reading_sd_v=NOISE_V)
-    readings = {name: np.ascontiguousarray(frame[name]) for name in frame}
+    readings = {name: np.ascontiguousarray(frame[name], dtype=float) for name in COLUMNS.values()}
     for what, found, target in (("straight", line, 5.0), ("with terms of second and third order", bent, 0.5)):
         yield Figure(
             f"angles in memory, set {what}", rows / best_s(_answering(found, readings)) / 1e6, "M/s", target,
@@ -85,14 +88,16 @@ def _writing(found: Inference, readings: dict[str, NDArray[np.float64]]) -> Iter
     ):
         file = io.BytesIO()
         _write(writer, file, found, rows)
-        own_s = best_s(lambda writer=writer: _write(writer, io.BytesIO(), found, rows))
+        own_s = best_s(partial(_rewrite, writer, found, rows))
         note = f"{own_s / alone_s:.1f} × pyarrow writing CSV alone, digits and all" if what == "CSV" else ""
         yield Figure(f"{what} written", file.tell() / 1e6 / own_s, "MB/s", target, at_most=False, note=note)
 
 
-def _write(
-    writer: type[CsvRows] | type[JsonRows] | type[ParquetRows], file: io.BytesIO, found: Inference, rows: Rows
-) -> None:
+def _rewrite(writer: Writer, found: Inference, rows: Rows) -> None:
+    _write(writer, io.BytesIO(), found, rows)
+
+
+def _write(writer: Writer, file: io.BytesIO, found: Inference, rows: Rows) -> None:
     own = writer(file, found.answers)
     own.write(rows)
     own.close()
@@ -125,7 +130,7 @@ def _stream(found: Inference, source: io.BytesIO) -> None:
     answer_stream(found, lambda columns: (CsvRows(target, columns), target), source)
 
 
-def _set(extended: str) -> CoefficientSet:
+def _set(extended: Literal["yes", "no"]) -> CoefficientSet:
     """Return a package solved from two replications of a grid."""
     grid = [(p, r) for p in range(-90, 91, 30) for r in range(-180, 180, 60)] * 2
     pitch, roll = np.deg2rad(np.array(grid, dtype=float)).T
@@ -135,9 +140,9 @@ def _set(extended: str) -> CoefficientSet:
     rows = Observations(
         np.repeat([1, 2], count), np.tile(np.arange(count), 2), pitch, roll, dict(zip("xyz", outputs.T, strict=True))
     )
-    ranges = {"pitch_range_deg": (-90.0, 90.0), "roll_range_deg": (-180.0, 180.0)}
     where = Provenance(
         "BENCH", gravity_mps2=9.80665, gravity_source="none", simulated=True, rig="", procedure="benchmark",
-        created_utc=datetime(2026, 1, 1, tzinfo=UTC), software_version=sys.version.split()[0], **ranges,
+        created_utc=datetime(2026, 1, 1, tzinfo=UTC), software_version=sys.version.split()[0],
+        pitch_range_deg=(-90.0, 90.0), roll_range_deg=(-180.0, 180.0),
     )  # fmt: skip
-    return build_set(calibrate(rows, CalibrationRequest(extended=extended)), where)  # type: ignore[arg-type]
+    return build_set(calibrate(rows, CalibrationRequest(extended=extended)), where)

@@ -277,10 +277,10 @@ class GyroAngles:
     def _at_rest(self, outputs_v: FloatArray, steps: IntArray) -> int:
         """Return how many of the rows lie in the rest at the beginning; take the zero when it is over."""
         assert self._clock.interval_s is not None
-        due = round(self.motion.rest_s / self._clock.interval_s) - sum(part.shape[1] for part in self._rest)
+        due = round(self.motion.rest_s / self._clock.interval_s) - sum(int(part.shape[1]) for part in self._rest)
         if self._scan is not None or (due <= 0 and not self._rest):
             return 0
-        taken = min(due, int(steps.size))
+        taken: int = min(due, int(steps.size))
         self._rest.append(outputs_v[:, :taken])
         if taken == due:
             self._take_zero(np.concatenate(self._rest, axis=1))

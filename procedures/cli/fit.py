@@ -18,7 +18,7 @@ from ams.inputs.request import CalibrationRequest
 from ams.models.registry import MODELS, names_asked_for
 from ams.models.thermal import TemperatureCoefficients
 from ams.sets.sensed_quantity import FIELDS
-from procedures.cli.attitude import package_of
+from procedures.cli.attitude_source import package_of
 from procedures.cli.coefficients_text import axes_lines
 from procedures.cli.findings_text import check_trials
 from procedures.cli.fit_joint import check_joint, joint_lines, parse_priors

@@ -20,7 +20,7 @@ from ams.exports.formats import export_set
 from ams.inference.inference import inference
 from ams.inputs.number_blocks import csv_blocks
 from procedures.cli import attitude_rows, attitude_stream
-from procedures.cli.attitude import package_of
+from procedures.cli.attitude_source import package_of
 
 ATTITUDES = [(-35.0, -20.0), (5.0, 60.0), (90.0, 10.0)]
 
