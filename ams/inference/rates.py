@@ -232,6 +232,7 @@ class GyroAngles:
         self._scan: RateScan | None = None
         self._growth: ErrorGrowth | None = None
         self._rest: list[FloatArray] = []
+        self._rested = 0
         self._pending = _Pending()
         self._rates: FloatArray = np.empty((3, 0))
         """Of samples that wait for their attitude; NaN where none was read."""
@@ -277,11 +278,12 @@ class GyroAngles:
     def _at_rest(self, outputs_v: FloatArray, steps: IntArray) -> int:
         """Return how many of the rows lie in the rest at the beginning; take the zero when it is over."""
         assert self._clock.interval_s is not None
-        due = round(self.motion.rest_s / self._clock.interval_s) - sum(int(part.shape[1]) for part in self._rest)
-        if self._scan is not None or (due <= 0 and not self._rest):
+        due = round(self.motion.rest_s / self._clock.interval_s) - self._rested
+        if due <= 0:
             return 0
-        taken: int = min(due, int(steps.size))
+        taken = min(due, len(steps))
         self._rest.append(outputs_v[:, :taken])
+        self._rested += taken
         if taken == due:
             self._take_zero(np.concatenate(self._rest, axis=1))
         return taken

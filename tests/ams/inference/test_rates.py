@@ -124,12 +124,18 @@ def test_gaps_duplicates_and_times_that_go_back_are_told_and_spoil_nothing() -> 
     np.testing.assert_allclose(angles(found)[used], euler[order][used], atol=2e-3)
 
 
-def test_the_zero_is_taken_at_rest() -> None:
+@pytest.mark.parametrize("rows", [50, 73, 601])
+def test_the_zero_is_taken_at_rest(rows: int) -> None:
+    """Also where the rest ends with a piece."""
     euler, rates = harmonic(100.0, 4.0)
     at_rest = np.tile(euler[:1], (200, 1)), np.zeros((200, 3))
     readings = volts(np.concatenate([at_rest[0], euler]), np.concatenate([at_rest[1], rates]))
     shifted = {name: values + 0.003 for name, values in readings.items()}
-    found = whole(stream(Motion(100.0, rest_s=2.0)), shifted, 5)
+    turning = stream(Motion(100.0, rest_s=2.0))
+    parts = [turning.answer({n: v[at : at + rows] for n, v in shifted.items()}) for at in range(0, 601, rows)]
+    parts.append(turning.finish())
+    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
+    found = Answer(columns, np.concatenate([part.codes for part in parts]))
     assert set(found.flags[:200]) == {"at rest: attitude of the start"}
     np.testing.assert_allclose(angles(found)[200:], euler, atol=1e-6)
     untouched = whole(stream(Motion(100.0)), {name: values[200:] for name, values in shifted.items()})
