@@ -2,7 +2,7 @@
 
 No device and no clock is known here. The names below load what they need when they are first used, so that importing
 the package costs next to nothing; ``from ams.calibration.calibrate import calibrate`` solves, ``ams.apply`` evaluates
-a set.
+a set, ``ams.load`` makes angles of its readings.
 """
 
 from importlib import import_module
@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from ams.exports.formats import export_set as export_set
     from ams.exports.formats import load_set as load_set
     from ams.exports.verify import verify as verify
+    from ams.in_use import Attitude as Attitude
+    from ams.in_use import PackageInUse as PackageInUse
+    from ams.in_use import PackageStream as PackageStream
+    from ams.in_use import load as load
     from ams.inputs.observations_csv import read_csv as read_csv
     from ams.inputs.request import CalibrationRequest as CalibrationRequest
     from ams.inputs.table_uncertainty import TableUncertainty as TableUncertainty
@@ -23,14 +27,18 @@ if TYPE_CHECKING:
     from ams.sets.provenance import Provenance as Provenance
 
 _HOME = {
+    "Attitude": "ams.in_use",
     "CalibrationRequest": "ams.inputs.request",
     "Observations": "ams.observations",
+    "PackageInUse": "ams.in_use",
+    "PackageStream": "ams.in_use",
     "Provenance": "ams.sets.provenance",
     "TableUncertainty": "ams.inputs.table_uncertainty",
     "apply": "ams.sets.apply",
     "build_set": "ams.sets.coefficients",
     "evaluate_design": "ams.analysis.design_variance",
     "export_set": "ams.exports.formats",
+    "load": "ams.in_use",
     "load_set": "ams.exports.formats",
     "read_csv": "ams.inputs.observations_csv",
     "to_document": "ams.calibration.document",
@@ -38,14 +46,18 @@ _HOME = {
 }
 
 __all__ = [
+    "Attitude",
     "CalibrationRequest",
     "Observations",
+    "PackageInUse",
+    "PackageStream",
     "Provenance",
     "TableUncertainty",
     "apply",
     "build_set",
     "evaluate_design",
     "export_set",
+    "load",
     "load_set",
     "read_csv",
     "to_document",

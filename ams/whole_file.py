@@ -5,7 +5,10 @@ The one writer of calrig. The rig, which knows nothing of this package, is hande
 
 import os
 import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 from ams.errors import SetError, WriteFailed
 
@@ -19,8 +22,19 @@ class FolderNotSynced(OSError):
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file as :func:`replace_file` does, or say in a sentence what is true of it then. Raises: WriteFailed."""
+    with whole_file(path) as file:
+        file.write(content)
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[IO[bytes]]:
+    """Yield a file that takes the place of ``path``, synced, when all is written; of an error nothing is left.
+
+    Raises: WriteFailed.
+    """
     try:
-        replace_file(path, content)
+        with _replacing(path) as file:
+            yield file
     except FolderNotSynced as error:
         raise WriteFailed(
             f"{path}: was written, but its folder could not be synced: {error.strerror or error}; a power cut may "
@@ -39,20 +53,22 @@ def replace_file(path: Path, content: bytes) -> None:
     Raises: FolderNotSynced where only the last failed; OSError where the file system refuses the file: the target is
     then as it was and nothing is left beside it.
     """
+    with _replacing(path) as file:
+        file.write(content)
+
+
+@contextmanager
+def _replacing(path: Path) -> Iterator[IO[bytes]]:
     partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
     try:
-        _write_synced(partial, content)
+        with open(partial, "xb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
     sync_folder(path.parent)
-
-
-def _write_synced(path: Path, content: bytes) -> None:
-    with open(path, "xb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def sync_folder(folder: Path) -> None:

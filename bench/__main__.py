@@ -11,7 +11,7 @@ from importlib import import_module
 
 from bench.figure import Effort, Figure
 
-BENCHMARKS = ("fit", "engine", "rehearsal", "startup", "streams", "ports", "archive", "resolve", "attitude")
+BENCHMARKS = ("fit", "engine", "rehearsal", "startup", "streams", "ports", "archive", "resolve", "attitude", "angles")
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -45,7 +45,7 @@ def _angles(rows: int) -> Iterator[Figure]:
     errors = OutputErrors(parts, np.array([5.0, 60.0]), READING_V**2)
     three = three_axes(K, OFFSET_V, errors, redundancy_limit)
     limit_s = _limit_s(outputs)
-    whole_s, plain_s = _best_s(lambda: three.attitude(outputs)), _best_s(lambda: three.angles(outputs))
+    whole_s, plain_s = best_s(lambda: three.attitude(outputs)), best_s(lambda: three.angles(outputs))
     yield Figure(
         "three axes, sd and redundancy", rows / whole_s / 1e6, "M/s", 5.0, at_most=False,
         note=f"{whole_s / limit_s:.1f} × numpy's product and arctangents",
@@ -55,8 +55,8 @@ def _angles(rows: int) -> Iterator[Figure]:
     )
     pair = TwoAxes(K[:2], OFFSET_V[:2], OutputErrors(parts[:, :8, :8], errors.dof, READING_V[:2] ** 2))
     single = OneAxis(K[0], OFFSET_V[0], OutputErrors(parts[:, :4, :4], errors.dof, READING_V[:1] ** 2))
-    two_s = _best_s(lambda: pair.attitude(outputs[:2]))
-    one_s = _best_s(lambda: single.attitude(outputs[0], roll, 1e-4))
+    two_s = best_s(lambda: pair.attitude(outputs[:2]))
+    one_s = best_s(lambda: single.attitude(outputs[0], roll, 1e-4))
     yield Figure("two axes, sd and flags", rows / two_s / 1e6, "M/s", 3.0, at_most=False)
     yield Figure("one axis with known roll, sd and flags", rows / one_s / 1e6, "M/s", 5.0, at_most=False)
 
@@ -70,7 +70,7 @@ def _limit_s(outputs: FloatArray) -> float:
             np.arctan2(force[0], np.sqrt(force[1] * force[1] + force[2] * force[2]))
             np.arctan2(force[1], force[2])
 
-    return _best_s(work)
+    return best_s(work)
 
 
 def _gyro(all_steps: int, steps: int) -> Iterator[Figure]:
@@ -81,20 +81,20 @@ def _gyro(all_steps: int, steps: int) -> Iterator[Figure]:
     euler = np.deg2rad(10.0) * np.sin(phase)
     rates = body_rates_rad_s(euler, np.deg2rad(10.0) * omega * np.cos(phase))
     by_channel, start = np.ascontiguousarray(rates.T), Rotation.from_euler("YZX", euler[0]).as_quat()
-    scan_s = _best_s(lambda: integrate(by_channel, start, 1e-3), repeats=3)
-    limit_s = _best_s(lambda: quaternions(turns_of_rates(by_channel, 1e-3, "cubic")), repeats=3)
+    scan_s = best_s(lambda: integrate(by_channel, start, 1e-3), repeats=3)
+    limit_s = best_s(lambda: quaternions(turns_of_rates(by_channel, 1e-3, "cubic")), repeats=3)
     yield Figure(
         "gyro, 10⁶ steps to quaternions", scan_s, "s", 0.5, at_most=True, note=f"{scan_s / limit_s:.1f} × turns alone"
     )
     found = integrate_rates(rates, euler[0], 1e-3)
-    angles_s = _best_s(lambda: integrate_rates(rates, euler[0], 1e-3), repeats=3)
+    angles_s = best_s(lambda: integrate_rates(rates, euler[0], 1e-3), repeats=3)
     yield Figure("gyro, 10⁶ steps to pitch, yaw, roll", angles_s, "s", 0.8, at_most=True)
     yield Figure(
         "  off the closed form", float(np.rad2deg(np.max(np.abs(found - euler)))) * 1e9, "n°", 1.0, at_most=True
     )
-    butcher_s = _best_s(lambda: integrate_rates(rates[:steps], euler[0], 1e-3, method="butcher"), repeats=1)
-    loop_s = _best_s(lambda: _step_by_step(rates[:steps]), repeats=1)
-    scipy_s = _best_s(lambda: _by_solve_ivp(time_s[:steps], rates[:steps], start), repeats=1)
+    butcher_s = best_s(lambda: integrate_rates(rates[:steps], euler[0], 1e-3, method="butcher"), repeats=1)
+    loop_s = best_s(lambda: _step_by_step(rates[:steps]), repeats=1)
+    scipy_s = best_s(lambda: _by_solve_ivp(time_s[:steps], rates[:steps], start), repeats=1)
     for name, their_s in (("Butcher's method", butcher_s), ("scipy's rotations", loop_s), ("solve_ivp", scipy_s)):
         yield Figure(f"  {name} / ours", their_s / steps * all_steps / scan_s, "×", 10.0, at_most=False, is_gated=True)
 
@@ -125,13 +125,13 @@ def _kalman(steps: int) -> Iterator[Figure]:
     aided = FilterSettings(
         0.01, GyroNoise(1e-3, 1e-5), 0.01, field_reference_ut=(22.0, 3.0, 42.0), field_sd_ut=0.5
     )  # fmt: skip
-    gravity_s = _best_s(lambda: AttitudeFilter(plain, start).run(gyro, force))
-    both_s = _best_s(lambda: AttitudeFilter(aided, start).run(gyro, force, magnetic))
+    gravity_s = best_s(lambda: AttitudeFilter(plain, start).run(gyro, force))
+    both_s = best_s(lambda: AttitudeFilter(aided, start).run(gyro, force, magnetic))
     yield Figure("Kalman step, gyro and gravity", gravity_s / steps * 1e6, "µs", 40.0, at_most=True)
     yield Figure("Kalman step, with a field", both_s / steps * 1e6, "µs", 40.0, at_most=True)
 
 
-def _best_s(work: Callable[[], object], repeats: int = 5) -> float:
+def best_s(work: Callable[[], object], repeats: int = 5) -> float:
     """Processor seconds of one call, the best of several."""
     taken = []
     for _ in range(repeats):

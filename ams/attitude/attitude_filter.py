@@ -87,6 +87,8 @@ class FilteredPath:
     """(3, n)"""
     sd: FloatArray
     """(6, n): turn about the reference axes (rad), then bias (rad/s)."""
+    turn_covariance: FloatArray
+    """(n, 3, 3) of the turn about the reference axes."""
     force_innovation: FloatArray
     """(n,) normalised innovation squared, three degrees of freedom; NaN where there was no force."""
     field_innovation: FloatArray
@@ -122,13 +124,14 @@ class AttitudeFilter:
         rows = gyro_rad_s.shape[1]
         fields = np.full((3, rows), np.nan) if field_ut is None else field_ut
         columns = zip(gyro_rad_s.T.tolist(), force_g.T.tolist(), fields.T.tolist(), strict=True)
-        variances = np.empty((rows, 6))
+        variances, turns = np.empty((rows, 6)), np.empty((rows, 3, 3))
         quaternions, biases, found = [], [], []
         for row, (gyro, force, magnetic) in enumerate(columns):
             found.append(self.step(gyro, force, magnetic))
             quaternions.append(self._state.quaternion)
             biases.append(self._state.bias_rad_s)
             variances[row] = self._state.covariance.diagonal()
+            turns[row] = self._state.covariance[:3, :3]
         self.estimate = Estimate(
             np.array(self._state.quaternion), np.array(self._state.bias_rad_s), self._state.covariance
         )
@@ -137,6 +140,7 @@ class AttitudeFilter:
             np.array(quaternions).reshape(rows, 4).T,
             np.array(biases).reshape(rows, 3).T,
             np.sqrt(variances.T),
+            turns,
             of_force,
             of_field,
             codes.astype(np.uint16),

@@ -7,7 +7,7 @@ which happens within the coning angle of the vertical, the row is flagged. With 
 an error of f is B⁻¹ (δv₁, δv₂, 0) with rows k₁, k₂, f of B, and the rank is the determinant of B.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -63,7 +63,7 @@ class OneAxis:
         """Return pitch of (N,) outputs at (N,) known roll; nothing is redundant."""
         powers, volts2 = output_polynomials(self.errors)
         known = volts2[:, 0, 0].sum(axis=0)
-        found = AttitudeColumns.empty(output_v.size)
+        found = replace(AttitudeColumns.empty(output_v.size), reasons=flag_codes.ONE_AXIS_WORDS)
         for block in blocks(output_v.size):
             roll = roll_rad[block]
             roots = pitch_roots(self.k_v_per_g, self.offset_v, output_v[block], roll)
@@ -84,7 +84,7 @@ class OneAxis:
 
 def one_axis_codes(roots: PitchRoots, sd: FloatArray, is_finite: BoolArray) -> Codes:
     """Return what is wrong with (n,) pitches of one axis."""
-    codes = np.zeros(sd.size, dtype=np.uint16)
+    codes = np.zeros(sd.size, dtype=np.uint32)
     with np.errstate(invalid="ignore"):
         from_vertical = np.abs(roots.slope_v_per_rad) / roots.amplitude_v
         flat = (from_vertical < np.maximum(SMALLEST_SLOPE, CLEARANCE_SD * sd)) | (sd > LARGEST_SD_RAD)
@@ -189,7 +189,7 @@ def two_axis_codes(
     pierced: Pierced, pitch_sd: FloatArray, along_sd: FloatArray, across: FloatArray, rank_lost: BoolArray
 ) -> Codes:
     """Return what is wrong with (n,) attitudes of two axes; ``along_sd`` is that of cos α·roll."""
-    codes = np.zeros(pitch_sd.size, dtype=np.uint16)
+    codes = np.zeros(pitch_sd.size, dtype=np.uint32)
     with np.errstate(invalid="ignore", divide="ignore"):
         margin = CLEARANCE_SD * np.maximum(pitch_sd, along_sd)
         codes[pierced.other_leading < margin] |= flag_codes.SECOND_ROOT

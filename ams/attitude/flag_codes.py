@@ -1,12 +1,14 @@
 """What is wrong with an inferred attitude, as bits of one small integer a row; words only when they are written."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-Codes = NDArray[np.uint16]
+from ams.arrays import IntArray
+
+Codes = NDArray[np.uint32]
 
 NOT_FINITE: Final = 1
 BEYOND_ONE_G: Final = 2
@@ -19,7 +21,31 @@ REDUNDANCY: Final = 128
 SUSPECT_X: Final = 256
 SUSPECT_Y: Final = 512
 SUSPECT_Z: Final = 1024
+YAW_LEVEL: Final = 2048
+SIDEWAYS: Final = 4096
+ROLL_ON_END: Final = 8192
+NO_ROLL: Final = 16384
+NO_PITCH: Final = 32768
+OUTSIDE_PITCH: Final = 65536
+OUTSIDE_YAW: Final = 131072
+OUTSIDE_TEMPERATURE: Final = 262144
+RATE_BRIDGED: Final = 1 << 19
+SAMPLES_LOST: Final = 1 << 20
+NOT_AFTER: Final = 1 << 21
+OUTSIDE_RATE: Final = 1 << 22
+YAW_ASIDE: Final = 1 << 23
+ADRIFT: Final = 1 << 24
+AT_REST: Final = 1 << 25
+ACCELERATED: Final = 1 << 26
+UNAIDED: Final = 1 << 27
+SUSPECT_MODEL_X: Final = 1 << 28
+SUSPECT_MODEL_Y: Final = 1 << 29
+SUSPECT_MODEL_Z: Final = 1 << 30
 SUSPECTS: Final = (SUSPECT_X, SUSPECT_Y, SUSPECT_Z)
+"""Of a package alone, or of the sting package."""
+MODEL_SUSPECTS: Final = (SUSPECT_MODEL_X, SUSPECT_MODEL_Y, SUSPECT_MODEL_Z)
+TWO_PACKAGES: Final = 1 << 31
+"""A suspect is said with its package."""
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -32,7 +58,24 @@ WORDS: Final[Mapping[int, str]] = {
     ROLL_SINGULAR: "roll singular",
     SECOND_ROOT: "second attitude: within the coning angle of the vertical",
     NO_ROOT: "no attitude on the side asked for",
+    SIDEWAYS: "sign of pitch and yaw undetermined: yaw near ±90°",
+    YAW_LEVEL: "yaw singular: pitch near zero",
+    ROLL_ON_END: "roll singular: sting axis near vertical",
+    NO_PITCH: "no pitch gives this output",
     REDUNDANCY: "redundancy: outputs disagree",
+    NOT_AFTER: "time is not after the row before: not used",
+    SAMPLES_LOST: "samples missing before this row",
+    RATE_BRIDGED: "rate missing: bridged",
+    AT_REST: "at rest: attitude of the start",
+    YAW_ASIDE: "pitch and roll singular: yaw near ±90°",
+    ADRIFT: "attitude unknown: grown uncertain",
+    ACCELERATED: "force not used: package accelerates",
+    UNAIDED: "gravity not seen for too long",
+    OUTSIDE_RATE: "rate outside the validity of the set",
+    NO_ROLL: "roll not sensed: sting package alone",
+    OUTSIDE_PITCH: "pitch outside the validity of the set",
+    OUTSIDE_YAW: "yaw outside the validity of the set",
+    OUTSIDE_TEMPERATURE: "temperature outside the validity of the set",
 }
 """In the order in which they are said."""
 
@@ -46,16 +89,42 @@ ONE_AXIS_WORDS: Final[Mapping[int, str]] = {
 
 def words(codes: Codes, reasons: Mapping[int, str] = WORDS) -> tuple[str, ...]:
     """Return the flag of every row, empty where all is well; several reasons are parted by a semicolon."""
-    distinct, places = np.unique(codes, return_inverse=True)
-    said = [_said(int(code), reasons) for code in distinct]
-    return tuple(said[place] for place in places.ravel().tolist())
+    said, places = distinct_words(codes, reasons)
+    return tuple(said[place] for place in places.tolist())
+
+
+def distinct_words(codes: Codes, reasons: Mapping[int, str] = WORDS) -> tuple[list[str], IntArray]:
+    """Return the flags that there are, each once, and the place among them of every row's."""
+    places = np.zeros(codes.size, dtype=np.int64)
+    rows = np.flatnonzero(codes)
+    distinct, own = np.unique(codes[rows], return_inverse=True)
+    places[rows] = own + 1
+    return ["", *(_said(int(code), reasons) for code in distinct)], places
 
 
 def _said(code: int, words_of: Mapping[int, str]) -> str:
-    suspects = ", ".join(axis for axis, bit in zip("xyz", SUSPECTS, strict=True) if code & bit)
+    suspects = _suspects(code)
     reasons = []
     for bits, reason in words_of.items():
         if code & bits == bits:
             reasons.append(f"redundancy: suspect {suspects}" if bits == REDUNDANCY and suspects else reason)
             code &= ~bits
     return "; ".join(reasons)
+
+
+def _suspects(code: int) -> str:
+    """Return ``y``, or with two packages ``y or z of the model package``."""
+    is_suspect = [bool(code & bit) for bit in (*SUSPECTS, *MODEL_SUSPECTS)]
+    if code & TWO_PACKAGES:
+        return suspects_in_words(is_suspect, "xyzxyz", ["sting"] * 3 + ["model"] * 3)
+    return ", ".join(axis for axis, there in zip("xyz", is_suspect[:3], strict=True) if there)
+
+
+def suspects_in_words(is_suspect: Sequence[bool], axes: Sequence[str], packages: Sequence[str]) -> str:
+    """Return "y or z of the model package" for readings that are suspect, by their axes and packages."""
+    parts = []
+    for package in dict.fromkeys(packages):
+        own = [axis for axis, of, there in zip(axes, packages, is_suspect, strict=True) if there and of == package]
+        if own:
+            parts.append(f"{' or '.join(own)} of the {package} package")
+    return " or ".join(parts)

@@ -8,7 +8,7 @@ their residuals: degrees of freedom are the valid readings less the rank of the 
 suspect where the rest agree without it. Arrays are channel-first.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -62,7 +62,7 @@ def name_suspects(codes: Codes, at_limit: BoolArray, possible: BoolArray) -> Cod
     for evidence in (at_limit & possible, possible):
         alone = disagree & (evidence.sum(axis=0) == 1)
         for axis, bit in enumerate(SUSPECTS):
-            named[alone & evidence[axis]] |= np.uint16(bit)
+            named[alone & evidence[axis]] |= np.uint32(bit)
         disagree &= ~alone
     return named
 
@@ -203,30 +203,21 @@ def explaining(
     columns: FloatArray,
     covariance: FloatArray,
     is_valid: BoolArray,
-    calibration_dof: float = np.inf,
+    calibration_dof: float | FloatArray = np.inf,
     level: float = LEVEL,
 ) -> BoolArray:
     """Return which of (n, R) readings the rest agree without, in rows that disagree; several where none can be told."""
     found = np.zeros(residuals.shape, dtype=bool)
     whole = disagreement(residuals, columns, covariance, is_valid)
     rows = np.flatnonzero(whole.is_above(calibration_dof, level))
+    of_calibration = np.broadcast_to(np.asarray(calibration_dof, dtype=float), len(residuals))
     for reading in range(residuals.shape[1]):
         without = is_valid[rows].copy()
         without[:, reading] = False
         rest = disagreement(residuals[rows], columns[rows], covariance[rows], without)
-        is_freed = (rest.dof > 0) & ~rest.is_above(calibration_dof, level) & is_valid[rows, reading]
+        is_freed = (rest.dof > 0) & ~rest.is_above(of_calibration[rows], level) & is_valid[rows, reading]
         found[rows, reading] = is_freed
     return found
-
-
-def suspects_in_words(is_suspect: Sequence[bool], axes: Sequence[str], packages: Sequence[str]) -> str:
-    """Return "y or z of the model package" for readings that are suspect, by their axes and packages."""
-    parts = []
-    for package in dict.fromkeys(packages):
-        own = [axis for axis, of, there in zip(axes, packages, is_suspect, strict=True) if there and of == package]
-        if own:
-            parts.append(f"{' or '.join(own)} of the {package} package")
-    return " or ".join(parts)
 
 
 def _patterns(is_valid: BoolArray) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:

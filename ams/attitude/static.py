@@ -11,8 +11,8 @@ angle comes with its standard deviation and a flag. Where the geometry is singul
 says why: there is no silent number. Pitch is given in ±90°; (180° − α, R + 180°) is the same attitude of gravity.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 import numpy as np
@@ -88,12 +88,19 @@ class Angles:
     pitch_sd_rad: FloatArray
     roll_rad: FloatArray
     roll_sd_rad: FloatArray
-    flags: tuple[str, ...]
-    """Empty where all is well, else the reason in words; roll alone may be missing. Where outputs disagree, or a second
-    attitude answers them as well, the angles stand with the flag beside them."""
+    codes: flag_codes.Codes
+    """0 where all is well, else the reasons; roll alone may be missing. Where outputs disagree, or a second attitude
+    answers them as well, the angles stand with the flag beside them."""
     pitch_half_95_rad: FloatArray
     """Half-width of the 95 % interval, with Student's factor for what the calibration rests on."""
     roll_half_95_rad: FloatArray
+    reasons: Mapping[int, str] = field(default_factory=lambda: flag_codes.WORDS)
+    """What the codes mean."""
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """The codes in words."""
+        return flag_codes.words(self.codes, self.reasons)
 
 
 def pitch_with_known_roll(
@@ -122,9 +129,10 @@ def pitch_with_known_roll(
         _blank(sd, lost),
         np.array(roll),
         roll_sd,
-        flag_codes.words(codes, flag_codes.ONE_AXIS_WORDS),
+        codes,
         _blank(half_95, lost),
         t_quantile(0.95, np.inf) * roll_sd,
+        flag_codes.ONE_AXIS_WORDS,
     )
 
 
@@ -297,7 +305,7 @@ def _angles(force: FloatArray, spread: Spread, across: FloatArray, codes: flag_c
         _blank(sd[:, 0], pitch_lost),
         _blank(roll, roll_lost),
         _blank(sd[:, 1], roll_lost),
-        flag_codes.words(codes),
+        codes,
         _blank(half_95[:, 0], pitch_lost),
         _blank(half_95[:, 1], roll_lost),
     )

@@ -9,8 +9,8 @@ left over tests the three outputs against one another: r = |û|² − 1 over its
 Arrays are channel-first and go through in blocks that stay in the processor's cache: memory does not grow with rows.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -25,6 +25,7 @@ from ams.attitude.force_covariance import (
     PolynomialErrors,
     Weighing,
     errors_of_force,
+    monomials,
     quadratic_form,
 )
 from ams.errors import DesignError
@@ -37,6 +38,10 @@ Fitted = tuple[FloatArray, FloatArray, Weighing, Codes]
 """Sensed and fitted force, (3, n) each, what they were weighed by, and a code where there is no fit."""
 
 BLOCK_ROWS: Final = 16384
+BENT_BLOCK_ROWS: Final = 2048
+"""With terms of second and third order: some fifty monomials a row, which a larger block would drive out of the cache
+and numpy's library would share out over threads that wait for one another."""
+_MANY_MONOMIALS: Final = 12
 LARGEST_SD_RAD: Final = float(np.deg2rad(5.0))
 """Above this standard deviation the linear propagation means nothing and the angle is called singular."""
 SMALLEST_SLOPE: Final = 1e-6
@@ -46,6 +51,8 @@ CLEARANCE_SD: Final = 3.0
 SURELY_NOT: Final = 3.29
 """No bound at 99.9 % is below that of the normal distribution: a smaller ratio needs no degrees of freedom."""
 _STEPS_AT_MOST: Final = 20
+_ROUGH_STEPS: Final = 3
+"""Of a bend taken off at the sensed force itself, which lies within the noise of the fitted one."""
 _ROUNDING: Final = 1e-14
 _SMALL_EXCESS: Final = 2e-5
 _SETTLED: Final = 1e-9
@@ -63,18 +70,30 @@ class AttitudeColumns:
     roll_sd_rad: FloatArray
     redundancy_t: FloatArray
     """(N,) excess of |û|² over its standard deviation; NaN where there is no freedom to test."""
+    reasons: Mapping[int, str] = field(default_factory=lambda: flag_codes.WORDS)
+    """What the codes mean."""
 
     @classmethod
     def empty(cls, rows: int) -> "AttitudeColumns":
         """Make columns to be written block by block; nothing is redundant until it is written."""
-        codes = np.empty(rows, dtype=np.uint16)
+        codes = np.empty(rows, dtype=np.uint32)
         pitch, roll, pitch_sd, roll_sd = np.empty((4, rows))
         return cls(pitch, roll, codes, pitch_sd, roll_sd, np.full(rows, np.nan))
 
 
 @dataclass(frozen=True)
+class Bend:
+    """What sensors add to a straight line, as polynomials in the specific force."""
+
+    powers: Sequence[tuple[int, int, int]]
+    """(M,) of f_x, f_y, f_z."""
+    coefficients_v: FloatArray
+    """(3, M)"""
+
+
+@dataclass(frozen=True)
 class ThreeAxes:
-    """Three accelerometers v = b + k·f + fᵀQf that stay the same from row to row."""
+    """Three accelerometers v = b + k·f + a bend, that stay the same from row to row."""
 
     inverse: FloatArray
     """(3, 3) K⁻¹."""
@@ -85,15 +104,14 @@ class ThreeAxes:
     """Bound of the redundancy's ratio, by Student."""
     gravity_relative_u: float = 0.0
     """Standard uncertainty of local gravity where the set is used, over gravity."""
-    quadratic_g: FloatArray | None = None
-    """(3, 5) K⁻¹q of the elements q_xx, q_xy, q_xz, q_yy, q_yz of every sensor's Q."""
+    bend: Bend | None = None
 
     def angles(self, outputs_v: FloatArray) -> tuple[FloatArray, FloatArray, Codes]:
         """Return pitch and roll, (N,) rad, of (3, N) outputs without their spread, and what is known to be wrong."""
         rows = outputs_v.shape[1]
         pitch, roll = np.empty(rows), np.empty(rows)
-        codes = np.empty(rows, dtype=np.uint16)
-        for block in blocks(rows):
+        codes = np.empty(rows, dtype=np.uint32)
+        for block in blocks(rows, self._block_rows):
             _, force, _, codes[block] = self._fitted(outputs_v[:, block])
             across = _across(force)
             pitch[block], roll[block] = np.arctan2(force[0], across), np.arctan2(-force[1], -force[2])
@@ -107,23 +125,36 @@ class ThreeAxes:
         """Return the angles of (3, N) outputs with standard deviations, flags and the test of redundancy."""
         rows = outputs_v.shape[1]
         found = AttitudeColumns.empty(rows)
-        for block in blocks(rows):
+        for block in blocks(rows, self._block_rows):
             judged_into(
                 found, block, self._fitted(outputs_v[:, block]), self.errors, self.limit, self.gravity_relative_u
             )
         return found
 
+    @property
+    def _block_rows(self) -> int:
+        return BLOCK_ROWS if len(self.errors.powers) < _MANY_MONOMIALS else BENT_BLOCK_ROWS
+
     def _fitted(self, outputs_v: FloatArray) -> Fitted:
         straight = self.inverse @ (outputs_v - self.offset_v[:, None])
+        if self.bend is None:
+            return straight, *fitted(straight, self.errors)
+        bend_g = self.inverse @ self.bend.coefficients_v
         sensed = straight
+        for _ in range(_ROUGH_STEPS):
+            sensed = straight - bend_g @ monomials(_unit(sensed), self.bend.powers)
         force, weighing, codes = fitted(sensed, self.errors)
-        if self.quadratic_g is not None:
-            for _ in range(_STEPS_AT_MOST):
-                before, sensed = sensed, straight - self.quadratic_g @ _squares(force)
-                force, weighing, codes = fitted(sensed, self.errors)
-                if not np.nanmax(np.abs(sensed - before), initial=0.0) > 1e-13:
-                    break
+        for _ in range(_STEPS_AT_MOST):
+            before, sensed = sensed, straight - bend_g @ monomials(force, self.bend.powers)
+            force, weighing, codes = fitted(sensed, self.errors)
+            if not np.nanmax(np.abs(sensed - before), initial=0.0) > 1e-12:
+                break
         return sensed, force, weighing, codes
+
+
+def _unit(force: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(force / np.sqrt(np.einsum("in,in->n", force, force)))
 
 
 def three_axes(
@@ -133,17 +164,16 @@ def three_axes(
     limit: Limit,
     *,
     gravity_relative_u: float = 0.0,
-    quadratic_v_per_g2: FloatArray | None = None,
+    bend: Bend | None = None,
 ) -> ThreeAxes:
-    """Return the inference for (3, 3) sensitivities and (3,) offsets; (3, 5) quadratic terms where there are any.
+    """Return the inference for (3, 3) sensitivities and (3,) offsets.
 
     Raises: DesignError where the axes lie in one plane.
     """
     k = np.asarray(k_v_per_g, dtype=float)
     check_three_directions(k)
-    bent = None if quadratic_v_per_g2 is None else np.linalg.inv(k) @ quadratic_v_per_g2
     offsets = np.asarray(offset_v, dtype=float)
-    return ThreeAxes(np.linalg.inv(k), offsets, errors_of_force(k, errors), limit, gravity_relative_u, bent)
+    return ThreeAxes(np.linalg.inv(k), offsets, errors_of_force(k, errors), limit, gravity_relative_u, bend)
 
 
 def check_three_directions(k_v_per_g: FloatArray) -> None:
@@ -152,9 +182,9 @@ def check_three_directions(k_v_per_g: FloatArray) -> None:
         raise DesignError("three-axis package: the three sensitive axes lie in one plane: use two of them")
 
 
-def blocks(rows: int) -> list[slice]:
+def blocks(rows: int, block_rows: int = BLOCK_ROWS) -> list[slice]:
     """Return the rows in pieces that stay in the processor's cache."""
-    return [slice(start, min(start + BLOCK_ROWS, rows)) for start in range(0, rows, BLOCK_ROWS)]
+    return [slice(start, min(start + block_rows, rows)) for start in range(0, rows, block_rows)]
 
 
 def fitted(sensed: FloatArray, errors: ForceErrors) -> tuple[FloatArray, Weighing, Codes]:
@@ -163,7 +193,7 @@ def fitted(sensed: FloatArray, errors: ForceErrors) -> tuple[FloatArray, Weighin
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         weighing = errors.weighing(sensed, square)
         force, unsettled = onto_unit_sphere(sensed, square, weighing)
-    codes = np.zeros(sensed.shape[1], dtype=np.uint16)
+    codes = np.zeros(sensed.shape[1], dtype=np.uint32)
     if unsettled.size:
         codes[unsettled] = flag_codes.UNSETTLED
         missing = ~np.isfinite(square)
@@ -264,7 +294,7 @@ def _write_flags(codes: Codes, pitch_lost: BoolArray, roll_lost: BoolArray) -> N
     """Flag lost angles as singular, only where there is a solution to read them off."""
     for lost, code in ((pitch_lost, flag_codes.PITCH_SINGULAR), (roll_lost, flag_codes.ROLL_SINGULAR)):
         if lost.any():
-            codes[lost & ((codes & flag_codes.LOST) == 0)] |= np.uint16(code)
+            codes[lost & ((codes & flag_codes.LOST) == 0)] |= np.uint32(code)
 
 
 def turns(force: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -315,9 +345,3 @@ def suspicious(
 
 def _across(force: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(force[1] * force[1] + force[2] * force[2]))
-
-
-def _squares(force: FloatArray) -> FloatArray:
-    """Return (5, n) what the elements of a traceless Q multiply."""
-    x, y, z = force
-    return np.stack([x * x - z * z, 2.0 * x * y, 2.0 * x * z, y * y - z * z, 2.0 * y * z])

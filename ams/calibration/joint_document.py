@@ -11,7 +11,13 @@ from typing import Final
 import numpy as np
 
 from ams.calibration.document import Document, degrees_of_freedom, number
-from ams.calibration_result import METHOD_VERSION
+from ams.calibration_result import (
+    METHOD_VERSION,
+    AxisCalibration,
+    Calibration,
+    PackageCovariance,
+    ParameterEstimate,
+)
 from ams.errors import DesignError
 from ams.frames import AXES
 from ams.inputs.csv_table import parse_csv, refuse_cell, refuse_missing_columns
@@ -71,42 +77,98 @@ def _package(fit: JointFit) -> Document:
     }
 
 
-def _axis(fit: JointFit, axis: str) -> Document:
+def joint_calibration(fit: JointFit) -> Calibration:
+    """Return the package of a joint fit as a coefficient set takes it, the table's errors in its covariance.
+
+    Raises: DesignError where a sensitivity is not determined.
+    """
+    axes = {axis: joint_axis(fit, axis) for axis in fit.axes}
+    warnings = dict.fromkeys(sentence for one in axes.values() for sentence in one.warnings)
+    order = tuple((axis, name) for axis in fit.axes for name in PitchRoll.primary_names)
+    package = PackageCovariance(order, fit.components) if len(fit.axes) > 1 else None
+    return Calibration(axes, "pitch-roll", "TP", tuple(warnings), (_LINEAR,), package)
+
+
+def joint_axis(fit: JointFit, axis: str) -> AxisCalibration:
+    """Return one axis of a joint fit. Raises: DesignError where a sensitivity is not determined."""
     model, primary = PitchRoll(axis), fit.primary[axis]
     if not np.isfinite(primary).all():
         raise DesignError(
             f"joint fit: axis {axis}: no attitude excites all of its sensitivities; nothing is reported; "
             "add roll angles other than 0° and 180°"
         )
-    undetermined = model.undetermined(primary, fit.axis_covariance(axis))
+    own = fit.axis_covariance(axis)
+    undetermined = model.undetermined(primary, own)
     directions = model.parameters_jacobian(primary)
     directions[[name in undetermined for name in model.parameter_names]] = np.nan
     parts = fit.axis_components(axis)
     spreads = np.stack([directions @ part.covariance @ directions.T for part in parts])
     covariance = spreads.sum(axis=0)
-    variances = np.diagonal(spreads, axis1=1, axis2=2)
-    dof = combined_dof(variances, np.array([part.dof for part in parts])[:, None])
+    part_dofs = np.array([part.dof for part in parts])[:, None]
+    dof = combined_dof(np.diagonal(spreads, axis1=1, axis2=2), part_dofs)
     uncertainty = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     halves = halfwidths_95(model.parameter_names, t_quantile(0.95, dof) * uncertainty)
-    columns = zip(model.parameters(primary).tolist(), uncertainty.tolist(), halves.tolist(), strict=True)
-    return {
-        "parameters": {
-            name: _parameter(name in undetermined, *numbers)
-            for name, numbers in zip(model.parameter_names, columns, strict=True)
-        },
-        "covariance": [[number(cell) for cell in row] for row in covariance.tolist()],
-        "standard_error_v": fit.standard_error_v[axis],
-        "degrees_of_freedom": fit.degrees_of_freedom // len(fit.axes),
-        "effective_degrees_of_freedom": {
-            name: degrees_of_freedom(own) for name, own in zip(model.parameter_names, dof.tolist(), strict=True)
-        },
-        "sensitive_axis_v_per_g": dict(zip(AXES, map(float, primary[1:]), strict=True)),
-        "replication": None,
-        "warnings": [
+    columns = zip(
+        model.parameter_names, *(one.tolist() for one in (model.parameters(primary), uncertainty, dof, halves)),
+        strict=True,
+    )  # fmt: skip
+    nothing, none = np.empty(0), np.full((4, 4), np.nan)
+    return AxisCalibration(
+        axis=axis,
+        model=PitchRoll.name,
+        nominal_axis=axis,
+        parameters=tuple(_parameter(name in undetermined, name, *numbers) for name, *numbers in columns),
+        covariance=covariance,
+        primary_names=PitchRoll.primary_names,
+        primary=primary,
+        primary_covariance=own,
+        tp_primary_covariance=none,
+        primary_dof=combined_dof(np.stack([np.diag(part.covariance) for part in parts]), part_dofs),
+        standard_error_v=fit.standard_error_v[axis],
+        degrees_of_freedom=fit.degrees_of_freedom // len(fit.axes),
+        sensitive_axis_v_per_g=(float(primary[1]), float(primary[2]), float(primary[3])),
+        fitted_v=nothing,
+        residuals_v=nothing,
+        replication=None,
+        warnings=(
             *_warnings(fit),
             *(f"axis {axis}: {name} null: {reason}" for name, reason in undetermined.items()),
-        ],
-        "remarks": [f"axis {axis}: {_LINEAR}"],
+        ),
+        remarks=(f"axis {axis}: {_LINEAR}",),
+        variance_components=parts,
+    )
+
+
+def _parameter(
+    is_null: bool, name: str, value: float, uncertainty: float, dof: float, half: float
+) -> ParameterEstimate:
+    if is_null:
+        return ParameterEstimate(name, None, uncertainty, None, dof, None)
+    return ParameterEstimate(name, value, uncertainty, None, dof, (value - half, value + half))
+
+
+def _axis(fit: JointFit, axis: str) -> Document:
+    found = joint_axis(fit, axis)
+    return {
+        "parameters": {
+            one.name: {
+                "value": one.value,
+                "standard_uncertainty": one.standard_uncertainty,
+                "tp_standard_uncertainty": None,
+                "interval_95": None if one.interval_95 is None else list(one.interval_95),
+            }
+            for one in found.parameters
+        },
+        "covariance": [[number(cell) for cell in row] for row in found.covariance.tolist()],
+        "standard_error_v": found.standard_error_v,
+        "degrees_of_freedom": found.degrees_of_freedom,
+        "effective_degrees_of_freedom": {
+            one.name: degrees_of_freedom(one.effective_degrees_of_freedom) for one in found.parameters
+        },
+        "sensitive_axis_v_per_g": dict(zip(AXES, found.sensitive_axis_v_per_g, strict=True)),
+        "replication": None,
+        "warnings": list(found.warnings),
+        "remarks": list(found.remarks),
     }
 
 
@@ -120,15 +182,6 @@ def _warnings(fit: JointFit) -> Iterator[str]:
             "replications or more make them much narrower"
         )
     yield from fit.confounded
-
-
-def _parameter(is_null: bool, value: float, uncertainty: float, half: float) -> Document:
-    return {
-        "value": None if is_null else value,
-        "standard_uncertainty": None if is_null else uncertainty,
-        "tp_standard_uncertainty": None,
-        "interval_95": None if is_null else [value - half, value + half],
-    }
 
 
 def _nuisance(nuisance: Nuisance) -> Document:

@@ -64,9 +64,9 @@ def _by_ending(path: Path) -> Format | None:
     return next(iter(fitting), None)
 
 
-def load_set(path: Path) -> CoefficientSet:
+def load_set(path: str | Path) -> CoefficientSet:
     """Return the set in a file of any format, every check made but the recomputation of the test vectors (``verify``).
 
     Raises: SetError naming the file, what is wrong with it and what to do.
     """
-    return format_of(path).from_bytes(read_whole(path), str(path))
+    return format_of(Path(path)).from_bytes(read_whole(Path(path)), str(path))

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.attitude import flag_codes
 from ams.attitude.static import Angles
 from ams.frames import Attitude
 from ams.inference.calibrated import CalibratedSensor
@@ -11,7 +12,6 @@ from ams.models.sensor_model import OwnOutput
 from ams.statistics.intervals import reading_halfwidth
 
 LARGEST_SD_RAD = np.deg2rad(10.0)
-NO_PITCH = "no pitch gives this output"
 
 
 def pitch_by_inverse(
@@ -33,6 +33,6 @@ def pitch_by_inverse(
         sd = np.sqrt(calibration_v2 + reading_v2) / slope
         half_95 = reading_halfwidth(variances, dofs, reading_v2) / slope
     lost = np.isnan(pitch) | ~(sd <= LARGEST_SD_RAD)
-    flags = tuple(NO_PITCH if one else "" for one in lost)
+    codes = np.where(lost, flag_codes.NO_PITCH, 0).astype(np.uint32)
     pitch, sd, half_95 = (np.where(lost, np.nan, values) for values in (pitch, sd, half_95))
-    return Angles(pitch, sd, level, level, flags, half_95, level)
+    return Angles(pitch, sd, level, level, codes, half_95, level)

@@ -7,16 +7,21 @@ else: its yaw is taken as zero. Every row has a flag, empty where all is well. S
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.attitude import flag_codes
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
+from ams.attitude.three_axes import AttitudeColumns
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
+from ams.inference.angle_stream import Answer, nothing
 from ams.inference.by_inverse import pitch_by_inverse
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
+from ams.inference.fixed_sensors import Kernel, kernel_of
 from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
 from ams.models.registry import MODELS
 from ams.sets.coefficients import CoefficientSet
@@ -26,7 +31,6 @@ STING: Final = "pitch-yaw-roll-sting"
 MODEL: Final = "pitch-yaw-roll-model"
 ROUNDING_DEG: Final = 1e-6
 _ROUNDS: Final = 30
-NO_ROLL: Final = "roll not sensed: sting package alone"
 
 
 @dataclass(frozen=True)
@@ -81,25 +85,70 @@ class Inference:
         return tuple(dict.fromkeys(columns))
 
     @property
+    def answers_at_once(self) -> bool:
+        return True
+
+    @property
     def answers(self) -> tuple[str, ...]:
         """Columns of the answer, in order."""
         angles = ("pitch", "roll", *(["yaw"] if self.package.model == STING else []))
         endings = ("_deg", "_sd_deg", *(["_half_95_deg"] if self.intervals else []))
         return (*(f"{angle}{ending}" for angle in angles for ending in endings), "flag")
 
+    @property
+    def optional(self) -> tuple[str, ...]:
+        """Columns that are used where they are there."""
+        return ("temperature_degc",)
+
+    def finish(self) -> Answer:
+        """Return nothing: every row is answered at once."""
+        return nothing(self.answers)
+
     def infer(self, readings: Mapping[str, FloatArray]) -> dict[str, FloatArray | tuple[str, ...]]:
         """Answers by column from (N,) readings by column, NaN where the flag says why.
 
         Raises: DesignError, OutsideValidity where no row can be inferred.
         """
+        found = self.answer(readings)
+        return {**found.columns, "flag": found.flags}
+
+    def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
+        """Answer (N,) readings by column; a row with a reading that is no finite number has no angles and says so.
+
+        Raises: DesignError, OutsideValidity where no row can be inferred.
+        """
+        is_whole = np.logical_and.reduce([np.isfinite(readings[name]) for name in self.needed])
+        if is_whole.all():
+            return self._answer(readings)
+        found = self._answer({name: values[is_whole] for name, values in readings.items()})
+        codes = np.full(is_whole.size, flag_codes.NOT_FINITE, dtype=np.uint32)
+        codes[is_whole] = found.codes
+        columns = {name: np.full(is_whole.size, np.nan) for name in found.columns}
+        for name, values in found.columns.items():
+            columns[name][is_whole] = values
+        return Answer(columns, codes, found.reasons)
+
+    def _answer(self, readings: Mapping[str, FloatArray]) -> Answer:
         found = self._angles(readings)
-        answer: dict[str, FloatArray | tuple[str, ...]] = {
+        columns = {
             name: np.rad2deg(getattr(found, name.replace("_deg", "_rad"))) for name in self.answers if name != "flag"
         }
-        answer["flag"] = self._flags(found, readings)
-        return answer
+        return Answer(columns, found.codes | self._beyond(found, readings), found.reasons)
 
-    def _angles(self, readings: Mapping[str, FloatArray]) -> Angles | SpreadAngles:
+    @cached_property
+    def _kernel(self) -> Kernel | None:
+        """What solves sensors that stay the same from row to row; None where they do not, or more is asked for."""
+        is_plain = self.model_package is None and FIELDS[self.package.model].output is None
+        if not is_plain or self.intervals or self.package.model == STING or self.package.coefficients.needs_temperature:
+            return None
+        sensors = self.package.sensors({}, self.reading_sd_v)
+        together = self.package.together(sensors)
+        return kernel_of(sensors, together, upright=self.upright, right_wing_down=self.right_wing_down)
+
+    def _angles(self, readings: Mapping[str, FloatArray]) -> AttitudeColumns | Angles | SpreadAngles:
+        if self._kernel is not None:
+            outputs_v = np.stack([readings[column] for column in self.package.columns.values()])
+            return self._kernel(outputs_v, self._known_roll_rad(readings))
         sensors = self.package.sensors(readings, self.reading_sd_v)
         outputs = self.package.outputs_v(sensors, readings)
         if self.model_package is not None:
@@ -114,7 +163,7 @@ class Inference:
             return pitch_by_inverse(self.package.model, nominal_axis, own, sensors[0], outputs[:, 0])
         if self.package.model == STING:
             alone = angles_from_sting(sensors, outputs, self.package.together(sensors))
-            return replace(alone, flags=tuple("; ".join(filter(None, (flag, NO_ROLL))) for flag in alone.flags))
+            return replace(alone, codes=alone.codes | np.uint32(flag_codes.NO_ROLL))
         return _unbent(sensors, outputs, self._geometry(sensors, readings))
 
     def _geometry(
@@ -127,22 +176,29 @@ class Inference:
             return lambda outputs: pitch_roll_from_two(
                 sensors, outputs, upright=self.upright, right_wing_down=self.right_wing_down, package=together
             )
-        roll_deg = readings.get("roll_deg", np.zeros(1)) if self.package.model != "pitch-only" else np.zeros(1)
-        return lambda outputs: pitch_with_known_roll(sensors[0], outputs[:, 0], np.deg2rad(roll_deg))
+        roll_rad = self._known_roll_rad(readings)
+        return lambda outputs: pitch_with_known_roll(sensors[0], outputs[:, 0], roll_rad)
 
-    def _flags(self, found: Angles | SpreadAngles, readings: Mapping[str, FloatArray]) -> tuple[str, ...]:
-        """Return the inference's own flags, and where a set is used beyond its calibration."""
+    def _known_roll_rad(self, readings: Mapping[str, FloatArray]) -> FloatArray:
+        """Return the (N,) roll that one axis alone needs; zero where nothing states it, or the model has none."""
+        if "roll_deg" in readings and self.package.model != "pitch-only":
+            return np.deg2rad(readings["roll_deg"])
+        return np.zeros_like(readings[next(iter(self.package.columns.values()))])
+
+    def _beyond(
+        self, found: AttitudeColumns | Angles | SpreadAngles, readings: Mapping[str, FloatArray]
+    ) -> flag_codes.Codes:
+        """Return the codes of where a set is used beyond its calibration."""
         validity = self.package.coefficients.validity
-        checked = [("pitch", np.rad2deg(found.pitch_rad), validity.pitch_deg)]
+        checked = [(flag_codes.OUTSIDE_PITCH, np.rad2deg(found.pitch_rad), validity.pitch_deg)]
         if isinstance(found, SpreadAngles) and validity.yaw_deg is not None:
-            checked.append(("yaw", np.rad2deg(found.yaw_rad), validity.yaw_deg))
+            checked.append((flag_codes.OUTSIDE_YAW, np.rad2deg(found.yaw_rad), validity.yaw_deg))
         if validity.temperature_degc is not None and "temperature_degc" in readings:
-            checked.append(("temperature", readings["temperature_degc"], validity.temperature_degc))
-        flags = [[flag] if flag else [] for flag in found.flags]
-        for name, values, (low, high) in checked:
-            for row in np.flatnonzero((values < low - ROUNDING_DEG) | (values > high + ROUNDING_DEG)):
-                flags[row].append(f"{name} outside the validity of the set")
-        return tuple("; ".join(parts) for parts in flags)
+            checked.append((flag_codes.OUTSIDE_TEMPERATURE, readings["temperature_degc"], validity.temperature_degc))
+        codes = np.zeros(found.codes.size, dtype=np.uint32)
+        for code, values, (low, high) in checked:
+            codes[(values < low - ROUNDING_DEG) | (values > high + ROUNDING_DEG)] |= np.uint32(code)
+        return codes
 
 
 def inference(

@@ -6,13 +6,16 @@ standard deviations are read off afterwards, and only there do their own singula
 lost, at Ψ = ±90° the sign of Θ, with the sting's x axis vertical the roll. Source: CR (IV-B.1) to (IV-B.28).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.attitude import flag_codes
+from ams.attitude.flag_codes import Codes
+from ams.attitude.redundancy import disagreement, explaining
 from ams.attitude.spread import OutputErrors, PackageErrors, Spread, output_errors, side_by_side, weighing_variances
 from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Sensor, onto_unit_sphere, tangents
 from ams.attitude.two_package import angles_from_gravity
@@ -20,9 +23,6 @@ from ams.errors import DesignError
 from ams.models.cr import model_gravity_g
 
 _ITERATIONS: Final = 20
-SIDEWAYS: Final = "sign of pitch and yaw undetermined: yaw near ±90°"
-LEVEL: Final = "yaw singular: pitch near zero"
-ON_END: Final = "roll singular: sting axis near vertical"
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,13 @@ class SpreadAngles:
     yaw_sd_rad: FloatArray
     roll_rad: FloatArray
     roll_sd_rad: FloatArray
-    flags: tuple[str, ...]
+    codes: Codes
     pitch_half_95_rad: FloatArray
     """Half-width of the 95 % interval, with Student's factor for what the calibrations rest on."""
     yaw_half_95_rad: FloatArray
     roll_half_95_rad: FloatArray
+    reasons: Mapping[int, str] = field(default_factory=lambda: flag_codes.WORDS)
+    """What the codes mean."""
 
 
 def angles_from_sting(
@@ -58,7 +60,10 @@ def angles_from_sting(
     columns = -np.einsum("ij,njs->nis", k, _slopes(-unit))
     spread = _spread(columns, weights, output_errors(sensors, unit, package))
     none = np.full(unit.shape[0], np.nan)
-    return _read_off(-unit, none, spread)
+    residual = volts - unit @ k.T
+    codes = _disagreement(residual, columns, output_errors(sensors, unit, package))
+    found = _read_off(-unit, none, spread)
+    return replace(found, codes=found.codes | codes)
 
 
 def angles_from_packages(
@@ -94,7 +99,36 @@ def angles_from_packages(
     errors = side_by_side(
         output_errors(sting, -gravity, packages[0]), output_errors(model, -model_gravity_g(gravity, roll), packages[1])
     )
-    return _read_off(gravity, roll, _spread(_columns(k_s, k_m, gravity, roll, _slopes(gravity)), weights, errors))
+    along = _columns(k_s, k_m, gravity, roll, _slopes(gravity))
+    left = volts + np.concatenate([gravity @ k_s.T, model_gravity_g(gravity, roll) @ k_m.T], axis=1)
+    found = _read_off(gravity, roll, _spread(along, weights, errors))
+    return replace(found, codes=found.codes | _disagreement(left, along, errors))
+
+
+def _disagreement(residual: FloatArray, columns: FloatArray, errors: OutputErrors) -> Codes:
+    """Return the codes of rows of (n, R) residuals that no attitude explains, with the readings that may be wrong.
+
+    Of one package no reading can be named: without any one of them nothing is left to test.
+    """
+    parts = np.stack([covariance for covariance, _ in errors.calibration])
+    reading = errors.reading[..., None] * np.eye(residual.shape[1])
+    covariance = parts.sum(axis=0) + reading
+    size = np.diagonal(covariance, axis1=1, axis2=2)
+    shares = np.mean(np.diagonal(parts, axis1=2, axis2=3) / size, axis=-1)
+    dofs = np.stack([np.broadcast_to(np.asarray(dof, dtype=float), shares.shape[1:]) for _, dof in errors.calibration])
+    with np.errstate(divide="ignore"):
+        dof = 1.0 / np.sum(shares**2 / dofs, axis=0)
+    is_valid = np.ones(residual.shape, dtype=bool)
+    rows = np.flatnonzero(disagreement(residual, columns, covariance, is_valid).is_above(dof))
+    codes = np.zeros(len(residual), dtype=np.uint32)
+    codes[rows] = flag_codes.REDUNDANCY
+    if residual.shape[1] < 6 or not rows.size:
+        return codes
+    may_be_wrong = explaining(residual[rows], columns[rows], covariance[rows], is_valid[rows], dof[rows])
+    codes[rows] |= np.uint32(flag_codes.TWO_PACKAGES)
+    for reading_place, bit in enumerate((*flag_codes.SUSPECTS, *flag_codes.MODEL_SUSPECTS)):
+        codes[rows[may_be_wrong[:, reading_place]]] |= np.uint32(bit)
+    return codes
 
 
 def _stacked(sensors: Sequence[Sensor], outputs_v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -173,7 +207,13 @@ def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAn
     has_roll = sd.shape[-1] == 3
     roll_sd, roll_half = (sd[:, 2], half[:, 2]) if has_roll else np.full((2, roll.size), np.nan)
     on_end = ~(roll_sd <= LARGEST_SD_RAD) if has_roll else np.zeros(roll.size, dtype=bool)
-    rows = zip(level.tolist(), sideways.tolist(), on_end.tolist(), strict=True)
+    codes = np.zeros(roll.size, dtype=np.uint32)
+    for is_so, code in (
+        (level, flag_codes.YAW_LEVEL),
+        (sideways, flag_codes.SIDEWAYS),
+        (on_end, flag_codes.ROLL_ON_END),
+    ):
+        codes[is_so] |= np.uint32(code)
     wrapped = np.pi - np.mod(np.pi - roll, 2.0 * np.pi)
     return SpreadAngles(
         np.where(sideways, np.nan, _pitch(gravity, found.pitch_rad)),
@@ -182,7 +222,7 @@ def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAn
         np.where(level | sideways, np.nan, yaw_sd),
         np.where(on_end, np.nan, wrapped),
         np.where(on_end, np.nan, roll_sd),
-        tuple("; ".join(_reasons(*row)) for row in rows),
+        codes,
         np.where(sideways, np.nan, half[:, 0]),
         np.where(level | sideways, np.nan, yaw_half),
         np.where(on_end, np.nan, roll_half),
@@ -196,8 +236,3 @@ def _pitch(gravity: FloatArray, pitch_rad: FloatArray) -> FloatArray:
     """
     size = np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), gravity[:, 2])
     return np.where(np.isnan(pitch_rad), size, pitch_rad)
-
-
-def _reasons(level: bool, sideways: bool, on_end: bool) -> list[str]:
-    named = ((level, LEVEL), (sideways, SIDEWAYS), (on_end, ON_END))
-    return [words for is_so, words in named if is_so]

@@ -5,11 +5,12 @@ The header is line 1. Commas separate, decimals have a point; nothing is convert
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from io import StringIO
+from io import TextIOWrapper
+from itertools import islice
 from pathlib import Path
-from typing import NoReturn
+from typing import Final, NoReturn, Protocol
 
 import numpy as np
 
@@ -17,7 +18,26 @@ from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_PIECE_ROWS: Final = 16384
 _WHOLE = re.compile(r"\d{1,15}(\.0*)?", re.ASCII)
+
+
+class NamedColumns(Protocol):
+    """A file of which the columns are known."""
+
+    @property
+    def file(self) -> str: ...
+
+    @property
+    def columns(self) -> tuple[str, ...]: ...
+
+
+@dataclass(frozen=True)
+class Header:
+    """The first line of a file."""
+
+    file: str
+    columns: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -35,70 +55,108 @@ class CsvTable:
         return [row[place].strip() for row in self.rows]
 
 
-def _read_text(path: Path) -> str:
+def parse_csv(path: Path) -> CsvTable:
+    """Read header and rows of a file. Raises: ObservationsError: it cannot be read or is no CSV file."""
+    tables = list(careful_tables(path))
+    lines = tuple(line for table in tables for line in table.lines)
+    return CsvTable(str(path), tables[0].columns, lines, tuple(row for table in tables for row in table.rows))
+
+
+def header_of(path: Path) -> Header:
+    """Read the names of a file's columns. Raises: ObservationsError: it cannot be read or has none."""
+    _, cells = next(_rows(path, 0, 1), (0, ()))
+    return _header(path, cells)
+
+
+def careful_tables(path: Path, header: Header | None = None, start: int = 0, line: int = 1) -> Iterator[CsvTable]:
+    """Read a file piece by piece; with ``header`` from a byte on, where ``line`` begins.
+
+    Raises: ObservationsError: it cannot be read, or from there on it is no CSV file.
+    """
+    rows = _rows(path, start, line)
+    is_whole = header is None
+    if header is None:
+        header = _header(path, next(rows, (0, ()))[1])
+    while piece := list(islice(rows, _PIECE_ROWS)):
+        table = CsvTable(header.file, header.columns, tuple(n for n, _ in piece), tuple(cells for _, cells in piece))
+        _refuse_shape(table)
+        is_whole = False
+        yield table
+    if is_whole:
+        raise ObservationsError(
+            f"{header.file}: a header and no rows; nothing was solved; export the observations again"
+        )
+
+
+def _rows(path: Path, start: int, line: int) -> Iterator[tuple[int, tuple[str, ...]]]:
+    """Yield the rows that are not blank, each with the line at which it ends."""
     try:
-        content = path.read_bytes()
+        with path.open("rb") as binary:
+            binary.seek(start)
+            text = TextIOWrapper(binary, encoding="utf-8" if start else "utf-8-sig", newline="")
+            reader = csv.reader(_without_nul(path, text, line), strict=True)
+            try:
+                for cells in reader:
+                    if any(cell.strip() for cell in cells):
+                        yield line - 1 + reader.line_num, tuple(cells)
+            except csv.Error as failure:
+                raise ObservationsError(
+                    f"{path}: line {line - 1 + reader.line_num}: not a CSV line ({failure}); nothing was solved; "
+                    "correct the line"
+                ) from failure
+    except UnicodeDecodeError as failure:
+        raise _not_utf8(path, failure) from failure
     except OSError as failure:
         reason = failure.strerror or str(failure)
         raise ObservationsError(
             f"{path}: cannot be read: {reason}; nothing was solved; name a readable file"
         ) from failure
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as failure:
-        line = content.count(b"\n", 0, failure.start) + 1
-        raise ObservationsError(
-            f"{path}: line {line}: not UTF-8: byte 0x{content[failure.start]:02x}; nothing was solved; "
-            "save the file as CSV UTF-8"
-        ) from failure
 
 
-def parse_csv(path: Path) -> CsvTable:
-    """Read header and rows of a file. Raises: ObservationsError: it cannot be read or is no CSV file."""
-    text = _read_text(path)
-    if "\x00" in text:
-        line = text.count("\n", 0, text.index("\x00")) + 1
-        raise ObservationsError(
-            f"{path}: line {line}: a NUL character: not a CSV file; nothing was solved; export it as CSV"
-        )
-    reader = csv.reader(StringIO(text, newline=""), strict=True)
-    lines, rows = [], []
+def _without_nul(path: Path, text: Iterable[str], line: int) -> Iterator[str]:
+    for number, own in enumerate(text, start=line):
+        if "\x00" in own:
+            raise ObservationsError(
+                f"{path}: line {number}: a NUL character: not a CSV file; nothing was solved; export it as CSV"
+            )
+        yield own
+
+
+def _not_utf8(path: Path, failure: UnicodeDecodeError) -> ObservationsError:
+    """Return the refusal, with the line of the whole file."""
     try:
-        for cells in reader:
-            if any(cell.strip() for cell in cells):
-                lines.append(reader.line_num)
-                rows.append(tuple(cells))
-    except csv.Error as failure:
-        raise ObservationsError(
-            f"{path}: line {reader.line_num}: not a CSV line ({failure}); nothing was solved; correct the line"
-        ) from failure
-    if not rows:
+        path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as whole:
+        failure = whole
+    line = failure.object.count(b"\n", 0, failure.start) + 1
+    return ObservationsError(
+        f"{path}: line {line}: not UTF-8: byte 0x{failure.object[failure.start]:02x}; nothing was solved; "
+        "save the file as CSV UTF-8"
+    )
+
+
+def _header(path: Path, cells: Sequence[str]) -> Header:
+    if not cells:
         raise ObservationsError(
             f"{path}: empty: no header and no rows; nothing was solved; export the observations again"
         )
-    columns = tuple(cell.strip() for cell in rows[0])
-    table = CsvTable(str(path), columns, tuple(lines[1:]), tuple(rows[1:]))
-    _refuse_shape(table)
-    return table
+    header = Header(str(path), tuple(cell.strip() for cell in cells))
+    if len(header.columns) == 1 and re.search(r"[;\t]", header.columns[0]):
+        character = "semicolons" if ";" in header.columns[0] else "tabs"
+        raise ObservationsError(
+            f"{header.file}: line 1: columns are separated by {character}; allowed: commas, with decimal points; "
+            "nothing was solved; export with comma and point, not with the local separators"
+        )
+    for name in header.columns:
+        if header.columns.count(name) > 1:
+            raise ObservationsError(
+                f"{header.file}: line 1: column {name!r} stands {header.columns.count(name)} times; allowed once; "
+                "nothing was solved; rename or remove one"
+            )
+    return header
 
 
 def _refuse_shape(table: CsvTable) -> None:
-    if len(table.columns) == 1 and re.search(r"[;\t]", table.columns[0]):
-        character = "semicolons" if ";" in table.columns[0] else "tabs"
-        raise ObservationsError(
-            f"{table.file}: line 1: columns are separated by {character}; allowed: commas, with decimal points; "
-            "nothing was solved; export with comma and point, not with the local separators"
-        )
-    for name in table.columns:
-        if table.columns.count(name) > 1:
-            raise ObservationsError(
-                f"{table.file}: line 1: column {name!r} stands {table.columns.count(name)} times; allowed once; "
-                "nothing was solved; rename or remove one"
-            )
-    if not table.rows:
-        raise ObservationsError(
-            f"{table.file}: a header and no rows; nothing was solved; export the observations again"
-        )
     for line, row in zip(table.lines, table.rows, strict=True):
         if len(row) != len(table.columns):
             raise ObservationsError(
@@ -108,7 +166,7 @@ def _refuse_shape(table: CsvTable) -> None:
             )
 
 
-def refuse_missing_columns(table: CsvTable, wanted: Sequence[str]) -> None:
+def refuse_missing_columns(table: NamedColumns, wanted: Sequence[str]) -> None:
     """Refuse a table without the wanted columns.
 
     Raises: ObservationsError naming those that are not there, and those that are.
@@ -122,7 +180,7 @@ def refuse_missing_columns(table: CsvTable, wanted: Sequence[str]) -> None:
         )
 
 
-def refuse_cell(table: CsvTable, name: str, line: int, cell: str, allowed: str) -> NoReturn:
+def refuse_cell(table: NamedColumns, name: str, line: int, cell: str, allowed: str) -> NoReturn:
     """Refuse a cell. Raises: ObservationsError naming file, line and column."""
     what = "the cell is empty" if cell == "" else f"got {cell!r}"
     raise ObservationsError(

@@ -14,7 +14,8 @@ import numpy as np
 from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
 from ams.frames import body_rates_rad_s
-from ams.inputs.csv_table import CsvTable, labels, numbers, parse_csv, refuse_cell, refuse_missing_columns
+from ams.inputs.csv_table import refuse_cell
+from ams.inputs.number_blocks import NumberTable, read_numbers
 from ams.observations import Observations
 
 RATES = ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")
@@ -44,16 +45,16 @@ def read_csv(
     Raises:
         ObservationsError: the file cannot be read or says something impossible; nothing was solved.
     """
-    table = parse_csv(Path(path))
     stimulus = (*(f"{angle}_deg" for angle in angles), *(RATES if rates else ()))
     if not axes:
-        raise ObservationsError(f"{table.file}: no sensor axis was named; nothing was solved; name at least one column")
-    refuse_missing_columns(table, ("replication", "point", *stimulus, *axes.values()))
-    found = {name: numbers(table, name) for name in (*_present(table, stimulus), *axes.values())}
-    label = {name: labels(table, name) for name in ("replication", "point")}
+        raise ObservationsError(f"{path}: no sensor axis was named; nothing was solved; name at least one column")
+    wanted = (*stimulus, *axes.values())
+    table = read_numbers(Path(path), ("replication", "point", *wanted), ("pitch_deg", "roll_deg", *_OPTIONAL))
+    label = {name: table.labels(name) for name in ("replication", "point")}
+    found = {name: values for name, values in table.values.items() if name not in label}
     _refuse_repeated(table, label)
     _refuse_impossible(table, found)
-    nothing = np.zeros(len(table.rows))
+    nothing = np.zeros(table.lines.size)
     radians = {name: np.deg2rad(found.get(name, nothing)) for name in ("pitch_deg", "yaw_deg", "roll_deg", *RATES)}
     observations = Observations(
         replication=label["replication"],
@@ -117,12 +118,7 @@ def _looks_like_radians(angle_deg: FloatArray) -> bool:
     return bool(is_whole.mean() > 0.9 and stands.mean() < 0.5)
 
 
-def _present(table: CsvTable, stimulus: Sequence[str]) -> tuple[str, ...]:
-    wanted = dict.fromkeys(("pitch_deg", "roll_deg", *stimulus, *_OPTIONAL))
-    return tuple(name for name in wanted if name in table.columns)
-
-
-def _refuse_repeated(table: CsvTable, labels: Mapping[str, IntArray]) -> None:
+def _refuse_repeated(table: NumberTable, labels: Mapping[str, IntArray]) -> None:
     seen: dict[tuple[int, int], int] = {}
     for line, replication, point in zip(table.lines, labels["replication"], labels["point"], strict=True):
         pair = (int(replication), int(point))
@@ -135,7 +131,7 @@ def _refuse_repeated(table: CsvTable, labels: Mapping[str, IntArray]) -> None:
         seen[pair] = line
 
 
-def _refuse_impossible(table: CsvTable, numbers: Mapping[str, FloatArray]) -> None:
+def _refuse_impossible(table: NumberTable, numbers: Mapping[str, FloatArray]) -> None:
     for name, values in numbers.items():
         if name.endswith("_deg"):
             outside, allowed = np.abs(values) > _LARGEST_ANGLE_DEG, "−360° to 360°"
@@ -148,7 +144,7 @@ def _refuse_impossible(table: CsvTable, numbers: Mapping[str, FloatArray]) -> No
             refuse_cell(table, name, table.lines[row], f"{values[row]:g}", allowed)
 
 
-def _refuse_wandering_points(table: CsvTable, point: IntArray, numbers: Mapping[str, FloatArray]) -> None:
+def _refuse_wandering_points(table: NumberTable, point: IntArray, numbers: Mapping[str, FloatArray]) -> None:
     _, first, index = np.unique(point, return_index=True, return_inverse=True)
     for name in (column for column in ("pitch_deg", "roll_deg", "yaw_deg") if column in numbers):
         off = np.mod(numbers[name] - numbers[name][first][index] + 180.0, 360.0) - 180.0
@@ -163,7 +159,7 @@ def _refuse_wandering_points(table: CsvTable, point: IntArray, numbers: Mapping[
             )
 
 
-def _refuse_wandering_rates(table: CsvTable, observations: Observations) -> None:
+def _refuse_wandering_rates(table: NumberTable, observations: Observations) -> None:
     """Refuse a point whose angular velocity is not one and the same.
 
     A point is one angular velocity in the package's axes, whatever angle a turning axis has reached.

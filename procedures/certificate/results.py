@@ -11,7 +11,7 @@ from math import hypot, radians, sin
 import numpy as np
 
 from ams.parameter_words import words_of
-from ams.sets.canonical import Document, Json, listed, number, table
+from ams.sets.canonical import Document, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.attitude_errors import AngleErrors
@@ -89,12 +89,10 @@ def _cross(found: AngleErrors) -> list[int]:
     return [*along_pitch[np.argsort(pitch[along_pitch])], *along_roll[np.argsort(roll[along_roll])]]
 
 
-def _size_of(section: Document) -> float:
-    return hypot(*(number(value) for value in _values(section.get("sensitive_axis_v_per_g"))))
-
-
-def _values(stated: Json) -> list[Json]:
-    return list(table(stated).values()) if isinstance(stated, dict) else listed(stated or [])
+def _size_of(section: Document) -> float | None:
+    """Return the size of k per g; None for a sensor that senses something else (gyros), of which it is null."""
+    values = list(table(section["sensitive_axis_v_per_g"]).values())
+    return None if None in values else hypot(*map(number, values))
 
 
 def _coefficient(axis: str, name: str, row: Document, floor: float) -> Coefficient:
@@ -107,9 +105,12 @@ def _coefficient(axis: str, name: str, row: Document, floor: float) -> Coefficie
     return Coefficient(axis, label, symbol, unit, value.replace("-", "−"), printed, f"{factor:.2f}", stated > expanded)
 
 
-def _floor(name: str, rows: Document, size: float, capability_deg: float | None) -> float:
-    """Return the capability as an uncertainty of this coefficient; 0 where it says nothing about it."""
-    if not capability_deg:
+def _floor(name: str, rows: Document, size: float | None, capability_deg: float | None) -> float:
+    """Return the capability as an uncertainty of this coefficient; 0 where it says nothing about it.
+
+    An angle that a laboratory can tell by gravity says nothing about a sensor of rates.
+    """
+    if not capability_deg or size is None:
         return 0.0
     if name in ("offset_v", "sensitivity_v_per_g"):
         return size * radians(capability_deg)

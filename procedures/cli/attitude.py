@@ -3,26 +3,28 @@
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from importlib import import_module
-from importlib.util import find_spec
-from io import BytesIO, StringIO
 from pathlib import Path
-from typing import Annotated, Any, TextIO
+from shutil import copyfileobj
+from tempfile import SpooledTemporaryFile
+from typing import IO, Annotated, Final, cast
 
-import numpy as np
 from cyclopts import Parameter
 
-from ams.exports.formats import load_set
-from ams.inference.inference import MODEL, Inference, Package, inference
-from ams.inputs.csv_table import numbers, parse_csv, refuse_missing_columns
-from ams.whole_file import write_whole
-from procedures.cli.attitude_rows import csv_lines
+from ams.inference.aided_rates import AidedAngles
+from ams.inference.angle_stream import AngleStream
+from ams.inference.inference import MODEL, Package, inference
+from ams.inputs.number_blocks import csv_blocks, parquet_blocks
+from ams.models.gyro import GYRO
+from ams.whole_file import whole_file
+from procedures.cli.attitude_rows import Rows, writer_named
+from procedures.cli.attitude_source import Named, OfGyros, angles_of_gyros, package_of
 from procedures.cli.attitude_stream import answer_stream
 from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
 from procedures.errors import RequestError
 
-Named = Annotated[list[str] | None, Parameter(negative=())]
+_IN_MEMORY_BYTES: Final = 1 << 26
+"""Of answers for standard output that wait until the last row is read; more wait on the disk."""
 
 
 def attitude(
@@ -38,21 +40,24 @@ def attitude(
     upright: bool = True,
     right_wing_down: bool = True,
     intervals: bool = False,
+    gyros: OfGyros | None = None,
 ) -> None:
     """Turn outputs into angles with standard deviations.
 
-    The answer has the columns pitch_deg, pitch_sd_deg, roll_deg, roll_sd_deg, for a sting package yaw_deg and
-    yaw_sd_deg, and flag, one row for each row of the data. An angle that the outputs do not tell is an empty cell, and
-    flag names why.
+    Of accelerometers at rest, row by row; of gyros from a start, sample by sample, with what the angles have grown to
+    lack; of gyros and accelerometers together by a Kalman filter. The answer has the columns pitch_deg, pitch_sd_deg,
+    roll_deg, roll_sd_deg, for gyros and a sting package yaw_deg and yaw_sd_deg, and flag, one row for each row of the
+    data. An angle that the outputs do not tell is an empty cell, and flag names why.
 
     Parameters
     ----------
     coefficient_set
-        A set of one, two or three axes, of any format.
+        A set of accelerometers, one, two or three axes, or of three gyros, of any format.
     data
-        A CSV or Parquet file, or - for rows that arrive on standard input, header first; each is answered at once.
+        A CSV or Parquet file of any size, or - for rows that arrive on standard input, header first; what has arrived
+        is answered at once.
     out
-        The file to write, CSV or Parquet; by default CSV on standard output.
+        The file to write, .csv, .jsonl (JSON lines) or .parquet; by default CSV on standard output.
     axis
         AXIS=COLUMN where the columns are not called x_v, y_v, z_v; only the axes named are used.
     model_set
@@ -74,116 +79,67 @@ def attitude(
     second = None if model_set is None else package_of(model_set, model_axis, "--model-axis", "model_")
     if model_set is None and model_axis:
         raise RequestError("--model-axis: belongs to --model-set, which is missing")
-    found = inference(
-        package, second, reading_sd_v, upright=upright, right_wing_down=right_wing_down, intervals=intervals
-    )
+    geometry = {"upright": upright, "right_wing_down": right_wing_down, "intervals": intervals}
+    found = _angles_of(package, second, reading_sd_v, gyros or OfGyros(), geometry)
     if package.model == MODEL:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
     if data == "-":
         _answer_stream(found, out)
     else:
         _answer_file(found, Path(data), out)
+    if isinstance(found, AidedAngles):
+        note(found.consistency())
 
 
-def package_of(path: Path, pairs: list[str] | None, option: str, prefix: str) -> Package:
-    """Return the set of a file with the columns of its axes.
+def _angles_of(
+    package: Package,
+    second: Package | None,
+    reading_sd_v: float | None,
+    settings: OfGyros,
+    geometry: Mapping[str, bool],
+) -> AngleStream:
+    """Return what makes angles of the sets. Raises: RequestError, OutsideValidity, SetError."""
+    if package.model != GYRO.name:
+        settings.refuse_for(package.model)
+        return inference(package, second, reading_sd_v, **geometry)
+    if second is not None:
+        raise RequestError("--model-set: belongs to a sting package of accelerometers, got a set of gyros")
+    if geometry != {"upright": True, "right_wing_down": True, "intervals": False}:
+        raise RequestError("--intervals, --no-upright, --no-right-wing-down: belong to accelerometers, got gyros")
+    return angles_of_gyros(package, reading_sd_v, settings)
 
-    Raises: RequestError for a pair that is none; SetError.
-    """
-    coefficients = load_set(path)
-    coefficients.check_vectors(str(path))
-    columns: dict[str, str] = {}
-    for pair in pairs or [f"{axis}={prefix}{axis}_v" for axis in coefficients.axes]:
-        name, _, column = pair.partition("=")
-        if name not in coefficients.axes or not column or name in columns:
-            raise RequestError(
-                f"{option} {pair}: allowed is AXIS=COLUMN, each of {', '.join(coefficients.axes)} at most once"
-            )
-        columns[name] = column
-    return Package(coefficients, columns)
 
-
-def _answer_stream(found: Inference, out: Path | None) -> None:
-    """Line by line, into a file as well: what was answered stays when the stream breaks."""
+def _answer_stream(found: AngleStream, out: Path | None) -> None:
+    """Block by block, into a file as well: what was answered stays when the stream breaks."""
     if out is None:
-        answer_stream(found, sys.stdout)
+        answer_stream(found, lambda columns: (writer_named(None, sys.stdout.buffer, columns), sys.stdout.buffer))
         return
-    _check_csv(out)
-    with out.open("w", encoding="utf-8", newline="") as target:
-        answer_stream(found, target)
+    if out.suffix == ".parquet":
+        raise RequestError(f"--out {out}: a stream is written as .csv or .jsonl; nothing was written")
+    with out.open("wb") as target:
+        answer_stream(found, lambda columns: (writer_named(out, target, columns), target))
 
 
-def _answer_file(found: Inference, data: Path, out: Path | None) -> None:
-    readings = _read_parquet(found, data) if data.suffix == ".parquet" else _read_csv(found, data)
-    answer = found.infer(readings)
-    if out is not None and out.suffix == ".parquet":
-        _write_parquet(out, answer)
-        return
+def _answer_file(found: AngleStream, data: Path, out: Path | None) -> None:
+    """Answer a file piece by piece; nothing is written where one of them is wrong."""
+    read = parquet_blocks if data.suffix == ".parquet" else csv_blocks
     with _output(out) as target:
-        for line in csv_lines(found.answers, answer):
-            target.write(line)
-
-
-def _read_csv(found: Inference, data: Path) -> dict[str, Any]:
-    table = parse_csv(data)
-    refuse_missing_columns(table, found.needed)
-    optional = [name for name in ("temperature_degc",) if name in table.columns]
-    return {name: numbers(table, name) for name in dict.fromkeys((*found.needed, *optional))}
-
-
-def _read_parquet(found: Inference, data: Path) -> dict[str, Any]:
-    arrow = _parquet()
-    try:
-        table = arrow.read_table(data)
-    except (OSError, ValueError) as error:
-        raise RequestError(f"{data}: cannot be read as Parquet: {str(error).splitlines()[0]}") from error
-    missing = [name for name in found.needed if name not in table.column_names]
-    if missing:
-        raise RequestError(f"{data}: column {', '.join(missing)} missing; found: {', '.join(table.column_names)}")
-    readings = {}
-    for name in dict.fromkeys((*found.needed, *({"temperature_degc"} & set(table.column_names)))):
-        try:
-            readings[name] = np.asarray(table.column(name).to_pandas(), dtype=float)
-        except (TypeError, ValueError):
-            raise RequestError(f"{data}: column {name}: holds no numbers; nothing was computed") from None
-        wrong = np.flatnonzero(~np.isfinite(readings[name]))
-        if wrong.size:
-            raise RequestError(
-                f"{data}: row {int(wrong[0]) + 1}: column {name}: no finite number; nothing was computed"
-            )
-    return readings
-
-
-def _write_parquet(out: Path, answer: Mapping[str, Any]) -> None:
-    import pandas as pd
-
-    _parquet()
-    memory = BytesIO()
-    pd.DataFrame({name: list(values) for name, values in answer.items()}).to_parquet(memory, index=False)
-    write_whole(out, memory.getvalue())
-
-
-def _parquet() -> Any:
-    if find_spec("pyarrow") is None:
-        raise RequestError(
-            "Parquet: the library pyarrow is not installed; nothing was written; install calrig[export], or use CSV"
-        )
-    return import_module("pyarrow.parquet")
+        writer = writer_named(out, target, found.answers)
+        for readings in read(data, found.needed, found.optional):
+            writer.write(Rows.of(found.answer(readings)))
+        writer.write(Rows.of(found.finish()))
+        writer.close()
 
 
 @contextmanager
-def _output(out: Path | None) -> Iterator[TextIO]:
-    """Yield standard output, or a text that becomes the file, whole and synced, when all is written."""
-    if out is None:
-        yield sys.stdout
+def _output(out: Path | None) -> Iterator[IO[bytes]]:
+    """Yield what becomes the file, or goes to standard output, when all is written."""
+    if out is not None:
+        with whole_file(out) as file:
+            yield file
         return
-    _check_csv(out)
-
-    memory = StringIO()
-    yield memory
-    write_whole(out, memory.getvalue().encode("utf-8"))
-
-
-def _check_csv(out: Path) -> None:
-    if out.suffix != ".csv":
-        raise RequestError(f"--out {out}: the name must end in .csv or, for files, .parquet; nothing was written")
+    with SpooledTemporaryFile(max_size=_IN_MEMORY_BYTES) as memory:
+        yield cast(IO[bytes], memory)
+        memory.seek(0)
+        copyfileobj(memory, sys.stdout.buffer)
+        sys.stdout.buffer.flush()

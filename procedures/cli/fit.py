@@ -18,7 +18,7 @@ from ams.inputs.request import CalibrationRequest
 from ams.models.registry import MODELS, names_asked_for
 from ams.models.thermal import TemperatureCoefficients
 from ams.sets.sensed_quantity import FIELDS
-from procedures.cli.attitude import package_of
+from procedures.cli.attitude_source import package_of
 from procedures.cli.coefficients_text import axes_lines
 from procedures.cli.findings_text import check_trials
 from procedures.cli.fit_joint import check_joint, joint_lines, parse_priors
@@ -139,8 +139,8 @@ def fit(
     wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description, name)
     try:
         if joint:
-            stated = check_joint(request, description, wish is not None)
-            document = fit_jointly(file, columns, stated, parse_priors(prior), mount)
+            stated = check_joint(request, description)
+            document = fit_jointly(file, columns, stated, parse_priors(prior), mount, wish)
         elif name == "linear":
             _refuse_curvature(hessian)
             document = _linear(file, columns, request)

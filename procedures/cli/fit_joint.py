@@ -4,11 +4,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from ams.calibration.joint_document import joint_document, read_mountings
+from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
 from ams.inputs.request import CalibrationRequest
 from ams.solve.joint import joint_fit
 from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
+from procedures.cli.fit_set import WishedSet, write_set
 from procedures.errors import RequestError
 from procedures.solution.type_b import table_uncertainty
 from rig.description.rig_file import RigDescription
@@ -25,14 +26,22 @@ PRIORS = {
 
 
 def joint(
-    file: Path, columns: Mapping[str, str], rig: RigDescription, priors: Mapping[str, float], mount: str | None
+    file: Path,
+    columns: Mapping[str, str],
+    rig: RigDescription,
+    priors: Mapping[str, float],
+    mount: str | None,
+    wish: WishedSet | None = None,
 ) -> dict[str, Any]:
-    """Solve the file with the table's errors as unknowns. Raises: ams.errors.AmsError."""
-    found = joint_fit(read_mountings(file, columns, mount), tuple(columns), _priors(rig, priors))
+    """Solve the file with the table's errors as unknowns, and write the set wished for. Raises: ams.errors.AmsError."""
+    mountings = read_mountings(file, columns, mount)
+    found = joint_fit(mountings, tuple(columns), _priors(rig, priors))
+    if wish is not None:
+        write_set(wish, mountings[0].observations, joint_calibration(found))
     return {**joint_document(found), "model": "pitch-roll", "convention": "TP"}
 
 
-def check_joint(request: CalibrationRequest, rig: RigDescription | None, has_set: bool) -> RigDescription:
+def check_joint(request: CalibrationRequest, rig: RigDescription | None) -> RigDescription:
     """Return the rig of a joint fit.
 
     Raises: RequestError where the joint fit does not go with what else is asked for.
@@ -43,8 +52,6 @@ def check_joint(request: CalibrationRequest, rig: RigDescription | None, has_set
         raise RequestError("--joint: goes with --model pitch-roll, --temperature none and --extended yes or no")
     if request.time_term or request.residual_curvature:
         raise RequestError("--joint: has no --time-term and no --hessian; fit without --joint for these")
-    if has_set:
-        raise RequestError("--set: a joint fit makes no coefficient set; fit without --joint for one")
     return rig
 
 

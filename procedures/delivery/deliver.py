@@ -5,7 +5,7 @@ Only a finished run leaves coefficient sets; any run leaves a report that says w
 what hinders one is told and hinders no other, and delivering again makes what is missing.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -273,6 +273,20 @@ def _with_words(calibration: Calibration, record: RunRecord) -> Calibration:
     return replace(calibration, warnings=(*calibration.warnings, *words)) if words else calibration
 
 
+def _without_set(run: SolvedRun) -> Iterator[str]:
+    """Yield why a sensor has no set, one sentence for each."""
+    for name, solved in run.sensors.items():
+        if solved.failure is not None:
+            yield f"{name}: {solved.failure}"
+        elif solved.static:
+            yield f"{name}: was measured at rest, which determines no coefficients"
+        elif solved.calibration is not None and solved.calibration.model not in FIELDS:
+            yield (
+                f"{name}: was solved by the model {solved.calibration.model}, of which there is no coefficient set: "
+                "its results stand in the report and in the document of calrig solve --json"
+            )
+
+
 def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
     folder.mkdir(exist_ok=True)
     path = folder / format_named(kind, coefficients.sensor).file_name(coefficients.sensor)
@@ -315,6 +329,6 @@ def publish_folder(
         )
     sets = sets_of(run)
     if not sets:
-        raise RequestError(f"{folder}: no sensor has a solution: {'; '.join(run.failures)}; nothing was published")
+        raise RequestError(f"{folder}: no sensor has a set: {'; '.join(_without_set(run))}; nothing was published")
     url = archive_of(run.record.is_simulated)
     return url, publish_solved(url, folder, run.record, run.sensors, sets, override, supersede)

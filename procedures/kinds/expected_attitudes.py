@@ -88,7 +88,7 @@ def _expected_axis(
     serial: str,
     axis: str,
 ) -> ExpectedAxis:
-    sensitivity = plan.sensors[serial].nominal_sensitivity_v_per_g
+    sensitivity = plan.sensors[serial].nominal_v_per_g(axis)
     truth = _truth(rig, serial, axis)
     noise_v, source = _noise(procedure, plan, truth, sensitivity)
     coning_deg, azimuth_deg = (NOMINAL_CONING_DEG, 40.0) if truth is None else (truth.coning_deg, truth.azimuth_deg)

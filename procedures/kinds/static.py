@@ -102,7 +102,8 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
     count = reading.samples.size
     factor = min(max(round(plan.static.use_s / reading.interval_s), 1), count // 2)
     at_use = float(allan_deviation(reading.samples, reading.interval_s, [factor]).deviation[0])
-    drift_deg = _drift_deg(sensor, reading.unit, at_use, plan.static.use_s)
+    axis = next(str(axis) for axis, name in sensor.channels.items() if name == channel)
+    drift_deg = _drift_deg(sensor, axis, reading.unit, at_use, plan.static.use_s)
     means = [row.readings[channel].mean for row in rows]
     mean = float(np.mean(means))
     scatter = float(np.std(means, ddof=1) / sqrt(len(means))) if len(means) > 1 else float(allan.deviation[-1])
@@ -132,11 +133,11 @@ def _of_the_meter(rig: RigDescription, sensor: Sensor, channel: str, mean: float
             yield error.standard_uncertainty * mean
 
 
-def _drift_deg(sensor: Sensor, unit: str, deviation: float, use_s: float) -> float | None:
+def _drift_deg(sensor: Sensor, axis: str, unit: str, deviation: float, use_s: float) -> float | None:
     """Zeroed by the mean over as long as it is used: √2 of the deviation at that time, integrated for a rate."""
     if sensor.measures == "rate" and unit == "dps":
         return COVERAGE * sqrt(2.0) * deviation * use_s
-    per_g = 1.0 if unit == "g" else abs(sensor.nominal_sensitivity_v_per_g)
+    per_g = 1.0 if unit == "g" else abs(sensor.nominal_v_per_g(axis))
     if sensor.measures == "acceleration" and per_g:
         return float(np.rad2deg(COVERAGE * sqrt(2.0) * deviation / per_g))
     return None

@@ -232,7 +232,7 @@ def nominal_jacobian(name: str, axis: str, design: Design, sensor: Sensor) -> Fl
     """Return (K, P) the columns of a model at the points, for a sensor that reads as it nominally should."""
     model = model_named(name, axis)
     attitude = Attitude(*(np.deg2rad([getattr(point, key) for point in design.points]) for key in _ANGLES))
-    nominal_v = sensor.nominal_sensitivity_v_per_g * package_specific_force(design.points)[:, "xyz".index(axis)]
+    nominal_v = sensor.nominal_v_per_g(axis) * package_specific_force(design.points)[:, "xyz".index(axis)]
     if model.basis_key is not None:
         return model.basis(attitude)
     return model.jacobian(model.start(attitude, nominal_v), attitude)

@@ -130,7 +130,7 @@ def _labels(record: RunRecord, sensors: Sequence[SensorView]) -> dict[str, tuple
         sensor = record.plan.sensors[view.name]
         solved = {axis.axis: axis.sensitivity_v_per_g for axis in view.axes}
         for axis, channel in sensor.channels.items():
-            labels[channel] = (f"{view.name} {axis}", solved.get(axis, abs(sensor.nominal_sensitivity_v_per_g)))
+            labels[channel] = (f"{view.name} {axis}", solved.get(axis, abs(sensor.nominal_v_per_g(axis))))
     return labels
 
 

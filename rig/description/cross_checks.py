@@ -83,10 +83,12 @@ def _undeclared_sensitivities(file: TomlFile, rig: RigDescription, voltages: set
     """Yield sensors without a declared polarity: that of an accelerometer read in volts is never guessed."""
     for serial, sensor in rig.sensors.items():
         read_in_volts = voltages & set(sensor.channels.values())
-        if sensor.measures == "acceleration" and read_in_volts and sensor.nominal_sensitivity_v_per_g == 0.0:
+        undeclared = [axis for axis in sensor.channels if sensor.nominal_v_per_g(axis) == 0.0]
+        if sensor.measures == "acceleration" and read_in_volts and undeclared:
             yield file.complaint(
                 ("sensors", serial, "nominal_sensitivity_v_per_g"),
-                "nominal_sensitivity_v_per_g must not be 0; its sign declares the polarity",
+                f"nominal_sensitivity_v_per_g must not be 0 (axis {', '.join(undeclared)}); its sign declares the "
+                "polarity",
             )
 
 
@@ -108,11 +110,11 @@ def _ranges_too_small(file: TomlFile, rig: RigDescription) -> Iterable[str]:
             readout, _, name = channel.partition(".")
             entry = getattr(rig.readouts.get(readout), "channels", {}).get(name)
             range_v = getattr(entry, "range_v", None)
-            if range_v is not None and OVER_RANGE * range_v < abs(sensor.nominal_sensitivity_v_per_g):
+            if range_v is not None and OVER_RANGE * range_v < abs(sensor.nominal_v_per_g(axis)):
                 yield file.complaint(
                     ("readouts", readout, "channels", name, "range_v"),
                     f"got {range_v:g} V, but {serial}.{axis} is declared to make "
-                    f"{abs(sensor.nominal_sensitivity_v_per_g):g} V at one g; choose a larger range",
+                    f"{abs(sensor.nominal_v_per_g(axis)):g} V at one g; choose a larger range",
                 )
 
 

@@ -101,8 +101,8 @@ class Sensor(StrictTable):
     measures: Literal["acceleration", "rate", "field"] = "acceleration"
     channels: dict[Literal["x", "y", "z"], str] = Field(min_length=1)
     """Axis to ``readout.channel`` or ``stream.channel``."""
-    nominal_sensitivity_v_per_g: float = 0.0
-    """Of accelerometers behind a readout; its sign declares the polarity."""
+    nominal_sensitivity_v_per_g: float | dict[Literal["x", "y", "z"], float] = 0.0
+    """Of accelerometers behind a readout, one for all axes or one for each; its sign declares the polarity."""
     mount: Mount = Mount()
     temperature: SensorTemperature | None = None
     use_temperature_degc: tuple[float, float] | None = None
@@ -122,7 +122,13 @@ class Sensor(StrictTable):
     def _as_many_channels_as_the_model_has(self) -> "Sensor":
         if len(self.channels) != PACKAGES[self.model]:
             raise ValueError(f"a {self.model} has {PACKAGES[self.model]} channels, got {', '.join(self.channels)}")
-        if self.measures != "acceleration" and self.nominal_sensitivity_v_per_g != 0.0:
+        declared = self.nominal_sensitivity_v_per_g
+        if isinstance(declared, dict) and set(declared) != set(self.channels):
+            raise ValueError(
+                f"nominal_sensitivity_v_per_g names {', '.join(declared) or 'no axis'}; needed is one number for all "
+                f"axes, or one for each of {', '.join(self.channels)}"
+            )
+        if self.measures != "acceleration" and self.is_sensitivity_declared:
             raise ValueError(
                 f"nominal_sensitivity_v_per_g has no meaning for a sensor that measures {self.measures}; remove it"
             )
@@ -141,6 +147,18 @@ class Sensor(StrictTable):
                 "[low, high], which is missing"
             )
         return self
+
+    def nominal_v_per_g(self, axis: str) -> float:
+        """Return what is declared for an axis of the package; 0 where nothing is."""
+        declared = self.nominal_sensitivity_v_per_g
+        if not isinstance(declared, dict):
+            return declared
+        return next((value for name, value in declared.items() if name == axis), 0.0)
+
+    @property
+    def is_sensitivity_declared(self) -> bool:
+        """Whether any axis has a nominal sensitivity."""
+        return any(self.nominal_v_per_g(axis) != 0.0 for axis in self.channels)
 
 
 class AttitudeReference(StrictTable):
@@ -284,17 +302,17 @@ def _truth_or_nominal(sensors: dict[str, Sensor], truth: dict[str, dict[Any, Axi
     It is the file's, or the nominal sensor with a small misalignment and noise.
     """
     return {
-        serial: {axis: truth.get(serial, {}).get(axis) or _nominal(sensor) for axis in sensor.channels}
+        serial: {axis: truth.get(serial, {}).get(axis) or _nominal(sensor, axis) for axis in sensor.channels}
         for serial, sensor in sensors.items()
     }
 
 
-def _nominal(sensor: Sensor) -> AxisTruth:
-    """Return the truth of a nominal sensor.
+def _nominal(sensor: Sensor, axis: str) -> AxisTruth:
+    """Return the truth of an axis of a nominal sensor.
 
     Where nothing is declared, that is one of the channel's units for one of what is measured.
     """
-    sensitivity_v_per_g = sensor.nominal_sensitivity_v_per_g
+    sensitivity_v_per_g = sensor.nominal_v_per_g(axis)
     if sensitivity_v_per_g == 0.0:
         return AxisTruth(reading=ReadingTruth(per_unit=1.0, noise=0.01), coning_deg=0.3, azimuth_deg=40.0)
     return AxisTruth(

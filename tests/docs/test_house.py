@@ -29,7 +29,7 @@ LATER = {
     "scipy.linalg": {"ams/solve/gauss_newton.py"},
     "scipy.signal": {"ams/attitude/filters.py"},
     "scipy.io": {"ams/exports/matlab.py"},
-    "pandas": {"procedures/cli/attitude.py"},
+    "pandas": {"ams/inputs/number_blocks.py", "procedures/cli/attitude_rows.py"},
     "alembic": {"ams/archive/connection.py"},
     "jsonschema": {"ams/sets/schema.py"},
     # optional: extras of the installation

@@ -42,15 +42,14 @@ def contradictions(name: str, sensor: Sensor, dwells: Sequence[DwellRecord]) -> 
 
     Empty where nothing does, or nothing can.
     """
-    if len(dwells) < FEWEST_ATTITUDES or sensor.nominal_sensitivity_v_per_g == 0.0:
+    if len(dwells) < FEWEST_ATTITUDES or not sensor.is_sensitivity_declared:
         return ()
     force_g = _table_force_g(dwells)
     found = []
     for axis, channel in sensor.channels.items():
         outputs_v = np.array([dwell.readings[channel].mean for dwell in dwells])
-        contradiction = _contradiction(
-            outputs_v, force_g, getattr(sensor.mount, axis), sensor.nominal_sensitivity_v_per_g
-        )
+        nominal_v_per_g = sensor.nominal_v_per_g(axis)
+        contradiction = _contradiction(outputs_v, force_g, getattr(sensor.mount, axis), nominal_v_per_g)
         if contradiction:
             found.append(f"{name}.{axis} ({channel}): {contradiction}")
     return tuple(found)

@@ -206,12 +206,12 @@ class RunningFit:
 
 def _lines(sensors: Mapping[str, Sensor]) -> Iterator[tuple[str, _Line]]:
     for sensor in sensors.values():
-        if sensor.nominal_sensitivity_v_per_g == 0.0:
+        if not sensor.is_sensitivity_declared:
             continue  # no accelerometer
         for axis, channel in sensor.channels.items():
             declared, start = getattr(sensor.mount, axis), np.zeros(4)
             start[1 + "xyz".index(declared[1])] = 1.0 if declared[0] == "+" else -1.0
-            yield channel, _Line(sensor.nominal_sensitivity_v_per_g, start)
+            yield channel, _Line(sensor.nominal_v_per_g(axis), start)
 
 
 def _is_still(dwell: DwellRecord) -> bool:

@@ -80,7 +80,7 @@ def _followed(plan: Plan) -> dict[str, Sensor]:
     """Sensors whose readings follow from the attitude: accelerometers of declared sensitivity, at rest."""
     if not plan.is_at_rest:
         return {}
-    return {name: sensor for name, sensor in plan.sensors.items() if sensor.nominal_sensitivity_v_per_g}
+    return {name: sensor for name, sensor in plan.sensors.items() if sensor.is_sensitivity_declared}
 
 
 def _comparable(history: History) -> Iterator[DwellRecord]:

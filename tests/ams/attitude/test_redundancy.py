@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ams.attitude.flag_codes import REDUNDANCY, SUSPECT_Y, SUSPECT_Z, words
+from ams.attitude.flag_codes import REDUNDANCY, SUSPECT_Y, SUSPECT_Z, suspects_in_words, words
 from ams.attitude.redundancy import (
     at_offset_or_rail,
     disagreement,
@@ -11,7 +11,6 @@ from ams.attitude.redundancy import (
     faulty_axis,
     may_be_wrong,
     name_suspects,
-    suspects_in_words,
 )
 from ams.frames import specific_force
 from ams.models.cr import model_gravity_g, sting_gravity_g
@@ -71,7 +70,7 @@ def test_a_line_unplugged_in_a_row_is_named_by_its_offset() -> None:
     at_limit = at_offset_or_rail(outputs, OFFSET_V, 5 * SD_V)
     assert at_limit.ravel().tolist() == [False, True, False]
     possible = may_be_wrong(K, outputs - OFFSET_V[:, None], SD_V)
-    codes = name_suspects(np.array([REDUNDANCY], dtype=np.uint16), at_limit, possible)
+    codes = name_suspects(np.array([REDUNDANCY], dtype=np.uint32), at_limit, possible)
     assert codes[0] == REDUNDANCY | SUSPECT_Y
     assert words(codes) == ("redundancy: suspect y",)
 
@@ -87,13 +86,13 @@ def test_two_axes_without_an_attitude_leave_only_one_that_is_right() -> None:
     deviation = K @ np.array([[0.6], [0.5], [1.2]])
     possible = may_be_wrong(K, deviation, SD_V)
     assert possible.ravel().tolist() == [False, False, True]
-    codes = name_suspects(np.array([REDUNDANCY], dtype=np.uint16), np.zeros((3, 1), dtype=bool), possible)
+    codes = name_suspects(np.array([REDUNDANCY], dtype=np.uint32), np.zeros((3, 1), dtype=bool), possible)
     assert codes[0] == REDUNDANCY | SUSPECT_Z
 
 
 def test_rows_that_agree_name_nobody() -> None:
     codes = name_suspects(
-        np.zeros(1, dtype=np.uint16), np.ones((3, 1), dtype=bool), np.array([[True], [False], [False]])
+        np.zeros(1, dtype=np.uint32), np.ones((3, 1), dtype=bool), np.array([[True], [False], [False]])
     )
     assert codes[0] == 0
 

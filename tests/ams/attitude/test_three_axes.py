@@ -18,7 +18,7 @@ from ams.attitude.force_covariance import (
     quadratic_form,
 )
 from ams.attitude.static import redundancy_limit
-from ams.attitude.three_axes import AttitudeColumns, fitted, judged_into
+from ams.attitude.three_axes import AttitudeColumns, Bend, fitted, judged_into
 from ams.errors import DesignError
 from ams.frames import specific_force
 from ams.models.extended import matrix_from_elements, quadratic_basis
@@ -29,6 +29,8 @@ OFFSET_V = np.array([0.01, -0.02, 0.03])
 READING_V = np.array([2e-5, 1e-4, 3e-5])
 Q_BASIS = ({(2, 0, 0): 1.0, (0, 0, 2): -1.0}, {(1, 1, 0): 2.0}, {(1, 0, 1): 2.0}, {(0, 2, 0): 1.0, (0, 0, 2): -1.0},
            {(0, 1, 1): 2.0})  # fmt: skip
+
+MONOMIALS = [{p: 1.0} for p in ((2, 0, 0), (1, 1, 0), (1, 0, 1), (0, 2, 0), (0, 1, 1), (0, 0, 2))]
 
 
 def random_covariance(rng, size, scale):
@@ -134,7 +136,9 @@ def test_quadratic_terms_are_taken_off_at_the_angles_themselves() -> None:
     pitch, roll = attitudes(rng, 200)
     force = specific_force(pitch, roll)
     bent = np.stack([np.einsum("ni,ij,nj->n", force, matrix_from_elements(own), force) for own in q])
-    found = package(quadratic_v_per_g2=q).attitude(outputs(pitch, roll) + bent)
+    powers = [next(iter(one)) for one in MONOMIALS]
+    bend = Bend(powers, q @ np.array([[one.get(p, 0.0) for p in powers] for one in Q_BASIS]))
+    found = package(bend=bend).attitude(outputs(pitch, roll) + bent)
     np.testing.assert_allclose(found.pitch_rad, pitch, atol=1e-12)
     np.testing.assert_allclose(found.roll_rad, roll, atol=1e-11)
 

@@ -17,7 +17,7 @@ PAGE = ROOT / "docs" / "coefficient-sets.md"
 def test_the_examples_of_the_page_give_what_it_shows(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     results = doctest.testfile(os.fspath(PAGE), module_relative=False, encoding="utf-8")
-    assert (results.failed, results.attempted) == (0, 9)
+    assert (results.failed, results.attempted) == (0, 13)
 
 
 def test_the_page_names_every_entry_and_every_format() -> None:

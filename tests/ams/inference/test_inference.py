@@ -108,6 +108,30 @@ def test_singular_attitudes_are_nan_and_named() -> None:
     assert level["flag"] == ("yaw singular: pitch near zero",)
 
 
+def test_two_packages_that_disagree_are_flagged_with_what_may_be_wrong_and_good_ones_hardly_ever() -> None:
+    """Three of six readings are to spare. An error of the sting's y is a yaw, which lengthens f by next to nothing."""
+    eulers, chance = [(20.0, -15.0, -30.0), (-25.0, 10.0, 35.0)], np.random.default_rng(7)
+    clean = cr_readings(eulers)
+    good = {n: np.repeat(v, 4000) + 1e-4 * chance.normal(size=8000) for n, v in clean.items()}
+    alarms = pair(1e-4).answer(good).codes != 0
+    assert 0.0002 < np.mean(alarms) < 0.002  # 0.1 % is asked for
+    for name in (name for name in clean if name != "sting_y_v"):
+        bad = {n: np.repeat(v, 50) + 1e-4 * chance.normal(size=100) for n, v in clean.items()}
+        bad[name] = bad[name] + 3e-3
+        flags = pair(1e-4).infer(bad)["flag"]
+        package, axis, _ = name.split("_")
+        told = "x" if axis == "x" else "y or z"
+        assert all(flag.startswith("redundancy: ") for flag in flags), name
+        assert np.mean([flag == f"redundancy: suspect {told} of the {package} package" for flag in flags]) > 0.95, name
+
+
+def test_a_sting_package_that_disagrees_is_flagged_and_no_axis_named() -> None:
+    readings = {name: value.copy() for name, value in cr_readings([(25.0, 9.0, 0.0)]).items() if "sting" in name}
+    readings["sting_x_v"] += 0.01
+    found = inference(packaged(package_set("sting"), "sting_"), reading_sd_v=1e-4).infer(readings)
+    assert found["flag"] == ("redundancy: outputs disagree; roll not sensed: sting package alone",)
+
+
 def test_an_angle_beyond_the_calibration_keeps_its_number_and_is_named() -> None:
     found = pair(1e-6).infer(cr_readings([(35.0, 9.0, 10.0)]))
     assert found["pitch_deg"][0] == pytest.approx(35.0, abs=1e-8)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from certificate_scene import JOB, LABORATORY, RELEASED, STANDARD
 from solved import PARAMETERS, provenance, solved_package
+from solved_sets import gyro_set
 
 from ams.archive.signatures import Signature
 from ams.observations import Observations
@@ -94,6 +95,18 @@ def test_no_uncertainty_is_below_the_capability() -> None:
             row = rows[axis, label]
             assert row.is_capability
             assert float(row.expanded) == pytest.approx(floor, rel=0.05)  # two digits are printed
+
+
+def test_a_gyro_has_a_certificate_on_which_an_angle_by_gravity_sets_no_bound() -> None:
+    """A set of gyros states no sensitivity per g."""
+    one = gyro_set()
+    rows = list(coefficients_of(one, 0.002))
+    assert {row.axis for row in rows} == {"x", "y", "z"}
+    assert [row.expanded for row in rows] == [row.expanded for row in coefficients_of(one, None)]
+    assert not any(row.is_capability for row in rows)
+    specimen = _grounds(coefficients=one, adjustment=None, is_specimen=True)
+    assert "V/(°/s)" in _text(specimen)
+    page_tree_of(certificate_page(specimen))
 
 
 def test_a_calculated_uncertainty_above_the_capability_is_stated_with_its_k() -> None:

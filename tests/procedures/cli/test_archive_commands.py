@@ -7,6 +7,7 @@ import pytest
 from command import Outcome, call
 from reports_left_out import reports_left_out
 from small_run import PROCEDURE, RIG
+from stored_runs import DATA, StoredCase
 
 from procedures.cli.main import run_command
 
@@ -96,6 +97,25 @@ def test_publishing_a_run_again_says_that_it_was_there(archive, laboratory: Labo
     told = archive("publish", laboratory.runs[0])
     assert (told.status, "was there already" in told.out) == (0, True)
     assert archive("publish", laboratory.runs[0], "--json").document["sets"][0]["is_new"] is False
+
+
+@pytest.mark.parametrize(
+    ("run", "sentence"),
+    [
+        ("two_level", "solved by the model linear, of which there is no coefficient set"),
+        ("static", "was measured at rest, which determines no coefficients"),
+    ],
+)
+def test_a_run_without_a_set_says_of_every_sensor_why(
+    archive,
+    tmp_path: Path,
+    run: str,
+    sentence: str,  # type: ignore[no-untyped-def]
+) -> None:
+    told = archive("publish", StoredCase(DATA / "runs_0_1_0" / run).copy("finished", tmp_path / "run"))
+    assert told.status == 2
+    assert sentence in told.err
+    assert ": ;" not in told.err
 
 
 def test_signing_and_verifying(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]

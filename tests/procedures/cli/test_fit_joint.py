@@ -1,5 +1,6 @@
 """Laws of ``calrig fit --joint``: a table's error is found by two mounts, and named as confounded with one."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,9 @@ import pytest
 from command import call
 from cr_outputs import write_rows
 from package_outputs import TRUTH, pitch_matrix, roll_matrix
+
+import ams
+from ams.exports.formats import FORMATS, export_set
 
 ARCSEC = np.pi / 180 / 3600
 AXES = ("--axis", "x=x_v", "--axis", "y=y_v", "--axis", "z=z_v")
@@ -89,3 +93,30 @@ def test_an_unknown_roll_zero_ties_y_and_z_together(tmp_path: Path, capsys: pyte
     correlation = covariance[one, other] / np.sqrt(covariance[one, one] * covariance[other, other])
     assert abs(correlation) > 0.99
     assert np.sqrt(covariance[one, one]) == pytest.approx(2.48 * 30.0 * ARCSEC, rel=0.02)
+
+
+def test_a_joint_fit_makes_a_set_that_carries_what_the_table_left(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its angles come back, its numbers are the document's, and every format takes it."""
+    file = write_mounts(tmp_path / "two.csv", ("upright", "reversed"), 10.0)
+    where = ("--joint", "--rig", RIG, "--prior", "roll-zero=30", "--prior", "seat=0.5", "--mount", "mount")
+    path = tmp_path / "joint.json"
+    document = call(capsys, "fit", file, *AXES, *where, "--set", path, "--sensor", "J1", "--json").document
+    assert call(capsys, "verify", path).status == 0
+    stored = json.loads(path.read_text())
+    for axis, solved in document["axes"].items():
+        section = stored["axes"][axis]
+        for name, parameter in solved["parameters"].items():
+            assert section["parameters"][name]["value"] == parameter["value"]
+            assert section["parameters"][name]["standard_uncertainty"] == parameter["standard_uncertainty"]
+    together = sum(np.array(part["covariance"]) for part in stored["package"]["components"].values())
+    np.testing.assert_allclose(together, document["package_covariance"]["covariance"], rtol=1e-12, atol=1e-25)
+    force = roll_matrix(np.radians(40.0)) @ pitch_matrix(np.radians(-25.0)) @ np.array([0.0, 0.0, -1.0])
+    found = ams.load(path).attitude([TRUTH[axis][0] + direction(axis) @ force for axis in "xyz"])
+    assert abs(found.pitch_deg + 25.0) < 4 * found.pitch_sd_deg < 0.01
+    assert abs(found.roll_deg - 40.0) < 4 * found.roll_sd_deg < 0.03
+    for form in FORMATS.values():
+        written = tmp_path / form.file_name("J1")
+        export_set(ams.load_set(path), form.name, written)
+        assert ams.load_set(written).document == stored

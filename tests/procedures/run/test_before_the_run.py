@@ -92,6 +92,17 @@ def test_fault_69_a_sensitivity_of_another_unit_is_named() -> None:
     assert "SN1.z (dmm.z): sensitivity about 25 V/g, declared 2.5 V/g, allowed 0.5 to 2 times that" in told
 
 
+def test_a_package_of_mixed_precision_is_judged_axis_by_axis() -> None:
+    """TP's recommended package: x sharp, y and z blunt, z wired the other way round and declared so."""
+    mixed = SENSOR.model_copy(update={"nominal_sensitivity_v_per_g": {"x": 2.5, "y": 0.5, "z": -0.5}})
+    assert contradictions("SN1", mixed, _tumble(gains=(2.5, 0.5, -0.5))) == ()
+    assert contradictions("SN1", mixed, _tumble(gains=(2.5, 0.5, 0.5))) == (
+        "SN1.z (dmm.z): declared along +z of the table, but it reads as -z: polarity reversed",
+    )
+    (told,) = contradictions("SN1", SENSOR, _tumble(gains=(2.5, 0.5, 2.5)))
+    assert told.startswith("SN1.y (dmm.y): sensitivity about 0.5")
+
+
 def test_attitudes_that_cannot_tell_contradict_nothing() -> None:
     assert contradictions("SN1", SENSOR, _tumble()[:3]) == ()
     assert contradictions("SN1", SENSOR, [_tumble(gains=(-2.5, 2.5, 2.5))[0]] * 6) == ()

@@ -46,6 +46,30 @@ MISTAKES = [
     ),
     ("truth missing", "[twin.truth.SN1047.z]", "[twin.truth.SN1048.z]", "[twin.truth.SN1047.z] is missing"),
     ("no sensitivity", "nominal_sensitivity_v_per_g = 2.5", "nominal_sensitivity_v_per_g = 0.0", "must not be 0"),
+    (
+        "an axis without sensitivity",
+        "nominal_sensitivity_v_per_g = 2.5",
+        "nominal_sensitivity_v_per_g = { x = 2.5, y = 0.5 }",
+        "names x, y; needed is one number for all axes, or one for each of x, y, z",
+    ),
+    (
+        "a sensitivity of zero",
+        "nominal_sensitivity_v_per_g = 2.5",
+        "nominal_sensitivity_v_per_g = { x = 2.5, y = 0.0, z = 0.5 }",
+        "must not be 0 (axis y)",
+    ),
+    (
+        "a sensitivity in words",
+        "nominal_sensitivity_v_per_g = 2.5",
+        'nominal_sensitivity_v_per_g = { x = "much", y = 0.5, z = 0.5 }',
+        "sensors.SN1047.nominal_sensitivity_v_per_g",
+    ),
+    (
+        "a range too small for one axis",
+        "nominal_sensitivity_v_per_g = 2.5",
+        "nominal_sensitivity_v_per_g = { x = 2.5, y = 0.5, z = -50.0 }",
+        "SN1047.z is declared to make 50 V at one g",
+    ),
     ("not TOML", "[rig]", "[rig", "not valid TOML"),
 ]
 
@@ -118,3 +142,16 @@ def test_any_changed_byte_is_accepted_or_a_sentence(
         read_rig(path)
     except DescriptionError as error:
         assert str(path) in str(error)  # noqa: PT017  both outcomes are lawful
+
+
+def test_every_axis_may_have_a_nominal_of_its_own(tmp_path: Path) -> None:
+    """TP recommends a sharp x beside blunter y and z."""
+    each = "nominal_sensitivity_v_per_g = { x = 2.5, y = 0.5, z = -0.5 }"
+    rig = read_rig(changed(EXAMPLE_RIG, "nominal_sensitivity_v_per_g = 2.5", each, tmp_path / "rig.toml"))
+    sensor = rig.sensors["SN1047"]
+    assert [sensor.nominal_v_per_g(axis) for axis in "xyz"] == [2.5, 0.5, -0.5]
+    one = read_rig(EXAMPLE_RIG).sensors["SN1047"]
+    assert [one.nominal_v_per_g(axis) for axis in "xyz"] == [2.5, 2.5, 2.5]
+    bare = rig.model_copy(update={"twin": None}).all_on_twins()
+    assert bare.twin is not None
+    assert [bare.twin.truth["SN1047"][axis].sensitivity_v_per_g for axis in ("x", "y", "z")] == [2.5, 0.5, -0.5]

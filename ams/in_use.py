@@ -1,0 +1,158 @@
+"""A coefficient set in use: volts in, angles out, for programs of a tunnel.
+
+>>> package = ams.load("SN1047.json")                                  # doctest: +SKIP
+>>> package.attitude([0.1, -0.2, -2.4]).pitch_deg                      # doctest: +SKIP
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ams.arrays import BoolArray, FloatArray
+from ams.attitude import flag_codes
+from ams.errors import OutsideValidity
+from ams.exports.formats import load_set
+from ams.inference.inference import Inference, Package, inference
+from ams.sets.coefficients import CoefficientSet
+
+Volts = ArrayLike | Mapping[str, ArrayLike]
+"""(…, A) with the axes in the order of the set, or a scalar or an array for each axis by name."""
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """Angles with their standard deviations in degrees, in the shape of the readings; NaN where the code says why."""
+
+    pitch_deg: FloatArray
+    pitch_sd_deg: FloatArray
+    roll_deg: FloatArray
+    roll_sd_deg: FloatArray
+    codes: flag_codes.Codes
+    """0 where all is well, else bits of :mod:`ams.attitude.flag_codes`."""
+    reasons: Mapping[int, str]
+    yaw_deg: FloatArray | None = None
+    """None but for a sting package."""
+    yaw_sd_deg: FloatArray | None = None
+
+    @property
+    def is_good(self) -> BoolArray:
+        """Whether nothing is flagged."""
+        return np.asarray(self.codes == 0)
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """The codes in words, row by row."""
+        return flag_codes.words(np.atleast_1d(self.codes).ravel(), self.reasons)
+
+
+@dataclass(frozen=True)
+class PackageInUse:
+    """A calibrated package of accelerometers, alone or a sting package with its model package."""
+
+    coefficients: CoefficientSet
+    model_coefficients: CoefficientSet | None = None
+    reading_sd_v: float | None = None
+    """Standard deviation of one reading where the package is used; None: that of the calibration."""
+    upright: bool = True
+    right_wing_down: bool = True
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The order of the volts: the set's axes, those of a model package behind, as ``model x``."""
+        behind = () if self.model_coefficients is None else self.model_coefficients.axes
+        return (*self.coefficients.axes, *(f"model {axis}" for axis in behind))
+
+    def attitude(
+        self, volts: Volts, *, temperature_degc: ArrayLike | None = None, roll_deg: ArrayLike | None = None
+    ) -> Attitude:
+        """Return the attitude of every reading.
+
+        ``temperature_degc`` is needed where the set has temperature terms, ``roll_deg`` where one axis tells pitch.
+
+        Raises: OutsideValidity where an input is missing or of another shape; DesignError.
+        """
+        outputs = self._outputs(volts)
+        shape = outputs[0].shape
+        readings = {axis: values.ravel() for axis, values in zip(self.axes, outputs, strict=True)}
+        for name, value in (("temperature_degc", temperature_degc), ("roll_deg", roll_deg)):
+            if value is not None:
+                readings[name] = np.broadcast_to(np.asarray(value, dtype=float), shape).ravel()
+        missing = [name for name in self._inference.needed if name not in readings]
+        if missing:
+            raise OutsideValidity(
+                f"{self.coefficients.sensor}: {' and '.join(missing)} missing; nothing was computed; give "
+                f"{' and '.join(missing)} beside the volts"
+            )
+        found = self._inference.answer(readings)
+        angles = {name: values.reshape(shape)[()] for name, values in found.columns.items()}
+        return Attitude(**angles, codes=found.codes.reshape(shape)[()], reasons=found.reasons)
+
+    @cached_property
+    def _inference(self) -> Inference:
+        own = Package(self.coefficients, {axis: axis for axis in self.coefficients.axes})
+        model = self.model_coefficients
+        second = None if model is None else Package(model, {axis: f"model {axis}" for axis in model.axes})
+        return inference(own, second, self.reading_sd_v, upright=self.upright, right_wing_down=self.right_wing_down)
+
+    def _outputs(self, volts: Volts) -> list[FloatArray]:
+        """Return the volts of every axis, all of one shape."""
+        if isinstance(volts, Mapping):
+            if set(volts) != set(self.axes):
+                raise OutsideValidity(
+                    f"{self.coefficients.sensor}: volts: got the axes {', '.join(volts)}, needed are "
+                    f"{', '.join(self.axes)}; nothing was computed"
+                )
+            return list(np.broadcast_arrays(*(np.asarray(volts[axis], dtype=float) for axis in self.axes)))
+        array = np.asarray(volts, dtype=float)
+        if array.ndim == 0 or array.shape[-1] != len(self.axes):
+            raise OutsideValidity(
+                f"{self.coefficients.sensor}: volts: got an array of shape {array.shape}, needed (…, {len(self.axes)}) "
+                f"in the order {', '.join(self.axes)}; nothing was computed"
+            )
+        return list(np.moveaxis(array, -1, 0))
+
+
+@dataclass
+class PackageStream:
+    """The attitude of readings that come piece by piece, with what became of them counted."""
+
+    package: PackageInUse
+    rows: int = 0
+    lost: int = 0
+    """Rows without an angle."""
+    flagged: int = 0
+    """Rows with a flag, the lost ones among them."""
+
+    def feed(
+        self, volts: Volts, *, temperature_degc: ArrayLike | None = None, roll_deg: ArrayLike | None = None
+    ) -> Attitude:
+        """Return the attitude of further readings. Raises: as :meth:`PackageInUse.attitude`."""
+        found = self.package.attitude(volts, temperature_degc=temperature_degc, roll_deg=roll_deg)
+        self.rows += np.size(found.codes)
+        self.lost += int(np.count_nonzero(np.isnan(found.pitch_deg)))
+        self.flagged += int(np.count_nonzero(found.codes))
+        return found
+
+
+def load(
+    path: str | Path,
+    model: str | Path | None = None,
+    *,
+    reading_sd_v: float | None = None,
+    upright: bool = True,
+    right_wing_down: bool = True,
+) -> PackageInUse:
+    """Return the set of a file, of any format, its test vectors recomputed; with ``model`` CR's two packages.
+
+    Raises: SetError, VectorsDisagree; OutsideValidity for a set that tells no angles.
+    """
+    sets = [load_set(one) for one in (path, model) if one is not None]
+    for name, coefficients in zip((path, model), sets, strict=False):
+        coefficients.check_vectors(str(name))
+    package = PackageInUse(sets[0], sets[1] if model is not None else None, reading_sd_v, upright, right_wing_down)
+    _ = package._inference  # a set that tells no angles is refused here, not at the first reading
+    return package

@@ -1,0 +1,175 @@
+"""Gyros and accelerometers together: pitch, yaw and roll by the Kalman filter of :mod:`ams.attitude.attitude_filter`.
+
+The gyros carry the attitude, gravity as the accelerometers feel it corrects pitch, roll and the gyros' zeros; yaw rests
+on the gyros alone. A package that accelerates does not feel gravity alone: its force is not used then, and that is
+said. Both packages stand in the same axes. The normalised innovations are counted: where the assumptions hold,
+their mean is three.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ams.arrays import FloatArray
+from ams.attitude import attitude_filter, flag_codes
+from ams.attitude.attitude_filter import AttitudeFilter, FilterSettings, mean_band
+from ams.attitude.gyro import quaternion_of_cr
+from ams.attitude.kalman import Estimate, GyroNoise
+from ams.attitude.rate_errors import turns_by_angle
+from ams.errors import OutsideValidity
+from ams.inference.angle_stream import Answer, nothing
+from ams.inference.inference import Package
+from ams.inference.rates import ANSWERS, GyroPackage, Motion, SampleClock, answer_of
+from ams.sets.vectors import inferred_force, is_package
+
+LEAST_FORCE_SD_G: Final = 1e-4
+UNSTATED_TILT_SD_DEG: Final = 5.0
+"""Of pitch and roll by the first force alone; yaw counts from there."""
+_CODES: Final = (
+    (attitude_filter.GYRO_BRIDGED, flag_codes.RATE_BRIDGED),
+    (attitude_filter.FORCE_REJECTED, flag_codes.ACCELERATED),
+    (attitude_filter.UNAIDED, flag_codes.UNAIDED),
+    (attitude_filter.FORCE_MISSING, flag_codes.NOT_FINITE),
+)
+
+
+@dataclass(frozen=True)
+class Aiding:
+    """What the filter is told beside the sets."""
+
+    force_sd_g: float = 0.005
+    """Standard deviation of one component of the force, calibration and vibration together."""
+    bias_walk_dps_per_sqrt_s: float = 1e-4
+    """How far the zero of a gyro wanders in a second."""
+
+    def __post_init__(self) -> None:
+        if not (self.force_sd_g >= LEAST_FORCE_SD_G and self.bias_walk_dps_per_sqrt_s >= 0.0):
+            raise OutsideValidity(
+                f"filter: got a standard deviation of {self.force_sd_g:g} g and a walk of "
+                f"{self.bias_walk_dps_per_sqrt_s:g} °/s per √s: allowed are {LEAST_FORCE_SD_G:g} g or more and 0 or "
+                "more; nothing was computed"
+            )
+
+
+class AidedAngles:
+    """An :class:`ams.inference.angle_stream.AngleStream` of one package of gyros and one of accelerometers."""
+
+    def __init__(self, gyros: GyroPackage, accelerometers: Package, motion: Motion, aiding: Aiding) -> None:
+        coefficients = accelerometers.coefficients
+        if tuple(accelerometers.columns) != tuple(coefficients.axes) or not is_package(coefficients.axes):
+            raise OutsideValidity(
+                f"{coefficients.sensor}: got the axes {', '.join(accelerometers.columns)} by {accelerometers.model}, "
+                "needed three accelerometers in TP's convention that determine the force; nothing was computed"
+            )
+        if motion.rest_s:
+            raise OutsideValidity(
+                "at rest: the filter finds the zeros of the gyros by itself; nothing was computed; leave the rest out"
+            )
+        self.gyros, self.accelerometers, self.motion, self.aiding = gyros, accelerometers, motion, aiding
+        self._clock = SampleClock(motion.rate_hz)
+        self._filter: AttitudeFilter | None = None
+        self._innovations = np.zeros(2)
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        temperature = ["temperature_degc"] if self.accelerometers.coefficients.needs_temperature else []
+        return tuple(dict.fromkeys([*self.gyros.columns.values(), *self.accelerometers.columns.values(), *temperature]))
+
+    @property
+    def optional(self) -> tuple[str, ...]:
+        return ("time_s",)
+
+    @property
+    def answers_at_once(self) -> bool:
+        return True
+
+    @property
+    def answers(self) -> tuple[str, ...]:
+        return ANSWERS
+
+    def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
+        """Return the angles of further rows. Raises: OutsideValidity without a sampling rate."""
+        rates = self.gyros.rates_rad_s(readings)
+        force = self._force(readings)
+        rows = rates.shape[1]
+        if not rows:
+            return nothing(ANSWERS)
+        steps = self._clock.steps(readings.get("time_s"), rows)
+        if self._filter is None:
+            steps = np.concatenate([[1], steps[1:]])
+            self._filter = self._started(force)
+        sample = np.cumsum(np.minimum(steps, round(self._most_lost))) - 1
+        is_used = steps > 0
+        count = int(sample[-1]) + 1
+        slots, forces = np.full((3, count), np.nan), np.full((3, count), np.nan)
+        slots[:, sample[is_used]], forces[:, sample[is_used]] = rates[:, is_used], force[:, is_used]
+        path = self._filter.run(slots, forces)
+        self._innovations += np.nansum(path.force_innovation), np.isfinite(path.force_innovation).sum()
+        codes = np.zeros(rows, dtype=np.uint32)
+        for own, code in _CODES:
+            codes[(path.codes[sample] & own) != 0] |= np.uint32(code)
+        codes[steps > 1] |= np.uint32(flag_codes.SAMPLES_LOST)
+        codes[~is_used] = flag_codes.NOT_AFTER
+        found = answer_of(path.quaternion[:, sample], path.turn_covariance[sample], codes)
+        for values in found.columns.values():
+            values[~is_used] = np.nan
+        return found
+
+    def finish(self) -> Answer:
+        """Return nothing: every row is answered at once."""
+        return nothing(ANSWERS)
+
+    def consistency(self) -> str:
+        """Return what the innovations say of the filter's assumptions, in a sentence."""
+        total, count = self._innovations
+        if not count:
+            return "filter: no force was read"
+        low, high = mean_band(3, int(count))
+        mean = total / count
+        told = "as assumed" if low <= mean <= high else "not as assumed: state another deviation of the force"
+        return (
+            f"filter: mean normalised innovation of the force {mean:.3g} over {int(count)} rows, 3 expected, within "
+            f"{low:.3g} to {high:.3g} in 99.9 %: {told}"
+        )
+
+    @property
+    def _most_lost(self) -> float:
+        """Samples that never came and are carried one by one; after more the filter knows nothing any longer."""
+        assert self._clock.interval_s is not None
+        return max(60.0 / self._clock.interval_s, 1.0)
+
+    def _force(self, readings: Mapping[str, FloatArray]) -> FloatArray:
+        """Return the (3, n) specific force in package axes."""
+        package = self.accelerometers
+        outputs = {axis: readings[column] for axis, column in package.columns.items()}
+        temperature = readings.get("temperature_degc") if package.coefficients.needs_temperature else None
+        return np.ascontiguousarray(inferred_force(package.coefficients.axes, outputs, temperature).T)
+
+    def _started(self, force: FloatArray) -> AttitudeFilter:
+        assert self._clock.interval_s is not None
+        walk = np.sqrt(np.trace(self.gyros.reading_covariance()) / 3.0 * self._clock.interval_s)
+        noise = GyroNoise(float(walk), float(np.deg2rad(self.aiding.bias_walk_dps_per_sqrt_s)))
+        settings = FilterSettings(self._clock.interval_s, noise, self.aiding.force_sd_g)
+        bias = self.gyros.calibration_covariance()[:3, :3]
+        start_rad = np.deg2rad(self._start_deg(force))
+        turn = self.motion.start_covariance() if self.motion.start_sd_deg is not None else _unstated(start_rad)
+        covariance = np.block([[turn, np.zeros((3, 3))], [np.zeros((3, 3)), bias]])
+        return AttitudeFilter(settings, Estimate(quaternion_of_cr(start_rad), np.zeros(3), covariance))
+
+    def _start_deg(self, force: FloatArray) -> tuple[float, float, float]:
+        """Return the start that was stated; where none is, pitch and roll by the first force, yaw as 0."""
+        if self.motion.start_deg is not None:
+            return self.motion.start_deg
+        good = np.flatnonzero(np.isfinite(force).all(axis=0))
+        if not good.size:
+            return 0.0, 0.0, 0.0
+        x, y, z = force[:, good[0]].tolist()
+        return float(np.rad2deg(np.arctan2(x, np.hypot(y, z)))), 0.0, float(np.rad2deg(np.arctan2(-y, -z)))
+
+
+def _unstated(start_rad: FloatArray) -> FloatArray:
+    """Return the covariance of the turn where pitch and roll are uncertain and yaw is what it is said to be."""
+    turns = turns_by_angle(start_rad)[:, [0, 2]]
+    return np.asarray(np.deg2rad(UNSTATED_TILT_SD_DEG) ** 2 * turns @ turns.T)

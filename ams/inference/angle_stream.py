@@ -1,0 +1,57 @@
+"""What turns readings into angles piece by piece, whatever it remembers between the pieces."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from ams.arrays import FloatArray
+from ams.attitude import flag_codes
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Angles of N rows, NaN where the code says why."""
+
+    columns: Mapping[str, FloatArray]
+    """(N,) degrees by name, in order."""
+    codes: flag_codes.Codes
+    reasons: Mapping[int, str] = field(default_factory=lambda: flag_codes.WORDS)
+    """What the codes mean."""
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """The codes in words, empty where all is well."""
+        return flag_codes.words(self.codes, self.reasons)
+
+
+class AngleStream(Protocol):
+    """Readings in, angles out: every row is answered once, in order, some only when later ones have come."""
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """Columns that every row must have."""
+
+    @property
+    def optional(self) -> tuple[str, ...]:
+        """Columns that are used where they are there."""
+
+    @property
+    def answers(self) -> tuple[str, ...]:
+        """Columns of the answer, in order, ``flag`` the last."""
+
+    @property
+    def answers_at_once(self) -> bool:
+        """Whether every row is answered by the call that brings it."""
+
+    def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
+        """Return the angles that (n,) further readings settle."""
+
+    def finish(self) -> Answer:
+        """Return the angles that are still due; the stream ends here."""
+
+
+def nothing(answers: tuple[str, ...]) -> Answer:
+    """Return an answer to no row."""
+    return Answer({name: np.empty(0) for name in answers if name != "flag"}, np.empty(0, dtype=np.uint32))

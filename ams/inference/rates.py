@@ -1,0 +1,387 @@
+"""From the outputs of gyros to pitch, yaw and roll: integrated from a start, with what the angles have grown to lack.
+
+The rate in package axes is ω = K⁻¹(v − b). Attitudes follow by the scan of :mod:`ams.attitude.rate_scan`, their
+uncertainty from the set's covariance, the readings' noise and the start by :mod:`ams.attitude.rate_errors`. A row whose
+reading is missing is bridged and marked, a row that comes twice is not used, samples that never came are counted as
+missing, and where the attitude has grown too uncertain it is withheld: nothing spoils what comes after.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.attitude import flag_codes
+from ams.attitude.gyro import quaternion_of_cr
+from ams.attitude.rate_errors import ErrorGrowth, RateErrors, angle_sds, cr_angles
+from ams.attitude.rate_scan import Interpolation, RateScan
+from ams.attitude.three_axes import LARGEST_SD_RAD
+from ams.errors import OutsideValidity
+from ams.inference.angle_stream import Answer, nothing
+from ams.sets.canonical import Json, listed, number, table
+from ams.sets.coefficients import CoefficientSet
+from ams.sets.package_section import package_of
+
+ANGLES: Final = ("pitch", "roll", "yaw")
+ANSWERS: Final = (*(f"{angle}_{end}" for angle in ANGLES for end in ("deg", "sd_deg")), "flag")
+LONGEST_GAP_SAMPLES: Final = 100_000
+"""Of samples that never came; where more are missing the attitude is unknown all the same."""
+_SINGULAR_COS_YAW: Final = 1e-3
+_IN_ORDER: Final = (0, 2, 1)
+"""Places of the angles of ``ANGLES`` in pitch, yaw, roll."""
+
+
+@dataclass(frozen=True)
+class GyroPackage:
+    """Three calibrated gyros and the columns that they are read from."""
+
+    coefficients: CoefficientSet
+    columns: Mapping[str, str]
+    """Axis to column."""
+    reading_sd_v: float | None = None
+    """Standard deviation of one reading where the set is used; None: that of the calibration."""
+
+    def __post_init__(self) -> None:
+        name, axes = self.coefficients.sensor, tuple(self.columns)
+        if len(axes) != 3 or any(self.coefficients.axes[axis].model != "gyro" for axis in axes):
+            raise OutsideValidity(f"{name}: got the axes {', '.join(axes)}, needed three gyros; nothing was computed")
+        if self.coefficients.needs_temperature:
+            raise OutsideValidity(
+                f"{name}: gyros with temperature terms are not integrated here; nothing was computed; bring the "
+                "outputs to the reference temperature first"
+            )
+        if np.linalg.cond(self.k_v_per_rad_s) > 1e6:
+            raise OutsideValidity(f"{name}: the three gyros do not resolve three directions; nothing was computed")
+
+    @property
+    def k_v_per_rad_s(self) -> FloatArray:
+        """(3, 3), a row for each axis."""
+        return np.rad2deg(np.stack([self.coefficients.axes[axis].direction for axis in self.columns]))
+
+    @property
+    def offset_v(self) -> FloatArray:
+        return np.array([self.coefficients.axes[axis].primary["offset_v"] for axis in self.columns])
+
+    def outputs_v(self, readings: Mapping[str, FloatArray]) -> FloatArray:
+        """Return (3, n) volts."""
+        return np.stack([readings[column] for column in self.columns.values()])
+
+    def rates_rad_s(self, readings: Mapping[str, FloatArray]) -> FloatArray:
+        """Return (3, n) rates along package axes."""
+        return np.asarray(np.linalg.inv(self.k_v_per_rad_s) @ (self.outputs_v(readings) - self.offset_v[:, None]))
+
+    def reading_covariance(self) -> FloatArray:
+        """Return the (3, 3) covariance of the rate of one sample. Raises: OutsideValidity where nothing states it."""
+        inverse = np.linalg.inv(self.k_v_per_rad_s)
+        return np.asarray(inverse * self._reading_sd() ** 2 @ inverse.T)
+
+    def calibration_covariance(self) -> FloatArray:
+        """Return the (12, 12) covariance of :class:`ams.attitude.rate_errors.RateErrors`."""
+        inverse = np.linalg.inv(self.k_v_per_rad_s)
+        turn = np.zeros((12, 12))
+        for sensor in range(3):
+            for part in range(4):
+                turn[3 * part : 3 * part + 3, 4 * sensor + part] = -inverse[:, sensor]
+        return np.asarray(turn @ self._parameter_covariance() @ turn.T)
+
+    def _parameter_covariance(self) -> FloatArray:
+        """Return (12, 12) of offset and k per rad/s of every axis in turn."""
+        names = [f"{axis}.{name}" for axis in self.columns for name in self._names(axis)]
+        section = package_of(self.coefficients.document)
+        if section is not None:
+            order = [str(name) for name in listed(section["order"])]
+            places = [order.index(name) for name in names]
+            parts = [_matrix(table(part)["covariance"]) for part in table(section["components"]).values()]
+            covariance = np.sum(parts, axis=0)[np.ix_(places, places)]
+        else:
+            covariance = np.zeros((12, 12))
+            for place, axis in enumerate(self.columns):
+                primary = table(table(table(self.coefficients.document["axes"])[axis])["primary"])
+                order = [str(name) for name in listed(primary["order"])]
+                own = [order.index(name) for name in self._names(axis)]
+                block = slice(4 * place, 4 * place + 4)
+                covariance[block, block] = _matrix(primary["covariance"])[np.ix_(own, own)]
+        scale = np.tile([1.0, *np.rad2deg(np.ones(3))], 3)
+        return np.asarray(covariance * np.outer(scale, scale))
+
+    def _names(self, axis: str) -> list[str]:
+        return ["offset_v", *(name for name in self.coefficients.axes[axis].primary if name.startswith("k_"))]
+
+    def _reading_sd(self) -> FloatArray:
+        if self.reading_sd_v is not None:
+            return np.full(3, self.reading_sd_v)
+        stated = [table(table(self.coefficients.document["axes"])[axis])["standard_error_v"] for axis in self.columns]
+        if None in stated:
+            raise OutsideValidity(
+                f"{self.coefficients.sensor}: the set states no standard error; nothing was computed; give the "
+                "standard deviation of a reading"
+            )
+        return np.array([number(one) for one in stated])
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Where a motion starts and how it is sampled."""
+
+    rate_hz: float | None = None
+    """None: as the column time_s says."""
+    interpolation: Interpolation = "cubic"
+    start_deg: tuple[float, float, float] | None = None
+    """Pitch, yaw, roll; None: as the accelerometers say, and without them 0."""
+    start_sd_deg: float | None = None
+    """None: of a start that is not stated and that accelerometers correct, 5°; else 0."""
+    rest_s: float = 0.0
+    """At the beginning, over which nothing turned: the mean of the outputs is their zero."""
+
+    def __post_init__(self) -> None:
+        if self.rate_hz is not None and not self.rate_hz > 0.0:
+            raise OutsideValidity(f"sampling rate: got {self.rate_hz:g} Hz, allowed above 0 Hz; nothing was computed")
+        yaw_deg, sd_deg = self.stated_start_deg[1], self.start_sd_deg or 0.0
+        if not (sd_deg >= 0.0 and self.rest_s >= 0.0 and abs(yaw_deg) < 90.0):
+            raise OutsideValidity(
+                f"start: got yaw {yaw_deg:g}°, a standard deviation of {sd_deg:g}° and "
+                f"{self.rest_s:g} s at rest: allowed are yaw within ±90°, and no negative number; nothing was computed"
+            )
+
+    @property
+    def stated_start_deg(self) -> tuple[float, float, float]:
+        return (0.0, 0.0, 0.0) if self.start_deg is None else self.start_deg
+
+    def start_covariance(self) -> FloatArray:
+        """Return the (3, 3) covariance of the turn by which a stated start is wrong, in reference axes."""
+        return np.asarray(np.deg2rad(self.start_sd_deg or 0.0) ** 2 * np.eye(3))
+
+
+class SampleClock:
+    """The places of rows among evenly spaced samples, by the column time_s where there is one."""
+
+    def __init__(self, rate_hz: float | None) -> None:
+        self.interval_s = None if rate_hz is None else 1.0 / rate_hz
+        self._last_s: float | None = None
+
+    def steps(self, time_s: FloatArray | None, rows: int) -> IntArray:
+        """Return how many samples each row is behind the one before, 0 where it is not after it, -1 without a time.
+
+        Raises: OutsideValidity where neither a rate nor times tell the interval.
+        """
+        if self.interval_s is None:
+            self.interval_s = self._interval_of(time_s)
+        if time_s is None:
+            return np.ones(rows, dtype=np.int64)
+        steps = np.empty(rows, dtype=np.int64)
+        last_s = self._last_s
+        if last_s is None:
+            last_s = float(time_s[np.argmax(np.isfinite(time_s))]) - self.interval_s
+        before = np.concatenate([[last_s], time_s[:-1]])
+        with np.errstate(invalid="ignore"):
+            found = np.rint((time_s - before) / self.interval_s)
+        if np.all(found >= 1.0):
+            self._last_s = float(time_s[-1])
+            return np.asarray(found, dtype=np.int64)
+        for row, own in enumerate(time_s.tolist()):
+            steps[row] = max(round((own - last_s) / self.interval_s), 0) if np.isfinite(own) else 0
+            last_s = own if steps[row] else last_s
+        self._last_s = last_s
+        return steps
+
+    def _interval_of(self, time_s: FloatArray | None) -> float:
+        between = np.empty(0) if time_s is None else np.diff(time_s[np.isfinite(time_s)])
+        between = between[between > 0.0]
+        if not between.size:
+            raise OutsideValidity(
+                "gyros: the interval between samples is not known; nothing was computed; give the sampling rate, or a "
+                "column time_s"
+            )
+        return float(np.median(between))
+
+
+@dataclass
+class _Pending:
+    """Rows that wait for their attitude."""
+
+    sample: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    """Of each row; that of the row before where it is not used."""
+    is_used: BoolArray = field(default_factory=lambda: np.empty(0, dtype=bool))
+    codes: flag_codes.Codes = field(default_factory=lambda: np.empty(0, dtype=np.uint32))
+
+    def add(self, sample: IntArray, is_used: BoolArray, codes: flag_codes.Codes) -> None:
+        self.sample = np.concatenate([self.sample, sample])
+        self.is_used = np.concatenate([self.is_used, is_used])
+        self.codes = np.concatenate([self.codes, codes])
+
+    def taken_before(self, sample: int) -> "_Pending":
+        """Take the rows whose attitude is known."""
+        until = int(np.searchsorted(self.sample, sample))
+        taken = _Pending(self.sample[:until], self.is_used[:until], self.codes[:until])
+        self.sample, self.is_used, self.codes = self.sample[until:], self.is_used[until:], self.codes[until:]
+        return taken
+
+
+class GyroAngles:
+    """An :class:`ams.inference.angle_stream.AngleStream` of one package of gyros."""
+
+    def __init__(self, package: GyroPackage, motion: Motion) -> None:
+        self.package, self.motion = package, motion
+        self._clock = SampleClock(motion.rate_hz)
+        self._offset_v = package.offset_v
+        self._errors = RateErrors(
+            package.calibration_covariance(), package.reading_covariance(), motion.start_covariance()
+        )
+        self._scan: RateScan | None = None
+        self._growth: ErrorGrowth | None = None
+        self._rest: list[FloatArray] = []
+        self._rested = 0
+        self._pending = _Pending()
+        self._rates: FloatArray = np.empty((3, 0))
+        """Of samples that wait for their attitude; NaN where none was read."""
+        self._last_sample, self._settled = -1, 0
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(self.package.columns.values()))
+
+    @property
+    def optional(self) -> tuple[str, ...]:
+        return ("time_s",)
+
+    @property
+    def answers_at_once(self) -> bool:
+        return False
+
+    @property
+    def answers(self) -> tuple[str, ...]:
+        return ANSWERS
+
+    def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
+        """Return the angles that further rows settle. Raises: OutsideValidity without a sampling rate."""
+        outputs_v = self.package.outputs_v(readings)
+        rows = outputs_v.shape[1]
+        if not rows:
+            return nothing(ANSWERS)
+        steps = self._clock.steps(readings.get("time_s"), rows)
+        assert self._clock.interval_s is not None
+        resting = self._at_rest(outputs_v, steps)
+        if resting == rows:
+            return self._start(resting)
+        found = self._turning(outputs_v[:, resting:], steps[resting:])
+        return _joined(self._start(resting), found) if resting else found
+
+    def finish(self) -> Answer:
+        """Return the angles still due. Raises: ObservationsError with too few samples."""
+        if self._scan is None:
+            return nothing(ANSWERS)
+        path = self._scan.finish()
+        return self._settle(path.quaternion, path.is_bridged)
+
+    def _at_rest(self, outputs_v: FloatArray, steps: IntArray) -> int:
+        """Return how many of the rows lie in the rest at the beginning; take the zero when it is over."""
+        assert self._clock.interval_s is not None
+        due = round(self.motion.rest_s / self._clock.interval_s) - self._rested
+        if due <= 0:
+            return 0
+        taken = min(due, len(steps))
+        self._rest.append(outputs_v[:, :taken])
+        self._rested += taken
+        if taken == due:
+            self._take_zero(np.concatenate(self._rest, axis=1))
+        return taken
+
+    def _take_zero(self, outputs_v: FloatArray) -> None:
+        good = outputs_v[:, np.isfinite(outputs_v).all(axis=0)]
+        if good.shape[1] < 2:
+            raise OutsideValidity(
+                f"{self.package.coefficients.sensor}: at rest: got {good.shape[1]} readings, needed two or more; "
+                "nothing was computed; let it rest longer"
+            )
+        self._offset_v, self._rest = good.mean(axis=1), []
+        calibration = self._errors.calibration.copy()
+        calibration[:3, :], calibration[:, :3] = 0.0, 0.0
+        calibration[:3, :3] = self._errors.reading / good.shape[1]
+        self._errors = replace(self._errors, calibration=calibration)
+
+    def _start(self, rows: int) -> Answer:
+        """Return the attitude of the start for rows at rest."""
+        angles = np.tile(np.deg2rad(self.motion.stated_start_deg)[:, None], rows)
+        codes = np.full(rows, flag_codes.AT_REST, dtype=np.uint32)
+        return _answer(angles, np.broadcast_to(self._errors.start, (rows, 3, 3)), codes)
+
+    def _turning(self, outputs_v: FloatArray, steps: IntArray) -> Answer:
+        if self._scan is None or self._growth is None:
+            assert self._clock.interval_s is not None
+            start = quaternion_of_cr(np.deg2rad(self.motion.stated_start_deg))
+            self._scan = RateScan(start, self._clock.interval_s, self.motion.interpolation)
+            self._growth = ErrorGrowth(self._errors, self._clock.interval_s)
+            steps = np.concatenate([[1], steps[1:]])
+        rates = np.linalg.inv(self.package.k_v_per_rad_s) @ (outputs_v - self._offset_v[:, None])
+        is_used = steps > 0
+        gaps = np.minimum(steps, LONGEST_GAP_SAMPLES)
+        sample = self._last_sample + np.cumsum(gaps)
+        self._pending.add(sample, is_used, self._row_codes(rates, steps))
+        slots = np.full((3, int(sample[-1]) - self._last_sample), np.nan)
+        slots[:, sample[is_used] - self._last_sample - 1] = rates[:, is_used]
+        self._last_sample = int(sample[-1])
+        self._rates = np.concatenate([self._rates, slots], axis=1)
+        path = self._scan.feed(slots)
+        return self._settle(path.quaternion, path.is_bridged)
+
+    def _row_codes(self, rates: FloatArray, steps: IntArray) -> flag_codes.Codes:
+        limits = self.package.coefficients.validity.rate_dps
+        missing = ~np.isfinite(rates).all(axis=0)
+        codes = np.where(missing, flag_codes.NOT_FINITE | flag_codes.RATE_BRIDGED, 0).astype(np.uint32)
+        codes[steps > 1] |= np.uint32(flag_codes.SAMPLES_LOST)
+        codes[steps < 1] = flag_codes.NOT_AFTER
+        if limits is not None:
+            with np.errstate(invalid="ignore"):
+                beyond = ((np.rad2deg(rates) < limits[0]) | (np.rad2deg(rates) > limits[1])).any(axis=0)
+            codes[beyond & (steps > 0)] |= np.uint32(flag_codes.OUTSIDE_RATE)
+        return codes
+
+    def _settle(self, quaternion: FloatArray, is_bridged: BoolArray) -> Answer:
+        """Answer the rows whose attitude is known now."""
+        assert self._growth is not None
+        samples = quaternion.shape[1]
+        if not samples:
+            return nothing(ANSWERS)
+        rates, self._rates = self._rates[:, :samples], self._rates[:, samples:]
+        covariance = self._growth.covariance(quaternion, rates, is_bridged)
+        first, self._settled = self._settled, self._settled + samples
+        rows = self._pending.taken_before(self._settled)
+        own = np.where(rows.is_used, rows.sample - first, 0)
+        if not own.size:
+            return nothing(ANSWERS)
+        found = answer_of(quaternion[:, own], covariance[own], rows.codes)
+        for values in found.columns.values():
+            values[~rows.is_used] = np.nan
+        return found
+
+
+def answer_of(quaternion: FloatArray, covariance: FloatArray, codes: flag_codes.Codes) -> Answer:
+    """Return the angles of (4, n) attitudes with the (n, 3, 3) covariance of their turn."""
+    return _answer(cr_angles(quaternion), covariance, codes)
+
+
+def _answer(angles_rad: FloatArray, covariance: FloatArray, codes: flag_codes.Codes) -> Answer:
+    """Return angles that can be told, in degrees; withhold the others and say why."""
+    sds = angle_sds(angles_rad, covariance)
+    lost = ~(sds <= LARGEST_SD_RAD)
+    aside = np.abs(np.cos(angles_rad[1])) < _SINGULAR_COS_YAW
+    codes = codes | np.where(aside, flag_codes.YAW_ASIDE, 0).astype(np.uint32)
+    codes |= np.where(lost.any(axis=0) & ~aside, flag_codes.ADRIFT, 0).astype(np.uint32)
+    lost[0] |= aside
+    lost[2] |= aside
+    columns = {}
+    for name, place in zip(ANGLES, _IN_ORDER, strict=True):
+        columns[f"{name}_deg"] = np.where(lost[place], np.nan, np.rad2deg(angles_rad[place]))
+        columns[f"{name}_sd_deg"] = np.where(lost[place], np.nan, np.rad2deg(sds[place]))
+    return Answer(columns, codes)
+
+
+def _joined(first: Answer, second: Answer) -> Answer:
+    columns = {name: np.concatenate([values, second.columns[name]]) for name, values in first.columns.items()}
+    return Answer(columns, np.concatenate([first.codes, second.codes]))
+
+
+def _matrix(value: Json) -> FloatArray:
+    return np.array([[0.0 if cell is None else number(cell) for cell in listed(row)] for row in listed(value)])

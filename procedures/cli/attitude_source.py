@@ -1,0 +1,96 @@
+"""Which sets become which angles: accelerometers alone, gyros alone, or both together."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from ams.errors import OutsideValidity
+from ams.exports.formats import load_set
+from ams.inference.aided_rates import AidedAngles, Aiding
+from ams.inference.inference import Package
+from ams.inference.rates import GyroAngles, GyroPackage, Motion
+from procedures.errors import RequestError
+
+Named = Annotated[list[str] | None, Parameter(negative=())]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class OfGyros:
+    """What belongs to a set of gyros, and to no other."""
+
+    rate_hz: float | None = None
+    """Gyros: samples a second; by default what the column time_s tells."""
+    interpolation: Literal["cubic", "linear", "hold"] | None = None
+    """Gyros: how the rate runs from sample to sample; by default cubic."""
+    start_deg: Annotated[tuple[float, float, float] | None, Parameter(negative=())] = None
+    """Gyros: pitch, yaw and roll at the first sample; by default 0 0 0, with accelerometers what gravity says."""
+    start_sd_deg: float | None = None
+    """Gyros: standard deviation of the start."""
+    rest_s: float | None = None
+    """Gyros: seconds at the beginning over which nothing turns; the mean of the outputs is then their zero."""
+    accelerometers: Path | None = None
+    """Gyros: the set of accelerometers in the same package; its columns are accelerometer_x_v and so on."""
+    accelerometer_axis: Named = None
+    """AXIS=COLUMN for the accelerometers."""
+    force_sd_g: float | None = None
+    """With accelerometers: standard deviation of one component of the force, vibration included; by default 0.005 g."""
+    bias_walk_dps_per_sqrt_s: float | None = None
+    """With accelerometers: how far the zero of a gyro wanders in a second; by default 0.0001 °/s."""
+
+    def refuse_for(self, model: str) -> None:
+        """Refuse what belongs to gyros where there are none. Raises: RequestError."""
+        given = [name for name, value in vars(self).items() if value is not None]
+        if given:
+            raise RequestError(f"--{given[0].replace('_', '-')}: belongs to a set of gyros, got the model {model}")
+
+
+def package_of(path: Path, pairs: list[str] | None, option: str, prefix: str) -> Package:
+    """Return the set of a file with the columns of its axes.
+
+    Raises: RequestError for a pair that is none; SetError.
+    """
+    coefficients = load_set(path)
+    coefficients.check_vectors(str(path))
+    columns: dict[str, str] = {}
+    for pair in pairs or [f"{axis}={prefix}{axis}_v" for axis in coefficients.axes]:
+        name, _, column = pair.partition("=")
+        if name not in coefficients.axes or not column or name in columns:
+            raise RequestError(
+                f"{option} {pair}: allowed is AXIS=COLUMN, each of {', '.join(coefficients.axes)} at most once"
+            )
+        columns[name] = column
+    return Package(coefficients, columns)
+
+
+def angles_of_gyros(package: Package, reading_sd_v: float | None, settings: OfGyros) -> GyroAngles | AidedAngles:
+    """Return what makes angles of gyros, with accelerometers where these are named.
+
+    Raises: RequestError for an option that goes with accelerometers alone; OutsideValidity, SetError.
+    """
+    if reading_sd_v is not None and not reading_sd_v >= 0.0:
+        raise OutsideValidity(f"standard deviation of a reading: got {reading_sd_v!r} V, allowed 0 V or more")
+    gyros = GyroPackage(package.coefficients, package.columns, reading_sd_v)
+    motion = Motion(
+        settings.rate_hz,
+        settings.interpolation or "cubic",
+        settings.start_deg,
+        settings.start_sd_deg,
+        settings.rest_s or 0.0,
+    )
+    if settings.accelerometers is None:
+        for name in ("accelerometer_axis", "force_sd_g", "bias_walk_dps_per_sqrt_s"):
+            if getattr(settings, name) is not None:
+                raise RequestError(f"--{name.replace('_', '-')}: belongs to --accelerometers, which is missing")
+        return GyroAngles(gyros, motion)
+    if settings.interpolation is not None:
+        raise RequestError("--interpolation: the filter takes the rate's mean over an interval; leave it out")
+    force = package_of(settings.accelerometers, settings.accelerometer_axis, "--accelerometer-axis", "accelerometer_")
+    default = Aiding()
+    walk, sd_g = settings.bias_walk_dps_per_sqrt_s, settings.force_sd_g
+    aiding = Aiding(
+        default.force_sd_g if sd_g is None else sd_g, default.bias_walk_dps_per_sqrt_s if walk is None else walk
+    )
+    return AidedAngles(gyros, force, motion, aiding)
