@@ -164,6 +164,20 @@ samples = 3
     return Job(rig, merged(base.procedure, more))
 
 
+def _meters() -> Job:
+    """A multimeter for each sensor."""
+    base = _axes("indexing-table", increment_deg=1.0)
+    rig = merged(base.rig, {"readouts": None, "standards": None})
+    common = {"driver": "scpi-meter", "model": "34401A", "resource": "twin", "nplc": 1.0, "standard": "meter"}
+    rig["readouts"] = {
+        name: {**common, "channels": {axis: {"range_v": 10.0}}}
+        for name, axis in (("dmm", "x"), ("second", "y"), ("third", "z"))
+    }
+    rig["standards"] = deepcopy(STANDARDS)
+    rig["sensors"]["SN1047"]["channels"] = {"x": "dmm.x", "y": "second.y", "z": "third.z"}
+    return Job(rig, base.procedure)
+
+
 def _servo(procedure: str, own: Document) -> Job:
     """Servos, a board and a VN-100 that stream, a coil."""
     rig = _example("servo-mechanism/rig.toml")
@@ -190,6 +204,7 @@ def jobs() -> dict[str, Job]:
     return {
         "table": _table(),
         "daq": _daq(),
+        "meters": _meters(),
         "esp301": _axes("esp301"),
         "zaber": _axes("zaber", microstep_deg=0.000234375, top_rate_dps=100.0),
         "oriental-az": _axes("oriental-az", step_deg=0.01, top_rate_dps=100.0),

@@ -49,3 +49,24 @@ def wider_rig_file(folder: Path, *, streams: bool = True) -> Path:
     path = folder / "wider.toml"
     path.write_text("\n\n".join(replaced) + (STREAMS if streams else ""), encoding="utf-8")
     return path
+
+
+def meters_rig_file(folder: Path) -> Path:
+    """The example rig with a meter of its own for each sensor: readouts ``dmm``, ``second``, ``third``."""
+    meter = '[readouts.{name}]\ndriver = "scpi-meter"\nmodel = "{model}"\nresource = "twin"\nnplc = 10.0\n'
+    channels = "channels = {{ {axis} = {{ range_v = {range_v} }} }}\n\n"
+    kinds = (
+        ("dmm", "34401A", "x", 10.0),
+        ("second", "keithley-2002", "y", 20.0),
+        ("third", "34461A", "z", 10.0),
+    )
+    meters = "".join(
+        (meter + channels).format(name=name, model=model, axis=axis, range_v=range_v)
+        for name, model, axis, range_v in kinds
+    )
+    text = EXAMPLE_RIG.read_text(encoding="utf-8")
+    tables = [meters.strip() if "[readouts.dmm]" in table else table for table in text.split("\n\n")]
+    path = folder / "meters.toml"
+    whole = "\n\n".join(tables).replace('"dmm.y"', '"second.y"').replace('"dmm.z"', '"third.z"')
+    path.write_text(whole, encoding="utf-8")
+    return path

@@ -106,6 +106,8 @@ TRIALS = {
     "readouts.*:hp3458a.checks.action": Trial(rig=REFERENCE_OFF),
     "readouts.*:hp3458a.checks.temperature_step_degc": Trial(5.0, rig=WARMING),
     "readouts.*:scpi-daq.resource": Trial("socket://127.0.0.1:1"),
+    "readouts.*:scpi-meter.resource": Trial("socket://127.0.0.1:1"),
+    "readouts.*:scpi-meter.terminals": Trial("rear"),
     "readouts.*:scpi-daq.nplc": Trial(2.0),
     "readouts.*:scpi-daq.channels.*.nplc": Trial(2.0),
     "readouts.*:scpi-daq.channels.*.range_v": Trial(100.0),

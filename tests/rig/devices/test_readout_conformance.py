@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from example_files import EXAMPLE_RIG
 from ported_rig import LINES, rig_on
-from wider_rig import wider_rig_file
+from wider_rig import meters_rig_file, wider_rig_file
 
 from rig.assembly.open_rig import Rig
 from rig.description.drivers import settings_classes
@@ -24,6 +24,7 @@ def _example(folder: Path) -> Path:
 RIGS: dict[str, Callable[[Path], Path]] = {
     "hp3458a": _example,
     "scpi-daq": lambda folder: wider_rig_file(folder, streams=False),
+    "scpi-meter": meters_rig_file,
 }
 """Driver to a rig file whose readout ``dmm`` has it."""
 
@@ -58,9 +59,9 @@ def test_a_readout_keeps_its_promises(rig: Rig) -> None:
     assert all(isinstance(value, float) for value in readout.checks().values())
     rig.chance.announce(0, "read", 1, 0.0)
     began_s = rig.clock.monotonic_s()
-    burst = readout.read("dmm.x", 4, rig.clock.sleep, nplc=1.0)
+    burst = readout.read(readout.channels[0], 4, rig.clock.sleep, nplc=1.0)
     ended_s = rig.clock.monotonic_s()
-    assert burst.channel == "dmm.x"
+    assert burst.channel == readout.channels[0]
     assert burst.samples.shape == burst.overload.shape == (4,)
     assert np.isfinite(burst.samples).all()
     assert not burst.overload.any()
@@ -72,17 +73,18 @@ def test_a_readout_keeps_its_promises(rig: Rig) -> None:
 
 def test_neither_a_refusal_nor_a_stop_harms_the_next_burst(rig: Rig) -> None:
     readout = _prepared(rig)
-    for channel, samples in (("dmm.none", 3), ("x", 3), ("dmm.x", 0)):
+    first, last = readout.channels[0], readout.channels[-1]
+    for channel, samples in (("dmm.none", 3), ("x", 3), (first, 0)):
         with pytest.raises(RequestRefused, match="dmm"):
             readout.read(channel, samples, rig.clock.sleep)
-    assert readout.read("dmm.x", 1, rig.clock.sleep, nplc=1.0).samples.size == 1
+    assert readout.read(first, 1, rig.clock.sleep, nplc=1.0).samples.size == 1
 
     def wait(duration_s: float) -> None:
         raise WaitEnded(f"stop, {duration_s:g} s early")
 
     with pytest.raises(WaitEnded):
-        readout.read("dmm.x", 5, wait, nplc=10.0)
-    burst = readout.read("dmm.y", 2, rig.clock.sleep, nplc=1.0)
+        readout.read(first, 5, wait, nplc=10.0)
+    burst = readout.read(last, 2, rig.clock.sleep, nplc=1.0)
     assert np.isfinite(burst.samples).all()
 
 
@@ -95,7 +97,7 @@ def test_every_line_brings_the_same_readings(driver: str, tmp_path: Path) -> Non
         with rig_on(line, RIGS[driver](tmp_path / line)) as rig:
             readout = _prepared(rig)
             rig.chance.announce(7, "read", 2, 0.0)
-            told.append(readout.read("dmm.z", 5, rig.clock.sleep, nplc=1.0).samples)
+            told.append(readout.read(readout.channels[-1], 5, rig.clock.sleep, nplc=1.0).samples)
     assert told[0].std() > 0.0
     for other in told[1:]:
         np.testing.assert_array_equal(other, told[0])
