@@ -165,7 +165,7 @@ samples = 3
 
 
 def _meters() -> Job:
-    """A multimeter for each sensor."""
+    """A multimeter for each sensor, in a chamber that speaks lines of text."""
     base = _axes("indexing-table", increment_deg=1.0)
     rig = merged(base.rig, {"readouts": None, "standards": None})
     common = {"driver": "scpi-meter", "model": "34401A", "resource": "twin", "nplc": 1.0, "standard": "meter"}
@@ -175,7 +175,11 @@ def _meters() -> Job:
     }
     rig["standards"] = deepcopy(STANDARDS)
     rig["sensors"]["SN1047"]["channels"] = {"x": "dmm.x", "y": "second.y", "z": "third.z"}
-    return Job(rig, base.procedure)
+    air = {"driver": "ascii-chamber", "port": "twin", "standard": "probe", "model": "espec-p300", "values": "degc"}
+    rig["environment"] = {"air": air | {"address": 1}}
+    rig["twin"]["environment"] = {"air": {}}
+    more = {"environment": {"plateaus_degc": [20.0], "soak_s": 0.0}, "solve": {"temperature": "none"}}
+    return Job(rig, merged(base.procedure, more))
 
 
 def _servo(procedure: str, own: Document) -> Job:

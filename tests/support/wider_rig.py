@@ -70,3 +70,13 @@ def meters_rig_file(folder: Path) -> Path:
     whole = "\n\n".join(tables).replace('"dmm.y"', '"second.y"').replace('"dmm.z"', '"third.z"')
     path.write_text(whole, encoding="utf-8")
     return path
+
+
+def text_chambers_rig_file(folder: Path) -> Path:
+    """The example rig in four chambers that speak lines of text, one of each model."""
+    models = ("thermotron-8800", "thermotron-3800", "espec-p300", "espec-scp220")
+    chamber = '[environment.{name}]\ndriver = "ascii-chamber"\nport = "twin"\nmodel = "{model}"\nvalues = "degc"\n'
+    chambers = "".join(chamber.format(name=model.replace("-", "_"), model=model) for model in models)
+    path = folder / "chambers.toml"
+    path.write_text(EXAMPLE_RIG.read_text(encoding="utf-8") + "\n" + chambers, encoding="utf-8")
+    return path

@@ -42,6 +42,7 @@ WARMING = {"twin": {"readouts": {"dmm": {"own_temperature_drift_degc_per_h": 300
 AZ_THAT_TURNS = {
     "axes": {"roll": {"driver": "oriental-az", "axis": 1, "microstep_deg": None, "step_deg": 0.01}}
 }  # fmt: skip
+IN_A_THERMOTRON = {"environment": {"air": {"model": "thermotron-8800", "address": None}}}
 SLIP = {"slip": {"line": "axes.pitch", "kind": "slip", "at_s": 60.0, "slip_deg": 0.05, "seen": True}}
 AHRS_RAW = {
     "attitude_reference": None,
@@ -116,6 +117,8 @@ TRIALS = {
     "readouts.*:hp3458a.channels.*.scanner": Trial(7),
     "readouts.*:hp3458a.checks.short_scanner": Trial(7),
     "readouts.*:scpi-daq.checks.action": Trial(rig=REFERENCE_OFF),
+    "environment.*:ascii-chamber.pause_s": Trial(10.0),
+    "environment.*:ascii-chamber.channel": Trial(2, rig=IN_A_THERMOTRON),
     "environment.*:watlow-f4t.plausible_degc": Trial([30.0, 40.0]),
     "streams.*:csv-imu.columns": Trial(["t", "n", "gx", "gy", "gz"], job="rates", at="logger"),
     "streams.*:csv-imu.channels.*.unit": Trial("dps", job="rates", at="gx"),

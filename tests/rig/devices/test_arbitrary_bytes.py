@@ -19,6 +19,7 @@ from table_bench import virtual_clock
 from rig.clock import VirtualClock
 from rig.description.drivers import settings_classes
 from rig.devices import csv_imu, vn100, watlow_f4, watlow_f4t
+from rig.devices.ascii_chamber import AsciiChamber, AsciiChamberSettings
 from rig.devices.hp3458a import Hp3458aReadout
 from rig.devices.scpi_daq import ScpiDaqReadout
 from rig.devices.scpi_meter import ScpiMeter
@@ -107,11 +108,23 @@ def _csv(line: ByteStream, clock: VirtualClock) -> None:
     stream.poll()
 
 
+def _ascii(model: str) -> Work:
+    def work(line: ByteStream, _clock: VirtualClock) -> None:
+        table = {"driver": "ascii-chamber", "port": "line", "model": model, "values": "degc"}
+        air = AsciiChamber("air", AsciiChamberSettings.model_validate(table), line)
+        assert -100.0 <= air.temperature_degc() <= 250.0
+        air.hold(20.0)
+
+    return work
+
+
 WORK: dict[str, Work] = {
     "hp3458a": _meter,
     "scpi-daq": _daq,
     "scpi-meter": _meter_of_its_own("34401A"),
     "scpi-meter, keithley": _meter_of_its_own("keithley-2000"),
+    "ascii-chamber": _ascii("thermotron-8800"),
+    "ascii-chamber, espec": _ascii("espec-p300"),
     "watlow-f4": _f4,
     "watlow-f4t": _f4t("tcp"),
     "watlow-f4t, rtu": _f4t("rtu"),

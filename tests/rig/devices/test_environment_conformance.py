@@ -12,7 +12,16 @@ from rig.description.drivers import settings_classes
 from rig.devices.abilities import Environment
 from rig.errors import RequestRefused
 
+
+def _ascii(model: str) -> str:
+    return f'[environment.air]\ndriver = "ascii-chamber"\nport = "twin"\nmodel = "{model}"\n'
+
+
 TABLES = {
+    "ascii-chamber": _ascii("thermotron-8800"),
+    "ascii-chamber, degF": f'{_ascii("thermotron-8800")}values = "degf"\n',
+    "ascii-chamber, thermotron-3800": f'{_ascii("thermotron-3800")}values = "degc"\npause_s = 0.01\n',
+    "ascii-chamber, espec-p300": f'{_ascii("espec-p300")}values = "degc"\npause_s = 0.01\naddress = 1\n',
     "watlow-f4": CHAMBER.replace("watlow-f4t", "watlow-f4"),
     "watlow-f4t": CHAMBER,
     "watlow-f4t, rtu": f'{CHAMBER}transport = "rtu"\n',
