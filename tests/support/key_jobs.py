@@ -211,6 +211,7 @@ def jobs() -> dict[str, Job]:
         "meters": _meters(),
         "esp301": _axes("esp301"),
         "zaber": _axes("zaber", microstep_deg=0.000234375, top_rate_dps=100.0),
+        "rate-table": _axes("rate-table", top_rate_dps=100.0),
         "oriental-az": _axes("oriental-az", step_deg=0.01, top_rate_dps=100.0),
         "manual": replace(_axes("manual"), faults={}),
         "maestro": _axes("maestro", points=[[500.0, -180.0], [2500.0, 180.0]], pulse_limits_us=[500.0, 2500.0]),

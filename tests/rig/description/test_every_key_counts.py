@@ -43,6 +43,9 @@ AZ_THAT_TURNS = {
     "axes": {"roll": {"driver": "oriental-az", "axis": 1, "microstep_deg": None, "step_deg": 0.01}}
 }  # fmt: skip
 IN_A_THERMOTRON = {"environment": {"air": {"model": "thermotron-8800", "address": None}}}
+LINES_THAT_TURN = {
+    "axes": {"roll": {"driver": "rate-table", "axis": 1, "microstep_deg": None}}
+}  # fmt: skip
 SLIP = {"slip": {"line": "axes.pitch", "kind": "slip", "at_s": 60.0, "slip_deg": 0.05, "seen": True}}
 AHRS_RAW = {
     "attitude_reference": None,
@@ -92,6 +95,9 @@ TRIALS = {
     "axes.*:maestro.period_ms": Trial(12, rig={"axes": {name: {"model": "mini"} for name in ("pitch", "roll")}}),
     "axes.*:maestro.device_number": Trial(13),
     "axes.*:maestro.watchdog_s": Trial(3.0, rig=BOTH_WATCHED),
+    "axes.*:rate-table.dialect": Trial("acutronic-acutrol3000"),
+    "axes.*:rate-table.top_rate_dps": Trial(20.0, job="rates", rig=LINES_THAT_TURN),
+    "axes.*:rate-table.wrap_turns": Trial(0.1, job="rates", rig=LINES_THAT_TURN),
     "axes.*:oriental-az.top_rate_dps": Trial(20.0, job="rates", rig=AZ_THAT_TURNS),
     "axes.*:oriental-az.wrap_turns": Trial(0.1, job="rates", rig=AZ_THAT_TURNS),
     "axes.*:oriental-az.current_percent": Trial(50.0),

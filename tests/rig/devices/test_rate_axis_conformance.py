@@ -16,7 +16,7 @@ from rig.link.ports import open_stream
 from rig.motion.move import home_and_arrive, stop_all
 from rig.twins.servers import serve_pty, serve_tcp
 
-TURNING = ("oriental-az", "zaber")
+TURNING = ("oriental-az", "rate-table", "zaber")
 FACTOR = 60.0
 
 
