@@ -211,6 +211,7 @@ def jobs() -> dict[str, Job]:
         "meters": _meters(),
         "esp301": _axes("esp301"),
         "zaber": _axes("zaber", microstep_deg=0.000234375, top_rate_dps=100.0),
+        "pi-gcs": _axes("pi-gcs"),
         "rate-table": _axes("rate-table", top_rate_dps=100.0),
         "oriental-az": _axes("oriental-az", step_deg=0.01, top_rate_dps=100.0),
         "manual": replace(_axes("manual"), faults={}),

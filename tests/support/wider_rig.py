@@ -83,12 +83,15 @@ def text_chambers_rig_file(folder: Path) -> Path:
 
 
 def rate_tables_rig_file(folder: Path) -> Path:
-    """The example rig with rate tables that speak lines beside its own axes, one of each dialect."""
+    """The example rig with rate tables that speak lines beside its own axes, one of each dialect, and a GCS stage."""
     table = '[axes.{name}]\ndriver = "rate-table"\nport = "twin"\ndialect = "{dialect}"\n' + (
         "limits_deg = [-180.0, 180.0]\nspeed_dps = 20.0\ntop_rate_dps = 100.0\n"
     )
     dialects = ("generic-rate-table", "ideal-aerosmith-1270vs", "acutronic-acutrol3000")
     tables = "".join(table.format(name=f"table_{n}", dialect=dialect) for n, dialect in enumerate(dialects))
+    tables += (
+        '[axes.stage]\ndriver = "pi-gcs"\nport = "twin"\nlimits_deg = [-90.0, 90.0]\nspeed_dps = 5.0\naxis_id = "A"\n'
+    )
     path = folder / "rate-tables.toml"
     path.write_text(EXAMPLE_RIG.read_text(encoding="utf-8") + "\n" + tables, encoding="utf-8")
     return path

@@ -95,6 +95,7 @@ TRIALS = {
     "axes.*:maestro.period_ms": Trial(12, rig={"axes": {name: {"model": "mini"} for name in ("pitch", "roll")}}),
     "axes.*:maestro.device_number": Trial(13),
     "axes.*:maestro.watchdog_s": Trial(3.0, rig=BOTH_WATCHED),
+    "axes.*:pi-gcs.axis_id": Trial("ROT"),
     "axes.*:rate-table.dialect": Trial("acutronic-acutrol3000"),
     "axes.*:rate-table.top_rate_dps": Trial(20.0, job="rates", rig=LINES_THAT_TURN),
     "axes.*:rate-table.wrap_turns": Trial(0.1, job="rates", rig=LINES_THAT_TURN),
