@@ -77,6 +77,8 @@ class ScpiMeterTwin:
         self._read_v = read_v
         self._model = MODELS[model]
         self._line_frequency_hz = line_frequency_hz
+        self._ready_s: float | None = None
+        self._readings: list[float] = []
         self._queries, self._commands = self._query_table(), self._command_table()
         self._reset()
         self._runs_by_itself = self._model.is_keithley
@@ -176,8 +178,8 @@ class ScpiMeterTwin:
         self._is_averaging = self._runs_by_itself = False
 
     def _forget(self) -> None:
-        self._ready_s: float | None = None
-        self._readings: list[float] = []
+        self._ready_s = None
+        self._readings = []
 
     def _configure(self, text: str) -> None:
         """Preset the function: what is not named goes to its default, the input to 10 megohm."""

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import call
+from example_files import EXAMPLE_PROCEDURE, EXAMPLE_RIG, changed
 from planning_files import AIR, PROCEDURE, RIG, procedure_file, rig_file
 
 from procedures.check.check_report import check, to_document
@@ -152,3 +154,19 @@ def test_without_roll_the_check_speaks_of_the_model_without_roll(tmp_path: Path)
         "pitch_misalignment_deg",
     }
     assert "socket" in RIG
+
+
+def test_a_machine_without_a_stop_is_named_with_and_without_a_procedure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig = changed(
+        EXAMPLE_RIG,
+        'driver = "indexing-table"',
+        'driver = "indexing-table"\ndialect = "inficon-srt-422"',
+        tmp_path / "r.toml",
+    )
+    for files in ((), (EXAMPLE_PROCEDURE,)):
+        told = call(capsys, "check", *files, "--rig", rig).out
+        assert "axis pitch: dialect inficon-srt-422: it cannot be stopped" in " ".join(told.split())
+    document = call(capsys, "check", EXAMPLE_PROCEDURE, "--rig", rig, "--json").document
+    assert "it cannot be stopped" in document["machines"]["pitch"][0]
