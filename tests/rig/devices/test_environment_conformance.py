@@ -4,13 +4,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from ported_rig import LINES, rig_on
 from wider_rig import CHAMBER, wider_rig_file
 
 from rig.assembly.open_rig import Rig
 from rig.description.drivers import settings_classes
-from rig.devices.abilities import Environment
-from rig.errors import RequestRefused
+from rig.testing import LINES, keep_promises, rig_on
 
 
 def _ascii(model: str) -> str:
@@ -51,22 +49,5 @@ def rig(request: pytest.FixtureRequest, line: str, tmp_path: Path) -> Iterator[R
         yield opened
 
 
-def _air(rig: Rig) -> Environment:
-    return rig.environments["air"]
-
-
 def test_an_environment_keeps_its_promises(rig: Rig) -> None:
-    air = _air(rig)
-    assert air.identify() == air.identify()
-    assert air.temperature_degc() == pytest.approx(20.0, abs=0.5)
-    before_degc = air.setpoint_degc()
-    for wrong_degc in (-41.0, 86.0, float("nan")):
-        with pytest.raises(RequestRefused, match=r"air: set ?point"):
-            air.hold(wrong_degc)
-    assert air.setpoint_degc() == before_degc
-    air.hold(21.5)
-    assert air.setpoint_degc() == 21.5
-    rig.clock.sleep(40.0)  # 0.05 °C/s
-    assert air.temperature_degc() == pytest.approx(21.5, abs=0.2)
-    air.hold(-12.5)
-    assert air.setpoint_degc() == -12.5
+    keep_promises(rig, "environment.air")

@@ -6,13 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from example_files import EXAMPLE_RIG
-from ported_rig import LINES, rig_on
 from wider_rig import meters_rig_file, wider_rig_file
 
 from rig.assembly.open_rig import Rig
 from rig.description.drivers import settings_classes
 from rig.devices.abilities import Readout
-from rig.errors import RequestRefused, WaitEnded
+from rig.testing import LINES, keep_promises, rig_on
 
 
 def _example(folder: Path) -> Path:
@@ -52,40 +51,11 @@ def _prepared(rig: Rig) -> Readout:
 
 
 def test_a_readout_keeps_its_promises(rig: Rig) -> None:
-    readout = _prepared(rig)
-    assert readout.identify()
-    assert readout.identify() == readout.identify()
-    assert readout.channels == tuple(f"dmm.{name}" for name in rig.description.readouts["dmm"].channel_names())
-    assert all(isinstance(value, float) for value in readout.checks().values())
     rig.chance.announce(0, "read", 1, 0.0)
-    began_s = rig.clock.monotonic_s()
-    burst = readout.read(readout.channels[0], 4, rig.clock.sleep, nplc=1.0)
-    ended_s = rig.clock.monotonic_s()
-    assert burst.channel == readout.channels[0]
-    assert burst.samples.shape == burst.overload.shape == (4,)
-    assert np.isfinite(burst.samples).all()
-    assert not burst.overload.any()
-    assert began_s <= burst.started_s <= ended_s
-    assert burst.interval_s == pytest.approx(readout.reading_s(1.0), rel=0.5)
-    assert ended_s - burst.started_s >= 3.0 * burst.interval_s
-    assert readout.reading_s(10.0) > readout.reading_s(1.0)
-
-
-def test_neither_a_refusal_nor_a_stop_harms_the_next_burst(rig: Rig) -> None:
-    readout = _prepared(rig)
-    first, last = readout.channels[0], readout.channels[-1]
-    for channel, samples in (("dmm.none", 3), ("x", 3), (first, 0)):
-        with pytest.raises(RequestRefused, match="dmm"):
-            readout.read(channel, samples, rig.clock.sleep)
-    assert readout.read(first, 1, rig.clock.sleep, nplc=1.0).samples.size == 1
-
-    def wait(duration_s: float) -> None:
-        raise WaitEnded(f"stop, {duration_s:g} s early")
-
-    with pytest.raises(WaitEnded):
-        readout.read(first, 5, wait, nplc=10.0)
-    burst = readout.read(last, 2, rig.clock.sleep, nplc=1.0)
-    assert np.isfinite(burst.samples).all()
+    keep_promises(rig, "readouts.dmm")
+    named = rig.description.readouts["dmm"].channel_names()
+    assert rig.readouts["dmm"].channels == tuple(f"dmm.{name}" for name in named)
+    assert rig.readouts["dmm"].reading_s(10.0) > rig.readouts["dmm"].reading_s(1.0)
 
 
 @pytest.mark.parametrize("driver", sorted(RIGS))
