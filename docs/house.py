@@ -37,19 +37,26 @@ class House:
         """Return the package in which a module stands."""
         return module if self.files[module].name == "__init__.py" else module.rpartition(".")[0]
 
+    def knots(self) -> dict[str, frozenset[str]]:
+        """Return room to the rooms it imports, where none may hang in a circle with another.
+
+        A room and those inside it are two; what stands loose in a top package is a room of its own, on its own floor.
+        """
+        places = {module: self.room(module) for module in self.files}
+        places |= {module: module for module, room in places.items() if room in PACKAGES}
+        found: dict[str, set[str]] = {place: set() for place in places.values()}
+        for module, imported in self.imports.items():
+            found[places[module]] |= {places[other] for other in imported} - {places[module]}
+        return {place: frozenset(others) for place, others in found.items()}
+
     def rooms(self) -> dict[str, frozenset[str]]:
-        """Return room to the rooms it imports, a room and the rooms inside it being two."""
+        """Return room to the rooms it imports outside itself: what lies inside it is its own business."""
         found: dict[str, set[str]] = {self.room(module): set() for module in self.files}
         for module, imported in self.imports.items():
-            found[self.room(module)] |= {self.room(other) for other in imported} - {self.room(module)}
+            here = self.room(module)
+            there = {self.room(other) for other in imported} - {here}
+            found[here] |= {room for room in there if not _is_inside(room, here) and not _is_inside(here, room)}
         return {room: frozenset(others) for room, others in found.items()}
-
-    def neighbours(self) -> dict[str, frozenset[str]]:
-        """Return room to the rooms it imports outside itself: what lies inside it is its own business."""
-        return {
-            room: frozenset(other for other in others if not _is_inside(other, room) and not _is_inside(room, other))
-            for room, others in self.rooms().items()
-        }
 
 
 def _is_inside(room: str, outer: str) -> bool:
@@ -75,7 +82,7 @@ def circle_in(graph: Mapping[str, Iterable[str]]) -> list[str]:
 
 def drawing(house: House) -> str:
     """Return the drawn part of the page: a list of floors for every package."""
-    rooms = house.neighbours()
+    rooms = house.rooms()
     parts = []
     for package in PACKAGES:
         parts.append(f"### `{package}/`: {_purpose(house.files[package])}\n")
@@ -98,7 +105,7 @@ def redraw(page: str, drawn: str) -> str:
 def main() -> int:
     """Write the page; 1 and a sentence where something imports in a circle."""
     house = read_house()
-    for what, graph in (("files", house.imports), ("rooms", house.rooms())):
+    for what, graph in (("files", house.imports), ("rooms", house.knots())):
         if circle := circle_in(graph):
             print(f"{what} import in a circle: {' -> '.join(circle)}")
             return 1

@@ -39,11 +39,19 @@ def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS,
     report = check_plan(described, procedure_description)
     before = _preflight(rig, described, report.plan, out)
     if json:
-        print_json(to_document(report) | _document_of(before))
+        print_json(to_document(report) | {"machines": _remarks(described)} | _document_of(before))
         return _tell(before, json)
 
     Console().print(render(report))
+    for name, remarks in _remarks(described).items():
+        for remark in remarks:
+            say(f"axis {name}: {remark}")
     return _tell(before, json)
+
+
+def _remarks(described: RigDescription) -> dict[str, list[str]]:
+    """Return what a person should know of the machines before a run, such as that one has no stop."""
+    return {name: list(axis.remarks()) for name, axis in described.axes.items() if axis.remarks()}
 
 
 def _tell_rig(path: Path, described: RigDescription, before: Preflight, json: bool) -> None:
@@ -56,7 +64,7 @@ def _tell_rig(path: Path, described: RigDescription, before: Preflight, json: bo
         ],
         "sensors": {name: sensor.model for name, sensor in described.sensors.items()},
         "simulated": described.is_simulated,
-        "remarks": {name: list(axis.remarks()) for name, axis in described.axes.items() if axis.remarks()},
+        "remarks": _remarks(described),
         **_document_of(before),
     }
     if json:

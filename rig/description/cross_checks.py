@@ -1,6 +1,6 @@
 """References of a rig file: from one table to another, and to what lies outside the file."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from rig.description.device_settings import TWIN_PORT
 from rig.description.rig_file import RigDescription
@@ -27,6 +27,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _unknown_interlocks(file, rig, channels)
     yield from _unknown_standards(file, rig)
     yield from _axis_twice(file, rig)
+    yield from _instrument_twice(file, rig)
     yield from _cables_that_never_wind(file, rig)
     yield from _unusable_dialects(file, rig)
     yield from _unusable_resources(file, rig)
@@ -153,6 +154,40 @@ def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
         if axis.port != TWIN_PORT and address in taken:
             yield file.complaint(("axes", name, "axis"), f"axis {axis.axis} at {axis.port} is already {taken[address]}")
         taken[address] = name
+    named: dict[tuple[str, str, str], str] = {}
+    for name, axis in rig.axes.items():
+        axis_id = getattr(axis, "axis_id", None)
+        if axis_id is None or axis.port == TWIN_PORT:
+            continue
+        if (other := named.setdefault((axis.driver, axis.port, axis_id), name)) != name:
+            yield file.complaint(
+                ("axes", name, "axis_id"), f"axis {axis_id!r} at {axis.port} is already {other}; give each its own"
+            )
+
+
+PLACES = ("unit", "address", "loop", "channel")
+"""Keys that tell several devices of one line apart."""
+
+
+def _instrument_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """Yield instruments that are another one of the file: what sets the one sets the other behind its back."""
+    tables: tuple[tuple[str, str, Mapping[str, object]], ...] = (
+        ("readouts", "resource", rig.readouts),
+        ("environment", "port", rig.environment),
+        ("streams", "port", rig.streams),
+    )
+    taken: dict[tuple[object, ...], str] = {}
+    for table, key, devices in tables:
+        for name, device in devices.items():
+            where = getattr(device, key, None)
+            if where in (None, TWIN_PORT):
+                continue
+            place = tuple(getattr(device, part, None) for part in PLACES)
+            if (other := taken.setdefault((where, *place), f"{table}.{name}")) != f"{table}.{name}":
+                yield file.complaint(
+                    (table, name, key),
+                    f"{where} is already {other}; two devices need two addresses: correct one, or leave it out",
+                )
 
 
 def _cables_that_never_wind(file: TomlFile, rig: RigDescription) -> Iterable[str]:

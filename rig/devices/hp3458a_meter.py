@@ -38,7 +38,13 @@ CONFIGURATION = b"QFORMAT NORM;INBUF ON;OFORMAT ASCII;MEM OFF;MATH OFF;AZERO ON;
 """FIXEDZ OFF is more than 10 gigohm up to 10 V.
 
 INBUF ON frees the bus during a burst, so that the meter can be polled and cleared."""
-CONFIRMED: tuple[tuple[bytes, float], ...] = ((b"OFORMAT?", 1), (b"AZERO?", 1), (b"TRIG?", 1), (b"TARM?", 4))
+CONFIRMED: tuple[tuple[bytes, float], ...] = (
+    (b"OFORMAT?", 1),
+    (b"AZERO?", 1),
+    (b"FIXEDZ?", 0),
+    (b"TRIG?", 1),
+    (b"TARM?", 4),
+)
 
 
 @dataclass(frozen=True, slots=True)

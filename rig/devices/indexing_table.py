@@ -1,6 +1,6 @@
 """Indexing tables with a curvic coupling: they stop only at multiples of their increment, and are exact there."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from threading import Lock
 from typing import Literal
@@ -19,14 +19,18 @@ from rig.wire.indexing_table import (
     AskPosition,
     AskState,
     Command,
+    Enable,
     Home,
     Identify,
     Identity,
     Move,
     Position,
     Prepare,
+    Rate,
     Refused,
+    Release,
     Reply,
+    Speed,
     Stop,
     TableCodec,
     TableState,
@@ -40,11 +44,9 @@ _TIMES_REFUSED = 3
 """So often the machine may refuse a question before it is believed: the line may have damaged it on its way."""
 
 
-class IndexingTableSettings(AxisSettings):
-    """``driver = "indexing-table"``."""
+class DialectSettings(AxisSettings):
+    """Of a machine whose grammar is a dialect."""
 
-    driver: Literal["indexing-table"]
-    increment_deg: float = Field(gt=0.0)
     dialect: str | None = None
     """Name of a shipped dialect or path of a dialect file; by default it follows from the increment."""
     homed_before: bool = False
@@ -84,6 +86,13 @@ class IndexingTableSettings(AxisSettings):
         return tuple(f"dialect {dialect.name}: {sentence}" for query, sentence in lacks if query is None)
 
 
+class IndexingTableSettings(DialectSettings):
+    """``driver = "indexing-table"``."""
+
+    driver: Literal["indexing-table"]
+    increment_deg: float = Field(gt=0.0)
+
+
 class IndexingTableAxis:
     """One axis of the controller behind an exchange: a :class:`rig.devices.abilities.Axis`.
 
@@ -93,11 +102,13 @@ class IndexingTableAxis:
     def __init__(
         self,
         name: str,
-        settings: IndexingTableSettings,
+        settings: DialectSettings,
         codec: TableCodec,
         exchange: Exchange,
         turn: AbstractContextManager[object],
+        unwrap: Callable[[float], float] = float,
     ) -> None:
+        """Make the axis; ``unwrap`` makes the angle that goes on beyond a turn of the one that is told."""
         self.name = name
         self.limits_deg = settings.limits_deg
         self.increment_deg = settings.increment_deg
@@ -107,8 +118,10 @@ class IndexingTableAxis:
         self._number = settings.axis
         self._settings = settings
         self._codec, self._exchange, self._turn = codec, exchange, turn
+        self._unwrap = unwrap
         self._home: Literal["none", "searching", "found"] = "found" if settings.homed_before else "none"
         """Where the machine does not tell."""
+        self._is_enabled = False
 
     def identify(self) -> str:
         if not self._codec.knows(Identify):
@@ -136,10 +149,23 @@ class IndexingTableAxis:
             self._go(0.0, self._settings.attitude_deg(0.0))
             return
         self._home = "none"
+        self._is_enabled = False  # a machine that lost power forgot its speed, too
+        self.enable()
         self._start(Home(self._number), None)
         self._home = "searching"
 
+    def enable(self) -> None:
+        """Tell the machine, once, what it must know before it moves."""
+        if self._is_enabled:
+            return
+        if self._codec.knows(Enable):
+            self._ask(Enable(self._number))
+        if self._codec.knows(Speed):
+            self._ask(Speed(self._number, self.speed_dps))
+        self._is_enabled = True
+
     def _go(self, table_deg: float, target_deg: float) -> None:
+        self.enable()
         if self._codec.knows(Prepare):
             self._ask(Prepare(self._number))
         self._start(Move(self._number, table_deg), target_deg)
@@ -185,9 +211,21 @@ class IndexingTableAxis:
     def _table_deg(self) -> float:
         position = self._ask(AskPosition(self._number))
         assert isinstance(position, Position)
-        return position.position_deg
+        return self._unwrap(position.position_deg)
 
-    def _start(self, command: Move | Home, target_deg: float | None) -> None:
+    def position_deg(self) -> float:
+        """Ask for the attitude angle alone."""
+        return self._settings.attitude_deg(self._table_deg())
+
+    def turn(self, rate_dps: float) -> None:
+        """Turn on and on, by the table's own sense."""
+        self.enable()
+        self._start(Rate(self._number, rate_dps), None)
+        if self._codec.knows(Release):
+            self._ask(Release(self._number))
+            self._exchange.doubt()  # it answers twice now: the line must fall quiet before the next question
+
+    def _start(self, command: Move | Home | Rate, target_deg: float | None) -> None:
         start_once(lambda: self._ask(command), lambda: self._has_started(target_deg))
 
     def _has_started(self, target_deg: float | None) -> bool:
@@ -210,7 +248,7 @@ class IndexingTableAxis:
         )
 
     def _ask_once(self, command: Command) -> Reply:
-        idempotent = not isinstance(command, Move | Home)
+        idempotent = not isinstance(command, Move | Home | Rate)
         with self._turn:
             if not self._codec.is_answered(type(command)):
                 self._exchange.tell(self._codec.encode_command(command))
@@ -226,11 +264,15 @@ class IndexingTableAxis:
         return reply
 
 
+def exchange_of(codec: TableCodec, stream: ByteStream) -> Exchange:
+    """Return questions and answers in a dialect."""
+    patience = Patience(timeout_s=codec.dialect.reply_timeout_s)
+    return Exchange(stream, terminator=codec.reply_terminator, patience=patience)
+
+
 def connect(axes: Mapping[str, IndexingTableSettings], stream: ByteStream) -> dict[str, IndexingTableAxis]:
     """Return the axes of one controller, which share its line. Raises: DescriptionError (its dialect)."""
     finest = min(axes.values(), key=lambda settings: settings.increment_deg)
     codec = TableCodec(finest.spoken())
-    patience = Patience(timeout_s=codec.dialect.reply_timeout_s)
-    exchange = Exchange(stream, terminator=codec.reply_terminator, patience=patience)
-    turn = Lock()
+    exchange, turn = exchange_of(codec, stream), Lock()
     return {name: IndexingTableAxis(name, settings, codec, exchange, turn) for name, settings in axes.items()}

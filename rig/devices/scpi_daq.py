@@ -1,4 +1,4 @@
-"""Keysight (Agilent, HP) 34970A and 34980A: a multimeter behind its own multiplexers, by LAN or GPIB.
+"""Keysight (Agilent, HP) 34970A, 34980A and DAQ970A: a multimeter behind its own multiplexers, by LAN or GPIB.
 
 A burst is a scan of one channel, swept as often as readings are asked for. What the unit was told is read back, each
 reading comes with the number of its channel, and a burst counts only when the error queue is empty behind it.
@@ -21,6 +21,7 @@ from rig.clock import Clock
 from rig.description.device_settings import Positive, ReadoutSettings
 from rig.devices.abilities import Burst, MeterLook, Wait
 from rig.devices.meter_checks import MeterChecks, proofs
+from rig.devices.scpi_talk import as_sent, listed, require, require_no_error, take_errors
 from rig.devices.waiting import wait_until
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkClosed, LinkLost, RequestRefused
 from rig.link.messages import TALK_TIMEOUT_S, MessageLine
@@ -39,13 +40,11 @@ FIXED_OHM = 10.0e6
 HIGH_IMPEDANCE_RANGES_V = (0.1, 1.0, 10.0)
 DATA_LIMIT_S, LATENESS = 3.0, 0.5
 """How much later than expected the readings may be there: seconds, and a part of the burst."""
-READ_BACK_TOLERANCE = 1e-3
-LONGEST_ERROR_LIST = 40
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """What differs between the two units."""
+    """What differs between the units."""
 
     names: tuple[str, ...]
     """As ``*IDN?`` gives them."""
@@ -58,14 +57,25 @@ class Model:
     """Of any multiplexer card."""
     impedance: bytes
     """The header that takes the input off its 10 megohm."""
+    autozero: bytes = b"SENS:ZERO:AUTO"
 
 
 MODELS: Mapping[str, Model] = {
     "34970A": Model(("34970A", "34972A"), 3, 100, 100, most_channels=40, impedance=b"INP:IMP:AUTO"),
     "34980A": Model(("34980A",), 8, 1000, 1, most_channels=80, impedance=b"VOLT:DC:IMP:AUTO"),
+    "DAQ970A": Model(
+        ("DAQ970A", "DAQ973A"),
+        3,
+        100,
+        100,
+        most_channels=40,
+        impedance=b"VOLT:DC:IMP:AUTO",
+        autozero=b"VOLT:DC:ZERO:AUTO",
+    ),
 }
 CARD_CHANNELS: Mapping[str, int] = {
     "34901A": 20, "34902A": 16, "34908A": 40, "34921A": 40, "34922A": 70, "34923A": 80, "34924A": 70, "34925A": 80,
+    "DAQM900A": 16, "DAQM901A": 20, "DAQM902A": 16, "DAQM908A": 40,
 }  # fmt: skip
 """Highest channel for volts of the cards that are known; remembered, so a card that is not here is left to the unit."""
 
@@ -74,7 +84,7 @@ class DaqChannel(StrictTable):
     """One ``channels`` entry."""
 
     channel: Annotated[int, Field(ge=101, le=8999)]
-    """Slot and channel: three digits on a 34970A, four on a 34980A."""
+    """Slot and channel: three digits on a 34970A and a DAQ970A, four on a 34980A."""
     range_v: float
     nplc: Positive | None = None
     """Instead of the readout's."""
@@ -83,7 +93,7 @@ class DaqChannel(StrictTable):
     @classmethod
     def _is_a_range(cls, range_v: float) -> float:
         if range_v not in RANGES_V:
-            raise ValueError(f"the unit has no such range, got {range_v:g} V (allowed: {_listed(RANGES_V)} V)")
+            raise ValueError(f"the unit has no such range, got {range_v:g} V (allowed: {listed(RANGES_V)} V)")
         return range_v
 
     @field_validator("nplc")
@@ -106,7 +116,7 @@ class ScpiDaqSettings(ReadoutSettings):
     """``driver = "scpi-daq"``."""
 
     driver: Literal["scpi-daq"]
-    model: Literal["34970A", "34980A"]
+    model: Literal["34970A", "34980A", "DAQ970A"]
     resource: str
     """``twin``, ``socket://host:5025``, ``prologix+…#address`` or ``visa:GPIB0::9::INSTR``."""
     nplc: float = 10.0
@@ -199,7 +209,7 @@ class ScpiDaqReadout:
         self._line.clear()
         self._line.tell(b"ABOR")
         self._line.tell(b"*RST")
-        self.earlier_errors = tuple(text for _, text in self._errors())
+        self.earlier_errors = tuple(text for _, text in take_errors(self._line, self.name))
         self.identify()
         self._configure()
 
@@ -252,7 +262,7 @@ class ScpiDaqReadout:
         cycles = nplc if nplc is not None else entry.nplc if entry.nplc is not None else self._settings.nplc
         if cycles not in POWER_LINE_CYCLES:
             raise RequestRefused(
-                f"{self.name}: got {cycles:g} power-line cycles (allowed: {_listed(POWER_LINE_CYCLES)});"
+                f"{self.name}: got {cycles:g} power-line cycles (allowed: {listed(POWER_LINE_CYCLES)});"
                 " nothing was switched"
             )
         return cycles
@@ -283,11 +293,11 @@ class ScpiDaqReadout:
         where = scpi.channel_list([entry.channel])
         zero = b"ON" if self._settings.autozero else b"OFF"
         impedance = b"ON" if self._settings.high_impedance else b"OFF"
-        self._line.tell(b"CONF:VOLT:DC %s,%s" % (_text(entry.range_v), where))
-        self._line.tell(b"SENS:VOLT:DC:NPLC %s,%s" % (_text(cycles), where))
+        self._line.tell(b"CONF:VOLT:DC %s,%s" % (as_sent(entry.range_v), where))
+        self._line.tell(b"SENS:VOLT:DC:NPLC %s,%s" % (as_sent(cycles), where))
         self._line.tell(b"%s %s,%s" % (self._model.impedance, impedance, where))
-        self._line.tell(b"SENS:ZERO:AUTO %s,%s" % (zero, where))
-        self._line.tell(b"ROUT:CHAN:DEL %s,%s" % (_text(self._settings.relay_settle_s), where))
+        self._line.tell(b"%s %s,%s" % (self._model.autozero, zero, where))
+        self._line.tell(b"ROUT:CHAN:DEL %s,%s" % (as_sent(self._settings.relay_settle_s), where))
         self._line.tell(b"ROUT:SCAN " + where)
         self._line.tell(b"TRIG:COUN %d" % samples)
         for switch, state in self._beside_a_reading():
@@ -295,7 +305,7 @@ class ScpiDaqReadout:
         self._require_no_error(f"channel {entry.channel}", "nothing is measured on it")
         self._require(b"SENS:VOLT:DC:RANG? " + where, entry.range_v)
         self._require(b"SENS:VOLT:DC:NPLC? " + where, cycles)
-        self._require(b"SENS:ZERO:AUTO? " + where, self._settings.autozero)
+        self._require(self._model.autozero + b"? " + where, self._settings.autozero)
         self._require(b"TRIG:COUN?", samples)
         self._require_scan_list(entry.channel)
 
@@ -349,12 +359,7 @@ class ScpiDaqReadout:
         return tuple(reading for reading, _ in named)
 
     def _require(self, query: bytes, need: float) -> None:
-        got = self._line.ask(query, scpi.parse_number, idempotent=True)
-        if abs(got - need) > READ_BACK_TOLERANCE * abs(need):
-            raise DeviceRefused(
-                f"{self.name}: {query.decode('ascii')} reads back {got:g}, it was set to {need:g}; no reading is"
-                " taken; compare the rig file with what the unit offers"
-            )
+        require(self._line, self.name, query, need)
 
     def _require_scan_list(self, channel: int) -> None:
         listed = self._line.ask(b"ROUT:SCAN?", scpi.parse_scan_list, idempotent=True)
@@ -365,19 +370,11 @@ class ScpiDaqReadout:
             )
 
     def _require_no_error(self, after: str, consequence: str) -> None:
-        if errors := self._errors():
+        try:
+            require_no_error(self._line, self.name, after, consequence)
+        except DeviceRefused:
             self._set_up_for = None
-            told = ", ".join(f"{number:+d} {text}" for number, text in errors)
-            raise DeviceRefused(f"{self.name}: {after}: {told}; {consequence}; look at the unit's display")
-
-    def _errors(self) -> list[tuple[int, str]]:
-        """Ask until the queue is empty; asking takes the oldest one out."""
-        errors: list[tuple[int, str]] = []
-        while (error := self._line.ask(b"SYST:ERR?", scpi.parse_error, idempotent=False))[0]:
-            errors.append(error)
-            if len(errors) > LONGEST_ERROR_LIST:
-                raise DeviceNonsense(f"{self.name}: more than {LONGEST_ERROR_LIST} errors; power it off and on")
-        return errors
+            raise
 
     def _card(self, slot: int, numbers: Sequence[int]) -> str:
         query = b"SYST:CTYP? %d" % (slot * self._model.card_place)
@@ -419,19 +416,11 @@ class ScpiDaqReadout:
                 self._line.tell(b"*CLS")
 
 
-def _listed(numbers: tuple[float, ...]) -> str:
-    return ", ".join(f"{number:g}" for number in numbers)
-
-
 def _offered(nplc: float) -> float:
     if nplc not in POWER_LINE_CYCLES:
-        raise ValueError(f"the unit has no such integration time, got {nplc:g} (allowed: {_listed(POWER_LINE_CYCLES)})")
+        raise ValueError(f"the unit has no such integration time, got {nplc:g} (allowed: {listed(POWER_LINE_CYCLES)})")
     return nplc
 
 
 def _unnamed(line: bytes) -> tuple[tuple[float, None], ...]:
     return tuple((reading, None) for reading in scpi.parse_readings(line))
-
-
-def _text(number: float) -> bytes:
-    return b"%.9g" % number

@@ -102,6 +102,7 @@ class Vn100:
 
     def start(self) -> None:
         self._command(wire.PAUSE)
+        self._silence_binary_outputs()
         number, _ = wire.OUTPUTS[self._settings.output]
         self._write(wire.OUTPUT, number)
         self._write(wire.RATE, self._settings.rate_hz)
@@ -150,6 +151,26 @@ class Vn100:
             return tuple(map(float, told.split(","))) != wire.NO_COMPENSATION
         except ValueError as error:
             raise DeviceNonsense(f"{self.name}: register {register}: {told!r} are no numbers") from error
+
+    def _silence_binary_outputs(self) -> None:
+        """Switch off what would send frames between the lines: the type of the text output does not stop them.
+
+        It is back when the unit is switched on again. Raises: DeviceRefused.
+        """
+        for register in wire.BINARY_OUTPUTS:
+            try:
+                ports, *rest = self._command(b"VNRRG,%d" % register)[2:] or ["0"]
+            except DeviceRefused:
+                continue  # a firmware without this register has no such output
+            if ports == "0":
+                continue
+            words = ",".join(["0", *rest]).encode("ascii")
+            told = self._command(b"VNWRG,%d,%s" % (register, words))[2:]
+            if told[:1] != ["0"]:
+                raise DeviceRefused(
+                    f"{self.name}: register {register}: a binary output stays on ({','.join(told) or 'nothing'});"
+                    " it does not stream; switch it off with the maker's program"
+                )
 
     def _write(self, register: int, value: int) -> None:
         told = self._command(b"VNWRG,%d,%d" % (register, value))[2:]

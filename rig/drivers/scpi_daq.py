@@ -4,10 +4,9 @@ from rig.clock import Clock
 from rig.devices.abilities import Readout
 from rig.devices.scpi_daq import DEFAULT_ADDRESS, ScpiDaqReadout, ScpiDaqSettings
 from rig.drivers.driver import Driver, ReadoutDriver
+from rig.drivers.message_lines import message_line
 from rig.drivers.wired_checks import known_voltages, wired_checks
 from rig.lines.open_lines import Lines
-from rig.link.gpib import is_on_a_bus, parse_resource
-from rig.link.messages import GpibMessages, MessageLine, StreamMessages
 from rig.twins.scpi_daq import ScpiDaqTwin
 from rig.twins.scpi_port import ScpiPort
 from rig.twins.twin import Twin
@@ -15,13 +14,7 @@ from rig.twins.world import World
 
 
 def _open(name: str, settings: ScpiDaqSettings, lines: Lines, clock: Clock) -> Readout:
-    key = f"readouts.{name}"
-    line: MessageLine
-    if is_on_a_bus(settings.resource):
-        resource = parse_resource(settings.resource, DEFAULT_ADDRESS)
-        line = GpibMessages(lines.bus(key, resource), resource.address)
-    else:
-        line = StreamMessages(lines.stream(key, settings.resource))
+    line = message_line(f"readouts.{name}", settings.resource, lines, DEFAULT_ADDRESS)
     return ScpiDaqReadout(name, settings, line, clock)
 
 

@@ -94,6 +94,19 @@ class Exchange:
                 self.counts.repeated += 1
         raise AssertionError("a question is asked at least once")
 
+    def hear(self, request: bytes, parse: Callable[[bytes], Reply], timeout_s: float) -> Reply:
+        """Return what ``parse`` makes of the reply to ``request``, which was told before; never repeated.
+
+        Raises: DeviceSilent, DeviceNonsense, LinkLost, LinkClosed.
+        """
+        self.counts.asked += 1
+        try:
+            return self._parsed(request, parse, self.read_line(timeout_s, request))
+        except (DeviceSilent, DeviceNonsense) as error:
+            self._is_in_doubt = True
+            self._count(error)
+            raise
+
     def take_waiting(self) -> bytes:
         """Take bytes nobody asked for, and count them."""
         waiting = self.stream.discard_input()
@@ -174,6 +187,9 @@ class Exchange:
         self.counts.asked += 1
         self.stream.write(request)
         reply = self.read_line(timeout_s, request) if length is None else self.read_bytes(length, timeout_s, request)
+        return self._parsed(request, parse, reply)
+
+    def _parsed(self, request: bytes, parse: Callable[[bytes], Reply], reply: bytes) -> Reply:
         try:
             return parse(reply)
         except DeviceNonsense as error:

@@ -35,6 +35,12 @@ class MessageLine(Protocol):
     ) -> Reply:
         """Send ``message`` and return what ``parse`` makes of the answer. Raises: DeviceSilent, DeviceNonsense."""
 
+    def hear(self, message: bytes, parse: Callable[[bytes], Reply], *, timeout_s: float = TALK_TIMEOUT_S) -> Reply:
+        """Return what ``parse`` makes of the answer to ``message``, which was told before: it takes its time.
+
+        Never repeated. Raises: DeviceSilent, DeviceNonsense.
+        """
+
     def clear(self) -> None:
         """End the conversation that is under way: what it still owes is not taken for the next answer."""
 
@@ -60,6 +66,9 @@ class StreamMessages:
             message + b"\n", lambda line: parse(line.removesuffix(b"\r")), idempotent=idempotent, timeout_s=timeout_s
         )
 
+    def hear(self, message: bytes, parse: Callable[[bytes], Reply], *, timeout_s: float = TALK_TIMEOUT_S) -> Reply:
+        return self.exchange.hear(message, lambda line: parse(line.removesuffix(b"\r")), timeout_s)
+
     def clear(self) -> None:
         self.exchange.doubt()
 
@@ -83,6 +92,9 @@ class GpibMessages:
         self, message: bytes, parse: Callable[[bytes], Reply], *, idempotent: bool, timeout_s: float = TALK_TIMEOUT_S
     ) -> Reply:
         return self._bus.ask(self._address, message, parse, idempotent=idempotent, timeout_s=timeout_s)
+
+    def hear(self, message: bytes, parse: Callable[[bytes], Reply], *, timeout_s: float = TALK_TIMEOUT_S) -> Reply:  # noqa: ARG002 the bus names the question
+        return self._bus.read(self._address, parse, timeout_s=timeout_s)
 
     def clear(self) -> None:
         self._bus.clear(self._address)

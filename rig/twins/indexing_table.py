@@ -16,14 +16,18 @@ from rig.wire.indexing_table import (
     AskPosition,
     AskState,
     Command,
+    Enable,
     Home,
     Identify,
     Identity,
     Move,
     Position,
     Prepare,
+    Rate,
     Refused,
+    Release,
     Reply,
+    Speed,
     Stop,
     TableCodec,
     TableState,
@@ -187,7 +191,9 @@ class IndexingTableTwin:
                 return axis.home(now_s)
             case Stop():
                 return axis.stop(now_s)
-            case Prepare():
+            case Rate():
+                return Refused("NO RATE")
+            case Prepare() | Enable() | Speed() | Release():
                 return Acknowledged()
 
 

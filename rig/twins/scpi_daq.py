@@ -1,4 +1,4 @@
-"""The twin of a 34970A or 34980A: scan list, sweeps in time, reading memory.
+"""The twin of a 34970A, 34980A or DAQ970A: scan list, sweeps in time, reading memory.
 
 DC volts only. Source: docs/devices/scpi-daq.md (``CONFigure`` redefines the scan list, puts the input at 10 megohm and
 switches off what stands beside a reading; ``INITiate`` clears the memory and fills it, ``FETCh?`` waits for it and may
@@ -42,6 +42,7 @@ class DaqModel:
     keeps_autozero: bool
     """Over a reset."""
     configure_empties_memory: bool
+    autozero: str = "ZERO:AUTO"
 
 
 MODELS: Mapping[str, DaqModel] = {
@@ -51,6 +52,10 @@ MODELS: Mapping[str, DaqModel] = {
     "34980A": DaqModel(
         b"Agilent Technologies,34980A,MY53151561,2.51-2.43-2.07-1.05",
         1000, 1, "34921A", 40, 8, ("VOLT:DC:IMP:AUTO", "VOLT:IMP:AUTO"), False, True,
+    ),
+    "DAQ970A": DaqModel(
+        b"Keysight Technologies,DAQ970A,MY12345678,A.02.04-00.16-11.29-00.02-02-01",
+        100, 100, "DAQM901A", 20, 3, ("VOLT:DC:IMP:AUTO",), False, False, autozero="VOLT:DC:ZERO:AUTO",
     ),
 }  # fmt: skip
 _SHORT = (
@@ -140,7 +145,9 @@ class ScpiDaqTwin:
             "SYST:CTYP?": self._card,
             "VOLT:DC:RANG?": lambda text: self._each(text, lambda number: self._range(number)),
             "VOLT:DC:NPLC?": lambda text: self._each(text, lambda n: scpi.format_reading(self._channel(n).nplc)),
-            "ZERO:AUTO?": lambda text: self._each(text, lambda number: b"%d" % self._autozero.get(number, True)),
+            f"{self._model.autozero}?": lambda text: self._each(
+                text, lambda number: b"%d" % self._autozero.get(number, True)
+            ),
             "ROUT:CHAN:DEL?": lambda text: self._each(text, lambda n: scpi.format_reading(self._channel(n).delay_s)),
             "ROUT:CLOS?": lambda text: self._each(text, lambda number: b"%d" % (number in self._closed)),
             "ROUT:SCAN?": lambda _: scpi.format_block(scpi.channel_list(self._scan_list)),
@@ -162,7 +169,7 @@ class ScpiDaqTwin:
             "CONF:VOLT:DC": lambda text, _now_s: self._configure(text),
             "SYST:PRES": lambda _text, _now_s: self._preset(),
             "VOLT:DC:NPLC": lambda text, _now_s: self._set_nplc(text),
-            "ZERO:AUTO": lambda text, _now_s: self._set_autozero(text),
+            self._model.autozero: lambda text, _now_s: self._set_autozero(text),
             "ROUT:CLOS": lambda text, _now_s: self._closed.update(self._existing(text)),
             "ROUT:OPEN": lambda text, _now_s: self._closed.difference_update(self._existing(text)),
             **dict.fromkeys(self._model.impedance, self._set_impedance),

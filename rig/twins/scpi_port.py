@@ -5,7 +5,7 @@ behind it. What the commands mean is the business of the unit behind.
 """
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 from rig.wire import scpi
@@ -55,8 +55,9 @@ class ScpiUnit(Protocol):
 class ScpiPort:
     """A :class:`rig.twins.twin.Twin`, and an instrument for :class:`rig.twins.prologix.PrologixTwin`."""
 
-    def __init__(self, unit: ScpiUnit) -> None:
+    def __init__(self, unit: ScpiUnit, format_error: Callable[[int, str], bytes] = scpi.format_error) -> None:
         self.unit = unit
+        self._format_error = format_error
         self.errors: deque[Error] = deque()
         self._received = b""
         self._pending: deque[tuple[str, str]] = deque()
@@ -127,7 +128,7 @@ class ScpiPort:
 
     def _obey(self, header: str, parameters: str, now_s: float) -> None:
         if header == "SYST:ERR?":
-            self._answers.append(scpi.format_error(*(self.errors.popleft() if self.errors else scpi.NO_ERROR)))
+            self._answers.append(self._format_error(*(self.errors.popleft() if self.errors else scpi.NO_ERROR)))
         elif header == "*CLS":
             self.errors.clear()
         elif header == "*STB?":

@@ -21,12 +21,17 @@ NUMBERS = {number: name for name, (number, _) in wire.OUTPUTS.items()}
 INVALID_CHECKSUM, INVALID_COMMAND, TOO_FEW, TOO_MANY, INVALID_PARAMETER, INVALID_REGISTER, UNAUTHORISED = range(3, 10)
 
 
+BINARY_FRAME = bytes.fromhex("FA 01 01 00 00 00 20 41 1A 2B")
+"""Sync byte, group, fields and some content."""
+
+
 class Vn100Twin:
     """A :class:`rig.twins.twin.Twin`. It streams from the first moment on, as a unit does that was switched on."""
 
     def __init__(self, stream: str, source: MotionSource) -> None:
         self.registers = {wire.BAUD_RATE: 115200, wire.OUTPUT: 14, wire.RATE: 40}
         self.compensation = dict.fromkeys(wire.COMPENSATION, wire.NO_COMPENSATION)
+        self.binary = {register: ["0", "1", "01", "0001"] for register in wire.BINARY_OUTPUTS}
         self._stream = stream
         self._source = source
         self._received = b""
@@ -60,7 +65,11 @@ class Vn100Twin:
         output = NUMBERS.get(self.registers[wire.OUTPUT])
         if output is not None:
             rows = (wire.format_row(output, self._fields(output, at_s)) for _, at_s in self._beat.due(now_s))
-            self._due += b"".join(rows)
+            self._due += b"".join(self._binary_frames() + row for row in rows)
+
+    def _binary_frames(self) -> bytes:
+        """Return what a binary output sends between two lines: a frame without a line end."""
+        return b"".join(BINARY_FRAME for words in self.binary.values() if words[0] != "0")
 
     def _restart(self, now_s: float) -> None:
         if self._is_paused or self.registers[wire.OUTPUT] == wire.OFF:
@@ -80,6 +89,8 @@ class Vn100Twin:
             return _error(INVALID_CHECKSUM)
         if name not in ("VNRRG", "VNWRG", "VNASY"):
             return _error(INVALID_COMMAND)
+        if words and words[0].isdecimal() and int(words[0]) in self.binary:
+            return self._binary(name, int(words[0]), words[1:])
         numbers = [int(word) for word in words if word.isdecimal()]
         if len(numbers) != len(words):
             return _error(INVALID_PARAMETER)
@@ -90,6 +101,12 @@ class Vn100Twin:
         if len(numbers) > (2 if name == "VNWRG" else 1):
             return _error(TOO_MANY)
         return self._pause(numbers[0], now_s) if name == "VNASY" else self._write(numbers[0], numbers[1], now_s)
+
+    def _binary(self, name: str, register: int, words: list[str]) -> bytes:
+        if name == "VNWRG":
+            self.binary[register] = words
+        told = ",".join(self.binary[register]).encode("ascii")
+        return wire.message(b"%s,%02d,%s" % (name.encode("ascii"), register, told))
 
     def _read(self, register: int, now_s: float) -> bytes:
         if register in self.compensation:

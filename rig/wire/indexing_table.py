@@ -50,7 +50,37 @@ class Prepare:
     axis: int
 
 
-Command = Prepare | Identify | Move | Home | Stop | AskPosition | AskState
+@dataclass(frozen=True, slots=True)
+class Enable:
+    """Motor on, interlock closed: once before the first motion."""
+
+    axis: int
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """How fast to go to positions."""
+
+    axis: int
+    speed_dps: float
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """Turn on and on."""
+
+    axis: int
+    rate_dps: float
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """A question that fetches what the machine says late."""
+
+    axis: int
+
+
+Command = Enable | Prepare | Speed | Identify | Move | Rate | Release | Home | Stop | AskPosition | AskState
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,12 +134,19 @@ class TableCodec:
             Stop: dialect.stop,
             Identify: dialect.identity,
             Prepare: dialect.prepare,
+            Enable: dialect.enable,
+            Speed: dialect.speed,
+            Rate: dialect.rate,
         }
         there = {kind: query for kind, query in queries.items() if query is not None}
         per_deg = dialect.counts_per_deg
         self._commands: dict[type[Command], Template] = {
             kind: Template(query.command, per_deg) for kind, query in there.items()
         }
+        if dialect.rate is not None and dialect.rate.release is not None:
+            self._commands[Release] = Template(dialect.rate.release)
+        self._bare = frozenset({Stop} if dialect.stop is not None and dialect.stop.bare else ())
+        """Commands without a terminator."""
         self._replies: dict[type[Command], Template] = {
             kind: Template(query.reply, per_deg) for kind, query in there.items() if query.reply is not None
         }
@@ -126,7 +163,18 @@ class TableCodec:
     def encode_command(self, command: Command) -> bytes:
         """Return the command as a line with its terminator."""
         fields: dict[str, FieldValue] = {name: getattr(command, name) for name in command.__slots__}
-        return self._commands[type(command)].render(**fields).encode("ascii") + self.terminator
+        end = b"" if type(command) in self._bare else self.terminator
+        return self._commands[type(command)].render(**fields).encode("ascii") + end
+
+    def written_rate_dps(self, rate_dps: float) -> float:
+        """Return the rate as the machine reads it: its format may have fewer decimals."""
+        template = self._commands[Rate]
+        told = template.match(template.render(axis=1, rate_dps=rate_dps))
+        return float("nan") if told is None else float(told["rate_dps"])
+
+    def bare_commands(self) -> frozenset[bytes]:
+        """Return what is obeyed without a terminator behind it, of axis 1."""
+        return frozenset(self._commands[kind].render(axis=1).encode("ascii") for kind in self._bare)
 
     def decode_command(self, line: bytes) -> Command | None:
         """Return the command of a whole line without terminator, or None where it is none."""
@@ -221,7 +269,7 @@ class TableCodec:
         if isinstance(reply, Identity):
             return {"text": reply.text}
         if not isinstance(reply, TableState):
-            return {}
+            return {"text": "OK"}
         return {"words": " ".join(self._words(reply))} if self.dialect.words else {"status": self._status(reply)}
 
     def _words(self, state: TableState) -> list[str]:

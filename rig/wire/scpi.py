@@ -21,10 +21,12 @@ LONGEST_LIST = 4000
 """More channels than any unit holds: a list that asks for more is a mistake."""
 
 _NUMBER = re.compile(rb"[ ]*[+-]?\d{1,12}(?:\.\d{0,16})?(?:[Ee][+-]?\d{1,2})?[ ]*")
-_READING = re.compile(rb"[ ]*[+-]?\d\.\d{4,12}E[+-]\d\d[ ]*")
-"""Two digits of exponent always: a reading that lost a character does not pass for another."""
+_READING = re.compile(rb"[ ]*[+-]?(?:\d\.\d{4,12}E[+-]\d\d|9\.9[Ee]\+?37)[ ]*")
+"""Two digits of exponent always: a reading that lost a character does not pass for another. The overload mark of a
+Keithley is short (2000 user's manual, p. 5-28: ``+9.9e37``)."""
 _WHOLE = re.compile(rb"[ ]*[+-]?\d{1,9}[ ]*")
-_ERROR = re.compile(rb'[ ]*([+-]?\d{1,5})[ ]*,[ ]*"([ !#-~]*)"[ ]*')
+_ERROR = re.compile(rb'[ ]*([+-]?\d{1,5})[ ]*,[ ]*(?:"([ !#-~]*)"|([A-Za-z][ !#-~]*))[ ]*')
+"""A Keithley's manual prints the text without quotes."""
 _CHANNELS = re.compile(r"\(@\s*((?:\d{3,4}(?::\d{3,4})?(?:\s*,\s*\d{3,4}(?::\d{3,4})?)*)?)\s*\)")
 
 
@@ -111,7 +113,7 @@ def parse_error(line: bytes) -> tuple[int, str]:
     match = _ERROR.fullmatch(line)
     if match is None:
         raise DeviceNonsense('the unit answers SYST:ERR? with a number and a text, such as +0,"No error"')
-    return int(match[1]), match[2].decode("ascii")
+    return int(match[1]), (match[2] if match[3] is None else match[3]).decode("ascii")
 
 
 def format_error(number: int, text: str) -> bytes:

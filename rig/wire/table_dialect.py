@@ -3,7 +3,8 @@
 A dialect names a template for each command and reply, the line and its ends, and what the words or bits of the state
 mean. What a machine does not have is left out: a reply (it is silent), a stop, a state, an identity, a home. The
 dialects in ``rig/dialects`` are calrig's own; those in ``rig/dialects/published`` follow published command sets, by
-docs/devices/indexing-table.md.
+docs/devices/indexing-table.md; those in ``rig/dialects/rate`` are of machines that turn at a rate, by
+docs/devices/rate-table.md.
 """
 
 from functools import cache, partial
@@ -38,7 +39,29 @@ class PlainQuery(StrictTable):
     """A command about one axis that is only acknowledged, or not even that."""
 
     command: Annotated[str, _line("axis")]
+    reply: Annotated[str, _line("axis", "text")] | None = None
+    """``{text}``: any line will do."""
+
+
+class StopCommand(PlainQuery):
+    """A stop; ``bare`` where nothing may stand behind it, not even the terminator."""
+
+    bare: bool = False
+
+
+class SpeedCommand(StrictTable):
+    """How fast the machine goes to a position."""
+
+    command: Annotated[str, _line("axis", "speed_dps")]
+    reply: Annotated[str, _line("axis", "text")] | None = None
+
+
+class RateCommand(StrictTable):
+    """Turn on and on. ``release``: a question that fetches what the machine says late; its answer is thrown away."""
+
+    command: Annotated[str, _line("axis", "rate_dps")]
     reply: Annotated[str, _line("axis")] | None = None
+    release: Annotated[str, _line("axis")] | None = None
 
 
 class IdentityQuery(StrictTable):
@@ -48,7 +71,7 @@ class IdentityQuery(StrictTable):
 
 class MoveCommand(StrictTable):
     command: Annotated[str, _line("axis", *angle_fields("target"))]
-    reply: Annotated[str, _line("axis")] | None = None
+    reply: Annotated[str, _line("axis", "text")] | None = None
 
 
 class PositionQuery(StrictTable):
@@ -128,19 +151,26 @@ class Dialect(StrictTable):
     counts_per_turn: Annotated[float, Field(gt=0.0)] | None = None
     """Of the table, where the machine is told counts."""
     terminator: Annotated[str, Field(min_length=1, max_length=2)]
-    reply_terminator: Annotated[str, Field(min_length=1, max_length=4)] | None = None
+    reply_terminator: Annotated[str, Field(min_length=1, max_length=6)] | None = None
     """Where replies end otherwise, or with a prompt: line ends before it are then taken off."""
     line: LineSettings = LineSettings()
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 2.0
+    position_wraps: bool = False
+    """Positions begin again after a turn."""
     still_s: Annotated[float, Field(gt=0.0, le=10.0)] = 0.5
     """Without a state query: two equal positions this far apart are a rest."""
     identity: IdentityQuery | None = None
     prepare: PlainQuery | None = None
     """Sent before every move, such as the choice of absolute positions."""
     move: MoveCommand
+    enable: PlainQuery | None = None
+    """Sent once before the first motion of a connection: motor on, interlock closed."""
+    speed: SpeedCommand | None = None
+    rate: RateCommand | None = None
+    """Of a machine that turns at a rate."""
     home: PlainQuery | None = None
     """Without one positions are absolute: the home is their zero."""
-    stop: PlainQuery | None = None
+    stop: StopCommand | None = None
     position: PositionQuery
     state: StateQuery | None = None
     error: ErrorReply | None = None
@@ -163,6 +193,12 @@ class Dialect(StrictTable):
                 raise ValueError(f"state: {{{field}}} in its reply and the table [{table}] belong together")
         if self.state is not None and len(fields & {"words", "status"}) != 1:
             raise ValueError("state: its reply needs {words} or {status:…}, and not both")
+        return self
+
+    @model_validator(mode="after")
+    def _turns_can_be_stopped(self) -> "Dialect":
+        if self.rate is not None and self.stop is None:
+            raise ValueError("rate: a machine that turns on and on needs a stop")
         return self
 
     @model_validator(mode="after")
@@ -195,7 +231,7 @@ def load_dialect(name: str | None, increment_deg: float) -> Dialect:
     """
     shipped = shipped_dialects()
     if name is not None:
-        named = shipped | published_dialects()
+        named = shipped | published_dialects() | rate_dialects()
         return named[name] if name in named else read_toml(Path(name)).validate(Dialect)
     fitting = [dialect for dialect in shipped.values() if _divides(dialect.increment_deg, increment_deg)]
     if not fitting:
@@ -209,7 +245,7 @@ def load_dialect(name: str | None, increment_deg: float) -> Dialect:
 
 def dialect_name(text: str, folder: Path) -> str:
     """Return what a file in ``folder`` means by ``text``: a shipped dialect, or a path relative to that folder."""
-    return text if text in shipped_dialects() | published_dialects() else str(folder / text)
+    return text if text in shipped_dialects() | published_dialects() | rate_dialects() else str(folder / text)
 
 
 def shipped_dialects() -> dict[str, Dialect]:
@@ -220,6 +256,11 @@ def shipped_dialects() -> dict[str, Dialect]:
 def published_dialects() -> dict[str, Dialect]:
     """Return the dialects after published command sets, by name: a rig file names the one it wants."""
     return _dialects("dialects/published")
+
+
+def rate_dialects() -> dict[str, Dialect]:
+    """Return the dialects of rate tables, by name: calrig's own, and those after public programs."""
+    return _dialects("dialects/rate")
 
 
 @cache

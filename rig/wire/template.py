@@ -7,7 +7,8 @@ or damaged number is no number. Recognition is of the whole line or not at all.
 An angle is written in degrees (``target_deg``), in the machine's counts (``target_counts``), or as whole degrees,
 minutes and seconds (``target_d``, ``target_m``, ``target_s``); a status as words, or as one word of bits: decimal
 (``{status:d}``), hexadecimal (``{status:x}``), or as ones and noughts with the first bit at the right
-(``{status:08b}``) or at the left (``{status:08l}``).
+(``{status:08b}``) or at the left (``{status:08l}``). ``{position_deg:g}`` takes any number of decimals: for a machine
+whose manual does not say how many it writes.
 """
 
 import re
@@ -26,10 +27,12 @@ _STATUS = {
     "l": r"[01_]{1,40}",
 }
 _NUMBER_FORMAT = re.compile(r"(?P<sign>\+?)(?P<zeros>0\d+)?\.(?P<decimals>\d)f")
+_ANY_DECIMALS, _FREE_NUMBER = "g", r"[+-]?\d{1,7}(?:\.\d{1,9})?"
+_RATES = ("rate_dps", "speed_dps")
 _WHOLE_FORMAT = re.compile(r"(?P<sign>\+?)(?P<zeros>0\d+)?d")
 _MORE_DIGITS = 6
 """Before the point than a format asks for: a number that is longer is noise."""
-_ALLOWED = "axis, text, words, status, and target or position with _deg, _counts, _d, _m, _s"
+_ALLOWED = "axis, text, words, status, rate_dps, speed_dps, and target or position with _deg, _counts, _d, _m, _s"
 
 
 class Template:
@@ -69,6 +72,8 @@ class Template:
                 values[f"{angle}_deg"] = self._degrees(angle, told)
             elif name == "status":
                 values[name] = _status(text.replace("_", ""), specs[name][-1])
+            elif name in _RATES:
+                values[name] = float(text)
             else:
                 values[name] = int(text) if name == "axis" else text
         return values
@@ -79,6 +84,8 @@ class Template:
         angle, _, part = name.partition("_")
         if angle in ANGLES and part != "deg":
             return _angle_part(float(fields[f"{angle}_deg"]), part, spec, self._counts_per_deg)
+        if spec == _ANY_DECIMALS:
+            return format(float(fields[name]) + 0.0, ".4f")
         if spec.endswith("l"):
             return format(int(fields[name]), spec[:-1] + "b")[::-1]
         return format(fields[name], spec)
@@ -121,7 +128,7 @@ def _piece(literal: str, name: str | None, spec: str) -> str:
     angle, _, part = name.partition("_")
     if name == "axis":
         pattern: str | None = r"\d{1,2}"
-    elif angle in ANGLES and part in ("deg", "s") and not spec.endswith("d"):
+    elif name in _RATES or (angle in ANGLES and part in ("deg", "s") and not spec.endswith("d")):
         pattern = _number_pattern(spec)
     elif angle in ANGLES and part in ("counts", "d", "m", "s"):
         pattern = _whole_pattern(spec)
@@ -137,6 +144,8 @@ def _piece(literal: str, name: str | None, spec: str) -> str:
 
 
 def _number_pattern(spec: str) -> str:
+    if spec == _ANY_DECIMALS:
+        return _FREE_NUMBER
     found = _NUMBER_FORMAT.fullmatch(spec)
     if found is None:
         raise ValueError(f"a number needs a format such as {{target_deg:+09.4f}}, got {spec!r}")

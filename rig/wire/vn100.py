@@ -17,6 +17,8 @@ MODEL, SERIAL, FIRMWARE, BAUD_RATE, OUTPUT, RATE = 1, 3, 4, 5, 6, 7
 COMPENSATION = (21, 25)
 """Registers of the magnetometer's and the accelerometer's compensation: a matrix of 3 × 3 and an offset of three."""
 NO_COMPENSATION = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+BINARY_OUTPUTS = (75, 76, 77)
+"""Registers of the binary outputs: ports (0 is none), divisor, groups and fields, the last two hexadecimal."""
 IMU_REGISTER = 54
 """What the output IMU streams."""
 RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)

@@ -9,7 +9,20 @@ from typing import Any
 
 import rig.wire
 from rig.errors import DeviceNonsense
-from rig.wire import csv_rows, esp301, hp3458a, hp3488a, manual, oriental_az, prologix, scpi, vn100, zaber
+from rig.wire import (
+    chamber_text,
+    csv_rows,
+    esp301,
+    hp3458a,
+    hp3488a,
+    manual,
+    oriental_az,
+    pi_gcs,
+    prologix,
+    scpi,
+    vn100,
+    zaber,
+)
 from rig.wire import maestro as servo
 from rig.wire.esp301 import ErrorRecord
 from rig.wire.indexing_table import AskPosition, AskState, Identify, Identity, Move, Position, TableCodec, TableState
@@ -30,6 +43,8 @@ YMR = (
     b"-00.000018,+00.001122,-00.000551*69\r\n"
 )
 YMR_VALUES = [100.949, -7.33, 0.715, -0.0049, -0.2449, 0.5397, -1.258, -0.1, -9.701, -0.000018, 0.001122, -0.000551]
+CHAMBERS = "the chamber maker's public library, one decimal; docs/devices/ascii-chambers.md"
+PI = "traffic of the maker's own client, C-863 manual MS249E; docs/devices/pi-gcs.md"
 AZ = "00000000 00000002 00001388 000003E8 000003E8 000003E8 000003E8 00000001"
 
 
@@ -153,6 +168,20 @@ DECODED = (
     Decoded("prologix.split_host_lines", _host, bytes.fromhex("00 01 02 1B 0D 03 1B 0A 04 1B 1B 05 1B 2B 06 0A"),
             prologix.HostLine(False, bytes.fromhex("00 01 02 0D 03 0A 04 1B 05 2B 06")), "Prologix manual, page 7",
             ANY),
+    Decoded("chamber_text.parse_one", chamber_text.parse_one, b"25.3", 25.3, CHAMBERS, NUMERALS),
+    Decoded("chamber_text.parse_text", chamber_text.parse_text, b"T,T,P300,180.0", "T,T,P300,180.0", CHAMBERS, TEXT),
+    Decoded("chamber_text.parse_is_fahrenheit", chamber_text.parse_is_fahrenheit, b"F", True, CHAMBERS, ANY),
+    Decoded("pi_gcs.parse_value", lambda line: pi_gcs.parse_value(line, "1"), b"1=12.500000", "12.500000", PI, TEXT),
+    Decoded("pi_gcs.parse_number", lambda line: pi_gcs.parse_number(line, "1"), b"1=12.500000", 12.5, PI,
+            NUMERALS + b" "),
+    Decoded("pi_gcs.parse_flag", lambda line: pi_gcs.parse_flag(line, "1"), b"1=1", True, PI, b" "),
+    Decoded("pi_gcs.parse_unit", lambda line: pi_gcs.parse_unit(line, "1"), b"1 0x7000601=DEG", "DEG", PI, TEXT),
+    Decoded("pi_gcs.parse_error", pi_gcs.parse_error, b"10", 10, PI, b"-0123456789"),
+    Decoded("pi_gcs.parse_moving", pi_gcs.parse_moving, b"3", 3, PI, b"0123456789abcdefABCDEF"),
+    Decoded("pi_gcs.parse_axes", pi_gcs.parse_axes, b"1 \n2", ("1", "2"), PI, ANY),
+    Decoded("pi_gcs.parse_identity", pi_gcs.parse_identity,
+            b"(c)2013 Physik Instrumente(PI) Karlsruhe, C-863.11,0115500620,1.2.1.0",
+            "(c)2013 Physik Instrumente(PI) Karlsruhe, C-863.11,0115500620,1.2.1.0", PI, TEXT),
     Decoded("scpi.parse_number", scpi.parse_number, b"+2.61920000E+01", 26.192, DAQ, NUMERALS),
     Decoded("scpi.parse_whole", scpi.parse_whole, b"+20", 20, DAQ, b" +-0123456789"),
     Decoded("scpi.parse_readings", scpi.parse_readings, b"+2.61920000E+01,-1.00000000E+00", (26.192, -1.0), DAQ,
@@ -211,6 +240,8 @@ ENCODED = (
     Encoded("prologix.serial_poll", prologix.serial_poll(22), b"++spoll 22\n", "Prologix manual, spoll"),
     Encoded("prologix.setting", prologix.setting("read_tmo_ms", 3000), b"++read_tmo_ms 3000\n", "Prologix manual"),
     Encoded("prologix.setting_query", prologix.setting_query("auto"), b"++auto\n", "pymeasure on the wire"),
+    Encoded("chamber_text.format_temperature", chamber_text.format_temperature(25.0), b"25.0", CHAMBERS),
+    Encoded("pi_gcs.command", pi_gcs.command("MOV", "1", "12.5"), b"MOV 1 12.5\n", PI),
     Encoded("scpi.channel_list", scpi.channel_list([101, 102]), b"(@101,102)", DAQ),
     Encoded("scpi.format_block", scpi.format_block(b"(@)"), b"#13(@)", DAQ),
     Encoded("scpi.format_error", scpi.format_error(0, "No error"), b'+0,"No error"', DAQ),

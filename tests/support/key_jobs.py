@@ -165,6 +165,24 @@ samples = 3
     return Job(rig, merged(base.procedure, more))
 
 
+def _meters() -> Job:
+    """A multimeter for each sensor, in a chamber that speaks lines of text."""
+    base = _axes("indexing-table", increment_deg=1.0)
+    rig = merged(base.rig, {"readouts": None, "standards": None})
+    common = {"driver": "scpi-meter", "model": "34401A", "resource": "twin", "nplc": 1.0, "standard": "meter"}
+    rig["readouts"] = {
+        name: {**common, "channels": {axis: {"range_v": 10.0}}}
+        for name, axis in (("dmm", "x"), ("second", "y"), ("third", "z"))
+    }
+    rig["standards"] = deepcopy(STANDARDS)
+    rig["sensors"]["SN1047"]["channels"] = {"x": "dmm.x", "y": "second.y", "z": "third.z"}
+    air = {"driver": "ascii-chamber", "port": "twin", "standard": "probe", "model": "espec-p300", "values": "degc"}
+    rig["environment"] = {"air": air | {"address": 1}}
+    rig["twin"]["environment"] = {"air": {}}
+    more = {"environment": {"plateaus_degc": [20.0], "soak_s": 0.0}, "solve": {"temperature": "none"}}
+    return Job(rig, merged(base.procedure, more))
+
+
 def _servo(procedure: str, own: Document) -> Job:
     """Servos, a board and a VN-100 that stream, a coil."""
     rig = _example("servo-mechanism/rig.toml")
@@ -194,8 +212,11 @@ def jobs() -> dict[str, Job]:
         "indexing-table": _axes("indexing-table", increment_deg=1.0),
         "table": _table(),
         "daq": _daq(),
+        "meters": _meters(),
         "esp301": _axes("esp301"),
         "zaber": _axes("zaber", microstep_deg=0.000234375, top_rate_dps=100.0),
+        "pi-gcs": _axes("pi-gcs"),
+        "rate-table": _axes("rate-table", top_rate_dps=100.0),
         "oriental-az": _axes("oriental-az", step_deg=0.01, top_rate_dps=100.0),
         "manual": replace(_axes("manual"), faults={}),
         "maestro": _axes("maestro", points=[[500.0, -180.0], [2500.0, 180.0]], pulse_limits_us=[500.0, 2500.0]),

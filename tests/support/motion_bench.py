@@ -8,7 +8,7 @@ from table_bench import example_rig, virtual_clock
 
 from rig.clock import VirtualClock
 from rig.description.device_settings import AxisSettings
-from rig.devices import esp301, indexing_table, maestro, manual, oriental_az, zaber
+from rig.devices import esp301, indexing_table, maestro, manual, oriental_az, pi_gcs, rate_table, zaber
 from rig.devices.abilities import Axis
 from rig.drivers.driver import DRIVERS as INSTALLED
 from rig.link.byte_stream import ByteStream
@@ -69,6 +69,8 @@ DRIVERS: dict[str, Driver] = {
     "oriental-az": Driver(
         oriental_az.OrientalAzSettings, oriental_az.connect, {"step_deg": 0.01, "top_rate_dps": 180.0}
     ),
+    "pi-gcs": Driver(pi_gcs.PiGcsSettings, pi_gcs.connect, {}),
+    "rate-table": Driver(rate_table.RateTableSettings, rate_table.connect, {"top_rate_dps": 300.0}),
     "zaber": Driver(zaber.ZaberSettings, zaber.connect, {"microstep_deg": 0.000234375, "top_rate_dps": 450.0}),
 }
 

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import call
+from example_files import EXAMPLE_PROCEDURE, EXAMPLE_RIG, changed
 from planning_files import AIR, PROCEDURE, RIG, procedure_file, rig_file
 
 from procedures.check.check_report import check, to_document
@@ -176,3 +178,19 @@ def test_reference_attitudes_that_are_not_pairs_are_refused_in_a_sentence(tmp_pa
     more = "[check]\nreference_every = 7\npitch_deg = [0.0, 30.0]\nroll_deg = [0.0, 10.0, 20.0]\n"
     with pytest.raises(DescriptionError, match="give one number, or two lists of the same length"):
         check(rig_file(tmp_path), procedure_file(tmp_path, more=more))
+
+
+def test_a_machine_without_a_stop_is_named_with_and_without_a_procedure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig = changed(
+        EXAMPLE_RIG,
+        'driver = "indexing-table"',
+        'driver = "indexing-table"\ndialect = "inficon-srt-422"',
+        tmp_path / "r.toml",
+    )
+    for files in ((), (EXAMPLE_PROCEDURE,)):
+        told = call(capsys, "check", *files, "--rig", rig).out
+        assert "axis pitch: dialect inficon-srt-422: it cannot be stopped" in " ".join(told.split())
+    document = call(capsys, "check", EXAMPLE_PROCEDURE, "--rig", rig, "--json").document
+    assert "it cannot be stopped" in document["machines"]["pitch"][0]

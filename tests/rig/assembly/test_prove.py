@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from device_sets import AXIS, COMMON, DAQ, F4, STREAMS
+from wider_rig import meters_rig_file, rate_tables_rig_file, text_chambers_rig_file
 
 from rig.assembly.prove import DeviceProof, document_of, prove
 from rig.clock import VirtualClock
@@ -66,7 +67,16 @@ def _proven(
     esp301: str = ESP301,
 ) -> dict[str, DeviceProof]:
     """The rig of the file with devices that are twins of their own, after ``plant`` was at them."""
-    description = read_rig(_rig_file(folder, esp301))
+    return _proven_file(_rig_file(folder, esp301), folder, plant, motion)
+
+
+def _proven_file(
+    path: Path,
+    folder: Path,
+    plant: Callable[[dict[str, Any]], None] = lambda _twins: None,
+    motion: str | None = None,
+) -> dict[str, DeviceProof]:
+    description = read_rig(path)
     world, clock = World(description), VirtualClock(datetime(2024, 3, 1, tzinfo=UTC))
     twins: dict[str, Any] = {key: line.twin for line in twin_lines(description, world) for key in line.keys}
     plant(twins)
@@ -94,6 +104,15 @@ def test_the_same_command_against_the_twins_is_clean(tmp_path: Path) -> None:
     }  # fmt: skip
     assert document_of(tuple(proofs.values()))["differences"] == 0
     assert read_transcript(tmp_path / "kept" / "device" / "axes.roll.jsonl")
+
+
+@pytest.mark.parametrize(
+    "rig_file", [meters_rig_file, text_chambers_rig_file, rate_tables_rig_file], ids=lambda made: made.__name__
+)
+def test_the_twins_of_the_other_drivers_are_clean_as_well(rig_file: Callable[[Path], Path], tmp_path: Path) -> None:
+    proofs = _proven_file(rig_file(tmp_path), tmp_path)
+    assert _told(proofs) == []
+    assert all("Error" not in proof.answers.compared["identity"] for proof in proofs.values())
 
 
 def _fahrenheit(twins: dict[str, Any]) -> None:

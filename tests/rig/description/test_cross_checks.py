@@ -55,3 +55,70 @@ def test_a_range_that_one_g_overloads_is_refused(tmp_path: Path) -> None:
         DescriptionError, match=r"channels\.x\.range_v: got 1 V, but SN1047\.x is declared to make 2\.5 V"
     ):
         read_rig(path)
+
+
+METER = (
+    '[readouts.{name}]\ndriver = "scpi-meter"\nmodel = "34401A"\nresource = "prologix+/dev/x#{address}"\n'
+    "channels = {{ v = {{ range_v = 10.0 }} }}\n"
+)
+CHAMBER = (
+    '[environment.{name}]\ndriver = "ascii-chamber"\nmodel = "espec-p300"\nvalues = "degc"\nport = "/dev/x"\n'
+    "address = {address}\n"
+)
+STREAM = '[streams.{name}]\ndriver = "vn100"\nport = "/dev/x{address}"\nbaud_rate = 460800\n'
+STAGE = (
+    '[axes.{name}]\ndriver = "pi-gcs"\nport = "/dev/x"\naxis = {number}\naxis_id = "A{address}"\n'
+    "limits_deg = [-1.0, 1.0]\nspeed_dps = 1.0\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("table", "sentence"),
+    [
+        (METER, r"readouts\.second\.resource: prologix\+/dev/x#3 is already readouts\.first; two devices need two"),
+        (CHAMBER, r"environment\.second\.port: /dev/x is already environment\.first"),
+        (STREAM, r"streams\.second\.port: /dev/x3 is already streams\.first"),
+        (STAGE, r"axes\.second\.axis_id: axis 'A3' at /dev/x is already first"),
+    ],
+)
+def test_two_devices_of_one_address_are_refused_with_their_line(tmp_path: Path, table: str, sentence: str) -> None:
+    path = tmp_path / "two.toml"
+
+    def written(addresses: tuple[int, int]) -> None:
+        tables = (
+            table.format(name=name, address=address, number=number)
+            for number, (name, address) in enumerate(zip(("first", "second"), addresses, strict=True), start=1)
+        )
+        path.write_text(EXAMPLE_RIG.read_text(encoding="utf-8") + "\n" + "".join(tables), encoding="utf-8")
+
+    written((3, 3))
+    with pytest.raises(DescriptionError, match=rf"two\.toml:\d+: {sentence}"):
+        read_rig(path)
+    written((3, 4))
+    assert read_rig(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        (
+            'terminator = "\\r\\n"',
+            'terminator = "\\r\\n"\nline = { baud_rate = 9601 }',
+            r"own\.toml:\d+: line\.baud_rate: got 9601",
+        ),
+        (
+            "{target_deg:+09.4f}",
+            "{target_deg:+.0f}",
+            r"own\.toml:\d+: .*move: 0.5 deg is written .* cannot be parsed back",
+        ),
+    ],
+)
+def test_a_dialect_that_no_line_and_no_number_survives_is_refused_with_both_files(
+    tmp_path: Path, old: str, new: str, sentence: str
+) -> None:
+    text = SHIPPED.read_text(encoding="utf-8").replace("increment_deg = 1.0", "increment_deg = 0.5")
+    assert old in text
+    (tmp_path / "own.toml").write_text(text.replace(old, new), encoding="utf-8")
+    path = rig_file(tmp_path, ("axis = 1", 'axis = 1\ndialect = "own.toml"'))
+    with pytest.raises(DescriptionError, match=rf"{re.escape(str(path))}:\d+: axes\.pitch\.dialect: .*{sentence}"):
+        read_rig(path)

@@ -42,6 +42,10 @@ WARMING = {"twin": {"readouts": {"dmm": {"own_temperature_drift_degc_per_h": 300
 AZ_THAT_TURNS = {
     "axes": {"roll": {"driver": "oriental-az", "axis": 1, "microstep_deg": None, "step_deg": 0.01}}
 }  # fmt: skip
+IN_A_THERMOTRON = {"environment": {"air": {"model": "thermotron-8800", "address": None}}}
+LINES_THAT_TURN = {
+    "axes": {"roll": {"driver": "rate-table", "axis": 1, "microstep_deg": None}}
+}  # fmt: skip
 SLIP = {"slip": {"line": "axes.pitch", "kind": "slip", "at_s": 60.0, "slip_deg": 0.05, "seen": True}}
 AHRS_RAW = {
     "attitude_reference": None,
@@ -96,6 +100,10 @@ TRIALS = {
     "axes.*:maestro.period_ms": Trial(12, rig={"axes": {name: {"model": "mini"} for name in ("pitch", "roll")}}),
     "axes.*:maestro.device_number": Trial(13),
     "axes.*:maestro.watchdog_s": Trial(3.0, rig=BOTH_WATCHED),
+    "axes.*:pi-gcs.axis_id": Trial("ROT"),
+    "axes.*:rate-table.dialect": Trial("acutronic-acutrol3000"),
+    "axes.*:rate-table.top_rate_dps": Trial(20.0, job="rates", rig=LINES_THAT_TURN),
+    "axes.*:rate-table.wrap_turns": Trial(0.1, job="rates", rig=LINES_THAT_TURN),
     "axes.*:oriental-az.top_rate_dps": Trial(20.0, job="rates", rig=AZ_THAT_TURNS),
     "axes.*:oriental-az.wrap_turns": Trial(0.1, job="rates", rig=AZ_THAT_TURNS),
     "axes.*:oriental-az.current_percent": Trial(50.0),
@@ -111,6 +119,8 @@ TRIALS = {
     "readouts.*:hp3458a.checks.action": Trial(rig=REFERENCE_OFF),
     "readouts.*:hp3458a.checks.temperature_step_degc": Trial(5.0, rig=WARMING),
     "readouts.*:scpi-daq.resource": Trial("socket://127.0.0.1:1"),
+    "readouts.*:scpi-meter.resource": Trial("socket://127.0.0.1:1"),
+    "readouts.*:scpi-meter.terminals": Trial("rear"),
     "readouts.*:scpi-daq.nplc": Trial(2.0),
     "readouts.*:scpi-daq.channels.*.nplc": Trial(2.0),
     "readouts.*:scpi-daq.channels.*.range_v": Trial(100.0),
@@ -119,6 +129,8 @@ TRIALS = {
     "readouts.*:hp3458a.channels.*.scanner": Trial(7),
     "readouts.*:hp3458a.checks.short_scanner": Trial(7),
     "readouts.*:scpi-daq.checks.action": Trial(rig=REFERENCE_OFF),
+    "environment.*:ascii-chamber.pause_s": Trial(10.0),
+    "environment.*:ascii-chamber.channel": Trial(2, rig=IN_A_THERMOTRON),
     "environment.*:watlow-f4t.plausible_degc": Trial([30.0, 40.0]),
     "streams.*:csv-imu.columns": Trial(["t", "n", "gx", "gy", "gz"], job="rates", at="logger"),
     "streams.*:csv-imu.channels.*.unit": Trial("dps", job="rates", at="gx"),

@@ -12,14 +12,17 @@ from daq_rig import daq_settings
 from gpib_rig import meter_settings
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from meter_rig import meter_settings as meter_of
 from stream_rig import csv_settings, vn100_settings
 from table_bench import virtual_clock
 
 from rig.clock import VirtualClock
 from rig.description.drivers import settings_classes
 from rig.devices import csv_imu, vn100, watlow_f4, watlow_f4t
+from rig.devices.ascii_chamber import AsciiChamber, AsciiChamberSettings
 from rig.devices.hp3458a import Hp3458aReadout
 from rig.devices.scpi_daq import ScpiDaqReadout
+from rig.devices.scpi_meter import ScpiMeter
 from rig.devices.watlow_f4 import WatlowF4Settings
 from rig.devices.watlow_f4t import WatlowF4TSettings
 from rig.errors import RigError
@@ -67,6 +70,15 @@ def _daq(line: ByteStream, clock: VirtualClock) -> None:
     readout.read("daq.x", 2, clock.sleep)
 
 
+def _meter_of_its_own(model: str) -> Work:
+    def work(line: ByteStream, clock: VirtualClock) -> None:
+        meter = ScpiMeter("dmm", meter_of(model), StreamMessages(line), clock)
+        meter.prepare()
+        meter.read("dmm.x", 2, clock.sleep)
+
+    return work
+
+
 def _f4(line: ByteStream, _clock: VirtualClock) -> None:
     air = watlow_f4.connect("air", WatlowF4Settings(driver="watlow-f4", port="line"), line)
     assert -100.0 <= air.temperature_degc() <= 200.0
@@ -96,9 +108,23 @@ def _csv(line: ByteStream, clock: VirtualClock) -> None:
     stream.poll()
 
 
+def _ascii(model: str) -> Work:
+    def work(line: ByteStream, _clock: VirtualClock) -> None:
+        table = {"driver": "ascii-chamber", "port": "line", "model": model, "values": "degc"}
+        air = AsciiChamber("air", AsciiChamberSettings.model_validate(table), line)
+        assert -100.0 <= air.temperature_degc() <= 250.0
+        air.hold(20.0)
+
+    return work
+
+
 WORK: dict[str, Work] = {
     "hp3458a": _meter,
     "scpi-daq": _daq,
+    "scpi-meter": _meter_of_its_own("34401A"),
+    "scpi-meter, keithley": _meter_of_its_own("keithley-2000"),
+    "ascii-chamber": _ascii("thermotron-8800"),
+    "ascii-chamber, espec": _ascii("espec-p300"),
     "watlow-f4": _f4,
     "watlow-f4t": _f4t("tcp"),
     "watlow-f4t, rtu": _f4t("rtu"),

@@ -14,7 +14,8 @@ from rig.errors import RequestRefused, RigError, WaitEnded
 from rig.link import faults
 from rig.link.memory import MemoryStream
 from rig.link.ports import open_stream
-from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
+from rig.motion.move import home_and_arrive, move_and_arrive
+from rig.testing.axes import keep_axis_promises
 from rig.twins.servers import serve_pty, serve_tcp
 
 FACTOR = 50.0
@@ -50,22 +51,8 @@ def test_an_axis_keeps_its_promises(bench: tuple[Mapping[str, Axis], Clock]) -> 
     assert not pitch.state().is_homed
     with pytest.raises(RequestRefused, match="not homed"):
         pitch.start_move(10.0)
-    for axis in axes.values():
-        assert abs(home_and_arrive(axis, clock, clock.sleep)) <= CLOSE_DEG
-    assert move_and_arrive(pitch, -30.0, clock, clock.sleep) == pytest.approx(-30.0, abs=CLOSE_DEG)
-    assert abs(roll.state().position_deg) <= CLOSE_DEG
-    before_deg = pitch.state().position_deg
-    pitch.stop()  # harmless at rest
-    state = pitch.state()
-    assert (state.is_seated, state.position_deg) == (True, before_deg)
-    for wrong_deg in (181.0, float("nan")):
-        with pytest.raises(RequestRefused):
-            pitch.check_target(wrong_deg)
-    roll.start_move(170.0)
-    stop_all(axes, clock)
-    state = roll.state()
-    assert not state.is_moving
-    assert state.position_deg < 170.0
+    home_and_arrive(roll, clock, clock.sleep)
+    keep_axis_promises(pitch, clock, target_deg=-30.0, beyond_deg=181.0, close_deg=CLOSE_DEG, others={"roll": roll})
 
 
 @pytest.mark.parametrize("driver", sorted(DRIVERS))

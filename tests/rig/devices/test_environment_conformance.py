@@ -4,15 +4,22 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from ported_rig import LINES, rig_on
 from wider_rig import CHAMBER, wider_rig_file
 
 from rig.assembly.open_rig import Rig
 from rig.description.drivers import settings_classes
-from rig.devices.abilities import Environment
-from rig.errors import RequestRefused
+from rig.testing import LINES, keep_promises, rig_on
+
+
+def _ascii(model: str) -> str:
+    return f'[environment.air]\ndriver = "ascii-chamber"\nport = "twin"\nmodel = "{model}"\n'
+
 
 TABLES = {
+    "ascii-chamber": _ascii("thermotron-8800"),
+    "ascii-chamber, degF": f'{_ascii("thermotron-8800")}values = "degf"\n',
+    "ascii-chamber, thermotron-3800": f'{_ascii("thermotron-3800")}values = "degc"\npause_s = 0.01\n',
+    "ascii-chamber, espec-p300": f'{_ascii("espec-p300")}values = "degc"\npause_s = 0.01\naddress = 1\n',
     "watlow-f4": CHAMBER.replace("watlow-f4t", "watlow-f4"),
     "watlow-f4t": CHAMBER,
     "watlow-f4t, rtu": f'{CHAMBER}transport = "rtu"\n',
@@ -42,22 +49,5 @@ def rig(request: pytest.FixtureRequest, line: str, tmp_path: Path) -> Iterator[R
         yield opened
 
 
-def _air(rig: Rig) -> Environment:
-    return rig.environments["air"]
-
-
 def test_an_environment_keeps_its_promises(rig: Rig) -> None:
-    air = _air(rig)
-    assert air.identify() == air.identify()
-    assert air.temperature_degc() == pytest.approx(20.0, abs=0.5)
-    before_degc = air.setpoint_degc()
-    for wrong_degc in (-41.0, 86.0, float("nan")):
-        with pytest.raises(RequestRefused, match=r"air: set ?point"):
-            air.hold(wrong_degc)
-    assert air.setpoint_degc() == before_degc
-    air.hold(21.5)
-    assert air.setpoint_degc() == 21.5
-    rig.clock.sleep(40.0)  # 0.05 °C/s
-    assert air.temperature_degc() == pytest.approx(21.5, abs=0.2)
-    air.hold(-12.5)
-    assert air.setpoint_degc() == -12.5
+    keep_promises(rig, "environment.air")

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 from example_files import EXAMPLE_RIG
-from ported_rig import LINES, rig_on
 
 from rig.assembly.open_rig import Rig
 from rig.description.drivers import settings_classes
 from rig.devices.abilities import Field, FieldState
 from rig.errors import RequestRefused
+from rig.testing import LINES, rig_on
 
 TABLES = {"manual": '[field.coil]\ndriver = "manual"\nport = "twin"\nlimits_ut = [-100.0, 100.0]\n'}
 """Driver to its table."""

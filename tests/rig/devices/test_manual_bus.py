@@ -3,7 +3,7 @@
 import pytest
 from gpib_rig import gpib_rig, virtual_clock
 
-from rig.errors import DeviceNonsense
+from rig.errors import DeviceNonsense, DeviceRefused
 from rig.link.memory import MemoryStream
 from rig.link.prologix import PrologixBus
 from rig.twins.hp3458a import Hp3458aTwin
@@ -168,6 +168,13 @@ def test_the_input_is_set_to_more_than_ten_gigohm() -> None:
     rig.meter.listen(b"FIXEDZ ON\r\n", 0.0)
     rig.prepared()
     assert _asked(rig.meter, b"END ALWAYS;FIXEDZ?") == b"0"
+
+
+def test_a_meter_that_stays_at_ten_megohm_is_refused() -> None:
+    rig = gpib_rig()
+    rig.meter._actions["FIXEDZ"] = lambda _words, _now_s: rig.meter._settings.update(FIXEDZ=1)
+    with pytest.raises(DeviceRefused, match=r"FIXEDZ\? reads back 1, it was set to 0"):
+        rig.prepared()
 
 
 def test_a_calibration_to_its_own_standards_ages() -> None:

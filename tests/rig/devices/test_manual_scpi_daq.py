@@ -12,8 +12,8 @@ from rig.link.memory import MemoryStream
 from rig.link.messages import StreamMessages
 from rig.wire import scpi
 
-MODELS = {"34970A": 101, "34980A": 1001}
-IMPEDANCE = {"34970A": b"INP:IMP:AUTO", "34980A": b"VOLT:DC:IMP:AUTO"}
+MODELS = {"34970A": 101, "34980A": 1001, "DAQ970A": 101}
+IMPEDANCE = {"34970A": b"INP:IMP:AUTO", "34980A": b"VOLT:DC:IMP:AUTO", "DAQ970A": b"VOLT:DC:IMP:AUTO"}
 
 
 def _rig(model: str) -> tuple[DaqRig, int]:
@@ -126,6 +126,18 @@ def test_readings_are_taken_out_of_memory_oldest_first() -> None:
     _said(rig, b"CONF:VOLT:DC 10,(@101);:TRIG:COUN 3;:INIT")
     assert _said(rig, b"DATA:REM? 2") == b"+1.00000100E+00,+1.00000200E+00\n"
     assert _said(rig, b"DATA:POIN?") == b"+1\n"
+
+
+def test_a_daq970a_is_who_its_guide_says_and_configure_sets_its_delay_to_automatic() -> None:
+    # DAQ-PG p. 149: the identity. DAQ-PG p. 205: "The CONFigure and MEASure? commands set the channel delay to
+    # automatic."
+    rig, _ = _rig("DAQ970A")
+    identity = b"Keysight Technologies,DAQ970A,MY12345678,A.02.04-00.16-11.29-00.02-02-01\n"
+    assert _said(rig, b"*IDN?") == identity
+    _said(rig, b"ROUT:CHAN:DEL 2,(@101)")
+    assert _said(rig, b"ROUT:CHAN:DEL? (@101)") == b"+2.00000000E+00\n"
+    _said(rig, b"CONF:VOLT:DC 10,(@101)")
+    assert _said(rig, b"ROUT:CHAN:DEL? (@101)") == b"+0.00000000E+00\n"
 
 
 def test_relays_and_status_are_answered() -> None:

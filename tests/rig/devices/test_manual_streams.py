@@ -36,6 +36,24 @@ def test_the_twin_writes_two_digits() -> None:
     assert twin.transmit(0.0) == wire.message(b"VNERR,08")
 
 
+def test_a_binary_output_that_was_left_on_is_switched_off_before_the_lines_begin() -> None:
+    # docs/devices/vn100.md: "$VNWRG,75,1,4,01,0101*70"; a binary output mixes FAh frames into the text, and
+    # "setting the ASCII type to 0 does not stop them".
+    rig = vn100_rig()
+    twin: Vn100Twin = rig.twin  # type: ignore[assignment]
+    twin.receive(b"$VNWRG,75,1,4,01,0101*70\r\n", 0.0)
+    assert twin.binary[75] == ["1", "4", "01", "0101"]
+    rig.stream.discard_input()
+    imu = rig.vn100()
+    imu.start()
+    assert twin.binary[75] == ["0", "4", "01", "0101"]
+    rig.clock.sleep(1.0)
+    block = imu.poll()
+    assert block.refused == 0
+    assert block.samples > 10
+    assert wire.BINARY_OUTPUTS == (75, 76, 77)
+
+
 def test_what_is_calibrated_is_the_uncompensated_output() -> None:
     # UM p. 79: register 54, header VNIMU, "Uncompensated"; p. 94: VNYMR is compensated.
     assert vn100_settings().output == "IMU"

@@ -116,7 +116,7 @@ def test_a_unit_that_streams_and_does_not_answer_is_silent() -> None:
 
 def test_a_setting_that_the_unit_does_not_take_is_refused() -> None:
     rig = vn100_rig()
-    rig.faults.writes = {1: faults.replace(b"$VNWRG,6,99*XX\r\n")}
+    rig.faults.writes = {4: faults.replace(b"$VNWRG,6,99*XX\r\n")}
     with pytest.raises(DeviceRefused, match="the unit refuses: invalid parameter"):
         rig.vn100().start()
 
@@ -138,7 +138,7 @@ def test_a_line_too_slow_for_the_output_is_refused_in_the_file() -> None:
 
 def test_a_rate_that_the_unit_took_otherwise_is_found() -> None:
     rig = vn100_rig()
-    rig.faults.writes = {2: faults.replace(b"$VNWRG,7,100*XX\r\n")}
+    rig.faults.writes = {5: faults.replace(b"$VNWRG,7,100*XX\r\n")}
     with pytest.raises(DeviceRefused, match="register 7: the unit tells 100, it was set to 40; it does not stream"):
         rig.vn100().start()
 

@@ -15,7 +15,7 @@ FACTOR = 100.0
 
 @contextmanager
 def rig_on(line: str, path: Path, factor: float = FACTOR) -> Iterator[Rig]:
-    """The twins of the rig file at ``path`` behind lines of that kind; ``factor``: rig seconds in a second there."""
+    """Open the twins of the rig file at ``path`` behind such lines; ``factor``: rig seconds in a second there."""
     if line == "memory":
         with open_rig(read_rig(path)) as rig:
             yield rig

@@ -1,0 +1,220 @@
+"""Chambers that speak lines of text, by preset: Thermotron 8800 and 3800, Espec P-300 and SCP-220.
+
+The unit on the wire is asked for where a chamber tells it, with every temperature and before every set point, and
+stated in the rig file where it cannot be asked: there is no default. A program would follow its own set points, so
+none is written while one runs, and a chamber that stops by itself while we hold is a fault.
+
+Source: docs/devices/ascii-chambers.md.
+"""
+
+from collections.abc import Callable
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import Field, model_validator
+
+from rig.description.device_settings import EnvironmentSettings, NotNegative
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
+from rig.link.byte_stream import ByteStream
+from rig.link.exchange import Exchange, Patience
+from rig.wire.chamber_text import (
+    DECIMALS,
+    ChamberWords,
+    Look,
+    chamber_words,
+    format_temperature,
+    parse_is_fahrenheit,
+    parse_text,
+)
+
+PLAUSIBLE_DEGC = (-100.0, 250.0)
+"""A temperature outside is a wrong unit or a broken probe."""
+PATIENCE = Patience(timeout_s=3.0, quiet_s=0.5)
+Reply = TypeVar("Reply")
+
+
+class AsciiChamberSettings(EnvironmentSettings):
+    """``driver = "ascii-chamber"``."""
+
+    driver: Literal["ascii-chamber"]
+    model: Literal["thermotron-8800", "thermotron-3800", "espec-p300", "espec-scp220"]
+    values: Literal["degc", "degf"] | None = None
+    """The unit on the wire; None: as an 8800 says. The others cannot be asked."""
+    channel: Annotated[int, Field(ge=1, le=48)] = 1
+    """Of a Thermotron."""
+    address: Annotated[int, Field(ge=1, le=16)] | None = None
+    """Of an Espec on RS-485; None: RS-232 or TCP, where none is written."""
+    baud_rate: Literal[1200, 2400, 4800, 9600, 19200, 38400] = 9600
+    reply_end: Literal["lf", "cr"] = "lf"
+    """What a reply ends with; ``lf`` with or without CR before it."""
+    pause_s: NotNegative | None = None
+    """Rest behind a write; None: what the model needs."""
+
+    @model_validator(mode="after")
+    def _fits_the_model(self) -> "AsciiChamberSettings":
+        words = chamber_words(self.model)
+        if words.unit is None and self.values is None:
+            raise ValueError(
+                f'values: a {self.model} cannot be asked for its unit; look at its panel and write "degc" or "degf"'
+            )
+        if self.model.startswith("espec") and self.channel != 1:
+            raise ValueError(f"channel: an {self.model} has one; leave it out")
+        if self.model.startswith("thermotron") and self.address is not None:
+            raise ValueError(f"address: a {self.model} has none on the wire; leave it out")
+        return self
+
+
+class AsciiChamber:
+    """A :class:`rig.devices.abilities.Environment`."""
+
+    def __init__(self, name: str, settings: AsciiChamberSettings, stream: ByteStream) -> None:
+        self.name = name
+        self._settings = settings
+        self._words: ChamberWords = chamber_words(settings.model, settings.channel)
+        self._prefix = b"" if settings.address is None else b"%d," % settings.address
+        self._clock = stream.clock
+        end = b"\n" if settings.reply_end == "lf" else b"\r"
+        self._exchange = Exchange(stream, terminator=end, patience=PATIENCE)
+        self._pause_s = self._words.pause_s if settings.pause_s is None else settings.pause_s
+        self._free_s = self._clock.monotonic_s()
+        self._is_fahrenheit: bool | None = None
+        self._holds = False
+
+    def identify(self) -> str:
+        told = [self._ask(question, parse_text) for question in self._words.identity]
+        unit = "degF" if self._unit() else "degC"
+        self._ask(self._words.activity, self._words.parse_activity)
+        return f"{self._settings.model} {' '.join(told)}, values in {unit}"
+
+    def temperature_degc(self) -> float:
+        is_fahrenheit = self._unit()
+        if self._holds:
+            self._require_holding()
+        degc = _degc(self._look().temperature, is_fahrenheit)
+        low_degc, high_degc = PLAUSIBLE_DEGC
+        if not low_degc <= degc <= high_degc:
+            raise DeviceFault(
+                f"{self.name}: the air reads {degc:g} degC, which is not plausible, allowed {low_degc:g} to"
+                f" {high_degc:g}; nothing was changed; check the probe and the unit (environment.{self.name}: values)"
+            )
+        return degc
+
+    def setpoint_degc(self) -> float:
+        """Return the set point that the chamber follows, a program's while one runs, where it can be told."""
+        is_fahrenheit = self._unit()
+        told = self._look().setpoint if self._activity() == "program" else None
+        setpoint = self._ask(self._words.setpoint, self._words.parse_setpoint) if told is None else told
+        return _degc(setpoint, is_fahrenheit)
+
+    def hold(self, setpoint_degc: float) -> None:
+        self._settings.refuse_beyond_limits(self.name, setpoint_degc)
+        is_fahrenheit = self._unit()
+        activity = self._activity()
+        if activity == "program":
+            raise DeviceRefused(
+                f"{self.name}: a program runs or is held: the chamber would follow it and not a set point; nothing was"
+                " changed; end it at the panel"
+            )
+        self._refuse_beyond_its_own_limits(setpoint_degc, is_fahrenheit)
+        value = self._written(setpoint_degc, is_fahrenheit)
+        self._tell(self._words.write.replace(b"%s", format_temperature(value)))
+        if activity == "stopped" or self._words.starts_always:
+            self._tell(self._words.start)
+        self._holds = True
+        told = self._ask(self._words.setpoint, self._words.parse_setpoint)
+        if abs(told - value) > 1e-9:
+            raise DeviceFault(
+                f"{self.name}: setpoint {setpoint_degc:g} degC was sent, but reads back"
+                f" {_degc(told, is_fahrenheit):g} degC; the chamber may heat or cool; look at its panel"
+            )
+        self._require_holding()
+
+    def _written(self, setpoint_degc: float, is_fahrenheit: bool) -> float:
+        """Return the set point in the chamber's unit. Raises: RequestRefused where it has no such step."""
+        exact = setpoint_degc * 1.8 + 32.0 if is_fahrenheit else setpoint_degc
+        value = round(exact, DECIMALS)
+        if abs(value - exact) > 1e-9:
+            unit = "degF" if is_fahrenheit else "degC"
+            raise RequestRefused(
+                f"{self.name}: setpoint {setpoint_degc:g} degC: the chamber takes tenths of a {unit}; nothing was"
+                f" changed; ask for one of them, the nearest is {_degc(value, is_fahrenheit):.6g} degC"
+            )
+        return value
+
+    def _refuse_beyond_its_own_limits(self, setpoint_degc: float, is_fahrenheit: bool) -> None:
+        look = self._look()
+        if look.lowest is None or look.highest is None:
+            return
+        low_degc, high_degc = _degc(look.lowest, is_fahrenheit), _degc(look.highest, is_fahrenheit)
+        if not low_degc - 1e-9 <= setpoint_degc <= high_degc + 1e-9:
+            raise RequestRefused(
+                f"{self.name}: setpoint {setpoint_degc:g} degC: the chamber allows {low_degc:g} to {high_degc:g} degC"
+                " (its own limits); nothing was changed; ask for one inside"
+            )
+
+    def _require_holding(self) -> None:
+        if (activity := self._activity()) != "holding":
+            what = "a program runs" if activity == "program" else "the chamber has stopped"
+            raise DeviceFault(
+                f"{self.name}: {what} since the set point was written; the temperature is not held; look at its panel"
+            )
+
+    def _unit(self) -> bool:
+        """Return whether the wire is in °F, as when we connected. Raises: DeviceNonsense, DeviceFault."""
+        stated = None if self._settings.values is None else self._settings.values == "degf"
+        told = stated if self._words.unit is None else self._ask(self._words.unit, parse_is_fahrenheit)
+        assert told is not None, "the settings were checked"
+        if stated not in (None, told):
+            raise DeviceNonsense(
+                f"{self.name}: the controller is set to {'degF' if told else 'degC'}, the rig file says"
+                f" {self._settings.values!r} (environment.{self.name}: values); nothing was changed; correct the file,"
+                " or the unit at the panel"
+            )
+        if self._is_fahrenheit not in (None, told):
+            raise DeviceFault(
+                f"{self.name}: the unit was {'degF' if self._is_fahrenheit else 'degC'} and is"
+                f" {'degF' if told else 'degC'}: somebody set the controller otherwise; nothing was changed; set it"
+                " back, or start anew"
+            )
+        self._is_fahrenheit = told
+        return told
+
+    def _look(self) -> Look:
+        return self._ask(self._words.look, self._words.parse_look)
+
+    def _activity(self) -> str:
+        return self._ask(self._words.activity, self._words.parse_activity)
+
+    def _ask(self, question: bytes, parse: Callable[[bytes], Reply]) -> Reply:
+        self._rest()
+        sent = self._prefix + question + self._words.command_end
+        return self._exchange.ask(sent, lambda line: parse(self._whole(question, line)), idempotent=True)
+
+    def _tell(self, command: bytes) -> None:
+        """Send a write; an absolute set point and a start may be sent twice. Raises: DeviceRefused."""
+        self._rest()
+        sent, check = self._prefix + command + self._words.command_end, self._words.check_acknowledged
+        refusal = ""
+        if check is None:
+            self._exchange.tell(sent)
+        else:
+            refusal = self._exchange.ask(sent, lambda line: check(command, line.rstrip(b"\r")), idempotent=True)
+        self._free_s = self._clock.monotonic_s() + self._pause_s
+        if refusal:
+            raise DeviceRefused(
+                f"{self.name}: the chamber refuses {command.decode('ascii')}: {refusal}; nothing was changed by it;"
+                " look at its panel"
+            )
+
+    def _whole(self, question: bytes, line: bytes) -> bytes:
+        line = line.rstrip(b"\r")
+        if line.startswith(b"NA:"):
+            raise DeviceNonsense(f"{question.decode('ascii')} is not known to this chamber: {parse_text(line)}")
+        return line
+
+    def _rest(self) -> None:
+        if (left_s := self._free_s - self._clock.monotonic_s()) > 0.0:
+            self._clock.sleep(left_s)
+
+
+def _degc(value: float, is_fahrenheit: bool) -> float:
+    return round((value - 32.0) / 1.8, 6) if is_fahrenheit else value

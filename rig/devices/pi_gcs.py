@@ -1,0 +1,182 @@
+"""Rotary stages on a GCS 2.0 controller of Physik Instrumente (C-863, C-663, C-867, C-884, E-873).
+
+Commands are silent, so ``ERR?`` is asked behind each; it keeps one error only. A stage is homed by its own word
+(``FRF?``), and its motor is on (``SVO?``): a motion error switches it off, which is a fault. The unit is the stage's
+own parameter and must be degrees: the same command turns a stage by degrees and drives another by millimetres.
+
+Source: docs/devices/pi-gcs.md.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from threading import RLock
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import Field
+
+from rig.description.device_settings import AxisSettings
+from rig.devices.abilities import AxisState, StopStep
+from rig.devices.machine_limits import require_travel
+from rig.devices.starting import start_once
+from rig.devices.targets import check_target
+from rig.errors import DeviceFault, DeviceRefused, RequestRefused
+from rig.link.byte_stream import ByteStream
+from rig.link.exchange import Exchange, Patience
+from rig.wire import pi_gcs as wire
+
+Reply = TypeVar("Reply")
+_SPEED_TOLERANCE = 1e-3
+_SAME_ANGLE_DEG = 1e-3
+DEGREES = ("DEG", "DEGREE", "DEGREES", "°")
+
+
+class PiGcsSettings(AxisSettings):
+    """``driver = "pi-gcs"``. ``axis`` is its place in the controller's list (``SAI?``), from 1."""
+
+    driver: Literal["pi-gcs"]
+    axis_id: Annotated[str, Field(pattern="^[A-Za-z0-9]{1,8}$")] | None = None
+    """Its name there, a letter or a word; None: the number."""
+    reference: Literal["FRF", "FNL", "FPL", "none"] = "FRF"
+    """How it finds its home: by its switch, by an end of travel, or not at all (an absolute encoder)."""
+    baud_rate: Literal[9600, 19200, 38400, 57600, 115200, 230400, 460800] = 115200
+    states_unit: bool = True
+    """The stage tells its unit; false: you have looked that it is degrees."""
+    reply_timeout_s: Annotated[float, Field(gt=0.0)] = 1.0
+
+    @property
+    def named(self) -> str:
+        return self.axis_id or str(self.axis)
+
+
+class PiGcsAxis:
+    """One axis of the controller: a :class:`rig.devices.abilities.Axis`; axes share ``exchange`` and ``turn``."""
+
+    def __init__(self, name: str, settings: PiGcsSettings, exchange: Exchange, turn: RLock) -> None:
+        self.name = name
+        self.limits_deg = settings.limits_deg
+        self.increment_deg = settings.increment_deg
+        self.speed_dps = settings.speed_dps
+        self.approach_deg = settings.approach_deg
+        self.arrival_tolerance_deg = settings.arrival_tolerance_deg
+        self._settings = settings
+        self._axis = settings.named
+        self._exchange, self._turn = exchange, turn
+        self._is_prepared = False
+
+    def identify(self) -> str:
+        identity = self._ask(b"*IDN?\n", wire.parse_identity)
+        self._require_degrees()
+        return f"{identity}, axis {self._axis}"
+
+    def check_target(self, target_deg: float) -> None:
+        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
+
+    def start_move(self, target_deg: float) -> None:
+        self.check_target(target_deg)
+        if not self.state().is_homed:
+            raise RequestRefused(
+                f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
+            )
+        self._prepare()
+        table_deg = self._settings.table_deg(target_deg)
+        start_once(lambda: self._do("MOV", wire.format_number(table_deg)), lambda: self._is_on_its_way(table_deg))
+
+    def home(self) -> None:
+        self._is_prepared = False  # a stage that lost power forgot its speed, too
+        self._do("SVO", "1")
+        self._prepare()
+        if self._settings.reference != "none":
+            start_once(lambda: self._do(self._settings.reference), self._is_moving)
+
+    def state(self) -> AxisState:
+        is_moving = self._is_moving()
+        has_servo = self._flag("SVO?")
+        return AxisState(
+            position_deg=self._settings.attitude_deg(self._number("POS?")),
+            is_moving=is_moving,
+            is_homed=self._flag("FRF?"),
+            is_seated=True,
+            fault="the servo is off: a motion error switches it off" if self._is_prepared and not has_servo else "",
+        )
+
+    def stop(self) -> None:
+        """Stop every axis of the controller; the error 10 behind it is the sign that it was obeyed."""
+        with self._turn:
+            self._exchange.tell(wire.STOP)
+            error = self._error()
+        if error not in (wire.STOPPED, wire.NO_ERROR):
+            raise self._refusal("#24", error)
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        return (StopStep(wire.STOP),)
+
+    def _prepare(self) -> None:
+        """Compare the stage's travel with the file's limits and see the file's speed taken, once.
+
+        Raises: RequestRefused, DeviceRefused, DeviceFault.
+        """
+        if self._is_prepared:
+            return
+        self._require_degrees()
+        ends_deg = [self._settings.attitude_deg(self._number(query)) for query in ("TMN?", "TMX?")]
+        require_travel(self.name, self.limits_deg, (min(ends_deg), max(ends_deg)))
+        self._do("VEL", wire.format_number(self.speed_dps))
+        told_dps = self._number("VEL?")
+        if abs(told_dps - self.speed_dps) > _SPEED_TOLERANCE * self.speed_dps:
+            raise DeviceFault(
+                f"{self.name}: speed {self.speed_dps:g} deg/s was sent, but reads back {told_dps:g}"
+                f" (axes.{self.name}: speed_dps); nothing moved; ask for a speed that the stage has"
+            )
+        self._is_prepared = True
+
+    def _require_degrees(self) -> None:
+        if not self._settings.states_unit:
+            return
+        question = wire.command("SPA?", self._axis, f"0x{wire.UNIT:X}")
+        unit = self._ask(question, lambda line: wire.parse_unit(line, self._axis))
+        if unit not in DEGREES:
+            raise DeviceRefused(
+                f"{self.name}: the stage counts in {unit}, need degrees (axes.{self.name}: axis, axis_id); nothing"
+                " moved; another stage is connected, or its configuration is not that of a rotary stage"
+            )
+
+    def _is_on_its_way(self, table_deg: float) -> bool:
+        return self._is_moving() or abs(self._number("POS?") - table_deg) < _SAME_ANGLE_DEG
+
+    def _is_moving(self) -> bool:
+        return bool(self._ask(wire.MOVING, wire.parse_moving) >> (self._settings.axis - 1) & 1)
+
+    def _flag(self, query: str) -> bool:
+        return self._ask(wire.command(query, self._axis), lambda line: wire.parse_flag(line, self._axis))
+
+    def _number(self, query: str) -> float:
+        return self._ask(wire.command(query, self._axis), lambda line: wire.parse_number(line, self._axis))
+
+    def _do(self, word: str, *values: str) -> None:
+        """Send a command, which is silent, and ask what became of it. Raises: DeviceRefused."""
+        with self._turn:
+            self._error()  # what is left from before is not this command's
+            self._exchange.tell(wire.command(word, self._axis, *values))
+            error = self._error()
+        if error != wire.NO_ERROR:
+            raise self._refusal(" ".join([word, self._axis, *values]), error)
+
+    def _refusal(self, told: str, error: int) -> DeviceRefused:
+        return DeviceRefused(
+            f"{self.name}: the controller refused {told}: error {error}, {wire.ERRORS.get(error, 'see its manual')};"
+            " look at the stage and its controller"
+        )
+
+    def _error(self) -> int:
+        """Ask for the last error, which takes it away."""
+        return self._ask(b"ERR?\n", wire.parse_error)
+
+    def _ask(self, question: bytes, parse: Callable[[bytes], Reply]) -> Reply:
+        with self._turn:
+            return self._exchange.ask(question, parse, idempotent=question != b"ERR?\n")
+
+
+def connect(axes: Mapping[str, PiGcsSettings], stream: ByteStream) -> dict[str, PiGcsAxis]:
+    """Return the axes of one controller, which share its line."""
+    patience = Patience(timeout_s=next(iter(axes.values())).reply_timeout_s)
+    exchange, turn = Exchange(stream, terminator=b"\n", patience=patience), RLock()
+    return {name: PiGcsAxis(name, settings, exchange, turn) for name, settings in axes.items()}

@@ -1,0 +1,127 @@
+"""Rate tables that speak lines: the grammar is a dialect, as of indexing tables, with a command that turns on and on.
+
+No maker's manual of such a table could be used (docs/devices/rate-table.md), so nothing about the rate is believed: it
+is measured from two looks at the angle, and a rate that the dialect cannot write is refused.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from threading import Lock
+from typing import Literal
+
+from rig.clock import Clock
+from rig.devices import rates
+from rig.devices.abilities import AxisState, StopStep, TurnLook
+from rig.devices.indexing_table import DialectSettings, IndexingTableAxis, exchange_of
+from rig.errors import RequestRefused
+from rig.link.byte_stream import ByteStream
+from rig.link.exchange import Exchange
+from rig.wire.indexing_table import Rate, TableCodec
+from rig.wire.table_dialect import Dialect, load_dialect
+
+_WRITTEN_DPS = 1e-9
+
+
+class RateTableSettings(DialectSettings, rates.RevolvingSettings):
+    """``driver = "rate-table"``."""
+
+    driver: Literal["rate-table"]
+    dialect: str = "generic-rate-table"
+    """Name of a shipped dialect or path of a dialect file."""
+
+    def spoken(self) -> Dialect:
+        return load_dialect(self.dialect, self.increment_deg)
+
+
+class Unwound:
+    """The angle that goes on beyond a turn, of one that begins again at 360 degrees.
+
+    Between two looks the table is believed to have gone on as between the two before, to half a turn.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._angle_deg = self._rate_dps = 0.0
+        self._looked_s: float | None = None
+
+    def __call__(self, told_deg: float) -> float:
+        now_s = self._clock.monotonic_s()
+        since_s = 0.0 if self._looked_s is None else now_s - self._looked_s
+        expected_deg = self._angle_deg + self._rate_dps * since_s
+        angle_deg = told_deg + 360.0 * round((expected_deg - told_deg) / 360.0)
+        if since_s > 0.0:
+            self._rate_dps = (angle_deg - self._angle_deg) / since_s
+        self._angle_deg, self._looked_s = angle_deg, now_s
+        return angle_deg
+
+
+class RateTableAxis:
+    """A :class:`rig.devices.abilities.Axis` and a :class:`rig.devices.abilities.RateAxis`."""
+
+    def __init__(
+        self, name: str, settings: RateTableSettings, codec: TableCodec, exchange: Exchange, turn: Lock
+    ) -> None:
+        self.name = name
+        self.limits_deg = settings.limits_deg
+        self.increment_deg = settings.increment_deg
+        self.speed_dps = settings.speed_dps
+        self.approach_deg = settings.approach_deg
+        self.arrival_tolerance_deg = settings.arrival_tolerance_deg
+        self.top_rate_dps = settings.top_rate_dps or 0.0
+        self._settings = settings
+        self._codec = codec
+        unwrap = Unwound(exchange.stream.clock) if codec.dialect.position_wraps else float
+        self._table = IndexingTableAxis(name, settings, codec, exchange, turn, unwrap)
+
+    def identify(self) -> str:
+        return self._table.identify()
+
+    def check_target(self, target_deg: float) -> None:
+        self._table.check_target(target_deg)
+
+    def check_rate(self, rate_dps: float) -> None:
+        rates.check_rate(self.name, rate_dps, self.top_rate_dps)
+        if not self._codec.knows(Rate):
+            raise RequestRefused(
+                f"{self.name}: turn at {rate_dps:g} deg/s: the dialect {self._codec.dialect.name} has no command for a"
+                " rate; nothing moved; give it one, or leave top_rate_dps out"
+            )
+        written_dps = self._codec.written_rate_dps(rate_dps)
+        if not math.isclose(written_dps, rate_dps, rel_tol=0.0, abs_tol=_WRITTEN_DPS):
+            raise RequestRefused(
+                f"{self.name}: turn at {rate_dps:g} deg/s: the dialect {self._codec.dialect.name} would write"
+                f" {written_dps:g}; nothing moved; ask for a rate with fewer decimals"
+            )
+
+    def start_move(self, target_deg: float) -> None:
+        self._table.start_move(target_deg)
+
+    def start_rate(self, rate_dps: float) -> None:
+        self.check_rate(rate_dps)
+        if not self.state().is_homed:
+            raise RequestRefused(
+                f"{self.name}: turn at {rate_dps:g} deg/s: the axis is not homed; nothing moved; home it first"
+            )
+        self._table.turn(self._settings.sign * rate_dps)
+
+    def home(self) -> None:
+        self._table.home()
+
+    def turn_look(self, clock: Clock) -> TurnLook:
+        return rates.look(self._table.position_deg, clock)
+
+    def state(self) -> AxisState:
+        return self._table.state()
+
+    def stop(self) -> None:
+        self._table.stop()
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        return self._table.stop_steps()
+
+
+def connect(axes: Mapping[str, RateTableSettings], stream: ByteStream) -> dict[str, RateTableAxis]:
+    """Return the axes of one controller, which share its line. Raises: DescriptionError (its dialect)."""
+    codec = TableCodec(next(iter(axes.values())).spoken())
+    exchange, turn = exchange_of(codec, stream), Lock()
+    return {name: RateTableAxis(name, settings, codec, exchange, turn) for name, settings in axes.items()}

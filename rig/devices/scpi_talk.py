@@ -1,0 +1,45 @@
+"""What every driver of a SCPI instrument asks: a setting read back, the error queue emptied."""
+
+from rig.errors import DeviceNonsense, DeviceRefused
+from rig.link.messages import MessageLine
+from rig.wire import scpi
+
+READ_BACK_TOLERANCE = 1e-3
+LONGEST_ERROR_LIST = 40
+
+
+def require(line: MessageLine, name: str, query: bytes, need: float) -> None:
+    """Ask for a number that was set. Raises: DeviceRefused where it reads back otherwise."""
+    got = line.ask(query, scpi.parse_number, idempotent=True)
+    if abs(got - need) > READ_BACK_TOLERANCE * abs(need):
+        raise DeviceRefused(
+            f"{name}: {query.decode('ascii')} reads back {got:g}, it was set to {need:g}; no reading is"
+            " taken; compare the rig file with what the unit offers"
+        )
+
+
+def take_errors(line: MessageLine, name: str) -> list[tuple[int, str]]:
+    """Ask until the queue is empty; asking takes the oldest one out. Raises: DeviceNonsense where it never ends."""
+    errors: list[tuple[int, str]] = []
+    while (error := line.ask(b"SYST:ERR?", scpi.parse_error, idempotent=False))[0]:
+        errors.append(error)
+        if len(errors) > LONGEST_ERROR_LIST:
+            raise DeviceNonsense(f"{name}: more than {LONGEST_ERROR_LIST} errors; power it off and on")
+    return errors
+
+
+def require_no_error(line: MessageLine, name: str, after: str, consequence: str) -> None:
+    """Empty the error queue. Raises: DeviceRefused with what stood in it."""
+    if errors := take_errors(line, name):
+        told = ", ".join(f"{number:+d} {text}" for number, text in errors)
+        raise DeviceRefused(f"{name}: {after}: {told}; {consequence}; look at the unit's display")
+
+
+def listed(numbers: tuple[float, ...]) -> str:
+    """Return numbers for a message."""
+    return ", ".join(f"{number:g}" for number in numbers)
+
+
+def as_sent(value: float) -> bytes:
+    """Return a number as it is sent."""
+    return b"%.9g" % value

@@ -1,0 +1,81 @@
+"""Laws of axes: they go to angles inside their limits, tell the truth about it and stop; some turn on and on."""
+
+from collections.abc import Mapping
+
+from rig.clock import Clock
+from rig.devices.abilities import Axis, RateAxis
+from rig.devices.rates import measured_rate
+from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
+from rig.testing.law import expect, expect_near, expect_refusal
+
+REST_S = 5.0
+
+
+def keep_axis_promises(
+    axis: Axis, clock: Clock, *, target_deg: float, beyond_deg: float, close_deg: float, others: Mapping[str, Axis]
+) -> None:
+    """Identity, home before moves, arrival, limits, a stop that is harmless at rest and ends a move.
+
+    ``others``: axes of the same controller, which must stay where they are.
+    """
+    expect(axis.identify() == axis.identify(), f"{axis.name}: it says of itself one thing, then another")
+    if not axis.state().is_homed:
+        expect_refusal(lambda: axis.start_move(target_deg), f"{axis.name}: a move without a home", "not homed")
+    expect_near(home_and_arrive(axis, clock, clock.sleep), 0.0, close_deg, f"{axis.name}: home")
+    before_deg = {name: other.state().position_deg for name, other in others.items()}
+    arrived_deg = move_and_arrive(axis, target_deg, clock, clock.sleep)
+    expect_near(arrived_deg, target_deg, close_deg, f"{axis.name}: arrival")
+    for name, other in others.items():
+        expect_near(other.state().position_deg, before_deg[name], close_deg, f"{name}: it moved with {axis.name}")
+    rested_deg = axis.state().position_deg
+    axis.stop()
+    state = axis.state()
+    expect(state.is_seated, f"{axis.name}: a stop at rest unseated it")
+    expect(state.position_deg == rested_deg, f"{axis.name}: a stop at rest moved it to {state.position_deg:g} deg")
+    for wrong_deg in (beyond_deg, float("nan"), float("inf")):
+        for request in (axis.check_target, axis.start_move):
+            expect_refusal(lambda request=request, wrong=wrong_deg: request(wrong), f"{axis.name}: {wrong_deg} deg")  # type: ignore[misc]
+    expect(axis.state().position_deg == rested_deg, f"{axis.name}: a refused target moved it")
+    _keep_stop(axis, clock, target_deg)
+
+
+def _keep_stop(axis: Axis, clock: Clock, from_deg: float) -> None:
+    """Stop a move on its way; it must stay there."""
+    axis.start_move(-from_deg)
+    clock.sleep(min(2.0, 0.5 * abs(2.0 * from_deg) / axis.speed_dps))
+    stop_all({axis.name: axis}, clock)
+    state = axis.state()
+    expect(not state.is_moving, f"{axis.name}: it moves after a stop")
+    expect(abs(state.position_deg + from_deg) > axis.arrival_tolerance_deg, f"{axis.name}: the stop let it arrive")
+    clock.sleep(REST_S)
+    expect(axis.state().position_deg == state.position_deg, f"{axis.name}: it goes on after a stop")
+
+
+def keep_rate_promises(axis: RateAxis, clock: Clock, rates_dps: tuple[float, float] = (25.0, -40.0)) -> None:
+    """Refuse rates that it has not; turn at others, measured by looks at angle and clock, beyond a turn; stop.
+
+    The axis must be homed.
+    """
+    for wrong_dps in (0.0, float("nan"), float("inf"), 1.01 * axis.top_rate_dps, -1.01 * axis.top_rate_dps):
+        for request in (axis.check_rate, axis.start_rate):
+            expect_refusal(
+                lambda request=request, wrong=wrong_dps: request(wrong),  # type: ignore[misc]
+                f"{axis.name}: {wrong_dps} deg/s",
+                "nothing moved",
+            )
+    for rate_dps in rates_dps:  # the second from within the first: both senses, no stop between
+        axis.start_rate(rate_dps)
+        clock.sleep(4.0)  # a change of 65 deg/s at 20 deg/s² takes 3.25 s
+        expect(axis.state().is_moving, f"{axis.name}: it turns and says that it rests")
+        first = axis.turn_look(clock)
+        clock.sleep(15.0)
+        measured = measured_rate(first, axis.turn_look(clock))
+        limit_dps = 3.0 * measured.uncertainty_dps + 0.01
+        expect_near(measured.rate_dps, rate_dps, limit_dps, f"{axis.name}: rate")
+        expect(abs(measured.turned_deg) > 360.0, f"{axis.name}: its angle does not go on beyond a turn")
+        expect(first.uncertainty_s >= 0.0, f"{axis.name}: a look has a negative uncertainty")
+    stop_all({axis.name: axis}, clock)  # type: ignore[dict-item]
+    rested_deg = axis.turn_look(clock).angle_deg
+    clock.sleep(REST_S)
+    expect(axis.turn_look(clock).angle_deg == rested_deg, f"{axis.name}: it turns on after a stop")
+    expect(not axis.state().is_moving, f"{axis.name}: it rests and says that it moves")

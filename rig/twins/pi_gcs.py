@@ -1,0 +1,160 @@
+"""Twin of a GCS 2.0 controller with rotary stages: silent commands, one error kept, single bytes between the lines.
+
+It comes up with servos off and without a reference. Source: docs/devices/pi-gcs.md; the forms of ``*IDN?`` and of the
+unit are remembered there.
+"""
+
+from collections.abc import Mapping
+
+from rig.twins.servo_axis import ServoAxis
+from rig.twins.world import World
+from rig.wire import pi_gcs as wire
+
+IDENTITY = b"(c)2013 Physik Instrumente(PI) Karlsruhe, C-863.11,0115500620,1.2.1.0"
+TRAVEL_DEG, TOP_SPEED_DPS = (-100_000.0, 100_000.0), 720.0
+UNKNOWN_COMMAND, SYNTAX, INVALID_AXIS = 2, 1, 15
+_READY = b"\xb1"
+_LONGEST_LINE = 256
+
+
+class PiStage:
+    """One axis with its stage."""
+
+    def __init__(self, servo: ServoAxis) -> None:
+        self.servo = servo
+        self.has_servo = False
+        self.unit = "DEG"
+
+    def power_cycle(self, now_s: float) -> None:
+        self.has_servo = False
+        self.servo.power_cycle(now_s)
+
+
+class PiGcsTwin:
+    """A :class:`rig.twins.twin.Twin`. ``bodies``: place in its list, from 1, to a name there and the world's axis."""
+
+    def __init__(self, bodies: Mapping[int, tuple[str, str]], world: World) -> None:
+        self.stages = {name: PiStage(ServoAxis(world.axes[body], world)) for name, body in bodies.values()}
+        self._places = {name: place for place, (name, _) in bodies.items()}
+        self.error = wire.NO_ERROR
+        self._received = self._due = b""
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        for byte in (data[place : place + 1] for place in range(len(data))):
+            if byte == b"\n":
+                line, self._received = self._received, b""
+                self._take(line.decode("latin-1").strip(), now_s)
+            elif byte[0] < 32 and byte != b"\r":
+                self._single(byte, now_s)
+            else:
+                self._received = (self._received + byte)[-_LONGEST_LINE:]
+
+    def transmit(self, now_s: float) -> bytes:  # noqa: ARG002 it answers at once
+        due, self._due = self._due, b""
+        return due
+
+    def next_event_s(self) -> float | None:
+        return None
+
+    def power_cycle(self, now_s: float) -> None:
+        for stage in self.stages.values():
+            stage.power_cycle(now_s)
+
+    def _single(self, byte: bytes, now_s: float) -> None:
+        if byte == wire.MOVING:
+            moving = (s.servo.is_moving(now_s) << (self._places[name] - 1) for name, s in self.stages.items())
+            self._due += b"%X\n" % sum(moving)
+        elif byte == b"\x07":
+            self._due += _READY + b"\n"
+        elif byte == wire.STOP:
+            self._stop_all(now_s)
+
+    def _stop_all(self, now_s: float) -> None:
+        for stage in self.stages.values():
+            stage.servo.stop(now_s)
+        self.error = wire.STOPPED
+
+    def _take(self, line: str, now_s: float) -> None:
+        match line.split():
+            case []:
+                return
+            case ["*IDN?"]:
+                self._due += IDENTITY + b"\n"
+            case ["ERR?"]:
+                self._due += b"%d\n" % self.error
+                self.error = wire.NO_ERROR
+            case ["SAI?"]:
+                self._due += " \n".join(self.stages).encode("ascii") + b"\n"
+            case ["STP"]:
+                self._stop_all(now_s)
+            case [word, *axes] if word.endswith("?"):
+                self._query(word, axes, now_s)
+            case [word, axis, *values]:
+                self.error = self._obey(word, axis, values, now_s) or self.error
+            case _:
+                self.error = UNKNOWN_COMMAND
+
+    def _query(self, word: str, axes: list[str], now_s: float) -> None:
+        parameter = axes.pop() if word == "SPA?" and len(axes) == 2 else ""
+        asked = axes or list(self.stages)
+        if not set(asked) <= self.stages.keys():
+            self.error = INVALID_AXIS
+            return
+        told = [self._told(word, self.stages[name], parameter, now_s) for name in asked]
+        if None in told:
+            self.error = UNKNOWN_COMMAND
+            return
+        where = f" {parameter}" if parameter else ""
+        lines = " \n".join(f"{name}{where}={value}" for name, value in zip(asked, told, strict=True))
+        self._due += lines.encode("ascii") + b"\n"
+
+    def _told(self, word: str, stage: PiStage, parameter: str, now_s: float) -> str | None:
+        servo = stage.servo
+        table = {
+            "POS?": wire.format_number(servo.position_deg(now_s)),
+            "VEL?": wire.format_number(servo.speed_dps),
+            "TMN?": wire.format_number(TRAVEL_DEG[0]),
+            "TMX?": wire.format_number(TRAVEL_DEG[1]),
+            "SVO?": f"{stage.has_servo:d}",
+            "FRF?": f"{servo.is_homed(now_s):d}",
+            "ONT?": f"{stage.has_servo and not servo.is_moving(now_s):d}",
+        }
+        if word == "SPA?":
+            return stage.unit if parameter.lower() == f"0x{wire.UNIT:x}" else None
+        return table.get(word)
+
+    def _obey(self, word: str, axis: str, values: list[str], now_s: float) -> int:
+        """Obey a command of one axis; return its error, 0 for none."""
+        stage = self.stages.get(axis)
+        if stage is None:
+            return INVALID_AXIS
+        try:
+            number = float(values[0]) if values else 0.0
+        except ValueError:
+            return SYNTAX
+        match word:
+            case "SVO":
+                stage.has_servo = bool(number)
+                if not stage.has_servo:
+                    stage.servo.stop(now_s)
+            case "VEL":
+                if not 0.0 < number <= TOP_SPEED_DPS:
+                    return wire.VELOCITY
+                stage.servo.speed_dps = number
+            case "FRF" | "FNL" | "FPL":
+                if not stage.has_servo:
+                    return wire.NOT_REFERENCED
+                stage.servo.home(now_s)
+            case "MOV":
+                return self._move(stage, number, now_s)
+            case _:
+                return UNKNOWN_COMMAND
+        return wire.NO_ERROR
+
+    def _move(self, stage: PiStage, target_deg: float, now_s: float) -> int:
+        if not (stage.has_servo and stage.servo.is_homed(now_s)):
+            return wire.NOT_REFERENCED
+        if not TRAVEL_DEG[0] <= target_deg <= TRAVEL_DEG[1]:
+            return wire.OUT_OF_LIMITS
+        stage.servo.move(target_deg, now_s)
+        return wire.NO_ERROR
