@@ -6,7 +6,7 @@ whose damage nobody can see.
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -204,9 +204,9 @@ class Story:
     moved_after_deg: float = 0.0
     """How far anything moved a second after the command had ended, and later."""
     rest_deg: float = 0.0
+    """Where the body stands when the command has ended."""
     corridor_deg: tuple[float, float] = (0.0, 0.0)
     allowed_deg: float = 0.0
-    samples: list[float] = field(default_factory=list)
 
 
 def strike(driver: str, task: str, kind: str, seed: int) -> Story:
@@ -272,6 +272,7 @@ def _told(
         stop_all({"pitch": pitch, "roll": roll}, clock)
     story.struck = line.struck
     clock.sleep(1.0)
+    story.rest_deg = bodies["pitch"].table_deg(clock.monotonic_s())
     before = [body.table_deg(clock.monotonic_s()) for body in bodies.values()]
     clock.sleep(10.0)
     after = [body.table_deg(clock.monotonic_s()) for body in bodies.values()]

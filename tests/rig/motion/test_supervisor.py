@@ -16,6 +16,8 @@ from rig.motion.move import home_and_arrive, move_and_arrive
 from rig.motion.supervisor import Supervisor
 
 AT_REST_DEG = 0.02
+CLOSE_DEG = 0.1
+"""A servo's pulse has steps of a quarter microsecond."""
 TASKS = [
     (driver, task) for driver in FAMILIES for task in ("move", "home", "rate") if task != "rate" or driver in TURNING
 ]
@@ -26,6 +28,8 @@ def _holds(driver: str, task: str, kind: str, seed: int) -> None:
     assert story.outside_deg <= story.allowed_deg, story
     assert story.strayed_deg <= story.allowed_deg, story
     assert story.moved_after_deg <= AT_REST_DEG, story
+    if task == "home" and not story.error:
+        assert abs(story.rest_deg) <= CLOSE_DEG, f"a home was believed that nothing found: {story}"
 
 
 @pytest.mark.parametrize("kind", KINDS)
