@@ -173,7 +173,7 @@ class _Engine:
         except WaitEnded as ended:
             ending = self._wait.ending()
             if self._wait.abort is None and self._wait.terminated is None:  # the stop guard heard it first
-                ending = Ending(State.ABORTED, str(ended))
+                ending = Ending(State.ABORTED, ended.what, ended.by)
         except StorageFailed as error:
             ending = Ending(State.STOPPED, f"{error}{self._copied()}", cause=STORAGE)
         except (DeviceFault, DeviceRefused, RequestRefused) as error:
