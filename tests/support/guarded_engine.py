@@ -21,13 +21,32 @@ from rig.clock import SystemClock
 
 CLOCK = SystemClock()
 BEGIN_S = 60.0
+ROOM_BYTES = 32 << 20
+"""What an engine that runs out of memory may still take."""
 ENGINE = """
+import resource
+import signal
 import sys
 from pathlib import Path
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig
 from rig.motion.move import home_and_arrive, move_and_arrive
 
+hoard = []
+
+def run_out_of_memory(number, frame):
+    with open("/proc/self/statm") as pages:
+        taken = int(pages.read().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (taken + ROOM, taken + ROOM))
+    for size in (1 << 20, 1 << 14, 1 << 10):
+        try:
+            while True:
+                hoard.append(bytearray(size))
+        except MemoryError:
+            pass
+    raise MemoryError("an allocation failed, and nothing was given back")
+
+signal.signal(signal.SIGUSR1, run_out_of_memory)
 path, axis, rate_dps, run = Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), Path(sys.argv[4])
 with open_rig(read_rig(path), rig_file=path, purpose="test") as rig:
     rig.belongs_to(run)
@@ -42,16 +61,18 @@ with open_rig(read_rig(path), rig_file=path, purpose="test") as rig:
     while True:
         turning.turn_look(clock) if rate_dps else turning.state()
         clock.sleep(0.1)
-"""
+""".replace("ROOM", str(ROOM_BYTES))
 
 
 @dataclass
 class NotedLine:
-    """A proxy before a machine: what came and when, by the machine's clock; frozen or cut when told."""
+    """A proxy before a machine: what came and when, by the machine's clock; hung when told."""
 
     target: tuple[str, int]
     heard: list[tuple[float, bytes]] = field(default_factory=list)
     ends: list[socket.socket] = field(default_factory=list)
+    is_hung: bool = False
+    """Whether the machine's answers come no more; it hears what it is told."""
 
     def __post_init__(self) -> None:
         self.listener = socket.create_server(("127.0.0.1", 0))
@@ -88,6 +109,8 @@ class NotedLine:
             while data := source.recv(4096):
                 if is_question:
                     self.heard.append((CLOCK.monotonic_s(), data))
+                elif self.is_hung:
+                    continue
                 sink.sendall(data)
         with suppress(OSError):
             sink.shutdown(socket.SHUT_RDWR)

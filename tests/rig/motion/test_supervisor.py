@@ -5,8 +5,9 @@ never, late. Checksums are made right again.
 """
 
 import pytest
-from command_strikes import FAMILIES, KINDS, TURNING, strike
+from command_strikes import FAMILIES, KINDS, TURNING, StrikeOn, a_command, strike
 from motion_bench import motion_bench
+from reply_strikes import KINDS_OF, a_reply
 from table_bench import virtual_clock
 
 from rig.devices.abilities import Remembering, Watchdog
@@ -23,13 +24,13 @@ TASKS = [
 ]
 
 
-def _holds(driver: str, task: str, kind: str, seed: int) -> None:
-    story = strike(driver, task, kind, seed)
+def _holds(driver: str, task: str, kind: str, seed: int, on: StrikeOn = a_command) -> None:
+    story = strike(driver, task, kind, seed, on)
     assert story.outside_deg <= story.allowed_deg, story
     assert story.strayed_deg <= story.allowed_deg, story
     assert story.moved_after_deg <= AT_REST_DEG, story
-    if task == "home" and not story.error:
-        assert abs(story.rest_deg) <= CLOSE_DEG, f"a home was believed that nothing found: {story}"
+    if story.target_deg is not None and not story.error:
+        assert abs(story.rest_deg - story.target_deg) <= CLOSE_DEG, f"believed, and not so: {story}"
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -39,6 +40,12 @@ def test_an_altered_command_moves_nothing_farther_than_its_stop(driver: str, tas
         _holds(driver, task, kind, seed)
 
 
+@pytest.mark.parametrize("driver", TURNING)
+def test_a_start_that_comes_again_after_the_stop_is_stopped_again(driver: str) -> None:
+    """Found at length: the stop had been heard, the doubled start came behind it, and the axis turned for 20 s."""
+    _holds(driver, "rate", "doubled", 205)
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("driver", "task"), TASKS)
@@ -46,6 +53,23 @@ def test_an_altered_command_moves_nothing_farther_than_its_stop_at_length(driver
     """72 cases of 42 seeds: 3 024 strikes."""
     for seed in range(100, 142):
         _holds(driver, task, kind, seed)
+
+
+@pytest.mark.parametrize(("driver", "kind"), [(driver, kind) for driver in FAMILIES for kind in KINDS_OF[driver]])
+def test_an_altered_reply_moves_nothing_farther_than_its_stop_and_is_never_believed(driver: str, kind: str) -> None:
+    for number, task in enumerate(task for family, task in TASKS if family == driver):
+        for seed in (1, 2):
+            _holds(driver, task, kind, 10 * seed + number, a_reply)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(
+    ("driver", "task", "kind"), [(driver, task, kind) for driver, task in TASKS for kind in KINDS_OF[driver]]
+)
+def test_an_altered_reply_is_never_believed_at_length(driver: str, task: str, kind: str) -> None:
+    """80 cases of 42 seeds: 3 360 strikes."""
+    for seed in range(100, 142):
+        _holds(driver, task, kind, seed, a_reply)
 
 
 class _Altered:
