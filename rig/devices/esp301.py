@@ -212,6 +212,8 @@ class Esp301Axis:
         self._verified()
         number = self._settings.axis
         is_done = self._controller.ask_flag("MD", number)
+        if is_done and self._home == "searching":  # its word alone ends a search, and may be damaged on the line
+            is_done = self._controller.ask_flag("MD", number)
         position_deg, is_still = self._position_deg() if is_done else (self._controller.ask_number("TP", number), False)
         is_moving = not is_still
         is_on = self._controller.ask_flag("MO", number)

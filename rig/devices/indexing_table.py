@@ -167,6 +167,8 @@ class IndexingTableAxis:
 
     def state(self) -> AxisState:
         told = self._told_state()
+        if self._home == "searching" and told.is_homed is None and not told.is_moving:
+            told = self._told_state()  # its word alone ends a search, and may be damaged on the line
         table_deg = self._table_deg()
         if self._home == "searching" and not told.is_moving:
             self._home = "none" if told.is_faulty else "found"

@@ -148,6 +148,8 @@ def home_and_arrive(axis: Axis, clock: Clock, wait: Wait) -> float:
     wound_deg = axis.home_travel_deg if isinstance(axis, CableGuard) else 0.0
     limit_s = (360.0 + wound_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
     state = _watch(axis, "home", None, limit_s, clock, wait)
+    if axis.state().is_moving:  # one word of the machine ended it, which the line may have damaged
+        state = _watch(axis, "home", None, limit_s, clock, wait)
     if not state.is_homed:
         raise DeviceFault(
             f"{axis.name}: home: the axis came to rest without a home; look for what stopped it, then home again"

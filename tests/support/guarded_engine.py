@@ -46,6 +46,7 @@ def run_out_of_memory(number, frame):
             pass
     raise MemoryError("an allocation failed, and nothing was given back")
 
+signal.signal(signal.SIGQUIT, signal.SIG_DFL)  # what began in a background is born deaf to it
 signal.signal(signal.SIGUSR1, run_out_of_memory)
 path, axis, rate_dps, run = Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), Path(sys.argv[4])
 with open_rig(read_rig(path), rig_file=path, purpose="test") as rig:

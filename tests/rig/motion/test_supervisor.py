@@ -62,6 +62,11 @@ def test_an_altered_reply_moves_nothing_farther_than_its_stop_and_is_never_belie
             _holds(driver, task, kind, 10 * seed + number, a_reply)
 
 
+def test_one_damaged_word_does_not_end_a_home_search() -> None:
+    """Found at length: "done" in place of "not done", while the axis crept past where two positions agreed."""
+    _holds("esp301", "home", "word", 306, a_reply)
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize(
     ("driver", "task", "kind"), [(driver, task, kind) for driver, task in TASKS for kind in KINDS_OF[driver]]
