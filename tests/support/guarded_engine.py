@@ -5,15 +5,14 @@ ended in the ways in which processes end.
 """
 
 import os
-import socket
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
+from noted_line import NotedLine
 from turning_rig import served
 
 from rig.assembly.simulate import SimulatedRig
@@ -63,58 +62,6 @@ with open_rig(read_rig(path), rig_file=path, purpose="test") as rig:
         turning.turn_look(clock) if rate_dps else turning.state()
         clock.sleep(0.1)
 """.replace("ROOM", str(ROOM_BYTES))
-
-
-@dataclass
-class NotedLine:
-    """A proxy before a machine: what came and when, by the machine's clock; hung when told."""
-
-    target: tuple[str, int]
-    heard: list[tuple[float, bytes]] = field(default_factory=list)
-    ends: list[socket.socket] = field(default_factory=list)
-    is_hung: bool = False
-    """Whether the machine's answers come no more; it hears what it is told."""
-
-    def __post_init__(self) -> None:
-        self.listener = socket.create_server(("127.0.0.1", 0))
-        self.address = f"socket://127.0.0.1:{self.listener.getsockname()[1]}"
-        self.thread = threading.Thread(target=self._serve, daemon=True)
-        self.thread.start()
-
-    def first_s(self, stop: bytes, since_s: float) -> float | None:
-        """When the bytes came first after a moment, seconds after it."""
-        return next((at_s - since_s for at_s, data in list(self.heard) if at_s >= since_s and stop in data), None)
-
-    def close(self) -> None:
-        for end in [self.listener, *self.ends]:
-            with suppress(OSError):
-                end.shutdown(socket.SHUT_RDWR)
-            end.close()
-        self.thread.join(5.0)
-
-    def _serve(self) -> None:
-        while True:
-            try:
-                caller, _ = self.listener.accept()
-            except OSError:
-                return
-            machine = socket.create_connection(self.target)
-            for end in (caller, machine):
-                end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self.ends += [caller, machine]
-            threading.Thread(target=self._relay, args=(caller, machine, True), daemon=True).start()
-            threading.Thread(target=self._relay, args=(machine, caller, False), daemon=True).start()
-
-    def _relay(self, source: socket.socket, sink: socket.socket, is_question: bool) -> None:
-        with suppress(OSError):
-            while data := source.recv(4096):
-                if is_question:
-                    self.heard.append((CLOCK.monotonic_s(), data))
-                elif self.is_hung:
-                    continue
-                sink.sendall(data)
-        with suppress(OSError):
-            sink.shutdown(socket.SHUT_RDWR)
 
 
 @dataclass

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from guarded_engine import CLOCK, GuardedEngine, guarded_engine
+from noted_line import Hung
 from turning_rig import DRIVE_FOR_ROLL, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
 from procedures.journal.guard_record import guard_told, read_guard_record
@@ -56,7 +57,7 @@ def _end(engine: GuardedEngine, end: str) -> None:
         case "MEMORY":
             os.kill(pid, signal.SIGUSR1)
         case "HUNG":
-            engine.line.is_hung = True
+            engine.line.faults = Hung()
         case _:
             os.kill(pid, getattr(signal, f"SIG{end}"))
 
