@@ -58,8 +58,7 @@ def test_an_altered_command_moves_nothing_farther_than_its_stop_at_length(driver
 @pytest.mark.parametrize(("driver", "kind"), [(driver, kind) for driver in FAMILIES for kind in KINDS_OF[driver]])
 def test_an_altered_reply_moves_nothing_farther_than_its_stop_and_is_never_believed(driver: str, kind: str) -> None:
     for number, task in enumerate(task for family, task in TASKS if family == driver):
-        for seed in (1, 2):
-            _holds(driver, task, kind, 10 * seed + number, a_reply)
+        _holds(driver, task, kind, 10 + number, a_reply)
 
 
 def test_one_damaged_word_does_not_end_a_home_search() -> None:
