@@ -30,7 +30,7 @@ class NotedLine:
         return next((at_s - since_s for at_s, data in list(self.heard) if at_s >= since_s and stop in data), None)
 
     def close(self) -> None:
-        for end in [self.listener, *self.ends]:
+        for end in [self.listener, *list(self.ends)]:
             with suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)
             end.close()
@@ -46,8 +46,17 @@ class NotedLine:
             for end in (caller, machine):
                 end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self.ends += [caller, machine]
-            threading.Thread(target=self._relay, args=(caller, machine, True), daemon=True).start()
-            threading.Thread(target=self._relay, args=(machine, caller, False), daemon=True).start()
+            threading.Thread(target=self._between, args=(caller, machine), daemon=True).start()
+
+    def _between(self, caller: socket.socket, machine: socket.socket) -> None:
+        """Both ways until both have ended."""
+        answers = threading.Thread(target=self._relay, args=(machine, caller, False), daemon=True)
+        answers.start()
+        self._relay(caller, machine, True)
+        answers.join()
+        for end in (caller, machine):
+            self.ends.remove(end)
+            end.close()
 
     def _relay(self, source: socket.socket, sink: socket.socket, is_question: bool) -> None:
         with suppress(OSError):
