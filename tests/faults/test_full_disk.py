@@ -154,7 +154,7 @@ def test_fault_79_a_disk_that_stays_full_between_dwells_is_told_explained_and_re
 @pytest.mark.parametrize(
     "stuck", [pytest.param(False, id="once", marks=pytest.mark.soak), pytest.param(True, id="for good")]
 )
-@pytest.mark.parametrize("number", [150, *[pytest.param(n, marks=pytest.mark.soak) for n in range(30, 420, 13)]])
+@pytest.mark.parametrize("number", [150, *[pytest.param(n, marks=pytest.mark.soak) for n in range(60, 420, 13)]])
 @pytest.mark.parametrize("error", [errno.EIO, pytest.param(errno.ENOSPC, marks=pytest.mark.soak)])
 def test_fault_05_79_a_disk_that_fails_at_any_write_is_told_explained_and_resumed(
     small: Bench, clean: Path, tmp_path: Path, error: int, number: int, stuck: bool

@@ -89,14 +89,20 @@ degenerate design""".splitlines(),
         start=1,
     )
 ) | {
+    73: "a command altered on the line",
+    74: "frozen, quit, or out of memory while an axis turns",
+    75: "a frozen process owns the rig",
     76: "told to end, or aborted",
     77: "the terminal closes",
     78: "a letter that a font lacks",
     79: "a disk that stays full",
+    80: "one rig by two names, accounts, hosts",
+    81: "moved inside a dwell",
     82: "a run folder is copied and resumed",
     83: "the clock is set during a run",
     84: "secrets of an alert",
     85: "a line that never ends",
+    86: "a stop waits for a program to start",
 }
 HEAD = """# Faults: how each is met
 

@@ -94,7 +94,12 @@ def _ends_in_stopped_axes(folder: Path, family: str, end: str, after_s: float = 
     ("family", "end"),
     [("zaber", "KILL"), ("oriental-az", "STOP"), ("maestro", "QUIT"), ("indexing-table", "MEMORY"), ("zaber", "HUNG")],
 )
-def test_an_engine_that_dies_or_freezes_leaves_its_axes_standing(tmp_path: Path, family: str, end: str) -> None:
+def test_fault_74_an_engine_that_dies_or_freezes_leaves_its_axes_standing(
+    tmp_path: Path, family: str, end: str
+) -> None:
+    """Detected: a process of its own holds the lines, and hears or misses the engine while anything may move.
+    Response: it stops every axis, ends what is left of the engine, and writes what it did beside the run.
+    """
     assert _ends_in_stopped_axes(tmp_path, family, end) <= BUSY_LIMIT_S + PATIENCE_OF.get(end, 0.0)
 
 
@@ -133,8 +138,22 @@ def test_whoever_asks_the_guard_has_the_axes_stopped_and_the_engine_ends(tmp_pat
         assert engine.until(lambda: not of_rig(str(engine.rig_file)), 5.0)
 
 
+def test_fault_75_a_frozen_process_keeps_nobody_from_a_stop(tmp_path: Path) -> None:
+    """Detected: the stop guard sees that the process is stopped while an axis may move.
+    Response: the axes are stopped and the process is ended, so its locks are free; `jog --stop` is obeyed at once.
+    """
+    with guarded_engine(tmp_path, STAGE_FOR_ROLL) as engine:
+        os.kill(engine.process.pid, signal.SIGSTOP)
+        told = _calrig(["jog", "--rig", str(engine.rig_file), "--stop", "--json"])
+        assert told.returncode == 0, told.stderr
+        assert engine.until(lambda: engine.rate_dps == 0.0, REST_S)
+
+
 @pytest.mark.parametrize("command", ["abort", "jog"])
-def test_a_stop_from_the_shell_goes_by_the_guard(tmp_path: Path, command: str) -> None:
+def test_fault_86_a_stop_from_the_shell_goes_by_the_guard(tmp_path: Path, command: str) -> None:
+    """Detected: `abort` and `jog --stop` look at their words before they import anything.
+    Response: the stop guard of the rig sends the stops at once; the engine hears who asked, and ends.
+    """
     with guarded_engine(tmp_path, STAGE_FOR_ROLL) as engine:
         words = {
             "abort": ["abort", "--out", str(tmp_path / "runs"), "--operator", "ann"],

@@ -98,10 +98,14 @@ class _Altered:
         (-80.0, b"1 MOVE -080", b"1 MOVE +080", "left its way: sent from 0 to -80 deg"),
     ],
 )
-def test_a_damaged_order_is_stopped_where_it_leaves_its_way_and_never_tried_again(
+def test_fault_73_a_damaged_order_is_stopped_where_it_leaves_its_way_and_never_tried_again(
     target_deg: float, order: bytes, becomes: bytes, sentence: str
 ) -> None:
-    """As it was measured: 49 read-backs outside the limits, up to 147 deg, then a retry, and status 0."""
+    """Detected: every look at every axis against its way, its limits, its sense and its speed, asked once more.
+    Response: it and every other axis that moves is stopped at once, trip; a breach is never tried again.
+
+    As it was measured: 49 read-backs outside the limits, up to 147 deg, then a retry, and status 0.
+    """
     bench = motion_bench("indexing-table", limits_deg=(-90.0, 90.0))
     bench.home_all()
     pitch = Supervisor(bench.clock).supervise(bench.pitch)
