@@ -59,3 +59,9 @@ class GuardLost(DeviceFault):
 
 class WaitEnded(RigError):
     """A stop was asked for during a wait; the driver left its device quiet before passing this on."""
+
+    def __init__(self, what: str, by: str = "") -> None:
+        super().__init__(f"{what}, asked for by {by}" if by else what)
+        self.what = what
+        self.by = by
+        """Who or what asked for it; empty where nobody is known."""

@@ -85,7 +85,11 @@ def _preflight(rig: Path, described: RigDescription, plan: Plan | None, out: Pat
 
 
 def _document_of(before: Preflight) -> dict[str, Any]:
-    return {"refusals": list(before.refusals), "engineering": list(before.engineering)}
+    return {
+        "refusals": list(before.refusals),
+        "engineering": list(before.engineering),
+        "unguarded": list(before.unguarded),
+    }
 
 
 def _tell(before: Preflight, json: bool) -> int:
@@ -93,6 +97,8 @@ def _tell(before: Preflight, json: bool) -> int:
     if not json:
         for sentence in before.engineering:
             say(f"engineering result: {sentence}")
+        for sentence in before.unguarded:
+            say(sentence)
         for sentence in before.refusals:
             say(f"a run would be refused now: {sentence}")
     return ExitStatus.WRONG_REQUEST if before.refusals else ExitStatus.DONE

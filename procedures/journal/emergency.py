@@ -3,6 +3,8 @@
 from contextlib import suppress
 from pathlib import Path
 
+import apsw
+
 from ams.whole_file import FolderNotSynced, replace_file
 from procedures.errors import ProcedureError
 from procedures.journal.encoding import compact_json, encode_dwell
@@ -23,7 +25,7 @@ def emergency_copy(run_dir: Path, place: Path, unsaved: DwellRecord | None) -> s
         if unsaved is not None:
             with suppress(FolderNotSynced):  # it is there
                 replace_file(target / UNSAVED_FILE, _as_text(unsaved).encode("utf-8"))
-    except (ProcedureError, OSError) as error:
+    except (ProcedureError, OSError, apsw.Error) as error:
         return f"; no copy could be made in {place}: {error}"
     return f"; copied to {target} ({found.dwells} dwells, {found.events} events)"
 

@@ -173,9 +173,9 @@ class _Engine:
         except WaitEnded as ended:
             ending = self._wait.ending()
             if self._wait.abort is None and self._wait.terminated is None:  # the stop guard heard it first
-                ending = Ending(State.ABORTED, str(ended))
+                ending = Ending(State.ABORTED, ended.what, ended.by)
         except StorageFailed as error:
-            ending = Ending(State.STOPPED, f"{error}{self._copied()}", cause=STORAGE)
+            ending = Ending(State.STOPPED, str(error), cause=STORAGE)
         except (DeviceFault, DeviceRefused, RequestRefused) as error:
             ending = Ending(State.TRIPPED, str(error), cause="device")
         except (RigError, ProcedureError) as error:
@@ -200,10 +200,12 @@ class _Engine:
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
         if safe.failures:
             state, reasons = _without_safety(state), [*reasons, *safe.failures]
-        told = told_of_state("; ".join(reasons), ending.by)
         is_left_as_it_was = self._progress_log.state in RESUMABLE
         if not is_left_as_it_was or cause == STORAGE:
             self._announce(state, "; ".join(reasons), ending.by)
+        if cause == STORAGE:  # the axes rest and people know: copying takes what time a bad disk takes
+            reasons[0] += self._copied()
+        told = told_of_state("; ".join(reasons), ending.by)
         try:
             if defect is not None:
                 self._progress_log.event("defect", {"traceback": "".join(traceback.format_exception(defect))})

@@ -4,6 +4,8 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
+from procedures.journal.guard_record import EVENT as GUARDED
+from procedures.journal.guard_record import guard_told, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
 from procedures.records.dwells import DwellRecord, Event
@@ -36,6 +38,7 @@ def handover(run_dir: Path) -> str:
         *[f"damaged    {name}" for name in quarantined],
         *_listed("stops", [event for event in events if _is_stop(event)]),
         *_listed("terminal", [event for event in events if event.kind == "terminal"]),
+        *_guarded(run_dir, events),
         *_listed("notes", [event for event in events if event.kind == "note"]),
         *_listed("taken back", [event for event in events if event.kind == "voided"]),
         *_listed("dropped", [event for event in events if event.kind == "dropped"]),
@@ -95,6 +98,14 @@ def _rejected(dwells: Iterable[DwellRecord]) -> Iterable[str]:
 
 def _kind(reason: str) -> str:
     return ":" + reason.partition(":")[2].partition(":")[0][:40]
+
+
+def _guarded(run_dir: Path, events: Iterable[Event]) -> Iterable[str]:
+    """Tell what the stop guard did: as it is journalled, and since then."""
+    told = [event.detail for event in events if event.kind == GUARDED]
+    since = read_guard_record(run_dir)
+    for document in told if since is None else [*told, since]:
+        yield one_line(guard_told(document))
 
 
 def _listed(name: str, events: list[Event]) -> Iterable[str]:

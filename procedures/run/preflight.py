@@ -14,17 +14,26 @@ from procedures.journal.location import require_local
 from procedures.plan.plan import Plan
 from procedures.run.readiness import readiness
 from procedures.run.watch.disk_space import free_bytes, require_room
+from rig.assembly.open_rig import real_ports
 from rig.description.rig_file import RigDescription
+from rig.lines.lock import is_beyond_this_machine
+
+_UNGUARDED = (
+    "{}: nothing guards against a second computer that reaches this device over the network, and moves it; "
+    "let this one alone reach it"
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Preflight:
-    """Two lists of sentences."""
+    """Three lists of sentences."""
 
     refusals: tuple[str, ...]
     """Why the run would not begin."""
     engineering: tuple[str, ...]
     """What is missing for a calibration; empty where twins are measured, which is none anyway."""
+    unguarded: tuple[str, ...]
+    """What nobody keeps from a second controller."""
 
 
 def preflight(
@@ -43,7 +52,8 @@ def preflight(
     if plan is not None:
         planned, most_mb = plan, rig.interlocks.min_free_mb
         checks.append(lambda: require_room(out, planned, free(_nearest(out)), most_mb))
-    return Preflight(tuple(_refused(checks)), () if rig.is_simulated else ready.missing)
+    unguarded = tuple(_UNGUARDED.format(port) for port in real_ports(rig) if is_beyond_this_machine(port))
+    return Preflight(tuple(_refused(checks)), () if rig.is_simulated else ready.missing, unguarded)
 
 
 def _refused(checks: list[Callable[[], None]]) -> Iterator[str]:

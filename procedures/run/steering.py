@@ -91,9 +91,9 @@ class Steering:
             self._take(taken)
             self._spool.remove(taken)
         if self.abort is not None:
-            raise WaitEnded(f"abort, asked for by {self.abort.by}")
+            raise WaitEnded("abort", self.abort.by)
         if self.terminated is not None:
-            raise WaitEnded(f"stop at once, asked for by {self.terminated.by}")
+            raise WaitEnded("stop at once", self.terminated.by)
 
     def ending(self) -> Ending:
         """How a wait that ended at once ends the run: aborted, or stopped where the process was told to end."""

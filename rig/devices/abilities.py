@@ -56,7 +56,10 @@ class Axis(Protocol):
         """Ask the device who it is. Raises: DeviceSilent, DeviceNonsense, LinkLost."""
 
     def home(self) -> None:
-        """Start the reference move; poll :meth:`state` until homed and at rest."""
+        """Start the reference move and see it taken up; poll :meth:`state` until homed and at rest.
+
+        Raises where it may have been lost on the line: an axis that never began is not homed by resting.
+        """
 
     def check_target(self, target_deg: float) -> None:
         """Raise RequestRefused unless ``target_deg`` is finite, inside limits and on the increment."""

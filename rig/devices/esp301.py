@@ -1,9 +1,9 @@
 """Newport ESP300, ESP301 and ESP302 motion controllers: axes that go to any angle.
 
 Commands are silent, so every one is followed by reading the error queue. The controller has no word for "homed": an
-axis counts as homed once this driver saw its home search end without an error, until its motor is off, the time
-stamps of the queue step back (power was lost) or the search is started again; ``homed_before`` takes over a home that
-was found earlier. Replies do not repeat the question: after any doubt the line must fall silent and then
+axis counts as homed once this driver saw its home search begin and end without an error, until its motor is off, the
+time stamps of the queue step back (power was lost) or the search is started again; ``homed_before`` takes over a home
+that was found earlier. Replies do not repeat the question: after any doubt the line must fall silent and then
 tell the controller's version, which no number can be taken for; and a position at rest is believed when two agree.
 """
 
@@ -16,6 +16,7 @@ from pydantic import Field
 from rig.description.device_settings import AxisSettings, Positive
 from rig.devices.abilities import AxisState, StopStep
 from rig.devices.machine_limits import require_travel
+from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
 from rig.devices.targets import check_target
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
 from rig.link.byte_stream import ByteStream
@@ -26,6 +27,8 @@ from rig.wire.esp301 import Command, ErrorRecord
 _SPEED_TOLERANCE = 1e-3
 _RESOLUTION_TOLERANCE = 1e-4
 _LOOKS = 3
+_TO_ZERO_COUNT = 0
+"""The home search that only goes to the zero of the counter: there, it has nothing to do."""
 _CLOCK_SLACK_S, _CLOCK_DRIFT = 5.0, 1e-3
 """How far the controller's clock may be from ours and still have run all the time."""
 Reply = TypeVar("Reply")
@@ -57,6 +60,7 @@ class Esp301Controller:
         """Times that power was lost since the line was opened."""
         self.doubts = 0
         """Times that a record of the queue may have been lost on the line."""
+        self.clock = exchange.stream.clock
         self._exchange = exchange
         self._stamp = 0
         self._errors: dict[int, list[ErrorRecord]] = {}
@@ -76,6 +80,17 @@ class Esp301Controller:
             self._file(self._read_errors())
             self._exchange.tell(wire.encode(*commands))
             return self._read_errors()
+
+    def start(self, axis: int, *commands: Command) -> tuple[bool, list[ErrorRecord]]:
+        """Send once, as :meth:`command`, and return whether the axis rests, and the errors that came of it.
+
+        It is asked in the same line: one that is lost has no answer.
+        """
+        with self.turn:
+            self._file(self._read_errors())
+            line = wire.encode(*commands, wire.ask("MD", axis))
+            is_done = self._exchange.ask(line, _parser(wire.decode_flag, "0 or 1"), idempotent=False)
+            return is_done, self._read_errors()
 
     def take_errors(self, axis: int) -> list[ErrorRecord]:
         """Return the errors of one axis that came since they were last taken, and not from a command of ours."""
@@ -140,14 +155,8 @@ class Esp301Controller:
             self._errors.setdefault(error.axis, []).append(error)
 
     def _ask(self, question: Command, decode: Callable[[bytes], Reply | None], expected: str) -> Reply:
-        def parse(line: bytes) -> Reply:
-            reply = decode(line)
-            if reply is None:
-                raise DeviceNonsense(f"{expected} was expected")
-            return reply
-
         with self.turn:
-            return self._exchange.ask(wire.encode(question), parse, idempotent=True)
+            return self._exchange.ask(wire.encode(question), _parser(decode, expected), idempotent=True)
 
 
 class Esp301Axis:
@@ -196,15 +205,15 @@ class Esp301Axis:
         self._controller.take_errors(self._settings.axis)
         self._fault, self._home = "", "none"
         self._trust = (self._controller.losses, self._controller.doubts)
-        self._command(
-            Command("MO", self._settings.axis), Command("OR", self._settings.axis, str(self._settings.home_mode))
-        )
+        self._search_home()
         self._home = "searching"
 
     def state(self) -> AxisState:
         self._verified()
         number = self._settings.axis
         is_done = self._controller.ask_flag("MD", number)
+        if is_done and self._home == "searching":  # its word alone ends a search, and may be damaged on the line
+            is_done = self._controller.ask_flag("MD", number)
         position_deg, is_still = self._position_deg() if is_done else (self._controller.ask_number("TP", number), False)
         is_moving = not is_still
         is_on = self._controller.ask_flag("MO", number)
@@ -321,14 +330,54 @@ class Esp301Axis:
             )
         self._is_paced = True
 
+    def _search_home(self) -> None:
+        """Switch the motor on, start the search and see it begin: a search that was lost on the line is no home.
+
+        Raises: DeviceFault, DeviceRefused, DeviceSilent, DeviceNonsense.
+        """
+        number, controller = self._settings.axis, self._controller
+        search = Command("MO", number), Command("OR", number, str(self._settings.home_mode))
+        if self._settings.home_mode == _TO_ZERO_COUNT and controller.ask_number("TP", number) == 0.0:
+            self._command(*search)  # it is there: nothing will be seen
+            return
+        began = False
+
+        def start() -> None:
+            nonlocal began
+            is_done, errors = controller.start(number, *search)
+            self._require_no_errors(errors, search)
+            began = not is_done
+
+        def is_searching() -> bool:
+            return began or not controller.ask_flag("MD", number)
+
+        start_once(start, is_searching)
+        unseen = (
+            f"{self.name}: home: the search was sent, but the axis does not begin one within {TAKEN_UP_S:g} s; nothing"
+            " moved, and there is no home; look at the line and the controller, then home it again"
+        )
+        see_taken_up(is_searching, controller.clock, unseen)
+
     def _command(self, *commands: Command) -> None:
-        errors = self._controller.command(*commands)
+        self._require_no_errors(self._controller.command(*commands), commands)
+
+    def _require_no_errors(self, errors: Sequence[ErrorRecord], commands: Sequence[Command]) -> None:
         if errors:
             told = "; ".join(f"error {error.code} {error.text}" for error in errors)
             raise DeviceRefused(
                 f"{self.name}: the controller refused {wire.encode(*commands).decode('ascii').strip()!r}: {told};"
                 " look at its error list and at the axis"
             )
+
+
+def _parser(decode: Callable[[bytes], Reply | None], expected: str) -> Callable[[bytes], Reply]:
+    def parse(line: bytes) -> Reply:
+        reply = decode(line)
+        if reply is None:
+            raise DeviceNonsense(f"{expected} was expected")
+        return reply
+
+    return parse
 
 
 def connect(axes: Mapping[str, Esp301Settings], stream: ByteStream) -> dict[str, Esp301Axis]:

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from rig.description.device_settings import AxisSettings
 from rig.devices.abilities import AxisState, StopStep
-from rig.devices.starting import start_once
+from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
 from rig.devices.targets import check_target
 from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
@@ -144,14 +144,22 @@ class IndexingTableAxis:
         self._go(round(self._settings.table_deg(target_deg), 6) + 0.0, target_deg)
 
     def home(self) -> None:
-        """Without a home of its own the machine goes to the zero of its absolute positions."""
-        if not self._codec.knows(Home):
-            self._go(0.0, self._settings.attitude_deg(0.0))
-            return
+        """Start the search for the home and see it begin; without one go to the zero of its absolute positions.
+
+        It begins where the machine says that this very axis took it, moves, or tells of a home that was not there
+        before: a search that was lost on the line is no home. Raises also: DeviceFault.
+        """
+        has_search = self._codec.knows(Home)
         self._home = "none"
+        was_homed = self._told_state().is_homed
         self._is_enabled = False  # a machine that lost power forgot its speed, too
         self.enable()
-        self._start(Home(self._number), None)
+        if has_search:
+            self._start(Home(self._number), None)
+        else:
+            self._go(0.0, self._settings.attitude_deg(0.0))
+        if not self._codec.names_its_axis(Home if has_search else Move):
+            self._see_search(was_homed=was_homed, has_search=has_search)
         self._home = "searching"
 
     def enable(self) -> None:
@@ -164,6 +172,19 @@ class IndexingTableAxis:
             self._ask(Speed(self._number, self.speed_dps))
         self._is_enabled = True
 
+    def _see_search(self, *, was_homed: bool | None, has_search: bool) -> None:
+        def is_begun() -> bool:
+            told = self._told_state()
+            is_found = was_homed is False and told.is_homed is True
+            return told.is_moving or is_found or (not has_search and abs(self._table_deg()) < _SAME_ANGLE_DEG)
+
+        unseen = (
+            f"{self.name}: home: it was sent, but the axis does not begin within {TAKEN_UP_S:g} s; there is no home;"
+            " look at the line and the controller; where it stands at its home already and does not tell so,"
+            f" move it away by hand, or vouch for it (axes.{self.name}: homed_before)"
+        )
+        see_taken_up(is_begun, self._exchange.stream.clock, unseen)
+
     def _go(self, table_deg: float, target_deg: float) -> None:
         self.enable()
         if self._codec.knows(Prepare):
@@ -172,6 +193,8 @@ class IndexingTableAxis:
 
     def state(self) -> AxisState:
         told = self._told_state()
+        if self._home == "searching" and told.is_homed is None and not told.is_moving:
+            told = self._told_state()  # its word alone ends a search, and may be damaged on the line
         table_deg = self._table_deg()
         if self._home == "searching" and not told.is_moving:
             self._home = "none" if told.is_faulty else "found"

@@ -23,7 +23,7 @@ from rig.clock import Clock
 from rig.description.device_settings import Positive
 from rig.devices import rates
 from rig.devices.abilities import AxisState, StopStep, TurnLook, Wait
-from rig.devices.starting import start_once
+from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
 from rig.devices.targets import check_target, nearest_step
 from rig.devices.watchdog import prove
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
@@ -36,8 +36,6 @@ from rig.wire.oriental_az import Operation
 
 GAP_S = 0.03
 """Between two frames, as in the maker's sample."""
-TAKEN_UP_S = 0.5
-"""A start that was acknowledged shows itself within this time; a public driver looks 40 ms later."""
 Bit = Annotated[int, Field(ge=0, le=15)]
 
 
@@ -223,18 +221,16 @@ class OrientalAzAxis:
     def _start(self, send: Callable[[], None], is_there: Callable[[], bool], task: str) -> None:
         """Start once, and see it taken up: READY goes off, or MOVE on, or the axis is where it shall be."""
         start_once(send, lambda: self.state().is_moving or is_there())
-        clock = self._modbus.stream.clock
-        limit_s = clock.monotonic_s() + TAKEN_UP_S
-        while True:
+
+        def is_taken_up() -> bool:
             signals = self._signals()
-            if signals.is_moving or not signals.is_ready or is_there():
-                return
-            if clock.monotonic_s() >= limit_s:
-                raise DeviceFault(
-                    f"{self.name}: {task}: it was acknowledged, but the motor does not start within {TAKEN_UP_S:g} s:"
-                    " READY stays on, MOVE off; nothing moved; look at the driver's inputs and information codes"
-                    " (MEXE02)"
-                )
+            return signals.is_moving or not signals.is_ready or is_there()
+
+        unseen = (
+            f"{self.name}: {task}: it was acknowledged, but the motor does not start within {TAKEN_UP_S:g} s: READY"
+            " stays on, MOVE off; nothing moved; look at the driver's inputs and information codes (MEXE02)"
+        )
+        see_taken_up(is_taken_up, self._modbus.stream.clock, unseen)
 
     def _operate(self, operation: Operation) -> None:
         self._current()

@@ -197,8 +197,10 @@ class StopGuard:
             self._heard_s = now_s
             *lines, self._pending = (self._pending + data).split(b"\n")
             for line in lines:
-                if by := json.loads(line).get("stop"):
-                    self._trouble = WaitEnded(f"aborted by {by}; the axes were stopped at once")
+                if (by := json.loads(line).get("stop")) is not None:
+                    self._trouble = WaitEnded(
+                        "the stop guard stopped the axes at once", by or "somebody without a name"
+                    )
         if self._channel is not None and now_s - self._heard_s > DEAF_S and now_s - self._beaten_s < DEAF_S / 2.0:
             self._lose(f"has not answered for {DEAF_S:g} s")
 

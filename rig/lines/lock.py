@@ -30,6 +30,7 @@ FOLDER = "locks"
 DEVICE = "device "
 """Of a resource that is a device by its own serial number."""
 _ATTEMPTS = 5
+_HERE = "this machine"
 _READABLE = 0o644
 _NETWORK = re.compile(r"(?P<scheme>[A-Za-z0-9+.-]+)://(?P<host>\[[^\]]*\]|[^:/#]+):(?P<port>\d+)")
 
@@ -132,6 +133,11 @@ def identity_of(resource: str) -> str:
     return str(path) if not resource.startswith(DEVICE) else resource
 
 
+def is_beyond_this_machine(resource: str) -> bool:
+    """Return whether other machines may reach it as this one does: over the network, and not at this machine."""
+    return identity_of(resource).startswith("tcp ") and not identity_of(resource).startswith(f"tcp {_HERE} ")
+
+
 @lru_cache
 def address_of(host: str) -> str:
     """Return the one number by which a host is known: this machine's own are one; its name where it has none now."""
@@ -140,7 +146,7 @@ def address_of(host: str) -> str:
     except OSError:
         return host
     if any(ip_address(one.partition("%")[0]).is_loopback for one in found):
-        return "this machine"
+        return _HERE
     return next((one for one in found if ":" not in one), found[0])
 
 

@@ -27,6 +27,7 @@ _LONGEST_LOOK_S = 0.8
 since a command that the line altered shows at once, and so do those at the target, where one would pass it."""
 _ALLOWANCE_S = 5.0
 _STOP_LIMIT_S = 20.0
+_STOP_AGAIN_S = 1.0
 _AGAIN = 2
 _BESIDE_DEG = 1.0
 """From so far away a machine without teeth approaches anew."""
@@ -147,6 +148,8 @@ def home_and_arrive(axis: Axis, clock: Clock, wait: Wait) -> float:
     wound_deg = axis.home_travel_deg if isinstance(axis, CableGuard) else 0.0
     limit_s = (360.0 + wound_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
     state = _watch(axis, "home", None, limit_s, clock, wait)
+    if axis.state().is_moving:  # one word of the machine ended it, which the line may have damaged
+        state = _watch(axis, "home", None, limit_s, clock, wait)
     if not state.is_homed:
         raise DeviceFault(
             f"{axis.name}: home: the axis came to rest without a home; look for what stopped it, then home again"
@@ -158,6 +161,7 @@ def home_and_arrive(axis: Axis, clock: Clock, wait: Wait) -> float:
 def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMIT_S) -> None:
     """Stop every axis at once and see them stand still for a second; a failing axis keeps no other from its stop.
 
+    One that goes on moving is told again every second: a start that was late, or came twice, undoes a stop.
     Raises: DeviceFault naming every axis that could not be stopped or still moves.
     """
     failures: dict[str, str] = {}
@@ -184,7 +188,8 @@ def _stop_one(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str]
 
 
 def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
-    started_s = rested_s = clock.monotonic_s()
+    """See an axis rest that was told to stop."""
+    started_s = rested_s = told_s = clock.monotonic_s()
     last_deg = axis.state().position_deg
     while clock.monotonic_s() - rested_s < STANDSTILL_S:
         if clock.monotonic_s() - started_s > limit_s:
@@ -193,6 +198,9 @@ def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
         state = axis.state()
         if state.is_moving or state.position_deg != last_deg:
             rested_s, last_deg = clock.monotonic_s(), state.position_deg
+        if state.is_moving and clock.monotonic_s() - told_s >= _STOP_AGAIN_S:
+            axis.stop()
+            told_s = clock.monotonic_s()
 
 
 def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:

@@ -11,6 +11,8 @@ from rig.twins.ramp import Path, Ramp, Runaway, Spin
 from rig.twins.world import World
 
 RUNAWAY_DPS2 = 2.0
+SEARCH_S = 0.5
+"""The least that a search for a home switch and an index mark takes, also where the axis stands on them."""
 ACCELERATION_DPS2 = 40.0
 """Of every motor here: a table is at its speed within a fraction of a second."""
 
@@ -62,6 +64,7 @@ class ServoAxis:
         """Run to the home; homed when it is reached."""
         self._homed_from_s = math.inf
         self._ramp(0.0, now_s)
+        self._rest_from_s = max(self._rest_from_s, now_s + SEARCH_S)
         self._homed_from_s = self._rest_from_s
 
     def stop(self, now_s: float) -> None:

@@ -160,6 +160,10 @@ class TableCodec:
         """Whether the machine says anything to it."""
         return kind in self._replies
 
+    def names_its_axis(self, kind: type[Command]) -> bool:
+        """Whether the machine says to it which axis took it."""
+        return kind in self._replies and "axis" in self._replies[kind].fields
+
     def encode_command(self, command: Command) -> bytes:
         """Return the command as a line with its terminator."""
         fields: dict[str, FieldValue] = {name: getattr(command, name) for name in command.__slots__}

@@ -6,8 +6,9 @@ whose damage nobody can see.
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from typing import Protocol
 
 import numpy as np
 from motion_bench import MotionBench, motion_bench
@@ -15,7 +16,7 @@ from pymodbus.framer import FramerRTU
 
 from rig.clock import VirtualClock
 from rig.errors import RigError
-from rig.link.faults import Fault, Part, delay, drop, duplicate
+from rig.link.faults import Fault, LinkFaults, Part, delay, drop, duplicate
 from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
 from rig.motion.supervisor import SupervisedAxis, Supervisor
 from rig.wire import maestro, oriental_az, zaber
@@ -36,7 +37,7 @@ DECELERATION_DPS2 = {"oriental-az": 20.0}
 """Of machines that take long to stop: their own setting, by which they also gather the speed they should not have."""
 
 
-def _digits(text: bytes, chance: np.random.Generator) -> bytes:
+def turned_digit(text: bytes, chance: np.random.Generator) -> bytes:
     """One digit of the number turned over, so that it is another number."""
     places = [place for place, byte in enumerate(text) if chr(byte).isdigit()]
     place = int(chance.choice(places))
@@ -44,11 +45,11 @@ def _digits(text: bytes, chance: np.random.Generator) -> bytes:
     return text[:place] + bytes([other]) + text[place + 1 :]
 
 
-def _signed(text: bytes) -> bytes:
+def signed(text: bytes) -> bytes:
     return text.replace(b"-", b"+") if b"-" in text else b"-" + text.lstrip(b"+")
 
 
-def _other(number: int) -> int:
+def other_axis(number: int) -> int:
     return 2 if number == 1 else 1
 
 
@@ -66,8 +67,8 @@ def _esp301(data: bytes, kind: str, chance: np.random.Generator) -> bytes | None
     if kind in ("value", "sign") and not is_value:
         return None
     changed = found[3]
-    changed = _digits(changed, chance) if kind == "value" else _signed(changed) if kind == "sign" else changed
-    axis = b"%d" % _other(int(found[1])) if kind == "axis" else found[1]
+    changed = turned_digit(changed, chance) if kind == "value" else signed(changed) if kind == "sign" else changed
+    axis = b"%d" % other_axis(int(found[1])) if kind == "axis" else found[1]
     return head + axis + found[2] + changed + tail
 
 
@@ -79,9 +80,9 @@ def _text(
         if not value:
             return None
         number = value.strip()
-        value = b" " + (_digits(number, chance) if kind == "value" else _signed(number))
+        value = b" " + (turned_digit(number, chance) if kind == "value" else signed(number))
     if kind == "axis":
-        axis = b"%d" % _other(int(axis))
+        axis = b"%d" % other_axis(int(axis))
     return made(axis, verb, value) + b"\r\n"
 
 
@@ -90,12 +91,12 @@ def _zaber(data: bytes, kind: str, chance: np.random.Generator) -> bytes | None:
     if command is None or not re.match(r"(move|home)", command.text):
         return None
     if kind == "axis":
-        return zaber.encode_command(replace(command, device=_other(command.device)))
+        return zaber.encode_command(replace(command, device=other_axis(command.device)))
     verb, _, number = command.text.rpartition(" ")
     if kind in ("value", "sign"):
         if not verb:
             return None
-        changed = _digits(number.encode(), chance) if kind == "value" else _signed(number.encode())
+        changed = turned_digit(number.encode(), chance) if kind == "value" else signed(number.encode())
         return zaber.encode_command(replace(command, text=f"{verb} {changed.decode()}"))
     return data
 
@@ -107,7 +108,7 @@ def _oriental(data: bytes, kind: str, chance: np.random.Generator) -> bytes | No
         return None
     frame = bytearray(data[:-2])
     if kind == "axis":
-        frame[0] = _other(frame[0])
+        frame[0] = other_axis(frame[0])
     elif kind in ("value", "sign"):
         if is_home:
             return None
@@ -115,7 +116,7 @@ def _oriental(data: bytes, kind: str, chance: np.random.Generator) -> bytes | No
         operation = oriental_az.decode(words)
         name = "position" if operation.kind == oriental_az.ABSOLUTE else "speed_hz"
         value: int = getattr(operation, name)
-        changed = -value if kind == "sign" else int(_digits(str(value).encode(), chance))
+        changed = -value if kind == "sign" else int(turned_digit(str(value).encode(), chance))
         words = list(oriental_az.encode(replace(operation, **{name: changed})))
         frame[7:] = b"".join(word.to_bytes(2, "big") for word in words)
     head = bytes(frame)
@@ -132,9 +133,9 @@ def _maestro(data: bytes, kind: str, chance: np.random.Generator) -> bytes | Non
     channel, target = data[-3], maestro.value_of(data[-2], data[-1])
     middle = 6000
     if kind == "axis":
-        channel = _other(channel)
+        channel = other_axis(channel)
     elif kind == "value":
-        target = int(_digits(str(target).encode(), chance))
+        target = int(turned_digit(str(target).encode(), chance))
     elif kind == "sign":
         target = 2 * middle - target
     return data[:-4] + bytes([maestro.SET_TARGET, channel, *maestro.number(min(max(target, 0), 0x3FFF))])
@@ -204,13 +205,31 @@ class Story:
     moved_after_deg: float = 0.0
     """How far anything moved a second after the command had ended, and later."""
     rest_deg: float = 0.0
+    """Where the body stands when the command has ended."""
     corridor_deg: tuple[float, float] = (0.0, 0.0)
     allowed_deg: float = 0.0
-    samples: list[float] = field(default_factory=list)
+    target_deg: float | None = None
+    """Where the body must stand when the command has ended without an error."""
 
 
-def strike(driver: str, task: str, kind: str, seed: int) -> Story:
-    """Let one command of a task go wrong. ``task``: ``move``, ``home`` or ``rate``."""
+class Struck(LinkFaults, Protocol):
+    """A line on which something is struck once."""
+
+    kind: str
+    struck: str
+    """What became what; empty where nothing was struck."""
+
+
+StrikeOn = Callable[[str, str, np.random.Generator], Struck]
+
+
+def a_command(driver: str, kind: str, chance: np.random.Generator) -> Struck:
+    """Strike the first command that moves something."""
+    return StruckLine(driver, kind, 0, chance)
+
+
+def strike(driver: str, task: str, kind: str, seed: int, on: StrikeOn = a_command) -> Story:
+    """Let one command or reply of a task go wrong. ``task``: ``move``, ``home`` or ``rate``."""
     chance = np.random.default_rng(seed)
     changes: dict[str, object] = {"limits_deg": LIMITS_DEG, "speed_dps": SPEED_DPS}
     if driver == "indexing-table":
@@ -224,15 +243,16 @@ def strike(driver: str, task: str, kind: str, seed: int) -> Story:
     move_and_arrive(roll, float(chance.integers(20, 60)), clock, clock.sleep)
     move_and_arrive(pitch, start_deg, clock, clock.sleep)
     target_deg = float(chance.integers(-80, 81))
-    line = StruckLine(driver, kind, 0, chance)
-    bench.stream._faults = line  # type: ignore[assignment]
-    return _told(bench, clock, line, pitch, roll, task, start_deg, target_deg, chance)
+    line = on(driver, kind, chance)
+    bench.stream._faults = line
+    return _told(bench, clock, line, driver, pitch, roll, task, start_deg, target_deg, chance)
 
 
 def _told(
     bench: MotionBench,
     clock: SampledClock,
-    line: StruckLine,
+    line: Struck,
+    driver: str,
     pitch: SupervisedAxis,
     roll: SupervisedAxis,
     task: str,
@@ -247,10 +267,10 @@ def _told(
     seconds = abs(target_deg - start_deg) / abs(rate_dps)
     if task == "home":
         low_deg, high_deg = -400.0, 400.0
-    story = Story(corridor_deg=(low_deg, high_deg))
+    story = Story(corridor_deg=(low_deg, high_deg), target_deg={"move": target_deg, "home": 0.0}.get(task))
     fastest_dps = SPEED_DPS if task != "rate" else 9.9 * abs(rate_dps)
     story.allowed_deg = MARGIN_DEG + (DEAF_S if line.kind == "axis" else REACTION_S) * fastest_dps
-    if deceleration_dps2 := DECELERATION_DPS2.get(line.driver):
+    if deceleration_dps2 := DECELERATION_DPS2.get(driver):
         reached_dps = SPEED_DPS if task != "rate" else 1.5 * abs(rate_dps) + REACTION_S * deceleration_dps2
         story.allowed_deg += min(reached_dps, fastest_dps) ** 2 / (2.0 * deceleration_dps2)
 
@@ -272,6 +292,7 @@ def _told(
         stop_all({"pitch": pitch, "roll": roll}, clock)
     story.struck = line.struck
     clock.sleep(1.0)
+    story.rest_deg = bodies["pitch"].table_deg(clock.monotonic_s())
     before = [body.table_deg(clock.monotonic_s()) for body in bodies.values()]
     clock.sleep(10.0)
     after = [body.table_deg(clock.monotonic_s()) for body in bodies.values()]

@@ -5,15 +5,14 @@ ended in the ways in which processes end.
 """
 
 import os
-import socket
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
+from noted_line import NotedLine
 from turning_rig import served
 
 from rig.assembly.simulate import SimulatedRig
@@ -21,13 +20,38 @@ from rig.clock import SystemClock
 
 CLOCK = SystemClock()
 BEGIN_S = 60.0
+ROOM_BYTES = 32 << 20
+"""What an engine that runs out of memory may still take."""
 ENGINE = """
+import resource
+import signal
 import sys
 from pathlib import Path
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig
 from rig.motion.move import home_and_arrive, move_and_arrive
 
+hoard = []
+
+def run_out_of_memory(number, frame):
+    with open("/proc/self/statm") as pages:
+        taken = int(pages.read().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (taken + ROOM, taken + ROOM))
+    for size in (1 << 20, 1 << 14, 1 << 10):
+        try:
+            while True:
+                hoard.append(bytearray(size))
+        except MemoryError:
+            pass
+    raise MemoryError("an allocation failed, and nothing was given back")
+
+def work_for_ever(number, frame):
+    while True:
+        pass
+
+signal.signal(signal.SIGUSR2, work_for_ever)
+signal.signal(signal.SIGQUIT, signal.SIG_DFL)  # what began in a background is born deaf to it
+signal.signal(signal.SIGUSR1, run_out_of_memory)
 path, axis, rate_dps, run = Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), Path(sys.argv[4])
 with open_rig(read_rig(path), rig_file=path, purpose="test") as rig:
     rig.belongs_to(run)
@@ -42,55 +66,7 @@ with open_rig(read_rig(path), rig_file=path, purpose="test") as rig:
     while True:
         turning.turn_look(clock) if rate_dps else turning.state()
         clock.sleep(0.1)
-"""
-
-
-@dataclass
-class NotedLine:
-    """A proxy before a machine: what came and when, by the machine's clock; frozen or cut when told."""
-
-    target: tuple[str, int]
-    heard: list[tuple[float, bytes]] = field(default_factory=list)
-    ends: list[socket.socket] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.listener = socket.create_server(("127.0.0.1", 0))
-        self.address = f"socket://127.0.0.1:{self.listener.getsockname()[1]}"
-        self.thread = threading.Thread(target=self._serve, daemon=True)
-        self.thread.start()
-
-    def first_s(self, stop: bytes, since_s: float) -> float | None:
-        """When the bytes came first after a moment, seconds after it."""
-        return next((at_s - since_s for at_s, data in list(self.heard) if at_s >= since_s and stop in data), None)
-
-    def close(self) -> None:
-        for end in [self.listener, *self.ends]:
-            with suppress(OSError):
-                end.shutdown(socket.SHUT_RDWR)
-            end.close()
-        self.thread.join(5.0)
-
-    def _serve(self) -> None:
-        while True:
-            try:
-                caller, _ = self.listener.accept()
-            except OSError:
-                return
-            machine = socket.create_connection(self.target)
-            for end in (caller, machine):
-                end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self.ends += [caller, machine]
-            threading.Thread(target=self._relay, args=(caller, machine, True), daemon=True).start()
-            threading.Thread(target=self._relay, args=(machine, caller, False), daemon=True).start()
-
-    def _relay(self, source: socket.socket, sink: socket.socket, is_question: bool) -> None:
-        with suppress(OSError):
-            while data := source.recv(4096):
-                if is_question:
-                    self.heard.append((CLOCK.monotonic_s(), data))
-                sink.sendall(data)
-        with suppress(OSError):
-            sink.shutdown(socket.SHUT_RDWR)
+""".replace("ROOM", str(ROOM_BYTES))
 
 
 @dataclass

@@ -8,11 +8,15 @@ from small_run import bench
 from unattended_run import UnattendedRun, asks, events, run_unattended
 
 from procedures.journal.guard_record import EVENT, guard_told, read_guard_record
-from procedures.records.states import State
+from procedures.journal.status import status
+from procedures.records.states import State, is_unasked
+from procedures.run.handover import handover
 from procedures.run.resume import resume_on
 from rig.assembly.open_rig import open_rig
+from rig.clock import SystemClock
+from rig.guard.ask import SUFFIX, stop
 from rig.guard.process import FORMAT
-from rig.guard.stop_guard import RECORD
+from rig.guard.stop_guard import RECORD, StopGuard
 
 DOCUMENT = {
     "format": FORMAT,
@@ -31,12 +35,39 @@ def test_fault_56_what_the_guard_did_is_told_and_then_journalled(tmp_path: Path)
     (run.run_dir / RECORD).write_text(json.dumps(DOCUMENT), encoding="utf-8")
     record = read_guard_record(run.run_dir)
     assert record is not None
-    assert "the engine was frozen (SIGSTOP); it was ended while roll could move" in guard_told(record)
+    told = "the engine was frozen (SIGSTOP); it was ended while roll could move"
+    assert told in guard_told(record)
+    assert told in handover(run.run_dir)
     with open_rig(small.rig) as rig:
         assert resume_on(run.run_dir, rig, "carla").state is State.FINISHED
     (event,) = events(run.run_dir, EVENT)
     assert event.detail == DOCUMENT
+    assert told in handover(run.run_dir)
     assert not (run.run_dir / RECORD).exists()
+
+
+@pytest.mark.parametrize(("by", "named"), [("ann", "ann"), ("", "somebody without a name")])
+def test_a_run_that_was_aborted_through_the_guard_tells_who_asked(tmp_path: Path, by: str, named: str) -> None:
+    """In status, handover, journal and to everybody who is told; a person's wish is no alarm."""
+    small = bench(tmp_path)
+    guard = StopGuard(tmp_path / "run" / RECORD, {}, tmp_path, SystemClock())
+
+    def ask_the_guard(run: UnattendedRun) -> None:
+        run.rig.axes["pitch"]._supervisor._warden = guard  # type: ignore[attr-defined]
+        guard.begin()
+        (found,) = tmp_path.glob(f"*{SUFFIX}")
+        stop({"socket": found.name.removesuffix(SUFFIX)}, None, by)
+
+    run = UnattendedRun(tmp_path / "run", after={5: ask_the_guard})
+    outcome = run_unattended(small, run)
+    guard.close()
+    told = f"the stop guard stopped the axes at once (asked for by {named})"
+    assert (outcome.state, outcome.reason) == (State.ABORTED, told)
+    stands = status(run.run_dir)
+    assert (stands.asked_by, stands.why) == (named, told)
+    assert f"{told}\n" in handover(run.run_dir)
+    last = run.told[-1]
+    assert (last.asked_by, is_unasked(last.state, last.asked_by)) == (named, False)
 
 
 def test_an_axis_that_could_not_be_told_is_named() -> None:

@@ -207,6 +207,20 @@ def test_what_would_refuse_a_run_tonight_is_told_now(tmp_path: Path) -> None:
     assert "MB are free, the run needs" in full.refusals[1]
 
 
+def test_fault_80_a_device_that_other_computers_reach_is_told(tmp_path: Path) -> None:
+    """Detected: locks of this machine for all accounts and all names of a port; the address of each port.
+    Response: a second controller on this machine is refused; that nothing guards against a second host is told.
+    """
+    text = RIG.partition("[twin]")[0].replace('resource = "twin"', 'resource = "prologix+socket://192.0.2.7:1234#22"')
+    path = tmp_path / "rig.toml"
+    path.write_text(text.replace('port = "twin"', 'port = "socket://localhost:1"'))
+    found = preflight(path, read_rig(path), None, tmp_path / "runs", date(2026, 3, 1))
+    (sentence,) = found.unguarded
+    assert sentence.startswith("socket://192.0.2.7:1234: nothing guards against a second computer")
+    small = bench(tmp_path)
+    assert preflight(path, small.rig, None, tmp_path / "runs", date(2026, 3, 1)).unguarded == ()
+
+
 def test_a_rig_of_devices_is_told_what_its_results_will_lack(tmp_path: Path) -> None:
     text = RIG.partition("[twin]")[0].replace("axis = 1\n", 'axis = 1\nstandard = "table"\n')
     text = text.replace('resource = "twin"', 'resource = "prologix+socket://127.0.0.1:2#22"')

@@ -11,6 +11,7 @@ from journals import a_clock
 from small_run import bench, dwells_of, in_child, measured_in, resumed
 from unattended_run import events
 
+from procedures.cli.stopping import stoppable_wait
 from procedures.errors import RequestError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.spool import Request, Spool, Taken, ask
@@ -175,6 +176,18 @@ def test_a_signal_that_was_ignored_stays_ignored(tmp_path: Path) -> None:
     finally:
         signal.signal(signal.SIGHUP, before)
     assert steering.stop is None
+
+
+@pytest.mark.parametrize("number", [signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU])
+@pytest.mark.parametrize("where", ["run", "jog"])
+def test_nothing_freezes_a_process_that_watches_axes(tmp_path: Path, number: signal.Signals, where: str) -> None:
+    """Ctrl-Z, and reads and writes from the background: ignored by the system, whatever group the process is in."""
+    clock, before = a_clock(), signal.getsignal(number)
+    steering = Steering(Spool(tmp_path), clock, clock, lambda _: None)
+    with signals_steer(steering) if where == "run" else stoppable_wait(clock):
+        assert signal.getsignal(number) is signal.SIG_IGN
+        os.kill(os.getpid(), number)
+    assert signal.getsignal(number) is before
 
 
 def test_what_was_asked_since_this_process_owns_the_run_is_obeyed(tmp_path: Path) -> None:

@@ -53,6 +53,7 @@ def test_a_home_search_that_is_stopped_leaves_no_home() -> None:
     bench = motion_bench("esp301", homed_before=True)
     bench.twin.axes[1].is_on = True
     bench.twin.axes[1].servo.home(0.0)
+    bench.clock.sleep(1.0)
     bench.pitch.start_move(90.0)
     bench.clock.sleep(60.0)
     bench.pitch.home()
@@ -68,6 +69,7 @@ def test_a_vouched_home_is_used_while_the_motor_is_on() -> None:
     bench = motion_bench("esp301", homed_before=True)
     bench.twin.axes[1].is_on = True
     bench.twin.axes[1].servo.home(0.0)
+    bench.clock.sleep(1.0)
     assert move_and_arrive(bench.pitch, 10.0, bench.clock, bench.clock.sleep) == 10.0
 
 

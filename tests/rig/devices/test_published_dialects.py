@@ -3,13 +3,85 @@
 import pytest
 from table_bench import example_rig, virtual_clock
 
-from rig.devices.indexing_table import IndexingTableSettings, connect
-from rig.errors import DeviceRefused
+from rig.devices.indexing_table import IndexingTableAxis, IndexingTableSettings, connect
+from rig.errors import DeviceFault, DeviceRefused, RigError
+from rig.link.faults import Part
 from rig.link.memory import MemoryStream
-from rig.twins.indexing_table import IndexingTableTwin
+from rig.motion.move import home_and_arrive, move_and_arrive
+from rig.twins.indexing_table import IndexingTableTwin, TableAxis, TableTimes
 from rig.twins.world import World
-from rig.wire.indexing_table import TableCodec
+from rig.wire.indexing_table import Home, Move, TableCodec
 from rig.wire.table_dialect import load_dialect, published_dialects
+
+
+class _ToTheOther:
+    """The number of the axis becomes the other's on its way."""
+
+    def on_write(self, data: bytes) -> tuple[Part, ...]:
+        return (Part(data.replace(b"1HD", b"2HD")),)
+
+    def on_read(self, data: bytes) -> tuple[Part, ...]:
+        return (Part(data),)
+
+
+def test_a_home_that_another_axis_acknowledged_is_no_home() -> None:
+    """The McLennan says "OK" and not which axis took it."""
+    axis, twin, world, stream = _head("mclennan-pm304")
+    twin.axes[2] = TableAxis(world.axes["roll"], world, (-360.0, 360.0), TableTimes())
+    stream._faults = _ToTheOther()  # type: ignore[assignment]
+    with pytest.raises(DeviceFault, match="home: it was sent, but the axis does not begin"):
+        home_and_arrive(axis, stream.clock, stream.clock.sleep)
+    assert twin.axes[2].is_moving(stream.clock.monotonic_s())
+
+
+def _head(name: str) -> tuple[IndexingTableAxis, IndexingTableTwin, World, MemoryStream]:
+    """Return a head of this dialect, homed."""
+    world, clock, dialect = World(example_rig()), virtual_clock(), load_dialect(name, 1.0)
+    twin = IndexingTableTwin(TableCodec(dialect), {1: "pitch"}, world)
+    settings = IndexingTableSettings(
+        driver="indexing-table",
+        port="twin",
+        limits_deg=(-180.0, 180.0),
+        speed_dps=5.0,
+        increment_deg=dialect.increment_deg,
+        dialect=name,
+    )
+    stream = MemoryStream(twin, clock, name)
+    axis = connect({"pitch": settings}, stream)["pitch"]
+    twin.axes[1].home(0.0)
+    clock.sleep(60.0)
+    home_and_arrive(axis, clock, clock.sleep)
+    return axis, twin, world, stream
+
+
+class _Swallows:
+    """Commands that turn the head are lost on their way, from now on."""
+
+    def __init__(self, codec: TableCodec) -> None:
+        self._codec = codec
+        self.swallowed = 0
+
+    def on_write(self, data: bytes) -> tuple[Part, ...]:
+        command = self._codec.decode_command(data.removesuffix(self._codec.terminator))
+        if isinstance(command, Home | Move):
+            self.swallowed += 1
+            return ()
+        return (Part(data),)
+
+    def on_read(self, data: bytes) -> tuple[Part, ...]:
+        return (Part(data),)
+
+
+@pytest.mark.parametrize("name", published_dialects())
+def test_a_home_that_is_lost_on_the_line_is_no_home(name: str) -> None:
+    axis, _twin, world, stream = _head(name)
+    clock = stream.clock
+    move_and_arrive(axis, 36.0, clock, clock.sleep)
+    line = stream._faults = _Swallows(TableCodec(load_dialect(name, 1.0)))  # type: ignore[assignment]
+    with pytest.raises(RigError):
+        home_and_arrive(axis, clock, clock.sleep)
+    assert line.swallowed == 1
+    assert world.axes["pitch"].table_deg(clock.monotonic_s()) == pytest.approx(36.0)
 
 
 @pytest.mark.parametrize("name", published_dialects())

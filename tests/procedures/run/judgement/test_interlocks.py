@@ -317,9 +317,12 @@ class Displaced(FaultyRig):
         return burst
 
 
-def test_fault_52_an_axis_that_is_moved_inside_a_dwell_trips_and_the_dwell_is_not_kept(
+def test_fault_81_an_axis_that_is_moved_inside_a_dwell_trips_and_the_dwell_is_not_kept(
     small: Bench, tmp_path: Path
 ) -> None:
+    """Detected: the read-back of every axis at every look inside the dwell, against where it was left.
+    Response: trip; the dwell in progress is not kept, and nothing is tried again.
+    """
     unattended = UnattendedRun(tmp_path / "run")
     outcome = run_unattended(small, unattended, rig_of=Displaced)
     assert outcome.state is State.TRIPPED

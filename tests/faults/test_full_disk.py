@@ -1,0 +1,189 @@
+"""A disk that is really full, for a while or for good, and one that answers with an I/O error.
+
+Whatever refuses, people hear of it, a page says why, and the run goes on when the disk is well again.
+"""
+
+import errno
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from command import call
+from failing_files import failing_files
+from faulty_rig import FaultyRig
+from finished_job import FinishedJob
+from journals import a_clock
+from small_disk import SmallDisk, small_disk
+from small_run import Bench, bench, measured_in, resumed
+from unattended_run import UnattendedRun, run_unattended, states
+
+from procedures.alerts.dispatcher import AlertDispatcher
+from procedures.alerts.settings import AlertSettings
+from procedures.journal.status import status
+from procedures.records.progress import Progress
+from procedures.records.states import RESUMABLE, State
+from procedures.run.ending import Outcome
+from procedures.run.services import RunServices
+from rig.assembly.open_rig import Rig
+from rig.devices.abilities import Burst
+
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+WRITES = "import sys, pathlib; open(sys.argv[1], 'a').write(sys.stdin.read())"
+SIZE = "6m"
+LITTLE_MB = 0.05
+"""Of room that a run of 24 dwells asks for beside its own need."""
+
+
+class Told(UnattendedRun):
+    """A run whose people have a command that rings; what it said is kept on another disk."""
+
+    def __init__(self, run_dir: Path, told: Path, **happenings: object) -> None:
+        super().__init__(run_dir, **happenings)  # type: ignore[arg-type]
+        self._told = told
+        settings = AlertSettings(command=(sys.executable, "-c", WRITES, str(told)))
+        self.alerts = AlertDispatcher(settings, "night", a_clock(), self)
+        self._is_inside = False
+
+    def on_event(self, progress: Progress) -> None:
+        if self._is_inside:  # the dispatcher passes on what it heard
+            super().on_event(progress)
+            return
+        self._is_inside = True
+        self.alerts.on_event(progress)
+        self._is_inside = False
+
+    @property
+    def said(self) -> str:
+        self.alerts.close()
+        return self._told.read_text(encoding="utf-8") if self._told.exists() else ""
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[SmallDisk]:
+    with small_disk(tmp_path / "disk", SIZE) as mounted:
+        yield mounted
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return bench(
+        tmp_path_factory.mktemp("bench"),
+        rig=(("[twin]\nseed", f"[interlocks]\nmin_free_mb = {LITTLE_MB}\n[twin]\nseed"),),
+    )
+
+
+@pytest.fixture(scope="module")
+def clean(small: Bench) -> Path:
+    assert small.run(small.folder / "clean").state is State.FINISHED
+    return small.folder / "clean"
+
+
+def _ran(
+    small: Bench, run: Told, second: Path, at_burst: int = 0, happens: Callable[[], None] | None = None
+) -> Outcome:
+    """Run; something happens to the disk while a channel is read, so that the next write is that of the dwell."""
+
+    def spoil(number: int, burst: Burst) -> Burst:
+        if number == at_burst and happens is not None:
+            happens()
+        return burst
+
+    def around(rig: Rig) -> FaultyRig:
+        return FaultyRig(rig, spoil=spoil)
+
+    return run_unattended(small, run, RunServices(pulse=run.alerts.pulse, second_place=second), around)
+
+
+def _page_in(*folders: Path) -> str:
+    pages = [page for folder in folders for page in folder.rglob("why.txt")]
+    assert pages, f"no page in {folders}"
+    return pages[0].read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("left_bytes", [0, pytest.param(8192, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("at_burst", [40, *[pytest.param(n, marks=pytest.mark.soak) for n in (1, 19, 55, 70, 83)]])
+def test_fault_79_a_disk_that_is_full_in_a_dwell_is_told_explained_and_resumed(
+    small: Bench, clean: Path, disk: SmallDisk, tmp_path: Path, at_burst: int, left_bytes: int
+) -> None:
+    run = Told(disk.path / "run", tmp_path / "told.txt")
+    outcome = _ran(small, run, tmp_path / "second", at_burst, lambda: disk.fill(left_bytes))
+    if outcome.state is State.FINISHED:
+        assert left_bytes, "a full disk took everything"
+        return
+    assert "calrig: night: " in run.said
+    assert "full" in run.said
+    assert "full" in _page_in(tmp_path / "second", disk.path)
+    disk.free()
+    assert status(run.run_dir).state in RESUMABLE
+    assert resumed(run.run_dir).state is State.FINISHED
+    assert measured_in(run.run_dir) == measured_in(clean)
+
+
+@pytest.mark.soak
+def test_fault_03_room_that_somebody_else_takes_between_dwells_holds_the_run_until_there_is_some(
+    small: Bench, clean: Path, disk: SmallDisk, tmp_path: Path
+) -> None:
+    """Nearly full: the journal still takes a line, a night's dwells would not fit."""
+    run = Told(
+        disk.path / "run",
+        tmp_path / "told.txt",
+        after={5: lambda _: disk.fill(60_000)},
+        at={20: lambda _: disk.free()},
+    )
+    assert _ran(small, run, tmp_path / "second").state is State.FINISHED
+    assert State.HELD in states(run.run_dir)
+    assert "held" in run.said
+    assert measured_in(run.run_dir) == measured_in(clean)
+
+
+def test_fault_79_a_disk_that_stays_full_between_dwells_is_told_explained_and_resumed(
+    small: Bench, clean: Path, disk: SmallDisk, tmp_path: Path
+) -> None:
+    """As it was measured: the alert said that the run goes on when there is room, and the process was dead."""
+    run = Told(disk.path / "run", tmp_path / "told.txt", after={5: lambda _: disk.fill()})
+    outcome = _ran(small, run, tmp_path / "second")
+    assert outcome.cause == "storage"
+    assert "calrig: night: stopped" in run.said or "calrig: night: interrupted" in run.said
+    assert "full" in _page_in(tmp_path / "second")
+    disk.free()
+    assert resumed(run.run_dir).state is State.FINISHED
+    assert measured_in(run.run_dir) == measured_in(clean)
+
+
+@pytest.mark.parametrize(
+    "stuck", [pytest.param(False, id="once", marks=pytest.mark.soak), pytest.param(True, id="for good")]
+)
+@pytest.mark.parametrize("number", [150, *[pytest.param(n, marks=pytest.mark.soak) for n in range(60, 420, 13)]])
+@pytest.mark.parametrize("error", [errno.EIO, pytest.param(errno.ENOSPC, marks=pytest.mark.soak)])
+def test_fault_05_79_a_disk_that_fails_at_any_write_is_told_explained_and_resumed(
+    small: Bench, clean: Path, tmp_path: Path, error: int, number: int, stuck: bool
+) -> None:
+    run = Told(tmp_path / "run", tmp_path / "told.txt")
+    with failing_files(tmp_path / "run", number, error, stuck=stuck) as files:
+        outcome = _ran(small, run, tmp_path / "second")
+        said = run.said
+    assert files.has_failed
+    if outcome.state is not State.FINISHED:
+        assert "calrig: night: " in said
+        assert _page_in(tmp_path / "second", tmp_path / "run")
+        assert resumed(run.run_dir).state is State.FINISHED
+    assert measured_in(run.run_dir) == measured_in(clean)
+
+
+@pytest.mark.soak
+@pytest.mark.usefixtures("no_report")
+def test_fault_79_a_delivery_on_a_full_disk_says_what_is_missing_and_is_completed(
+    finished_job: FinishedJob, disk: SmallDisk, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = finished_job.copied_to(disk.path)
+    sets = {path.name: path.read_bytes() for path in (run / "exports").iterdir()}
+    for path in (run / "exports").iterdir():
+        path.unlink()
+    disk.fill()
+    told = call(capsys, "solve", run)
+    assert told.status == 1
+    assert "space" in told.err
+    disk.free()
+    assert call(capsys, "solve", run).status == 0
+    assert {path.name for path in (run / "exports").iterdir()} == sets.keys()
