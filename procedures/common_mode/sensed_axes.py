@@ -35,10 +35,10 @@ def attitude_of(dwell: DwellRecord) -> Attitude:
 def sensed_axes(sensors: Mapping[str, Sensor]) -> tuple[WatchedAxes, tuple[str, ...]]:
     """Return every accelerometer axis as declared, and its channel."""
     rows = [
-        (name, str(axis), channel, _declared(getattr(sensor.mount, axis), sensor.nominal_sensitivity_v_per_g))
+        (name, str(axis), channel, _declared(getattr(sensor.mount, axis), sensor.nominal_v_per_g(axis)))
         for name, sensor in sensors.items()
-        if sensor.nominal_sensitivity_v_per_g
         for axis, channel in sensor.channels.items()
+        if sensor.nominal_v_per_g(axis)
     ]
     axes = WatchedAxes(
         tuple(row[0] for row in rows),

@@ -78,6 +78,13 @@ def _turn(
     if settings.turning == "sweeps":
         return _sweeps(rig, procedure, rates, axis, rate_dps, channels)
     revolutions = ceil(rates.dwell_s * abs(rate_dps) / 360.0 - 1e-9)
+    low, high = settings.limits_deg
+    if high - low < 360.0:
+        raise procedure.error(
+            key,
+            f"{axis} turns whole revolutions, allowed are {low:g}° to {high:g}° (axes.{axis}.limits_deg); nothing "
+            "moved; leave this axis out, or give it limits of a whole circle, such as -180° to 180°",
+        )
     if settings.wrap_turns is not None and revolutions + 1 > settings.wrap_turns:
         raise procedure.error(
             key,

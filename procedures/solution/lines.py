@@ -1,6 +1,6 @@
 """Straight lines of SR, real = gain · reading + offset: every axis by itself, with the errors of its known levels."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, cast
 
@@ -22,6 +22,8 @@ from procedures.solution.levels import LevelRows, known_levels
 from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.type_b import shared_errors
 
+EARTH_UT = 50.0
+"""What stands across an axis where nothing is declared; the Earth's field has 25 to 65 µT."""
 UNITS: Mapping[str, str] = {"acceleration": "g", "rate": "dps", "field": "ut"}
 """Of what a sensor measures, as it is written in a key."""
 
@@ -52,7 +54,22 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         warnings |= dict.fromkeys(solved.warnings)
     if not axes:
         raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
+    warnings |= dict.fromkeys(_across(item))
     return SolvedSensor(item.name, observations, Calibration(axes, "linear", "SR", tuple(warnings)), None, budgets)
+
+
+def _across(item: SensorRows) -> Iterator[str]:
+    """Say what a line along the nominal direction cannot know: the field across an axis does not turn with it."""
+    if item.sensor.measures != "field":
+        return
+    known = None if item.plan.levels is None else item.plan.levels.surroundings_ut
+    strength_ut = EARTH_UT if known is None else float(np.linalg.norm(known))
+    yield (
+        "each line takes its axis as lying along its nominal direction: of a field across it, an axis that lies beside "
+        f"it senses {strength_ut * np.sin(np.deg2rad(1.0)):.2g} µT for each degree (in a field of {strength_ut:.3g} µT "
+        "across), the same in both senses; that is in the offset and not in its uncertainty; keep the field across the "
+        "coil small"
+    )
 
 
 def _model(item: SensorRows, observations: Observations, label: str, levels: LevelRows) -> Model:

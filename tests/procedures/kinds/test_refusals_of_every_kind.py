@@ -100,3 +100,14 @@ def test_no_kind_plans_what_narrowed_limits_forbid(tmp_path: Path, example: str,
     assert kind in KINDS
     with pytest.raises(PlanError, match=r"procedure\.toml:\d+: .*limits"):
         motion_run(tmp_path, example, procedure, rig_changes=NARROW)
+
+
+@pytest.mark.parametrize(("low", "high"), [(-20.0, 20.0), (-180.0, 170.0), (5.0, 364.0)])
+def test_an_axis_that_may_not_turn_a_whole_circle_is_not_asked_for_revolutions(
+    tmp_path: Path, low: float, high: float
+) -> None:
+    changes = {r"(\[axes\.pitch\]\n(?:.*\n)*?)limits_deg = \[[^]]*\]": rf"\1limits_deg = [{low}, {high}]"}
+    with pytest.raises(
+        PlanError, match=r"procedure\.toml:\d+: rates\.pitch_dps: pitch turns whole revolutions, allowed are"
+    ):
+        motion_run(tmp_path, "rate-table", "rates", rig_changes=changes)
