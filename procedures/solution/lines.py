@@ -65,10 +65,10 @@ def _across(item: SensorRows) -> Iterator[str]:
     known = None if item.plan.levels is None else item.plan.levels.surroundings_ut
     strength_ut = EARTH_UT if known is None else float(np.linalg.norm(known))
     yield (
-        "each line takes its axis as lying along its nominal direction: of a field across it, an axis that lies beside "
-        f"it senses {strength_ut * np.sin(np.deg2rad(1.0)):.2g} µT for each degree (in a field of {strength_ut:.3g} µT "
-        "across), the same in both senses; that is in the offset and not in its uncertainty; keep the field across the "
-        "coil small"
+        "each line takes its axis as lying along its nominal direction: of a field across it, one that lies or is "
+        f"set beside it senses {strength_ut * np.sin(np.deg2rad(1.0)):.2g} µT for each degree (in a field of "
+        f"{strength_ut:.3g} µT across), the same in both senses; that is in the offset and not in its uncertainty; keep "
+        "the field across the coil small"
     )
 
 
