@@ -20,6 +20,7 @@ KeyPath = tuple[str, ...]
 
 MOST_BYTES = 16_000_000
 """Of a file that a person writes."""
+_NAMED_KEY = re.compile(r"([a-z][a-z0-9_]*): ")
 _HEADER = re.compile(r"^\s*\[\[?\s*(?P<path>[^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 _ASSIGNMENT = re.compile(
     r"""(?P<key>(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*="""
@@ -100,7 +101,11 @@ class TomlFile:
                 (*key, "driver"),
                 f"got {context.get('tag', 'nothing')!r}, allowed {context.get('expected_tags', 'a known driver')}",
             )
-        return self.complaint(key, f"got {_short(item['input'])}: {_plain(item)}")
+        text = _plain(item)
+        named = _NAMED_KEY.match(text)
+        if isinstance(item["input"], dict) and named is not None:  # a mistake of a whole table names its key
+            return self.complaint((*key, named[1]), text[named.end() :])
+        return self.complaint(key, f"got {_short(item['input'])}: {text}")
 
 
 def read_toml(path: Path) -> TomlFile:

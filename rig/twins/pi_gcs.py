@@ -83,7 +83,7 @@ class PiGcsTwin:
             case ["ERR?"]:
                 self._due += b"%d\n" % self.error
                 self.error = wire.NO_ERROR
-            case ["SAI?"]:
+            case ["SAI?"] | ["SAI?", "ALL"]:
                 self._due += " \n".join(self.stages).encode("ascii") + b"\n"
             case ["STP"]:
                 self._stop_all(now_s)
@@ -120,7 +120,7 @@ class PiGcsTwin:
             "ONT?": f"{stage.has_servo and not servo.is_moving(now_s):d}",
         }
         if word == "SPA?":
-            return stage.unit if parameter.lower() == f"0x{wire.UNIT:x}" else None
+            return stage.unit if parameter.lower() in (f"0x{wire.UNIT:x}", str(wire.UNIT)) else None
         return table.get(word)
 
     def _obey(self, word: str, axis: str, values: list[str], now_s: float) -> int:

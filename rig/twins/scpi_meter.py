@@ -98,6 +98,7 @@ class ScpiMeterTwin:
         return self._ready_s if header in (TAKEN, "FETC?") and self._ready_s is not None else None
 
     def obey(self, header: str, parameters: str, now_s: float) -> bytes | None:
+        header = _with_current(header)
         try:
             if header in self._queries:
                 return self._queries[header]()
@@ -127,6 +128,7 @@ class ScpiMeterTwin:
             "TRIG:SOUR?": lambda: b"IMM",
             TAKEN: self._taken,
             "FETC?": self._taken,
+            "VOLT:DC:RANG:AUTO?": lambda: b"%d" % self._ranges_itself,
             "CALC:STAT?": lambda: b"0",
         }
         if self._model.impedance is not None:
@@ -139,8 +141,10 @@ class ScpiMeterTwin:
                 "VOLT:DC:AVER:STAT?": lambda: b"%d" % self._is_averaging,
                 "INIT:CONT?": lambda: b"%d" % self._runs_by_itself,
                 "FUNC?": lambda: b'"VOLT:DC"',
+                "CONF?": lambda: b'"VOLT:DC"',
             }
         else:
+            table["FUNC?"] = lambda: b'"VOLT"'
             table["ROUT:TERM?"] = lambda: b"FRON" if self.is_front else b"REAR"
         return table
 
@@ -156,6 +160,8 @@ class ScpiMeterTwin:
             "TRIG:COUN": lambda text, _now_s: _require(float(text) == 1.0, ILLEGAL_VALUE),
             "SAMP:COUN": lambda text, _now_s: setattr(self, "_samples", int(float(text))),
             "INIT": lambda _text, now_s: self._initiate(now_s),
+            "VOLT:DC:RANG:AUTO": lambda text, _now_s: setattr(self, "_ranges_itself", SWITCH[text.upper()]),
+            "FUNC": lambda text, _now_s: _require(text.upper().strip("'\"") in ("VOLT", "VOLT:DC"), ILLEGAL_VALUE),
             "SYST:REM": lambda _text, _now_s: None,
         }
         if self._model.impedance is not None:
@@ -163,7 +169,6 @@ class ScpiMeterTwin:
         if self._model.is_keithley:
             table |= {
                 "INIT:CONT": lambda text, _now_s: setattr(self, "_runs_by_itself", SWITCH[text.upper()]),
-                "FUNC": lambda text, _now_s: _require(text.upper().strip("'\"") == "VOLT:DC", ILLEGAL_VALUE),
                 "FORM:ELEM": lambda text, _now_s: setattr(self, "elements", text.upper().replace("READING", "READ")),
                 "UNIT:VOLT:DC": lambda text, _now_s: setattr(self, "unit", text.upper()),
                 "VOLT:DC:AVER:STAT": lambda text, _now_s: setattr(self, "_is_averaging", SWITCH[text.upper()]),
@@ -185,11 +190,14 @@ class ScpiMeterTwin:
         """Preset the function: what is not named goes to its default, the input to 10 megohm."""
         words = [word.strip() for word in text.split(",") if word.strip() and word.strip().upper() != "DEF"]
         self._set_range(float(words[0]) if words else self._model.ranges_v[-1])
+        self._ranges_itself = not words
         self._nplc, self._autozero, self._samples = (1.0 if self._model.is_keithley else 10.0), True, 1
         self.is_high_impedance = self._model.impedance is None
 
     def _set_range(self, range_v: float) -> None:
+        """Choose a range, which ends the meter's own choice (TV p. 221, K2000 p. 5-42)."""
         _require(0.0 <= range_v <= self._model.ranges_v[-1], OUT_OF_RANGE)
+        self._ranges_itself = False
         self._range_v = min(offered_v for offered_v in self._model.ranges_v if offered_v >= range_v)
 
     def _set_nplc(self, nplc: float) -> None:
@@ -230,6 +238,12 @@ class ScpiMeterTwin:
 
     def _number(self, value: float) -> bytes:
         return b"%.9g" % value if self._model.is_keithley else scpi.format_reading(value)
+
+
+def _with_current(header: str) -> str:
+    """Return a header with the node DC, which may be left out: ``VOLT:RANG`` is ``VOLT:DC:RANG``."""
+    first, _, rest = header.partition(":")
+    return header if first != "VOLT" or not rest or rest.startswith(("DC", "AC")) else f"VOLT:DC:{rest}"
 
 
 def _require(is_so: bool, error: Error) -> None:

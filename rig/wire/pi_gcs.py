@@ -66,10 +66,14 @@ def parse_flag(line: bytes, axis: str) -> bool:
 
 
 def parse_unit(line: bytes, axis: str) -> str:
-    """Parse ``SPA? 1 0x7000601`` → ``1 0x7000601=DEG`` to capital letters. Raises: DeviceNonsense."""
+    """Parse ``SPA? 1 0x7000601`` → ``1 0x7000601=DEG`` to capital letters. Raises: DeviceNonsense.
+
+    The number of the parameter may come back in decimal digits: the maker's client sends it so.
+    """
     told, _, unit = line.decode("latin-1").rstrip(" ").partition("=")
-    words = told.split(" ")
-    if len(words) != 2 or words[0] != axis or words[1].lower() != f"0x{UNIT:x}" or _WORD.fullmatch(unit) is None:
+    parameters = (f"0x{UNIT:x}", str(UNIT))
+    words = told.lower().split(" ")
+    if len(words) != 2 or words[0] != axis.lower() or words[1] not in parameters or _WORD.fullmatch(unit) is None:
         raise DeviceNonsense(f"the unit is answered as {axis} 0x{UNIT:X}=DEG")
     return unit.upper()
 

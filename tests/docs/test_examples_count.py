@@ -10,6 +10,7 @@ ROOT = Path(__file__).parents[2]
 ALLOWED = {
     "own_model": ("calrig.models", 1),
     "own_driver": ("calrig.drivers", 4),  # codec, device, twin, and what brings them together
+    "own_meter": ("calrig.drivers", 3),  # device, twin, and what brings them together; SCPI has its codec
     "own_export": ("calrig.exports", 1),
     "own_design": ("calrig.designs", 1),
     "own_section": ("calrig.sections", 1),

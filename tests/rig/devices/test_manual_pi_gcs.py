@@ -89,6 +89,14 @@ def test_a_stage_that_counts_in_millimetres_is_refused() -> None:
     assert motion_bench("pi-gcs", states_unit=False).pitch.identify().endswith("axis 1")
 
 
+def test_a_parameter_may_be_named_in_decimal_digits() -> None:
+    # PIPython 2.11 on the wire: SPA? 1 117442049, which is 0x7000601.
+    bench = motion_bench("pi-gcs")
+    assert _said(bench, b"SPA? 1 117442049\nSPA? 1 0x7000601\n") == b"1 117442049=DEG\n1 0x7000601=DEG\n"
+    assert wire.parse_unit(b"1 117442049=DEG", "1") == wire.parse_unit(b"1 0x7000601=deg", "1") == "DEG"
+    assert _said(bench, b"SAI? ALL\n") == b"1 \n2\n"
+
+
 def test_travel_that_ends_inside_the_limits_of_the_file_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rig.twins.pi_gcs.TRAVEL_DEG", (-100.0, 100.0))
     bench = motion_bench("pi-gcs")
