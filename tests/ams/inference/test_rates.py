@@ -182,6 +182,33 @@ def test_stated_deviations_cover_calibration_start_and_noise() -> None:
     assert np.mean(inside) == pytest.approx(0.95, abs=0.03)
 
 
+def test_errors_of_the_rate_are_those_of_the_parameters() -> None:
+    """Every parameter moved a little, the rates solved anew at rest and at one radian a second about each axis."""
+    coefficients = gyro_set(0.02, np.random.default_rng(3))
+    package = GyroPackage(coefficients, COLUMNS, 1e-4)
+    section = coefficients.document["package"]
+    assert isinstance(section, dict)
+    covariance = sum(np.array(part["covariance"]) for part in section["components"].values())
+    numbers = {axis: own.primary for axis, own in coefficients.axes.items()}
+    names = [name.split(".") for name in section["order"]]
+    probes = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+    outputs = package.offset_v[:, None] + package.k_v_per_rad_s @ probes.T
+    columns = []
+    for axis, name in names:
+        step = 1e-7
+        moved = {
+            own: {**values, name: values[name] + step} if own == axis else values for own, values in numbers.items()
+        }
+        k = np.rad2deg([[moved[own][f"k_{part}_v_per_dps"] for part in "xyz"] for own in moved])
+        offset = np.array([moved[own]["offset_v"] for own in moved])
+        error = (np.linalg.solve(k, outputs - offset[:, None]) - probes.T) / step
+        columns.append(np.concatenate([error[:, 0], *(error[:, 1:] - error[:, :1]).T]))
+    derivatives = np.stack(columns, axis=-1)
+    expected = derivatives @ covariance @ derivatives.T
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    np.testing.assert_allclose(package.calibration_covariance() / scale, expected / scale, atol=1e-4)
+
+
 def test_after_a_rest_the_zero_is_as_uncertain_as_its_mean() -> None:
     """Standing still: σ² t (h + t/N) of each angle, N readings of the rest, h the interval."""
     sd_v, seconds = 0.01, 4.0
