@@ -15,9 +15,13 @@ if TYPE_CHECKING:
     from ams.exports.formats import load_set as load_set
     from ams.exports.verify import verify as verify
     from ams.in_use import Attitude as Attitude
+    from ams.in_use import GyroStream as GyroStream
     from ams.in_use import PackageInUse as PackageInUse
     from ams.in_use import PackageStream as PackageStream
     from ams.in_use import load as load
+    from ams.in_use import load_gyros as load_gyros
+    from ams.inference.aided_rates import Aiding as Aiding
+    from ams.inference.rates import Motion as Motion
     from ams.inputs.observations_csv import read_csv as read_csv
     from ams.inputs.request import CalibrationRequest as CalibrationRequest
     from ams.inputs.table_uncertainty import TableUncertainty as TableUncertainty
@@ -27,8 +31,11 @@ if TYPE_CHECKING:
     from ams.sets.provenance import Provenance as Provenance
 
 _HOME = {
+    "Aiding": "ams.inference.aided_rates",
     "Attitude": "ams.in_use",
     "CalibrationRequest": "ams.inputs.request",
+    "GyroStream": "ams.in_use",
+    "Motion": "ams.inference.rates",
     "Observations": "ams.observations",
     "PackageInUse": "ams.in_use",
     "PackageStream": "ams.in_use",
@@ -39,6 +46,7 @@ _HOME = {
     "evaluate_design": "ams.analysis.design_variance",
     "export_set": "ams.exports.formats",
     "load": "ams.in_use",
+    "load_gyros": "ams.in_use",
     "load_set": "ams.exports.formats",
     "read_csv": "ams.inputs.observations_csv",
     "to_document": "ams.calibration.document",
@@ -46,8 +54,11 @@ _HOME = {
 }
 
 __all__ = [
+    "Aiding",
     "Attitude",
     "CalibrationRequest",
+    "GyroStream",
+    "Motion",
     "Observations",
     "PackageInUse",
     "PackageStream",
@@ -58,6 +69,7 @@ __all__ = [
     "evaluate_design",
     "export_set",
     "load",
+    "load_gyros",
     "load_set",
     "read_csv",
     "to_document",

@@ -4,7 +4,7 @@
 >>> package.attitude([0.1, -0.2, -2.4]).pitch_deg                      # doctest: +SKIP
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,10 @@ from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.errors import OutsideValidity
 from ams.exports.formats import load_set
+from ams.inference.aided_rates import AidedAngles, Aiding
+from ams.inference.angle_stream import Answer
 from ams.inference.inference import Inference, Package, inference
+from ams.inference.rates import GyroAngles, GyroPackage, Motion
 from ams.sets.coefficients import CoefficientSet
 
 Volts = ArrayLike | Mapping[str, ArrayLike]
@@ -75,7 +78,7 @@ class PackageInUse:
 
         Raises: OutsideValidity where an input is missing or of another shape; DesignError.
         """
-        outputs = self._outputs(volts)
+        outputs = outputs_by_axis(volts, self.axes, self.coefficients.sensor)
         shape = outputs[0].shape
         readings = {axis: values.ravel() for axis, values in zip(self.axes, outputs, strict=True)}
         for name, value in (("temperature_degc", temperature_degc), ("roll_deg", roll_deg)):
@@ -98,22 +101,22 @@ class PackageInUse:
         second = None if model is None else Package(model, {axis: f"model {axis}" for axis in model.axes})
         return inference(own, second, self.reading_sd_v, upright=self.upright, right_wing_down=self.right_wing_down)
 
-    def _outputs(self, volts: Volts) -> list[FloatArray]:
-        """Return the volts of every axis, all of one shape."""
-        if isinstance(volts, Mapping):
-            if set(volts) != set(self.axes):
-                raise OutsideValidity(
-                    f"{self.coefficients.sensor}: volts: got the axes {', '.join(volts)}, needed are "
-                    f"{', '.join(self.axes)}; nothing was computed"
-                )
-            return list(np.broadcast_arrays(*(np.asarray(volts[axis], dtype=float) for axis in self.axes)))
-        array = np.asarray(volts, dtype=float)
-        if array.ndim == 0 or array.shape[-1] != len(self.axes):
+
+def outputs_by_axis(volts: Volts, axes: Sequence[str], sensor: str) -> list[FloatArray]:
+    """Return the volts of every axis, all of one shape. Raises: OutsideValidity."""
+    if isinstance(volts, Mapping):
+        if set(volts) != set(axes):
             raise OutsideValidity(
-                f"{self.coefficients.sensor}: volts: got an array of shape {array.shape}, needed (…, {len(self.axes)}) "
-                f"in the order {', '.join(self.axes)}; nothing was computed"
+                f"{sensor}: volts: got the axes {', '.join(volts)}, needed are {', '.join(axes)}; nothing was computed"
             )
-        return list(np.moveaxis(array, -1, 0))
+        return list(np.broadcast_arrays(*(np.asarray(volts[axis], dtype=float) for axis in axes)))
+    array = np.asarray(volts, dtype=float)
+    if array.ndim == 0 or array.shape[-1] != len(axes):
+        raise OutsideValidity(
+            f"{sensor}: volts: got an array of shape {array.shape}, needed (…, {len(axes)}) in the order "
+            f"{', '.join(axes)}; nothing was computed"
+        )
+    return list(np.moveaxis(array, -1, 0))
 
 
 @dataclass
@@ -156,3 +159,61 @@ def load(
     package = PackageInUse(sets[0], sets[1] if model is not None else None, reading_sd_v, upright, right_wing_down)
     _ = package._inference  # a set that tells no angles is refused here, not at the first reading
     return package
+
+
+class GyroStream:
+    """Attitudes of gyros, alone or with accelerometers, of samples that come piece by piece."""
+
+    def __init__(self, angles: GyroAngles | AidedAngles) -> None:
+        self._angles = angles
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The order of the volts: the gyros' axes, those of accelerometers behind, as ``accelerometer x``."""
+        return self._angles.needed
+
+    def feed(self, volts: Volts, *, time_s: ArrayLike | None = None) -> Attitude:
+        """Return the attitudes that further samples settle, oldest first; of gyros alone the newest comes later.
+
+        ``volts`` is (n, A), one row a sample, or by axis; NaN is a reading that is missing. With ``time_s`` samples
+        that never came or came twice are noticed.
+
+        Raises: OutsideValidity for another shape, or without a sampling rate.
+        """
+        outputs = outputs_by_axis(volts, self.axes, "gyros")
+        readings = dict(zip(self.axes, map(np.atleast_1d, outputs), strict=True))
+        if time_s is not None:
+            readings["time_s"] = np.atleast_1d(np.asarray(time_s, dtype=float))
+        return _attitude_of(self._angles.answer(readings))
+
+    def finish(self) -> Attitude:
+        """Return the attitudes still due; the stream ends here. Raises: ObservationsError with too few samples."""
+        return _attitude_of(self._angles.finish())
+
+
+def _attitude_of(found: Answer) -> Attitude:
+    return Attitude(**found.columns, codes=found.codes, reasons=found.reasons)
+
+
+def load_gyros(
+    path: str | Path,
+    motion: Motion | None = None,
+    *,
+    accelerometers: str | Path | None = None,
+    aiding: Aiding | None = None,
+    reading_sd_v: float | None = None,
+) -> GyroStream:
+    """Return the stream of a set of gyros from the start of a motion; with a set of accelerometers both by a filter.
+
+    Raises: SetError, VectorsDisagree; OutsideValidity for sets that tell no rates or no force.
+    """
+    sets = [load_set(one) for one in (path, accelerometers) if one is not None]
+    for name, coefficients in zip((path, accelerometers), sets, strict=False):
+        coefficients.check_vectors(str(name))
+    own = sets[0]
+    gyros = GyroPackage(own, {axis: axis for axis in own.axes}, reading_sd_v)
+    start = motion or Motion()
+    if accelerometers is None:
+        return GyroStream(GyroAngles(gyros, start))
+    force = Package(sets[1], {axis: f"accelerometer {axis}" for axis in sets[1].axes})
+    return GyroStream(AidedAngles(gyros, force, start, aiding or Aiding()))

@@ -217,7 +217,7 @@ def inference(
     name, model, axes = package.coefficients.sensor, package.model, len(package.columns)
     if model == "gyro":
         raise OutsideValidity(
-            f"{name}: gyros sense rates, not attitude: nothing was computed; integrate them with ams.attitude.gyro"
+            f"{name}: gyros sense rates, not attitude: nothing was computed; integrate them with ams.load_gyros"
         )
     own = FIELDS[model].output
     if own is not None and own.pitch_rad is None:

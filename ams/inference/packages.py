@@ -113,9 +113,12 @@ def _disagreement(residual: FloatArray, columns: FloatArray, errors: OutputError
     parts = np.stack([covariance for covariance, _ in errors.calibration])
     reading = errors.reading[..., None] * np.eye(residual.shape[1])
     covariance = parts.sum(axis=0) + reading
-    size = np.diagonal(covariance, axis1=1, axis2=2)
-    shares = np.mean(np.diagonal(parts, axis1=2, axis2=3) / size, axis=-1)
-    dofs = np.stack([np.broadcast_to(np.asarray(dof, dtype=float), shares.shape[1:]) for _, dof in errors.calibration])
+    # Welch and Satterthwaite's degrees of freedom along what is left, in the direction in which it is tested.
+    tested = np.linalg.solve(covariance, residual[..., None])[..., 0]
+    variances = np.einsum("ni,cnij,nj->cn", tested, parts, tested)
+    total = np.einsum("ni,nij,nj->n", tested, covariance, tested)
+    shares = variances / np.where(total > 0.0, total, 1.0)
+    dofs = np.stack([np.broadcast_to(np.asarray(dof, dtype=float), total.shape) for _, dof in errors.calibration])
     with np.errstate(divide="ignore"):
         dof = 1.0 / np.sum(shares**2 / dofs, axis=0)
     is_valid = np.ones(residual.shape, dtype=bool)

@@ -14,7 +14,8 @@ def loaded_by(statement: str) -> set[str]:
 
 def test_the_package_and_its_core_names_need_numpy_only() -> None:
     loaded = loaded_by(
-        "import ams, ams.calibration.calibrate; ams.apply; ams.read_csv; ams.to_document; ams.evaluate_design; ams.load"
+        "import ams, ams.calibration.calibrate; ams.apply; ams.read_csv; ams.to_document; ams.evaluate_design; "
+        "ams.load; ams.load_gyros"
     )
     assert "numpy" in loaded
     assert not loaded & set(HEAVY)

@@ -119,3 +119,23 @@ def test_what_cannot_be_answered_is_a_sentence(stored: str | Path, tmp_path: Pat
     export_set(gyro_set(), "json", tmp_path / "g.json")
     with pytest.raises(OutsideValidity, match="gyros sense rates"):
         ams.load(tmp_path / "g.json")
+
+
+def test_gyros_come_as_a_stream_alone_and_with_accelerometers(tmp_path: Path) -> None:
+    """A steady roll of 5 °/s, for which the closed form needs no integral."""
+    export_set(gyro_set(), "json", tmp_path / "g.json")
+    export_set(tp_set(), "json", tmp_path / "f.json")
+    roll = 0.05 * np.arange(400)
+    rates = np.tile([5.0, 0.0, 0.0], (400, 1))
+    gyro_v = np.stack([n.primary["offset_v"] + rates @ n.direction for n in gyro_set().axes.values()], axis=-1)
+    alone = ams.load_gyros(str(tmp_path / "g.json"), ams.Motion(100.0), reading_sd_v=1e-6)
+    assert alone.axes == ("x", "y", "z")
+    parts = [alone.feed(gyro_v[:150]), alone.feed(gyro_v[150:151]), alone.feed(gyro_v[151:]), alone.finish()]
+    np.testing.assert_allclose(np.concatenate([part.roll_deg for part in parts]), roll, atol=1e-9)
+    assert np.all(np.diff(np.concatenate([part.roll_sd_deg for part in parts])) > 0.0)
+    volts = np.concatenate([gyro_v, outputs(tp_set(), np.zeros(400), roll)], axis=1)
+    both = ams.load_gyros(tmp_path / "g.json", ams.Motion(100.0), accelerometers=tmp_path / "f.json", reading_sd_v=1e-4)
+    assert both.axes[3:] == ("accelerometer x", "accelerometer y", "accelerometer z")
+    np.testing.assert_allclose(both.feed(volts).roll_deg, roll, atol=1e-3)
+    with pytest.raises(OutsideValidity, match=r"needed \(…, 3\) in the order x, y, z"):
+        alone.feed(volts)

@@ -36,11 +36,14 @@ def package_set(package: str) -> CoefficientSet:
     return build_set(solved, Provenance(sensor="CR1", **PLACE, **ranges))
 
 
-def gyro_set() -> CoefficientSet:
+def gyro_set(noise_v: float = 0.0, chance: np.random.Generator | None = None) -> CoefficientSet:
+    """CR's assumed gyros of table 4, one replication."""
     rates = np.random.default_rng(1).uniform(-60, 60, (len(EULER_DEG), 3))
     outputs = {
         a: [gyro_v(a, t, e, r) for e, r in zip(EULER_DEG, rates, strict=True)] for a, t in TABLE_4.items()
     }  # fmt: skip
+    if chance is not None:
+        outputs = {a: list(np.array(v) + noise_v * chance.normal(size=len(v))) for a, v in outputs.items()}
     solved = calibrate(observations(outputs, rates), CalibrationRequest(model="gyro"))
     ranges = {"pitch_range_deg": (0.0, 0.0), "roll_range_deg": (-60.0, 45.0), "yaw_range_deg": (-20.0, 25.0)}
     return build_set(solved, Provenance(sensor="G1", **PLACE, **ranges, rate_range_dps=(-80.0, 80.0)))

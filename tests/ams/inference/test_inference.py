@@ -6,9 +6,13 @@ from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, accelerometer_v
 from package_outputs import TRUTH, output_v
 from solved_sets import package_set, tp_set
 
+from ams.attitude import flag_codes
 from ams.calibration.calibrate import calibrate
+from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
 from ams.inference.inference import Inference, Package, inference
+from ams.inference.lines import SensorLine
+from ams.inference.packages import angles_from_sting
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
 from ams.sets.coefficients import CoefficientSet, build_set
@@ -130,6 +134,19 @@ def test_a_sting_package_that_disagrees_is_flagged_and_no_axis_named() -> None:
     readings["sting_x_v"] += 0.01
     found = inference(packaged(package_set("sting"), "sting_"), reading_sd_v=1e-4).infer(readings)
     assert found["flag"] == ("redundancy: outputs disagree; roll not sensed: sting package alone",)
+
+
+@pytest.mark.parametrize(("dof", "is_flagged"), [(3.0, False), (1e6, True)])
+def test_a_calibration_of_few_replications_is_not_blamed_on_the_readings(dof: float, is_flagged: bool) -> None:
+    """Five deviations of a calibration: Student's bound at 99.9 % is 12.9 of them with three degrees of freedom."""
+    own = np.zeros((4, 4))
+    own[0, 0] = 1e-3**2
+    part = VarianceComponent("replications", own, dof)
+    sensors = [SensorLine(0.0, np.eye(3)[place], own, 1e-7, (part,)) for place in range(3)]
+    force = np.array([[np.sin(0.5), 0.0, -np.cos(0.5)]])
+    along = force / np.linalg.norm(force)
+    found = angles_from_sting(sensors, force + 5e-3 * along)
+    assert bool(found.codes[0] & flag_codes.REDUNDANCY) == is_flagged
 
 
 def test_an_angle_beyond_the_calibration_keeps_its_number_and_is_named() -> None:

@@ -15,7 +15,6 @@ from ams.inference.rates import GyroAngles, GyroPackage, Motion
 
 GYROS = gyro_set()
 COLUMNS = {axis: f"{axis}_v" for axis in "xyz"}
-INVERSE, OFFSET_V = np.linalg.inv(GyroPackage(GYROS, COLUMNS).k_v_per_rad_s), GyroPackage(GYROS, COLUMNS).offset_v
 
 
 def harmonic(rate_hz: float, seconds: float) -> tuple[np.ndarray, np.ndarray]:
@@ -83,7 +82,8 @@ def test_pieces_make_the_whole(pieces: int) -> None:
     readings = volts(euler, rates)
     readings["y_v"] = readings["y_v"].copy()
     readings["y_v"][[17, 80, 81, 82]] = np.nan
-    once, again = whole(stream(Motion(100.0)), readings), whole(stream(Motion(100.0)), readings, pieces)
+    package = GyroPackage(gyro_set(0.01, np.random.default_rng(2)), COLUMNS, 1e-6)
+    once, again = (whole(GyroAngles(package, Motion(100.0)), readings, count) for count in (1, pieces))
     assert again.codes.tolist() == once.codes.tolist()
     for name, values in once.columns.items():
         np.testing.assert_allclose(again.columns[name], values, rtol=1e-9, atol=1e-12, err_msg=name)
@@ -165,28 +165,60 @@ def test_rates_beyond_the_calibration_are_flagged_and_a_drifted_attitude_withhel
 
 
 def test_stated_deviations_cover_calibration_start_and_noise() -> None:
-    """Outputs of gyros drawn from the set's own covariance, readings and starts drawn as stated."""
-    chance = np.random.default_rng(5)
-    noise_v, start_sd_deg, draws = 2e-4, 0.05, 250
-    package = GyroPackage(GYROS, COLUMNS, noise_v)
-    spread = chance.normal(size=(12, 12)) * 3e-5
-    covariance = spread @ spread.T
-    euler, rates = harmonic(50.0, 6.0)
-    body = INVERSE @ (np.stack(list(volts(euler, rates).values())) - OFFSET_V[:, None])
-    basis = np.concatenate([np.ones((1, body.shape[1])), body])
+    """Sets solved from noisy calibrations, readings and starts drawn as stated; the truth is the motion itself."""
+    chance, noise_v, start_sd_deg = np.random.default_rng(5), 0.02, 0.03
+    euler, rates = harmonic(20.0, 6.0)
+    clean = volts(euler, 4.0 * rates)
+    truth = whole(stream(Motion(20.0)), clean)
+    expected = angles(truth)
     inside = []
-    for _ in range(draws):
-        error = chance.multivariate_normal(np.zeros(12), covariance).reshape(4, 3)
-        # What the calibration takes for the rate is wrong by the error: the outputs are those that it takes so.
-        seen = body + error.T @ basis + INVERSE @ (noise_v * chance.normal(size=body.shape))
-        outputs = OFFSET_V[:, None] + np.linalg.solve(INVERSE, seen)
-        start = Rotation.from_rotvec(np.deg2rad(start_sd_deg) * chance.normal(size=3)) * Rotation.identity()
-        found = GyroAngles(package, Motion(50.0, "cubic", _cr_deg(start), start_sd_deg))
-        found._errors = type(found._errors)(covariance, found._errors.reading, found._errors.start)
-        last = whole(found, dict(zip(COLUMNS.values(), outputs, strict=True)))
-        sd = np.stack([last.columns[f"{name}_sd_deg"] for name in ("pitch", "yaw", "roll")], axis=-1)
-        inside.append(np.abs(angles(last) - euler)[[50, 150, 300]] < 1.96 * sd[[50, 150, 300]])
-    assert np.mean(inside) == pytest.approx(0.95, abs=0.025)
+    for _ in range(80):
+        package = GyroPackage(gyro_set(noise_v, chance), COLUMNS, noise_v)
+        readings = {name: values + noise_v * chance.normal(size=values.size) for name, values in clean.items()}
+        start = Rotation.from_rotvec(np.deg2rad(start_sd_deg) * chance.normal(size=3))
+        found = whole(GyroAngles(package, Motion(20.0, "cubic", _cr_deg(start), start_sd_deg)), readings)
+        sd = np.stack([found.columns[f"{name}_sd_deg"] for name in ("pitch", "yaw", "roll")], axis=-1)
+        inside.append(np.abs(angles(found) - expected)[[20, 60, 120]] < 2.0 * sd[[20, 60, 120]])
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.03)
+
+
+def test_errors_of_the_rate_are_those_of_the_parameters() -> None:
+    """Every parameter moved a little, the rates solved anew at rest and at one radian a second about each axis."""
+    coefficients = gyro_set(0.02, np.random.default_rng(3))
+    package = GyroPackage(coefficients, COLUMNS, 1e-4)
+    section = coefficients.document["package"]
+    assert isinstance(section, dict)
+    covariance = sum(np.array(part["covariance"]) for part in section["components"].values())
+    numbers = {axis: own.primary for axis, own in coefficients.axes.items()}
+    names = [name.split(".") for name in section["order"]]
+    probes = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+    outputs = package.offset_v[:, None] + package.k_v_per_rad_s @ probes.T
+    columns = []
+    for axis, name in names:
+        step = 1e-7
+        moved = {
+            own: {**values, name: values[name] + step} if own == axis else values for own, values in numbers.items()
+        }
+        k = np.rad2deg([[moved[own][f"k_{part}_v_per_dps"] for part in "xyz"] for own in moved])
+        offset = np.array([moved[own]["offset_v"] for own in moved])
+        error = (np.linalg.solve(k, outputs - offset[:, None]) - probes.T) / step
+        columns.append(np.concatenate([error[:, 0], *(error[:, 1:] - error[:, :1]).T]))
+    derivatives = np.stack(columns, axis=-1)
+    expected = derivatives @ covariance @ derivatives.T
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    np.testing.assert_allclose(package.calibration_covariance() / scale, expected / scale, atol=1e-4)
+
+
+def test_after_a_rest_the_zero_is_as_uncertain_as_its_mean() -> None:
+    """Standing still: σ² t (h + t/N) of each angle, N readings of the rest, h the interval."""
+    sd_v, seconds = 0.01, 4.0
+    still = volts(np.zeros((200 + 401, 3)), np.zeros((601, 3)))
+    package = GyroPackage(gyro_set(1.0, np.random.default_rng(1)), COLUMNS, sd_v)
+    found = whole(GyroAngles(package, Motion(100.0, rest_s=2.0)), still)
+    sigma_dps = sd_v * np.linalg.norm(np.linalg.inv(package.k_v_per_rad_s), axis=1)
+    expected = np.rad2deg(sigma_dps) * np.sqrt(seconds * (0.01 + seconds / 200))
+    names = ("roll", "pitch", "yaw")  # the turns about x, y and z
+    assert [found.columns[f"{name}_sd_deg"][-1] for name in names] == pytest.approx(expected, rel=1e-3)
 
 
 def _cr_deg(turn: Rotation) -> tuple[float, float, float]:

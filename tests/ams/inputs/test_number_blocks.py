@@ -79,6 +79,7 @@ def test_a_file_in_pieces_is_the_file(tmp_path: Path, place: int | None, odd: st
         ("1,nan,3", "line 82: column b: got 'nan', allowed a finite number"),
         ("1,2", "line 82: 2 cells, allowed 3"),
         ("1,2,3,4\n1,2", "line 82: 4 cells, allowed 3"),
+        ("1,2\n1,2,3,4", "line 82: 2 cells, allowed 3"),
         ("1,,3", "line 82: column b: the cell is empty"),
         ("1,\u0661,3", "line 82: column b: got '\u0661'"),
         ("1,1_0,3", "line 82: column b: got '1_0'"),
