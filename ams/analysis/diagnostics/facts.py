@@ -65,8 +65,8 @@ def temperature_confounded(evidence: Evidence) -> Iterator[Finding]:
         return
     text = (
         f"the recorded temperature goes with the attitude inside the replications (correlation {r:.2f}, allowed "
-        f"{LARGEST_CORRELATION:g}): what it does to the sensor passes for offset and sensitivity, and no temperature is "
-        "modelled; hold the temperature, take another order of the points, or apply known temperature coefficients"
+        f"{LARGEST_CORRELATION:g}): what it does to the sensor passes for offset and sensitivity, and no temperature "
+        "is modelled; hold the temperature, take another order of the points, or apply known temperature coefficients"
     )
     details = {"test": "temperature with attitude", "correlation": r}
     yield Finding("temperature-residual", text, True, None, details=details)

@@ -10,6 +10,7 @@ import numpy as np
 from ams.analysis.diagnostics.axis_tests import (
     AUTOCORRELATION,
     BY_POINT,
+    BY_POINT_GAIN,
     BY_REPLICATION,
     CURVATURE,
     DRIFT_OF,
@@ -123,6 +124,7 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
             "or has not settled; a longer settling time or a random order makes dwells independent"
         ),
         BY_POINT: lambda: _temperature_text(test, scale, "in step with the points, alike in every replication"),
+        BY_POINT_GAIN: lambda: _temperature_text(test, scale, "with its sensitivity, alike in every replication"),
         BY_REPLICATION: lambda: _temperature_text(test, scale, "from replication to replication"),
         LAG: lambda: (
             f"the sensor is not as warm as the record: after heating and after cooling its output is still on the way, "
