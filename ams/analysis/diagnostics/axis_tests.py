@@ -258,8 +258,10 @@ def _term(column: Column, tested: Tested) -> BeliefTest:
 
 
 def _slope(name: str, kind: FindingKind, slope: Slope, output: int, unit: str) -> BeliefTest:
-    values = (slope.p_value[output], slope.coefficient[output], slope.standard_uncertainty[output])
-    return BeliefTest(name, kind, *map(float, values), unit)
+    p_value, coefficient, uncertainty = (
+        float(column[output]) for column in (slope.p_value, slope.coefficient, slope.standard_uncertainty)
+    )
+    return BeliefTest(name, kind, p_value, coefficient, uncertainty, unit)
 
 
 def _decided(made: dict[str, BeliefTest], columns: Elimination | None) -> AxisTests:
@@ -267,7 +269,8 @@ def _decided(made: dict[str, BeliefTest], columns: Elimination | None) -> AxisTe
 
     The recorded temperature goes first where it is significant: what was measured before what is only imagined.
     """
-    names, known = {column.name: place for place, column in enumerate(COLUMNS)}, []
+    names = {column.name: place for place, column in enumerate(COLUMNS)}
+    known: list[str] = []
     while True:
         flags = holm(np.array([test.p_value for test in made.values()]), LEVEL)
         is_significant = dict(zip(made, map(bool, flags), strict=True))
@@ -295,7 +298,7 @@ def _next(
         return min(recorded, key=lambda name: made[name].p_value)
     most = min(still_open, key=lambda name: made[name].p_value)
     plainer, places = _PLAINER.get(most), [column.name for column in COLUMNS]
-    if plainer in still_open:
+    if plainer is not None and plainer in still_open:
         still_needed = columns.test(places.index(most), (*beside, places.index(plainer)))
         if not still_needed.p_value <= LEVEL:
             return plainer

@@ -68,5 +68,5 @@ def temperature_confounded(evidence: Evidence) -> Iterator[Finding]:
         f"{LARGEST_CORRELATION:g}): what it does to the sensor passes for offset and sensitivity, and no temperature "
         "is modelled; hold the temperature, take another order of the points, or apply known temperature coefficients"
     )
-    details = {"test": "temperature with attitude", "correlation": r}
+    details: dict[str, float | str | None] = {"test": "temperature with attitude", "correlation": r}
     yield Finding("temperature-residual", text, True, None, details=details)
