@@ -20,7 +20,7 @@ from ams.analysis.diagnostics.axis_tests import (
     shared_tests,
 )
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.facts import time_confounded, undetermined_axis
+from ams.analysis.diagnostics.facts import temperature_confounded, time_confounded, undetermined_axis
 from ams.analysis.diagnostics.wording import Convicted, Scale, findings_of
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
 from ams.analysis.replication import ReplicationColumns, quantity
@@ -66,7 +66,7 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances) -> list[Diagno
     if solved.problem.form.weights is not None:
         return [Diagnosis(tuple(_undetermined(solved, place)), solved, place, AxisTests({})) for place in axes]
     evidence = evidence_of(solved, circumstances.rows)
-    shared, order = shared_tests(evidence), tuple(time_confounded(evidence))
+    shared, order = shared_tests(evidence), (*time_confounded(evidence), *temperature_confounded(evidence))
     found = []
     for place in axes:
         one = _axis(evidence, shared, place, solved, circumstances)

@@ -83,8 +83,7 @@ def _with_extension(
     if extended is None:
         return ModelChoice(base, extension, remarks=(_NOT_DETERMINED,))
     if request.extended == "yes":
-        told = (_WHICH_OFFSET, *_found(label, extension))
-        return ModelChoice(extended, extension, remarks=told)
+        return ModelChoice(extended, extension, remarks=(_WHICH_OFFSET,))
     if extension is None:
         return ModelChoice(base, None, (f"axis {label}: extended model not tested: {refusal}",))
     if not extension.is_accepted:

@@ -44,6 +44,7 @@ DRIFT_OF: Final = "drift of "
 OVER_TIME: Final = "drift with time"
 AUTOCORRELATION: Final = "autocorrelation"
 BY_POINT: Final = "temperature, point by point"
+BY_POINT_GAIN: Final = "temperature, point by point, on the sensitivity"
 BY_REPLICATION: Final = "temperature, replication by replication"
 LAG: Final = "temperature lag"
 CURVATURE: Final = "temperature curvature"
@@ -63,7 +64,9 @@ class Column:
 COLUMNS: Final = (
     *(Column(name, kind, unit) for name, kind, _, unit in TERMS),
     Column(BY_POINT, "temperature-residual", "per °C"),
+    Column(BY_POINT_GAIN, "temperature-residual", "per °C"),
 )
+_RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
 
 
 @dataclass(frozen=True)
@@ -198,27 +201,32 @@ def _of_temperature(evidence: Evidence, shared: SharedTests, output: int, known:
     if TEMPERATURE_NAMES[0] not in evidence.models[output].primary_names:
         found = [_slope(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C")]
         if _linear_base(evidence.models[output]) is None:
-            found.append(_by_point(evidence, output, known))
+            found += _by_point(evidence, output, known)
     if by_temperature.has_plateaus(evidence):
         bent = by_temperature.between_replications(evidence, output, None, curved=True).curvature
         found.append(BeliefTest(CURVATURE, "temperature-curvature", bent.p_value, bent.size))
     return found
 
 
-def _by_point(evidence: Evidence, output: int, known: FloatArray) -> BeliefTest:
-    """Return the test of a model that has no terms of low order beside it."""
-    means = evidence.means(output, np.hstack([evidence.basis, known]))
-    return _term(COLUMNS[-1], eliminate(means, _by_point_degc(evidence), np.zeros((means.mean.size, 0))).test(0))
+def _by_point(evidence: Evidence, output: int, known: FloatArray) -> list[BeliefTest]:
+    """Return the tests of a model that has no terms of low order beside it."""
+    means, columns = evidence.means(output, np.hstack([evidence.basis, known])), _by_point_degc(evidence, output)
+    tested = eliminate(means, columns, np.zeros((means.mean.size, 0)))
+    return [_term(COLUMNS[len(TERMS) + place], tested.test(place)) for place in range(columns.shape[1])]
 
 
-def _by_point_degc(evidence: Evidence) -> FloatArray:
-    """(K, 1) temperature of the points; (K, 0) where none is recorded, where it is modelled or where it is one."""
-    temperature = evidence.rows.temperature_degc
-    column = np.zeros(evidence.layout.points) if temperature is None else evidence.layout.mean_by_point(temperature)
+def _by_point_degc(evidence: Evidence, output: int) -> FloatArray:
+    """(K, 2) temperature of the points, and its product with what the output senses over its largest.
+
+    (K, 0) where none is recorded, where it is modelled or where it is one.
+    """
+    temperature, layout = evidence.rows.temperature_degc, evidence.layout
+    column = np.zeros(layout.points) if temperature is None else layout.mean_by_point(temperature)
     is_modelled = TEMPERATURE_NAMES[0] in evidence.models[0].primary_names
     if is_modelled or not np.ptp(column) > by_temperature.SMALLEST_CHANGE_DEGC:
         return np.zeros((column.size, 0))
-    return np.asarray((column - column.mean())[:, None])
+    column = column - column.mean()
+    return np.column_stack([column, column * layout.mean_by_point(by_temperature.sensed(evidence, output))])
 
 
 def low_order(evidence: Evidence, output: int, known: FloatArray) -> Elimination | None:
@@ -233,7 +241,7 @@ def low_order(evidence: Evidence, output: int, known: FloatArray) -> Elimination
     force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
     linear, fitted = evidence.basis[:, :4], evidence.basis[:, 4:]
     means = evidence.means(output, np.hstack([linear, known]), fitted @ evidence.own[4:, output])
-    columns = np.hstack([term_columns(force, base.nominal_axis), _by_point_degc(evidence)])
+    columns = np.hstack([term_columns(force, base.nominal_axis), _by_point_degc(evidence, output)])
     return eliminate(means, columns, fitted)
 
 
@@ -250,8 +258,10 @@ def _term(column: Column, tested: Tested) -> BeliefTest:
 
 
 def _slope(name: str, kind: FindingKind, slope: Slope, output: int, unit: str) -> BeliefTest:
-    values = (slope.p_value[output], slope.coefficient[output], slope.standard_uncertainty[output])
-    return BeliefTest(name, kind, *map(float, values), unit)
+    p_value, coefficient, uncertainty = (
+        float(column[output]) for column in (slope.p_value, slope.coefficient, slope.standard_uncertainty)
+    )
+    return BeliefTest(name, kind, p_value, coefficient, uncertainty, unit)
 
 
 def _decided(made: dict[str, BeliefTest], columns: Elimination | None) -> AxisTests:
@@ -259,7 +269,8 @@ def _decided(made: dict[str, BeliefTest], columns: Elimination | None) -> AxisTe
 
     The recorded temperature goes first where it is significant: what was measured before what is only imagined.
     """
-    names, known = {column.name: place for place, column in enumerate(COLUMNS)}, []
+    names = {column.name: place for place, column in enumerate(COLUMNS)}
+    known: list[str] = []
     while True:
         flags = holm(np.array([test.p_value for test in made.values()]), LEVEL)
         is_significant = dict(zip(made, map(bool, flags), strict=True))
@@ -282,11 +293,12 @@ def _next(
 
     Of two that are nearly collinear the bend goes before the asymmetry, unless that is needed beside the bend as well.
     """
-    if BY_POINT in still_open:
-        return BY_POINT
+    recorded = [name for name in still_open if name in _RECORDED]
+    if recorded:
+        return min(recorded, key=lambda name: made[name].p_value)
     most = min(still_open, key=lambda name: made[name].p_value)
     plainer, places = _PLAINER.get(most), [column.name for column in COLUMNS]
-    if plainer in still_open:
+    if plainer is not None and plainer in still_open:
         still_needed = columns.test(places.index(most), (*beside, places.index(plainer)))
         if not still_needed.p_value <= LEVEL:
             return plainer

@@ -9,6 +9,7 @@ from ams.analysis.diagnostics.time_order import LARGEST_CORRELATION, confounding
 from ams.arrays import FloatArray
 from ams.findings import Finding
 from ams.models.model import Model
+from ams.models.thermal import TEMPERATURE_NAMES
 from ams.statistics.intervals import t_quantile
 
 _LINEAR = 4
@@ -39,7 +40,7 @@ def undetermined_axis(
 
 def time_confounded(evidence: Evidence) -> Iterator[Finding]:
     """Yield a finding on the order of the points, where times and enough points are there."""
-    r = confounding(evidence, evidence.basis[:, :_LINEAR])
+    r = confounding(evidence, evidence.basis[:, :_LINEAR], evidence.rows.time_s)
     if r is None:
         return
     is_confounded = r > LARGEST_CORRELATION
@@ -50,4 +51,22 @@ def time_confounded(evidence: Evidence) -> Iterator[Finding]:
         if is_confounded
         else f"time and attitude: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
     )
-    yield Finding("time-confounded", text, is_confounded, None, details={"correlation": r})
+    yield Finding(
+        "time-confounded", text, is_confounded, None, details={"test": "time with attitude", "correlation": r}
+    )
+
+
+def temperature_confounded(evidence: Evidence) -> Iterator[Finding]:
+    """Yield a finding where the recorded temperature, which is not modelled, goes with the attitude."""
+    if TEMPERATURE_NAMES[0] in evidence.models[0].primary_names:
+        return
+    r = confounding(evidence, evidence.basis[:, :_LINEAR], evidence.rows.temperature_degc)
+    if r is None or not r > LARGEST_CORRELATION:
+        return
+    text = (
+        f"the recorded temperature goes with the attitude inside the replications (correlation {r:.2f}, allowed "
+        f"{LARGEST_CORRELATION:g}): what it does to the sensor passes for offset and sensitivity, and no temperature "
+        "is modelled; hold the temperature, take another order of the points, or apply known temperature coefficients"
+    )
+    details: dict[str, float | str | None] = {"test": "temperature with attitude", "correlation": r}
+    yield Finding("temperature-residual", text, True, None, details=details)

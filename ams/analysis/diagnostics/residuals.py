@@ -35,7 +35,7 @@ class GridResiduals:
     @property
     def dof(self) -> int:
         """Degrees of freedom that are left."""
-        return max(self.replications - 1, 1) * (self.points - self.q.shape[1]) - self.taken.shape[1]
+        return max(self.replications - 1, 1) * (self.points - int(self.q.shape[1])) - int(self.taken.shape[1])
 
     @property
     def squares(self) -> FloatArray:

@@ -86,7 +86,7 @@ def lag(evidence: Evidence, output: int) -> Joint:
 def lag_columns(evidence: Evidence, output: int, time_constant_h: float) -> FloatArray | None:
     """Return (N, 2) what a lag does to the offset and to the sensitivity; None without times."""
     apart = lagged_degc(evidence, time_constant_h)
-    return None if apart is None else np.column_stack([apart, apart * _sensed(evidence, output)])
+    return None if apart is None else np.column_stack([apart, apart * sensed(evidence, output)])
 
 
 @dataclass(frozen=True)
@@ -108,10 +108,10 @@ def between_replications(evidence: Evidence, output: int, lag_h: float | None, *
     variance, dof = float(evidence.precision_variance[output]), evidence.grid.dof
     if temperature is None or evidence.sums is None or dof < LEAST_DOF or not variance > 0.0:
         return BetweenReplications(NONE, float("nan"))
-    sensed = _sensed(evidence, output)
+    along = sensed(evidence, output)
 
     def pair(column: FloatArray) -> FloatArray:
-        return evidence.by_point(np.column_stack([column, column * sensed]))
+        return evidence.by_point(np.column_stack([column, column * along]))
 
     rise = temperature - temperature.mean()
     given = [pair(rise)]
@@ -136,11 +136,11 @@ def between_replications(evidence: Evidence, output: int, lag_h: float | None, *
     return BetweenReplications(Joint(p_value if is_more else 1.0, size), unexplained)
 
 
-def _sensed(evidence: Evidence, output: int) -> FloatArray:
+def sensed(evidence: Evidence, output: int) -> FloatArray:
     """(N,) what the output senses beside its offset, over its largest."""
-    sensed = evidence.fitted[:, output] - evidence.fitted[:, output].mean()
-    largest = float(np.abs(sensed).max())
-    return np.asarray(sensed / largest) if largest > 0.0 else sensed
+    own = evidence.fitted[:, output] - evidence.fitted[:, output].mean()
+    largest = float(np.abs(own).max())
+    return np.asarray(own / largest) if largest > 0.0 else own
 
 
 def _explained(columns: FloatArray, e: FloatArray) -> tuple[float, int]:

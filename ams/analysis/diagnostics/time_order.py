@@ -118,20 +118,21 @@ def hours(evidence: Evidence) -> FloatArray | None:
     return np.asarray((time - 0.5 * (time.min() + time.max())) / SECONDS_PER_HOUR)
 
 
-def confounding(evidence: Evidence, linear: FloatArray) -> float | None:
-    """Return the correlation of time inside the replications with what a (K, 4) linear sensor takes from the attitude.
+def confounding(evidence: Evidence, linear: FloatArray, column: FloatArray | None) -> float | None:
+    """Return the correlation of a (N,) column inside the replications with what a (K, 4) linear sensor takes from the
+    attitude.
 
-    The least of all replications, adjusted for the number of points; None where times are not known or points are few.
+    The least of all replications, adjusted for the number of points; None where it is not known or points are few.
     """
-    layout, time = evidence.layout, evidence.rows.time_s
-    if time is None:
+    layout = evidence.layout
+    if column is None:
         return None
     found, of_all = [], np.linalg.qr(linear)[0]
     for replication in range(layout.replications):
         here = layout.replication == replication
-        own, points = time[here] - time[here].mean(), layout.point[here]
+        own, points = column[here] - column[here].mean(), layout.point[here]
         free = own.size - linear.shape[1]
-        if free < LEAST_POINTS or not own @ own > 0.0:
+        if free < LEAST_POINTS or not np.ptp(own) > _NO_CHANGE:
             return None
         q = of_all[points] if own.size == layout.points else np.linalg.qr(linear[points])[0]
         left = own - q @ (q.T @ own)
@@ -140,3 +141,5 @@ def confounding(evidence: Evidence, linear: FloatArray) -> float | None:
 
 
 _NOTHING = 1e-18
+_NO_CHANGE = 1e-6
+"""Seconds, or °C."""

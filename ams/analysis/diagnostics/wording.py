@@ -1,6 +1,6 @@
 """What the tests of an axis say in words: a sentence for what was found, and a short one for what was not."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import isfinite
 from typing import Final
@@ -10,6 +10,7 @@ import numpy as np
 from ams.analysis.diagnostics.axis_tests import (
     AUTOCORRELATION,
     BY_POINT,
+    BY_POINT_GAIN,
     BY_REPLICATION,
     CURVATURE,
     DRIFT_OF,
@@ -104,7 +105,7 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
         quantity = name.removeprefix(DRIFT_OF)
         moved = f" by {drifts[quantity]} (largest less smallest)" if quantity in drifts else ""
         return f"{quantity} changed from replication to replication{moved}; {_CONTAINED}"
-    return {
+    sentences: dict[str, Callable[[], str]] = {
         WRONG_DWELL: lambda: (
             "more than a tenth of the dwells stand out from their replications: this is no matter of single dwells but "
             "of an unsteady sensor, channel or supply; look at the noise of the channel before the result is used"
@@ -123,6 +124,7 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
             "or has not settled; a longer settling time or a random order makes dwells independent"
         ),
         BY_POINT: lambda: _temperature_text(test, scale, "in step with the points, alike in every replication"),
+        BY_POINT_GAIN: lambda: _temperature_text(test, scale, "with its sensitivity, alike in every replication"),
         BY_REPLICATION: lambda: _temperature_text(test, scale, "from replication to replication"),
         LAG: lambda: (
             f"the sensor is not as warm as the record: after heating and after cooling its output is still on the way, "
@@ -134,7 +136,8 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
             "over temperature does not have; use the result near the temperatures measured, or solve with terms of "
             "second order"
         ),
-    }[name]()  # fmt: skip
+    }
+    return sentences[name]()
 
 
 def _temperature_text(test: BeliefTest, scale: Scale, where: str) -> str:

@@ -12,6 +12,7 @@ from solved import PARAMETERS, provenance, solved_package
 from solved_sets import gyro_set
 
 from ams.archive.signatures import Signature
+from ams.findings import Finding
 from ams.observations import Observations
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
@@ -177,3 +178,12 @@ def test_the_paper_is_pdf_and_the_same_again() -> None:
     paper = certificate_paper(grounds, page, [])
     assert paper.startswith(b"%PDF-1.7")
     assert certificate_paper(grounds, certificate_page(grounds), []) == paper
+
+
+def test_a_significant_finding_of_the_set_is_a_gap_and_one_that_is_not_is_none() -> None:
+    plain = solved_package()
+    told = tuple(Finding(kind, f"said of {kind}", kind == "cubic", 0.001) for kind in ("cubic", "quadratic"))
+    axes = {**plain.axes, "y": replace(plain.axes["y"], findings=told)}
+    with pytest.raises(RequestError, match="axis y: said of cubic") as refused:
+        check_grounds(_grounds(coefficients=build_set(replace(plain, axes=axes), provenance(**RELEASED))))
+    assert "said of quadratic" not in str(refused.value)
