@@ -9,8 +9,16 @@ from faulty_rig import FaultyRig
 from small_run import RIG, Bench, bench
 from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
+from procedures.journal.header import make_header
+from procedures.journal.spool import Request, Spool
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
+from procedures.records.progress import Progress
 from procedures.records.states import State
-from rig.assembly.open_rig import Rig
+from procedures.run.begin import begin
+from rig.assembly.open_rig import Rig, open_rig
+from rig.assembly.simulate import serve_rig, write_rig
+from rig.clock import ScaledClock, SystemClock
 from rig.devices.abilities import Burst
 from rig.errors import LinkLost
 from rig.twins.world import World
@@ -179,3 +187,35 @@ def test_a_lone_sensor_at_one_attitude_is_not_held_for_what_may_be_its_own_drift
     ((kinds, is_held, text),) = told_by(unattended.run_dir)
     assert (kinds, is_held) == (["table-rotation"], False)
     assert "a change of SN1 itself" in text
+
+
+class SlipsOnce:
+    """Lets roll slip behind the ports when seven dwells are done, and asks for a stop where the run is held."""
+
+    def __init__(self, world: World, clock: ScaledClock, run_dir: Path) -> None:
+        self._world, self._clock, self._run_dir, self._has_slipped = world, clock, run_dir, False
+
+    def on_event(self, progress: Progress) -> None:
+        if progress.event == "dwell" and progress.dwells_done == 7 and not self._has_slipped:
+            self._has_slipped = True
+            self._world.slip("roll", -0.02, self._clock.monotonic_s(), seen=False)
+        if progress.state is State.HELD:
+            Spool(self._run_dir).submit(Request("stop", "bert", "2026-03-01T13:00:00+00:00", "please stop"))
+
+
+def test_fault_88_a_slip_behind_real_ports_is_held_at_the_next_visit(three: Bench, tmp_path: Path) -> None:
+    run_dir, factor = tmp_path / "ports", 100.0
+    run_dir.mkdir()
+    files = tmp_path / "served.toml", three.folder / "procedure.toml"
+    clock = ScaledClock(factor)
+    with serve_rig(three.rig, clock) as served:
+        described = write_rig(three.folder / "rig.toml", served.addresses, factor, files[0])
+        plan = make_plan(described, read_procedure(files[1]))
+        header = make_header("ports", plan, described, *files, "tester", SystemClock().now_utc())
+        with open_rig(described) as rig:
+            outcome = begin(run_dir, header, plan, rig, SlipsOnce(served.world, clock, run_dir))
+    assert outcome.state is State.STOPPED
+    ((kinds, is_held, text),) = told_by(run_dir)
+    assert (kinds, is_held) == (["table-rotation"], True)
+    assert text.startswith("all three sensors turned by -7")
+    assert "about roll between visits 2 and 3: the table, its base or the common fixture, not the sensors" in text
