@@ -9,13 +9,20 @@ from faulty_rig import FaultyRig
 from small_run import RIG, Bench, bench
 from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
+from ams.archive.sets import list_sets
+from procedures.delivery.deliver import sets_of, solve_run
+from procedures.delivery.publish import publish_solved
+from procedures.journal.corrections import Authorisation, void_from
 from procedures.journal.header import make_header
 from procedures.journal.spool import Request, Spool
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.records.progress import Progress
 from procedures.records.states import State
+from procedures.report.assemble import assemble_view
 from procedures.run.begin import begin
+from procedures.run.resume import resume_on
+from procedures.solution.run_findings import run_findings
 from rig.assembly.open_rig import Rig, open_rig
 from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock, SystemClock
@@ -106,10 +113,39 @@ def test_fault_88_a_slip_in_mid_run_is_held_at_the_next_reference_visit_with_the
     assert (kinds, is_held) == (["table-rotation"], True)
 
 
-def test_whoever_continues_is_held_once_and_the_run_goes_on(three: Bench, tmp_path: Path) -> None:
+def test_whoever_continues_is_held_once_and_nothing_of_the_run_passes_for_good(three: Bench, tmp_path: Path) -> None:
+    """The same finding stands in solution, set, verdict and archive, and no sensor is blamed."""
     unattended = UnattendedRun(tmp_path / "run", at={5: asks("continue")}, after={7: slips("roll", -0.02)})
     assert run_unattended(three, unattended).state is State.FINISHED
     assert states(unattended.run_dir).count("held") == 1
+    solved = solve_run(unattended.run_dir)
+    ((_, _, text),) = told_by(unattended.run_dir)
+    url, sets = f"sqlite:///{tmp_path / 'archive.sqlite'}", sets_of(solved)
+    for name, sensor in solved.sensors.items():
+        assert sensor.calibration is not None
+        axis = sensor.calibration.axes["x"]
+        assert [one.text for one in axis.findings if one.is_significant] == [text]
+        assert text in axis.warnings
+        assert text in sets[name].document["warnings"]  # type: ignore[operator]
+    verdict = assemble_view(solved.record, solved.sensors).verdict
+    assert verdict.trust == "unusable"
+    assert sum(text[1:] in ground for ground in verdict.grounds) == 1, "said once, not once a sensor"
+    publish_solved(url, unattended.run_dir, solved.record, solved.sensors, sets)
+    assert [one.quarantine for one in list_sets(url)] == [text] * 3
+
+
+def test_what_was_in_doubt_is_measured_again_after_void_and_resume(three: Bench, tmp_path: Path) -> None:
+    unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={7: slips("roll", -0.02)})
+    assert run_unattended(three, unattended).state is State.STOPPED
+    (told,) = events(unattended.run_dir, "common_mode")
+    doubtful = told.detail["doubtful"]
+    assert isinstance(doubtful, list)
+    voided = void_from(unattended.run_dir, min(doubtful), Authorisation("bert", "the coupling is tight again"))
+    assert voided == len(doubtful) + 2, "and the visit at two attitudes"
+    with open_rig(three.rig) as rig:
+        assert resume_on(unattended.run_dir, rig, "bert").state is State.FINISHED
+    assert len(told_by(unattended.run_dir)) == 1
+    assert run_findings(solve_run(unattended.run_dir).record) == ()
 
 
 def changed(channel: str, by: Callable[[Burst], Burst], since: int) -> Callable[[int, Burst], Burst]:
