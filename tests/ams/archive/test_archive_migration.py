@@ -17,7 +17,7 @@ from ams.archive.signatures import verify_archive
 from ams.errors import ArchiveError, ArchiveUnknown, SetError
 
 SCHEMA_0001 = Path(__file__).parents[2] / "data" / "archive_0001.sqlite"
-SCHEMA_0002 = SCHEMA_0001.with_name("archive_0002.sqlite")
+SCHEMA_0002 = SCHEMA_0001.with_name("runs_0_1_0") / "archive.sqlite"
 NOW = datetime(2026, 6, 1, tzinfo=UTC)
 
 
@@ -71,6 +71,6 @@ def test_an_archive_of_0002_keeps_its_chain_and_has_nothing_in_quarantine(tmp_pa
     url = f"sqlite:///{shutil.copy(SCHEMA_0002, tmp_path / 'archive.sqlite')}"
     assert migrate(url) == ("0002", "0003")
     assert verify_archive(url).faults == ()
-    assert [(one.as_found, one.quarantine) for one in list_sets(url)] == [(None, None), ("pass", None)]
+    assert {one.quarantine for one in list_sets(url)} == {None}
     publish_run(url, a_run(400), [a_sensor(400)], NOW)
     assert verify_archive(url).faults == ()

@@ -9,8 +9,23 @@ from faulty_rig import FaultyRig
 from small_run import RIG, Bench, bench
 from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
+from ams.archive.sets import list_sets
+from procedures.delivery.deliver import sets_of, solve_run
+from procedures.delivery.publish import publish_solved
+from procedures.journal.corrections import Authorisation, void_from
+from procedures.journal.header import make_header
+from procedures.journal.spool import Request, Spool
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
+from procedures.records.progress import Progress
 from procedures.records.states import State
-from rig.assembly.open_rig import Rig
+from procedures.report.assemble import assemble_view
+from procedures.run.begin import begin
+from procedures.run.resume import resume_on
+from procedures.solution.run_findings import run_findings
+from rig.assembly.open_rig import Rig, open_rig
+from rig.assembly.simulate import serve_rig, write_rig
+from rig.clock import ScaledClock, SystemClock
 from rig.devices.abilities import Burst
 from rig.errors import LinkLost
 from rig.twins.world import World
@@ -98,10 +113,39 @@ def test_fault_88_a_slip_in_mid_run_is_held_at_the_next_reference_visit_with_the
     assert (kinds, is_held) == (["table-rotation"], True)
 
 
-def test_whoever_continues_is_held_once_and_the_run_goes_on(three: Bench, tmp_path: Path) -> None:
+def test_whoever_continues_is_held_once_and_nothing_of_the_run_passes_for_good(three: Bench, tmp_path: Path) -> None:
+    """The same finding stands in solution, set, verdict and archive, and no sensor is blamed."""
     unattended = UnattendedRun(tmp_path / "run", at={5: asks("continue")}, after={7: slips("roll", -0.02)})
     assert run_unattended(three, unattended).state is State.FINISHED
     assert states(unattended.run_dir).count("held") == 1
+    solved = solve_run(unattended.run_dir)
+    ((_, _, text),) = told_by(unattended.run_dir)
+    url, sets = f"sqlite:///{tmp_path / 'archive.sqlite'}", sets_of(solved)
+    for name, sensor in solved.sensors.items():
+        assert sensor.calibration is not None
+        axis = sensor.calibration.axes["x"]
+        assert [one.text for one in axis.findings if one.is_significant] == [text]
+        assert text in axis.warnings
+        assert text in sets[name].document["warnings"]  # type: ignore[operator]
+    verdict = assemble_view(solved.record, solved.sensors).verdict
+    assert verdict.trust == "unusable"
+    assert sum(text[1:] in ground for ground in verdict.grounds) == 1, "said once, not once a sensor"
+    publish_solved(url, unattended.run_dir, solved.record, solved.sensors, sets)
+    assert [one.quarantine for one in list_sets(url)] == [text] * 3
+
+
+def test_what_was_in_doubt_is_measured_again_after_void_and_resume(three: Bench, tmp_path: Path) -> None:
+    unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={7: slips("roll", -0.02)})
+    assert run_unattended(three, unattended).state is State.STOPPED
+    (told,) = events(unattended.run_dir, "common_mode")
+    doubtful = told.detail["doubtful"]
+    assert isinstance(doubtful, list)
+    voided = void_from(unattended.run_dir, min(doubtful), Authorisation("bert", "the coupling is tight again"))
+    assert voided == len(doubtful) + 2, "and the visit at two attitudes"
+    with open_rig(three.rig) as rig:
+        assert resume_on(unattended.run_dir, rig, "bert").state is State.FINISHED
+    assert len(told_by(unattended.run_dir)) == 1
+    assert run_findings(solve_run(unattended.run_dir).record) == ()
 
 
 def changed(channel: str, by: Callable[[Burst], Burst], since: int) -> Callable[[int, Burst], Burst]:
@@ -179,3 +223,35 @@ def test_a_lone_sensor_at_one_attitude_is_not_held_for_what_may_be_its_own_drift
     ((kinds, is_held, text),) = told_by(unattended.run_dir)
     assert (kinds, is_held) == (["table-rotation"], False)
     assert "a change of SN1 itself" in text
+
+
+class SlipsOnce:
+    """Lets roll slip behind the ports when seven dwells are done, and asks for a stop where the run is held."""
+
+    def __init__(self, world: World, clock: ScaledClock, run_dir: Path) -> None:
+        self._world, self._clock, self._run_dir, self._has_slipped = world, clock, run_dir, False
+
+    def on_event(self, progress: Progress) -> None:
+        if progress.event == "dwell" and progress.dwells_done == 7 and not self._has_slipped:
+            self._has_slipped = True
+            self._world.slip("roll", -0.02, self._clock.monotonic_s(), seen=False)
+        if progress.state is State.HELD:
+            Spool(self._run_dir).submit(Request("stop", "bert", "2026-03-01T13:00:00+00:00", "please stop"))
+
+
+def test_fault_88_a_slip_behind_real_ports_is_held_at_the_next_visit(three: Bench, tmp_path: Path) -> None:
+    run_dir, factor = tmp_path / "ports", 100.0
+    run_dir.mkdir()
+    files = tmp_path / "served.toml", three.folder / "procedure.toml"
+    clock = ScaledClock(factor)
+    with serve_rig(three.rig, clock) as served:
+        described = write_rig(three.folder / "rig.toml", served.addresses, factor, files[0])
+        plan = make_plan(described, read_procedure(files[1]))
+        header = make_header("ports", plan, described, *files, "tester", SystemClock().now_utc())
+        with open_rig(described) as rig:
+            outcome = begin(run_dir, header, plan, rig, SlipsOnce(served.world, clock, run_dir))
+    assert outcome.state is State.STOPPED
+    ((kinds, is_held, text),) = told_by(run_dir)
+    assert (kinds, is_held) == (["table-rotation"], True)
+    assert text.startswith("all three sensors turned by -7")
+    assert "about roll between visits 2 and 3: the table, its base or the common fixture, not the sensors" in text
