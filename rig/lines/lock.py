@@ -32,6 +32,7 @@ DEVICE = "device "
 _ATTEMPTS = 5
 _HERE = "this machine"
 _READABLE = 0o644
+_BOARD = re.compile(r"GPIB(?P<number>\d*)", re.IGNORECASE)
 _NETWORK = re.compile(r"(?P<scheme>[A-Za-z0-9+.-]+)://(?P<host>\[[^\]]*\]|[^:/#]+):(?P<port>\d+)")
 
 
@@ -111,9 +112,14 @@ def lock_folder() -> Path:
 
 
 def canonical(resource: str) -> str:
-    """Return how a resource is told: links to a device followed, host names in lower case, rig files as full paths."""
+    """Return how a resource is told: links to a device followed, host names in lower case, rig files as full paths.
+
+    A board that VISA knows is no file, wherever the command was called.
+    """
     if resource.startswith(DEVICE):
         return resource
+    if board := _BOARD.fullmatch(resource):
+        return f"GPIB{int(board['number'] or 0)}"
     scheme, mark, rest = resource.partition("://")
     return f"{scheme.lower()}{mark}{rest.lower()}" if mark else str(Path(resource).resolve())
 

@@ -26,10 +26,19 @@ def of_every_block() -> str:
 
 @cache
 def all_letters() -> str:
-    """Return every letter that Unicode has a name for, and some of those that it has not: private, none."""
+    """Return every letter that Unicode has a name for, and some of those that it has not: private, none.
+
+    Of the thousands of like ones (ideographs, syllables of Hangul) it is one in 97: a page has to hold them.
+    """
     unnamed = [0xE000, 0xF8FF, 0xFDD0, 0xFFFE, 0xFFFF, 0x1FFFE, 0xF0000, 0x10FFFF]
-    codes = [code for code in range(0x21, _END) if unicodedata.category(chr(code)) not in ("Cn", "Co")]
-    return "".join(letter for letter in map(chr, [*codes, *unnamed]) if not acts(letter))
+    codes = [code for code in range(0x21, _END) if unicodedata.category(chr(code)) not in ("Cn", "Co", "Zs")]
+    kept = [code for code in codes if not _is_one_of_many(code) or code % 97 == 0]
+    return "".join(letter for letter in map(chr, [*kept, *unnamed]) if not acts(letter))
+
+
+def _is_one_of_many(code: int) -> bool:
+    name = unicodedata.name(chr(code), "")
+    return name.startswith(("CJK UNIFIED", "CJK COMPAT", "HANGUL SYLLABLE", "TANGUT", "NUSHU", "KHITAN", "EGYPTIAN"))
 
 
 def that_act() -> list[str]:

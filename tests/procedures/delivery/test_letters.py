@@ -186,11 +186,12 @@ def test_a_letter_that_acts_is_refused_wherever_a_text_comes_in(
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(1800)
 def test_every_letter_that_there_is_comes_through_every_product(finished_job: FinishedJob, tmp_path: Path) -> None:
     """All of them as notes of a finished run: page, paper, handover."""
     run, letters, share = finished_job.copied_to(tmp_path), all_letters(), 4000
     for start in range(0, len(letters), share):
-        add_note(run, "anna", letters[start : start + share])
+        add_note(run, "anna", " ".join(letters[start : start + share]))  # alone: none is drawn into another
     assert run_command(["solve", str(run)]) == 0
     for shown in _opened(run / "report.html"):
         assert _missing(letters, shown) == []

@@ -10,7 +10,7 @@ from small_run import Bench, bench, dwells_of, measured, resumed
 from unattended_run import UnattendedRun, events, run_unattended
 
 from procedures.delivery.deliver import sensors_document, solve_run
-from procedures.errors import ExitStatus, JournalError, RequestError
+from procedures.errors import ExitStatus, JournalError, RequestError, StorageFailed
 from procedures.journal.corrections import Authorisation, redo
 from procedures.journal.emergency import UNSAVED_FILE, emergency_copy
 from procedures.journal.journal import Journal
@@ -322,3 +322,22 @@ def test_fault_07_events_are_taken_only_as_far_as_their_chain_holds(tmp_path: Pa
     with JournalReader.open(tmp_path / "saved") as reader:
         reader.verify()
         assert [dwell.step for dwell in reader.dwells()] == [0, 1]
+
+
+def test_a_copy_is_made_when_people_know_and_the_axes_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bad disk may take its time over the copy: nothing waits for it."""
+
+    def refuse(journal: Journal, *_: object) -> None:
+        raise StorageFailed(f"{journal.path}: cannot be written: no space left on device")
+
+    seen: list[tuple[State, list[bool]]] = []
+
+    def copy(*_: object) -> str:
+        seen.append((run.told[-1].state, [axis.state().is_moving for axis in run.rig.axes.values()]))
+        return "; copied elsewhere"
+
+    run = UnattendedRun(tmp_path / "run", after={3: lambda _: monkeypatch.setattr(Journal, "append_event", refuse)})
+    monkeypatch.setattr("procedures.run.engine.emergency_copy", copy)
+    outcome = run_unattended(bench(tmp_path), run, RunServices(second_place=tmp_path / "second"))
+    assert seen == [(State.STOPPED, [False, False])]
+    assert "; copied elsewhere" in outcome.reason

@@ -117,6 +117,22 @@ def test_fault_38_two_names_of_one_address_are_one_lock(tmp_path: Path, one: str
         acquire([other], "jog", folder=tmp_path)
 
 
+def test_fault_38_a_board_is_one_wherever_the_command_was_called(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    locks = tmp_path / "locks"
+    locks.mkdir()
+    for folder in ("anna", "bert"):
+        (tmp_path / folder).mkdir()
+    monkeypatch.chdir(tmp_path / "anna")
+    with acquire(["GPIB0"], "run", folder=locks):
+        monkeypatch.chdir(tmp_path / "bert")
+        for name in ("GPIB0", "gpib0", "GPIB"):
+            with pytest.raises(RigBusy, match="GPIB0: in use by process"):
+                acquire([name], "jog", folder=locks)
+        acquire(["GPIB1"], "jog", folder=locks).release()
+
+
 def test_other_ports_and_other_hosts_are_others(tmp_path: Path) -> None:
     ports = ["socket://127.0.0.1:4001", "socket://127.0.0.1:4002", "socket://192.0.2.7:4001"]
     with acquire(ports, "run", folder=tmp_path) as lock:
