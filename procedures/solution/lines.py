@@ -67,7 +67,7 @@ def _across(item: SensorRows) -> Iterator[str]:
     yield (
         "each line takes its axis as lying along its nominal direction: of a field across it, one that lies or is "
         f"set beside it senses {strength_ut * np.sin(np.deg2rad(1.0)):.2g} µT for each degree (in a field of "
-        f"{strength_ut:.3g} µT across), the same in both senses; that is in the offset and not in its uncertainty; keep "
+        f"{strength_ut:.3g} µT across), the same in both senses; that is in the offset, not in its uncertainty; keep "
         "the field across the coil small"
     )
 
