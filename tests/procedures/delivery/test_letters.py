@@ -122,7 +122,7 @@ def test_the_page_in_a_browser_shows_every_script_and_does_nothing(lettered: Let
 
 def _words_of_paper(paper: Path) -> str:
     told = subprocess.run([require_program("pdftotext"), paper, "-"], capture_output=True, check=True).stdout
-    return "".join(told.decode("utf-8").split())
+    return "".join(told.decode("utf-8").replace("\u200b", "").split())
 
 
 def test_the_paper_prints_every_script_or_its_code_points(lettered: Lettered) -> None:
