@@ -6,6 +6,7 @@ Georgian, Hebrew and many signs. What neither has (Chinese, Japanese, Korean, em
 page on the screen shows it as it was written.
 """
 
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,10 @@ from matplotlib.ft2font import FT2Font
 from rig.plain_text import code_point, is_hidden
 
 FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
+_LONG_WORD = re.compile(r"\S{65,}")
+_PIECE = re.compile(r"<U\+[0-9A-F]{4,6}>|[^<]{16}")
+_MAY_BREAK = "\u200b"
+"""Zero width space: seen by nobody, and it stands in long words alone."""
 
 
 def printable(value: Any) -> Any:
@@ -28,6 +33,16 @@ def printable(value: Any) -> Any:
         case dict():
             return {key: printable(one) for key, one in value.items()}
     return value
+
+
+def breakable(node: dict[str, Any]) -> dict[str, Any]:
+    """Return an element of the page whose words may break, where longer than any hash: none runs off the paper."""
+    children = [_broken(child) if isinstance(child, str) else breakable(child) for child in node["children"]]
+    return {**node, "children": children}
+
+
+def _broken(text: str) -> str:
+    return _LONG_WORD.sub(lambda word: _PIECE.sub(rf"\g<0>{_MAY_BREAK}", word[0]), text)
 
 
 def _printed(letter: str) -> str:

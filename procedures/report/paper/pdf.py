@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from procedures.report.paper.letters import FONTS, printable
+from procedures.report.paper.letters import FONTS, breakable, printable
 from procedures.report.paper.page_tree import PageTree, page_tree_of
 
 TEMPLATE = Path(__file__).with_name("paper.typ")
@@ -73,7 +73,7 @@ def _sources(tree: PageTree, imprint: Imprint, attachments: Sequence[Attachment]
             {"file": f"attachments/{one.name}", "name": one.name, "type": one.media_type, "about": one.description}
             for one in attachments
         ],
-        "page": tree.body.as_json(),
+        "page": breakable(printable(tree.body.as_json())),
     }
     return {
         "main.typ": TEMPLATE.read_bytes(),
