@@ -5,6 +5,7 @@ import socket
 import sqlite3
 import subprocess
 import sys
+from copy import deepcopy
 from datetime import datetime
 from pathlib import Path
 
@@ -169,7 +170,16 @@ def test_real_ports_give_the_same_numbers_as_memory(
         ports = tmp_path / "ports.toml"
         outcome = call(capsys, "run", procedure, "--rig", ports, "--out", tmp_path / "runs", "--json")
     assert outcome.status == 0, outcome.err
-    assert outcome.document["sensors"] == finished[1]["sensors"]
+    assert _apart_from_times(outcome.document["sensors"]) == _apart_from_times(finished[1]["sensors"])
+
+
+def _apart_from_times(sensors: dict) -> dict:
+    """Return the sensors without the findings about time, which passes otherwise over ports."""
+    kept = deepcopy(sensors)
+    for sensor in kept.values():
+        for axis in sensor["axes"].values():
+            axis["findings"] = [one for one in axis["findings"] if "time" not in one["test"]]
+    return kept
 
 
 @pytest.mark.usefixtures("no_report")
