@@ -43,6 +43,7 @@ GROUPS = {
     ),
     "Results": (
         ("solve", "solve:solve", "Solve a run again from its journal."),
+        ("data", "data:data", "A run as tables: dwells, readings, events and samples, for other software."),
         ("fit", "fit:fit", "Solve observations from a CSV file; no rig needed."),
         ("attitude", "attitude:attitude", "Outputs of a calibrated package to angles with standard deviations."),
         ("export", "export:export", "Write a coefficient set for another system."),

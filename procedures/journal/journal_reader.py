@@ -99,11 +99,17 @@ class JournalReader:
         A dwell that was taken back counts as rejected, and so does one that is not as it was written (noticed only
         ``with_samples``): each says so in its reasons. :meth:`quarantined` names the damaged ones.
         """
+        for _, dwell in self.numbered_dwells(with_samples=with_samples):
+            if dwell.accepted or not accepted_only:
+                yield dwell
+
+    def numbered_dwells(self, *, with_samples: bool = True) -> Iterator[tuple[int, DwellRecord]]:
+        """Every dwell as :meth:`dwells` gives it, behind its number: what no other dwell of the journal has."""
         voided = voided_in(self.events(VOIDED))
         for row in self._rows(_DWELLS if with_samples else _DWELLS_WITHOUT_SAMPLES):
             dwell = _as_it_stands(row, voided, self._units, with_samples)
-            if dwell is not None and (dwell.accepted or not accepted_only):
-                yield dwell
+            if dwell is not None:
+                yield int(row[0]), dwell
 
     def stored_dwells(self, after: int = 0) -> Iterator[tuple[int, str, bytes, str]]:
         """Dwells ``after`` a number, as they are stored: number, text, samples, SHA-256."""

@@ -18,6 +18,7 @@ LATER = {
     "importlib.metadata": {"procedures/cli/main.py"},
     # heavy: half a second and more, and most commands do without
     "matplotlib": {"procedures/report/canvas.py"},
+    "procedures.data.drawings": {"procedures/data/run_data.py", "procedures/data/solved.py"},  # matplotlib
     "scipy.special": {"ams/statistics/distributions.py"},
     "scipy.linalg": {"ams/solve/gauss_newton.py"},
     "scipy.signal": {"ams/attitude/filters.py"},
@@ -30,6 +31,7 @@ LATER = {
     "apprise": {"procedures/alerts/channels.py"},
     "distributed": {"procedures/delivery/resolve_workers.py"},
     "h5py": {"ams/exports/hdf5.py"},
+    "procedures.data.dataset": {"procedures/data/write.py"},  # xarray
     # of POSIX systems only
     "termios": {"rig/link/serial_stream.py", "rig/twins/ports.py"},
     "tty": {"rig/twins/ports.py"},
