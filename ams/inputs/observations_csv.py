@@ -44,7 +44,13 @@ def read_csv(
     Raises:
         ObservationsError: the file cannot be read or says something impossible; nothing was solved.
     """
-    table = parse_csv(Path(path))
+    return observations_of_table(parse_csv(Path(path)), axes, angles, rates=rates)
+
+
+def observations_of_table(
+    table: CsvTable, axes: Mapping[str, str], angles: Sequence[str] = ("pitch", "roll"), *, rates: bool = False
+) -> Observations:
+    """Return the observations of a table as :func:`read_csv` does. Raises: ObservationsError."""
     stimulus = (*(f"{angle}_deg" for angle in angles), *(RATES if rates else ()))
     if not axes:
         raise ObservationsError(f"{table.file}: no sensor axis was named; nothing was solved; name at least one column")
@@ -65,7 +71,7 @@ def read_csv(
         temperature_degc=found.get("temperature_degc"),
         time_s=found.get("time_s"),
         euler_rate_rad_s=np.stack([radians[name] for name in RATES], axis=-1) if rates else None,
-        source=str(path),
+        source=table.file,
     )
     if rates:
         _refuse_wandering_rates(table, observations)

@@ -7,6 +7,7 @@ already read out. A set is built once, from a solved calibration, and from then 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from html import escape
 
 from ams.calibration_result import METHOD_VERSION, Calibration
 from ams.errors import SetError
@@ -74,6 +75,19 @@ class CoefficientSet:
     def check_vectors(self, where: str) -> VectorAgreement:
         """Recompute the test vectors. Raises: VectorsDisagree."""
         return check_vectors(self.axes, self.test_vectors, where)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: whose set it is and its parameters."""
+        rows = "".join(
+            f"<tr><td>{axis}</td><td>{name}</td><td>{one['value']}</td><td>{one['standard_uncertainty']}</td></tr>"
+            for axis, section in table(self.document["axes"]).items()
+            for name, value in table(table(section)["parameters"]).items()
+            if (one := table(value))
+        )
+        simulated = ", simulated" if self.is_simulated else ""
+        heads = "".join(f"<th>{head}</th>" for head in ("axis", "parameter", "value", "standard uncertainty"))
+        told = f"<p><b>{escape(self.sensor)}</b>: {escape(self.model)}, {self.status}{simulated}</p>"
+        return f"{told}<table><tr>{heads}</tr>{rows}</table>"
 
     def _section(self, name: str) -> Document:
         return table(self.document[name])

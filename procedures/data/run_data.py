@@ -1,6 +1,7 @@
 """A run as tables, from its journal: what ``calrig.read_run`` gives and ``calrig data`` writes."""
 
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,7 @@ class RunData:
     def _repr_html_(self) -> str:
         accepted = int(self.dwells["accepted"].sum())
         counts = f"{len(self.dwells)} dwells, {accepted} of them accepted; {len(self.readings)} readings"
-        return f"<p><b>{self.title}</b> ({self.run}): {counts}</p>{self.dwells.head().to_html()}"
+        return f"<p><b>{escape(self.title)}</b> ({self.run}): {counts}</p>{self.dwells.head().to_html()}"
 
 
 def read_run(path: str | Path, *, archive: str | None = None) -> RunData:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from html import escape
 from typing import Any
 
 import pandas as pd
@@ -43,7 +44,7 @@ class Solved:
         return residuals_against_pitch(self.sensors)
 
     def _repr_html_(self) -> str:
-        lines = "".join(f"<li>{warning}</li>" for warning in self.warnings)
+        lines = "".join(f"<li>{escape(warning)}</li>" for warning in self.warnings)
         return self.parameters.to_html(index=False) + (f"<ul>{lines}</ul>" if lines else "")
 
     def _rows(self) -> Iterator[tuple[object, ...]]:
