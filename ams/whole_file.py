@@ -9,9 +9,6 @@ from pathlib import Path
 
 from ams.errors import SetError, WriteFailed
 
-_HAS_FOLDER_SYNC = hasattr(os, "O_DIRECTORY")
-"""A folder can be opened and synced: everywhere but on Windows."""
-
 
 class FolderNotSynced(OSError):
     """The file has its new content, and a power cut now may still take it back."""
@@ -57,7 +54,7 @@ def _write_synced(path: Path, content: bytes) -> None:
 
 def sync_folder(folder: Path) -> None:
     """Let the names in a folder outlive a power cut, where the system can. Raises: FolderNotSynced."""
-    if not _HAS_FOLDER_SYNC:
+    if not hasattr(os, "O_DIRECTORY"):  # Windows opens no folder
         return
     try:
         handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)

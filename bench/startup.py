@@ -1,4 +1,4 @@
-"""What a user waits for before anything happens: ``import ams``, ``import calrig``, ``calrig --help``, whole processes."""
+"""What a user waits for before anything happens, whole processes: two imports and ``calrig --help``."""
 
 import subprocess
 import sys

@@ -7,11 +7,11 @@ run does not notice.
 import os
 import select
 import sys
-import termios
-import tty
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
 
@@ -107,10 +107,11 @@ def _progress(event: str, status: RunStatus, message: str) -> Progress:
 
 @contextmanager
 def _keys(folder: Path, by: str) -> Iterator[Callable[[], bool]]:
-    """Yield what asks whether the person has left and meanwhile obeys the keys; without a terminal there are none."""
-    if not sys.stdin.isatty():
+    """Yield what asks whether the person has left and meanwhile obeys the keys; some systems have none."""
+    if not sys.stdin.isatty() or not find_spec("termios"):
         yield lambda: False
         return
+    termios, tty = import_module("termios"), import_module("tty")
     handle = sys.stdin.fileno()
     before = termios.tcgetattr(handle)
     note(HELP)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 from threading import RLock
 from typing import Any
@@ -18,6 +19,8 @@ from rig.clock import Clock
 from rig.devices.abilities import StopStep
 from rig.errors import GuardLost, RigError, WaitEnded
 
+IS_POSSIBLE = hasattr(socket, "send_fds") and bool(find_spec("termios"))
+"""A guard holds the engine's own lines, open, which Windows does not hand from process to process."""
 RECORD = "stop-guard.json"
 """In the folder of a run: what its guard did."""
 PROCESS = Path(__file__).with_name("process.py")

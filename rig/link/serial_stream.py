@@ -9,6 +9,8 @@ import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,11 +28,7 @@ _PSEUDO_TERMINALS = Path("/dev/pts")
 
 
 def _port_errors() -> tuple[type[Exception], ...]:
-    try:
-        import termios
-    except ImportError:
-        return (OSError,)
-    return (OSError, termios.error)
+    return (OSError, import_module("termios").error) if find_spec("termios") else (OSError,)
 
 
 PORT_ERRORS = _port_errors()

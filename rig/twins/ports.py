@@ -12,11 +12,14 @@ back; a pseudo-terminal vanishes and comes back under another node name, which i
 import os
 import selectors
 import socket
+import sys
 from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Protocol
 
-from rig.errors import LinkLost
+from rig.errors import LinkLost, RequestRefused
 from rig.twins.twin import Twin
 
 _CHUNK = 65536
@@ -198,9 +201,8 @@ class PtyPort:
 
     def _drop(self) -> None:
         """Drop what waits here, and what waits unread at the other end."""
-        import termios
-
         self._unsent = b""
+        termios = import_module("termios")
         termios.tcflush(self._slave, termios.TCIFLUSH)
 
     def _show(self) -> None:
@@ -214,9 +216,11 @@ class PtyPort:
 
 def _open_pty() -> tuple[int, int]:
     """Return both ends; the slave stays open here, so a client may go and come."""
-    import tty
-
+    if not find_spec("tty") or sys.platform == "win32":
+        raise RequestRefused(
+            "pseudo-terminals: this system has none; nothing was served; leave --pty out: TCP ports serve the same"
+        )
     master, slave = os.openpty()
-    tty.setraw(slave)
+    import_module("tty").setraw(slave)
     os.set_blocking(master, False)
     return master, slave

@@ -32,9 +32,6 @@ LATER = {
     "distributed": {"procedures/delivery/resolve_workers.py"},
     "h5py": {"ams/exports/hdf5.py"},
     "procedures.data.dataset": {"procedures/data/write.py"},  # xarray
-    # of POSIX systems only
-    "termios": {"rig/link/serial_stream.py", "rig/twins/ports.py"},
-    "tty": {"rig/twins/ports.py"},
 }
 """What is imported inside functions, and the only files that may."""
 

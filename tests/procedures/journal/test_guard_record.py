@@ -11,7 +11,7 @@ from procedures.journal.guard_record import EVENT, guard_told, read_guard_record
 from procedures.records.states import State
 from procedures.run.resume import resume_on
 from rig.assembly.open_rig import open_rig
-from rig.guard.process import FORMAT
+from rig.guard.ask import FORMAT
 from rig.guard.stop_guard import RECORD
 
 DOCUMENT = {
