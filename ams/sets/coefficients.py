@@ -5,19 +5,20 @@ already read out. A set is built once, from a solved calibration, and from then 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
+from functools import cached_property
 from html import escape
 
 from ams.calibration_result import METHOD_VERSION, Calibration
 from ams.errors import SetError
 from ams.sets.axis_section import axis_numbers, axis_section
-from ams.sets.canonical import Document, Json, listed, plain, table, with_checksum
+from ams.sets.canonical import Document, Json, listed, plain, render, table, with_checksum
 from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
 from ams.sets.instructions import use_section
 from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
-from ams.sets.schema import FORMAT, check_document, version_of
+from ams.sets.schema import FORMAT, check_identity, check_schema, version_of
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.vectors import Validity, VectorAgreement, check_vectors, make_vectors
 
@@ -29,6 +30,8 @@ class CoefficientSet:
     document: Document
     axes: Mapping[str, AxisNumbers]
     validity: Validity
+    is_built: bool = field(default=False, compare=False)
+    """Made here and not read: its schema is checked when it first leaves, which takes longer than to solve it."""
 
     @property
     def sensor(self) -> str:
@@ -71,6 +74,13 @@ class CoefficientSet:
     @property
     def needs_temperature(self) -> bool:
         return any(numbers.needs_temperature for numbers in self.axes.values())
+
+    @cached_property
+    def rendered(self) -> bytes:
+        """The document as the bytes that leave, of the shape that the schema allows. Raises: SetError."""
+        if self.is_built:
+            check_schema(self.document, self.sensor)
+        return render(self.document)
 
     def check_vectors(self, where: str) -> VectorAgreement:
         """Recompute the test vectors. Raises: VectorsDisagree."""
@@ -117,7 +127,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
         "warnings": plain((*calibration.warnings, *calibration.remarks), "warnings"),
         **record_sections(provenance),
     }
-    coefficients = from_document(with_checksum(document), provenance.sensor)
+    coefficients = _checked(with_checksum(document), provenance.sensor, is_built=True)
     coefficients.check_vectors(provenance.sensor)
     return coefficients
 
@@ -127,9 +137,14 @@ def from_document(value: Json, where: str) -> CoefficientSet:
 
     Raises: SetError naming ``where`` and what does not hold.
     """
-    document = check_document(value, where)
+    document = check_identity(value, where)
+    check_schema(document, where)
+    return _checked(document, where, is_built=False)
+
+
+def _checked(document: Document, where: str, *, is_built: bool) -> CoefficientSet:
     axes = {name: axis_numbers(name, table(section)) for name, section in table(document["axes"]).items()}
-    coefficients = CoefficientSet(document, axes, _read_validity(document))
+    coefficients = CoefficientSet(document, axes, _read_validity(document), is_built)
     _check_convention(coefficients, where)
     for numbers in axes.values():
         check_numbers(numbers, where)

@@ -25,14 +25,13 @@ def version_of(convention: str) -> int:
     return 2 if convention == "CR" else 1
 
 
-def check_document(value: Json, where: str) -> Document:
+def check_identity(value: Json, where: str) -> Document:
     """Return the value as a document of version 1 or 2.
 
-    Raises: SetError where it is something else, newer, damaged or misshapen.
+    Raises: SetError where it is something else, newer or damaged.
     """
     document = _checked_identity(value, where)
     _check_checksum(document, where)
-    _check_schema(document, where)
     return document
 
 
@@ -78,7 +77,8 @@ def _check_checksum(document: Mapping[str, Json], where: str) -> None:
         )
 
 
-def _check_schema(document: Document, where: str) -> None:
+def check_schema(document: Document, where: str) -> None:
+    """Refuse a document of another shape. Raises: SetError."""
     for error in sorted(_validator().iter_errors(document), key=lambda found: (len(found.path), str(found.path))):
         path = "/".join(str(part) for part in error.absolute_path) or "document"
         raise SetError(

@@ -18,6 +18,7 @@ from ams.calibration_result import Calibration
 from ams.errors import AmsError, ArchiveError, OutsideValidity
 from ams.exports import dcc, json_text
 from ams.exports.formats import export_set, format_named
+from ams.sets.axis_section import axis_section
 from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.sensed_quantity import FIELDS
@@ -260,6 +261,22 @@ def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
     """Sensor to the set of its solution; a sensor without one is missing. Raises: ams.errors.SetError."""
     return {
         name: build_set(_with_words(solved.calibration, run.record), provenance_of(solved, run.record))
+        for name, solved in run.sensors.items()
+        if solved.calibration is not None and solved.calibration.model in FIELDS
+    }
+
+
+def primaries_of(run: SolvedRun) -> dict[str, dict[str, Any]]:
+    """Return of every set that :func:`sets_of` would build the primary parameters alone, as they stand in it.
+
+    A set with its test vectors and its seal takes longer than to solve it. Raises: ams.errors.SetError.
+    """
+    return {
+        name: {
+            "axes": {
+                axis: {"primary": axis_section(one, name)["primary"]} for axis, one in solved.calibration.axes.items()
+            }
+        }
         for name, solved in run.sensors.items()
         if solved.calibration is not None and solved.calibration.model in FIELDS
     }

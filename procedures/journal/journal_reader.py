@@ -17,6 +17,7 @@ from procedures.journal.voids import QUARANTINED, Key, keys_in, voided_in
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
 from rig.description.read import rig_from_json
+from rig.description.rig_file import RigDescription
 from rig.errors import DescriptionError
 
 if TYPE_CHECKING:
@@ -83,10 +84,15 @@ class JournalReader:
         return None if row is None else decode_event(*row)
 
     @cached_property
+    def rig(self) -> RigDescription:
+        """The rig as it was stored. Raises: DescriptionError where it is of another version."""
+        return rig_from_json(self.header.rig_json)
+
+    @cached_property
     def _channel_units(self) -> Mapping[str, str]:
         """Of the channels of the rig that was stored; of streams only, since a meter's are volts."""
         try:
-            return rig_from_json(self.header.rig_json).channel_units()
+            return self.rig.channel_units()
         except DescriptionError:
             return {}
 
