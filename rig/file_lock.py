@@ -11,15 +11,15 @@ the rig's locks are in :mod:`rig.lines.lock`, a run's owner in the journal.
 """
 
 import os
-from importlib import import_module
-from importlib.util import find_spec
-from typing import IO, Any
+from typing import IO
 
 from rig.clock import Clock
+from rig.errors import RigBusy
+from rig.system_parts import module_here
 
 _BETWEEN_S = 0.02
-_FLOCK: Any = import_module("fcntl") if find_spec("fcntl") else None
-_WINDOWS: Any = None if _FLOCK else import_module("msvcrt")
+_FLOCK = module_here("fcntl")
+_WINDOWS = module_here("msvcrt")
 _BEHIND_ALL_TEXT = 1 << 30
 
 
@@ -69,6 +69,11 @@ def _is_flocked(file: IO[str], kind: int) -> bool:
 
 
 def _is_byte_taken(file: IO[str]) -> bool:
+    if _WINDOWS is None:
+        raise RigBusy(
+            f"{file.name}: this system has no way to lock a file (neither fcntl nor msvcrt), so nobody could be kept"
+            " away; nothing was opened; use a Python that has one of them"
+        )
     place = os.lseek(file.fileno(), 0, os.SEEK_CUR)
     os.lseek(file.fileno(), _BEHIND_ALL_TEXT, os.SEEK_SET)
     try:

@@ -139,7 +139,13 @@ def from_document(value: Json, where: str) -> CoefficientSet:
     """
     document = check_identity(value, where)
     check_schema(document, where)
-    return _checked(document, where, is_built=False)
+    try:
+        return _checked(document, where, is_built=False)
+    except (KeyError, TypeError, AttributeError, AssertionError) as error:  # of a shape that only the schema can tell
+        raise SetError(
+            f"{where}: has not the shape of a set: {type(error).__name__}: {error}; the set is not used; it was not "
+            "written by calrig: export it again from the archive"
+        ) from error
 
 
 def _checked(document: Document, where: str, *, is_built: bool) -> CoefficientSet:

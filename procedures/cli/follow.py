@@ -10,8 +10,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
 
@@ -25,6 +23,7 @@ from procedures.records.progress import Progress, RunObserver
 from procedures.records.states import ACTIVE, EXIT_STATUS
 from procedures.run.progress import shown_on
 from rig.clock import Clock, SystemClock
+from rig.system_parts import module_here
 
 LOOK_S = 0.25
 Asked = Literal["pause", "continue", "stop", "abort"]
@@ -108,10 +107,10 @@ def _progress(event: str, status: RunStatus, message: str) -> Progress:
 @contextmanager
 def _keys(folder: Path, by: str) -> Iterator[Callable[[], bool]]:
     """Yield what asks whether the person has left and meanwhile obeys the keys; some systems have none."""
-    if not sys.stdin.isatty() or not find_spec("termios"):
+    termios, tty = module_here("termios"), module_here("tty")
+    if not sys.stdin.isatty() or termios is None or tty is None:
         yield lambda: False
         return
-    termios, tty = import_module("termios"), import_module("tty")
     handle = sys.stdin.fileno()
     before = termios.tcgetattr(handle)
     note(HELP)

@@ -9,7 +9,7 @@ from procedures.run.steering import job_control_ignored
 from rig.clock import Clock
 from rig.devices.abilities import Wait
 from rig.errors import WaitEnded
-from rig.system_signals import present
+from rig.system_parts import present
 
 ENDS = present("SIGINT", "SIGQUIT", "SIGTERM", "SIGHUP", "SIGBREAK")
 

@@ -24,7 +24,7 @@ from procedures.jog_screen.prompts import Prompt, prompt_for
 from procedures.jog_screen.values import AxisView, ClearStatistics, GoTo, Home, Snapshot
 from procedures.jog_screen.worker import Bench
 from rig.motion.jog_steps import nearest_step_deg
-from rig.system_signals import present
+from rig.system_parts import present
 
 DRAW_S = 0.1
 STOPS = ("space", "ctrl+c")

@@ -20,7 +20,7 @@ from procedures.records.states import State
 from procedures.run.ending import Ending
 from rig.clock import Clock
 from rig.errors import WaitEnded
-from rig.system_signals import present
+from rig.system_parts import present
 
 _REST_S = 0.05
 HANG_UP = present("SIGHUP")

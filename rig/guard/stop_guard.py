@@ -10,7 +10,6 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 from pathlib import Path
 from threading import RLock
 from typing import Any
@@ -18,8 +17,9 @@ from typing import Any
 from rig.clock import Clock
 from rig.devices.abilities import StopStep
 from rig.errors import GuardLost, RigError, WaitEnded
+from rig.system_parts import module_here
 
-IS_POSSIBLE = hasattr(socket, "send_fds") and bool(find_spec("termios"))
+IS_POSSIBLE = hasattr(socket, "send_fds") and module_here("termios") is not None
 """A guard holds the engine's own lines, open, which Windows does not hand from process to process."""
 RECORD = "stop-guard.json"
 """In the folder of a run: what its guard did."""

@@ -16,8 +16,6 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from hashlib import blake2b
-from importlib import import_module
-from importlib.util import find_spec
 from ipaddress import ip_address
 from pathlib import Path
 from types import TracebackType
@@ -29,6 +27,7 @@ from rig import file_lock
 from rig.clock import Clock, SystemClock
 from rig.errors import RigBusy
 from rig.machine_folder import OVERRIDE, machine_folder
+from rig.system_parts import module_here
 
 FOLDER = "locks"
 DEVICE = "device "
@@ -159,11 +158,11 @@ def serial_of(identity: str) -> str | None:
 
 def account() -> str:
     """Return the name of this account: by its number where there are numbers, which no variable can change."""
-    if not find_spec("pwd"):
+    accounts, number = module_here("pwd"), _account_number()
+    if accounts is None or number is None:
         return os.environ.get("USERNAME", "unknown")
-    number = _account_number()
     try:
-        return str(import_module("pwd").getpwuid(number).pw_name)
+        return str(accounts.getpwuid(number).pw_name)
     except KeyError:
         return f"uid {number}"
 

@@ -9,8 +9,6 @@ import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +17,7 @@ import serial
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.errors import LinkClosed, LinkLost, RequestRefused, RigBusy
 from rig.link.byte_stream import named
+from rig.system_parts import module_here
 
 if TYPE_CHECKING:
     import serial
@@ -28,7 +27,8 @@ _PSEUDO_TERMINALS = Path("/dev/pts")
 
 
 def _port_errors() -> tuple[type[Exception], ...]:
-    return (OSError, import_module("termios").error) if find_spec("termios") else (OSError,)
+    terminals = module_here("termios")
+    return (OSError,) if terminals is None else (OSError, terminals.error)
 
 
 PORT_ERRORS = _port_errors()

@@ -12,14 +12,12 @@ back; a pseudo-terminal vanishes and comes back under another node name, which i
 import os
 import selectors
 import socket
-import sys
 from dataclasses import dataclass, field
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Protocol
 
 from rig.errors import LinkLost, RequestRefused
+from rig.system_parts import module_here
 from rig.twins.twin import Twin
 
 _CHUNK = 65536
@@ -202,8 +200,8 @@ class PtyPort:
     def _drop(self) -> None:
         """Drop what waits here, and what waits unread at the other end."""
         self._unsent = b""
-        termios = import_module("termios")
-        termios.tcflush(self._slave, termios.TCIFLUSH)
+        if terminals := module_here("termios"):
+            terminals.tcflush(self._slave, terminals.TCIFLUSH)
 
     def _show(self) -> None:
         if self.link is not None:
@@ -216,11 +214,12 @@ class PtyPort:
 
 def _open_pty() -> tuple[int, int]:
     """Return both ends; the slave stays open here, so a client may go and come."""
-    if not find_spec("tty") or sys.platform == "win32":
+    raw = module_here("tty")
+    if raw is None or not hasattr(os, "openpty"):
         raise RequestRefused(
             "pseudo-terminals: this system has none; nothing was served; leave --pty out: TCP ports serve the same"
         )
     master, slave = os.openpty()
-    import_module("tty").setraw(slave)
+    raw.setraw(slave)
     os.set_blocking(master, False)
     return master, slave
