@@ -77,7 +77,11 @@ def _preflight(rig: Path, described: RigDescription, plan: Plan | None, out: Pat
 
 
 def _document_of(before: Preflight) -> dict[str, Any]:
-    return {"refusals": list(before.refusals), "engineering": list(before.engineering)}
+    return {
+        "refusals": list(before.refusals),
+        "engineering": list(before.engineering),
+        "undelivered": list(before.undelivered),
+    }
 
 
 def _tell(before: Preflight, json: bool) -> int:
@@ -85,6 +89,8 @@ def _tell(before: Preflight, json: bool) -> int:
     if not json:
         for sentence in before.engineering:
             say(f"engineering result: {sentence}")
+        for sentence in before.undelivered:
+            say(f"will not be delivered: {sentence}")
         for sentence in before.refusals:
             say(f"a run would be refused now: {sentence}")
     return ExitStatus.WRONG_REQUEST if before.refusals else ExitStatus.DONE

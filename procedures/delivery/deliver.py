@@ -18,6 +18,7 @@ from ams.calibration_result import Calibration
 from ams.errors import AmsError, ArchiveError, OutsideValidity
 from ams.exports import dcc, json_text
 from ams.exports.formats import export_set, format_named
+from ams.exports.optional_libraries import missing_sentence
 from ams.sets.axis_section import axis_section
 from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet, build_set
@@ -151,6 +152,8 @@ class _Parts:
             made = make()
         except AmsError as error:
             self._told[part] = str(error)
+        except ModuleNotFoundError as error:
+            self._told[part] = f"{missing_sentence(error.name or part)}; then calrig solve makes it"
         except OSError as error:
             self._told[part] = f"{error.filename or part}: {error.strerror or error}; calrig solve makes it"
         except Exception as error:  # noqa: BLE001  a rim: a defect in one part takes no other part from the laboratory

@@ -9,12 +9,18 @@ from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
+from ams.exports.formats import FORMATS
+from ams.exports.optional_libraries import missing_sentence, not_installed
 from procedures.errors import ProcedureError
 from procedures.journal.location import require_local
 from procedures.plan.plan import Plan
 from procedures.run.readiness import readiness
 from procedures.run.watch.disk_space import free_bytes, require_room
 from rig.description.rig_file import RigDescription
+
+HTML_NEEDS = ("matplotlib",)
+PDF_NEEDS = ("matplotlib", "typst", "lxml")
+"""Of extras; the certificate inside the paper takes the last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +31,8 @@ class Preflight:
     """Why the run would not begin."""
     engineering: tuple[str, ...]
     """What is missing for a calibration; empty where twins are measured, which is none anyway."""
+    undelivered: tuple[str, ...] = ()
+    """What a run would not leave because a library is not installed."""
 
 
 def preflight(
@@ -43,7 +51,16 @@ def preflight(
     if plan is not None:
         planned, most_mb = plan, rig.interlocks.min_free_mb
         checks.append(lambda: require_room(out, planned, free(_nearest(out)), most_mb))
-    return Preflight(tuple(_refused(checks)), () if rig.is_simulated else ready.missing)
+    engineering = () if rig.is_simulated else ready.missing
+    return Preflight(tuple(_refused(checks)), engineering, () if plan is None else tuple(_undelivered(plan)))
+
+
+def _undelivered(plan: Plan) -> Iterator[str]:
+    wanted = {"report.html": HTML_NEEDS, "report.pdf": PDF_NEEDS}
+    wanted |= {f"export {name}": FORMATS[name].needs for name in plan.export_formats if name in FORMATS}
+    for what, libraries in wanted.items():
+        for name in not_installed(libraries):
+            yield f"{what}: {missing_sentence(name)}"
 
 
 def _refused(checks: list[Callable[[], None]]) -> Iterator[str]:

@@ -17,7 +17,7 @@ LATER = {
     "procedures.jog_screen.session": {"procedures/cli/jog.py"},
     "importlib.metadata": {"procedures/cli/main.py"},
     # heavy: half a second and more, and most commands do without
-    "matplotlib": {"procedures/report/canvas.py"},
+    "matplotlib": {"procedures/report/canvas.py", "procedures/report/paper/letters.py"},
     "procedures.data.drawings": {"procedures/data/run_data.py", "procedures/data/solved.py"},  # matplotlib
     "scipy.special": {"ams/statistics/distributions.py"},
     "scipy.linalg": {"ams/solve/gauss_newton.py"},
