@@ -34,6 +34,15 @@ CONTRACT = {
 """Version 1, written down a second time: other people's programs hold us to it."""
 
 
+UNITS = {
+    "grid": {"dmm.x": "v"},
+    "rates_gyro": {"logger.gx": "v", "axes.roll": "dps"},
+    "static": {"imu.ax": "g", "imu.gx": "dps"},
+    "two_level": {"imu.mx": "ut"},
+}
+"""Of some channels, as the rig files of the stored runs have them."""
+
+
 def stored(journal: Path) -> Iterator[tuple[int, dict[str, Any], dict[str, np.ndarray]]]:
     """Number, record and samples by channel of every dwell, by SQLite, JSON and NumPy alone."""
     connection = sqlite3.connect(journal)
@@ -94,8 +103,8 @@ def test_every_number_is_the_journals_own(case: StoredCase, tmp_path: Path) -> N
         if not any(rates_dps.values()):
             known = {axis: row[f"{axis}_deg"] for axis in record["measured_deg"]}
             assert known == record["measured_deg"]
-    units = {channel: unit for record in expected for channel, unit in record[1].get("units", {}).items()}
     stated = found.readings.drop_duplicates("channel").set_index("channel")["unit"]
+    units = UNITS.get(case.folder.name, {})
     assert {channel: stated[channel] for channel in units} == units
 
 
