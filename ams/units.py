@@ -71,6 +71,16 @@ def label_and_unit(name: str) -> tuple[str, str]:
         return name, ""
     unit = printed(found["unit"] or "")
     if found["divisor"]:
-        divisor = printed(found["divisor"])
-        unit = f"{unit or 1}/{f'({divisor})' if '/' in divisor else divisor}"
+        unit = f"{_bracketed(unit or '1')}/{_bracketed(printed(found['divisor']))}"
     return found["label"].replace("_", " "), unit
+
+
+def small_unit(unit: str) -> tuple[str, float]:
+    """Return the printed unit that an uncertainty is readable in, and how many of it make one of ``unit``."""
+    if unit == "°":
+        return "″", ARCSEC_PER_DEG
+    return (f"µ{unit}", 1e6) if unit.startswith(("V", "g")) else (unit, 1.0)
+
+
+def _bracketed(unit: str) -> str:
+    return f"({unit})" if "/" in unit else unit

@@ -39,7 +39,7 @@ LEAST_SCALING = 1.5
 def figures(effort: Effort) -> Iterator[Figure]:
     """Seconds, and how many times faster two are than one."""
     with TemporaryDirectory() as folder:
-        jobs = [finished(Path(folder))] * effort.amount(2000, 8)
+        jobs = [finished(Path(folder))] * effort.amount(2000, 2)
         alone_s = seconds(in_this_process(), jobs, 1)
         each = f"{alone_s / len(jobs) * 1e3:.1f} ms each"
         yield Figure(f"{len(jobs)} journals solved again", alone_s, "s", 0.025 * len(jobs), at_most=True, note=each)

@@ -38,16 +38,22 @@ class House:
         return module if self.files[module].name == "__init__.py" else module.rpartition(".")[0]
 
     def rooms(self) -> dict[str, frozenset[str]]:
-        """Return room to the rooms it imports; a room and the rooms inside it are one house."""
+        """Return room to the rooms it imports, a room and the rooms inside it being two."""
         found: dict[str, set[str]] = {self.room(module): set() for module in self.files}
         for module, imported in self.imports.items():
-            here = self.room(module)
-            there = {self.room(other) for other in imported}
-            found[here] |= {
-                room for room in there if room != here and not f"{room}.".startswith(f"{here}.") and
-                not f"{here}.".startswith(f"{room}.")
-            }  # fmt: skip
+            found[self.room(module)] |= {self.room(other) for other in imported} - {self.room(module)}
         return {room: frozenset(others) for room, others in found.items()}
+
+    def neighbours(self) -> dict[str, frozenset[str]]:
+        """Return room to the rooms it imports outside itself: what lies inside it is its own business."""
+        return {
+            room: frozenset(other for other in others if not _is_inside(other, room) and not _is_inside(room, other))
+            for room, others in self.rooms().items()
+        }
+
+
+def _is_inside(room: str, outer: str) -> bool:
+    return room.startswith(f"{outer}.")
 
 
 def read_house(root: Path = ROOT) -> House:
@@ -69,7 +75,7 @@ def circle_in(graph: Mapping[str, Iterable[str]]) -> list[str]:
 
 def drawing(house: House) -> str:
     """Return the drawn part of the page: a list of floors for every package."""
-    rooms = house.rooms()
+    rooms = house.neighbours()
     parts = []
     for package in PACKAGES:
         parts.append(f"### `{package}/`: {_purpose(house.files[package])}\n")
@@ -124,6 +130,16 @@ def _imported(module: str, path: Path, files: Mapping[str, Path]) -> Iterator[st
                 found = name if name in files else node.module
                 if found in files and found != module:
                     yield found
+        elif (name := imported_by_name(node)) in files:
+            yield name
+
+
+def imported_by_name(node: ast.AST) -> str:
+    """Return what a call of ``import_module`` with its name spelled out imports; empty for anything else."""
+    match node:
+        case ast.Call(func=ast.Name("import_module"), args=[ast.Constant(str(name)), *_]):
+            return name
+    return ""
 
 
 def _floors(settings: Mapping[str, Any]) -> Iterator[tuple[str, tuple[tuple[str, ...], ...]]]:

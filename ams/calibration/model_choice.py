@@ -26,7 +26,7 @@ _NOT_DETERMINED = (
 )
 _WHICH_OFFSET = (
     "offset and sensitivities are those of the linear sensor that comes closest over these points; the offset beside "
-    "terms of second order with tr Q = 0 is given as offset_traceless_v"
+    "terms of second order with tr Q = 0 is given too"
 )
 
 

@@ -10,12 +10,12 @@ from math import hypot, radians, sin
 
 import numpy as np
 
+from ams.parameter_words import words_of
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.attitude_errors import AngleErrors
 from procedures.numbers import angle, last_place, to_place, with_uncertainty
-from procedures.report.conclusions import LABELS
 
 COVERAGE = 0.95
 
@@ -62,7 +62,7 @@ def undetermined(one: CoefficientSet) -> Iterator[str]:
     for axis, section in table(one.document["axes"]).items():
         for name, stated in table(table(section)["parameters"]).items():
             if table(stated)["value"] is None:
-                yield f"{axis}: {LABELS.get(name, (name.replace('_', ' '),))[0]}"
+                yield f"{axis}: {words_of(name).label}"
 
 
 def angle_rows(errors: Mapping[str, AngleErrors], capability_deg: float | None) -> Iterator[AngleRow]:
@@ -98,7 +98,7 @@ def _values(stated: Json) -> list[Json]:
 
 
 def _coefficient(axis: str, name: str, row: Document, floor: float) -> Coefficient:
-    label, symbol, unit = LABELS.get(name, (name.replace("_", " "), "", str(row.get("unit", ""))))
+    label, symbol, unit = words_of(name)
     uncertainty, dof = number(row["standard_uncertainty"]), row.get("effective_degrees_of_freedom")
     factor = float(t_quantile(COVERAGE, number(dof) if dof is not None else np.inf))
     expanded = factor * uncertainty

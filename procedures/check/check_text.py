@@ -6,13 +6,10 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ams.units import ARCSEC_PER_DEG, label_and_unit
+from ams.parameter_words import words_of
+from ams.units import small_unit
 from procedures.check.check_report import CheckReport, steps_in_words
 from procedures.kinds.kind import DesignFigures
-
-IN_SMALL = {
-    "V": (1e6, "µV"), "V/g": (1e6, "µV/g"), "°": (ARCSEC_PER_DEG, "″"), "g": (1e6, "µg"), "g/V": (1e6, "µg/V"),
-}  # fmt: skip
 
 
 def render(report: CheckReport) -> "Group":
@@ -84,13 +81,15 @@ def _expected(report: CheckReport) -> "list[RenderableType]":
     table = Table("sensor", "parameter", "u (noise alone)", box=None)
     for axis in report.forecast.expected:
         for parameter, value in axis.standard_uncertainty.items():
-            table.add_row(Text(f"{axis.sensor} {axis.axis}"), parameter, "" if value is None else f"{value:.2g}")
+            label, _, unit = words_of(parameter)
+            told = "not determined" if value is None else f"{value:.2g} {unit}"
+            table.add_row(Text(f"{axis.sensor} {axis.axis}"), label, told)
     return [table, ""]
 
 
 def _expected_of_design(report: CheckReport) -> "Table":
     names = list(report.forecast.expected[0].standard_uncertainty)
-    headings = [f"u({_word(name)})\n({_small(name)[1]})" for name in names]
+    headings = [f"u({words_of(name).label})\n({_small(name)[0]})" for name in names]
     table = Table("sensor", *headings, "noise of a\ndwell (µV)", box=None)
     for axis in report.forecast.expected:
         values = [_scaled(name, axis.standard_uncertainty[name]) for name in names]
@@ -117,17 +116,9 @@ def _time(duration_s: float) -> str:
     return str(timedelta(seconds=round(duration_s)))
 
 
-def _unit(name: str) -> str:
-    return label_and_unit(name)[1]
-
-
-def _small(name: str) -> tuple[float, str]:
-    return IN_SMALL[_unit(name)]
-
-
-def _word(name: str) -> str:
-    return label_and_unit(name)[0]
+def _small(name: str) -> tuple[str, float]:
+    return small_unit(words_of(name).unit)
 
 
 def _scaled(name: str, value: float | None) -> str:
-    return "not determined" if value is None else f"{value * _small(name)[0]:.3g}"
+    return "not determined" if value is None else f"{value * _small(name)[1]:.3g}"

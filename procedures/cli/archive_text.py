@@ -8,11 +8,12 @@ from typing import Any
 from ams.archive.histories import SensorHistory
 from ams.archive.sets import ArchivedSet
 from ams.archive.signatures import SignOff
+from ams.parameter_words import words_of
 from ams.surveillance.adjustment import Adjustment, Condition
 from ams.surveillance.check_chart import CheckHistory
 from ams.surveillance.compare import AxisChange, Change, Comparison
 from ams.surveillance.control_chart import Chart
-from ams.units import ARCSEC_PER_DEG, label_and_unit
+from ams.units import ARCSEC_PER_DEG
 
 
 def plain(value: Any) -> Any:
@@ -141,7 +142,7 @@ def history_lines(found: SensorHistory) -> Iterator[str]:
 
 def _chart_line(chart: Chart) -> str:
     name, _, axis = chart.name.partition(".")
-    label, unit = label_and_unit(name)
+    label, _, unit = words_of(name)
     rate, spread = chart.rate_per_year, chart.rate_standard_uncertainty
     drift = "" if rate is None or spread is None else f"{rate:+.1e} (u {spread:.0e})"
     scatter = f"{chart.scatter:.1e}" if math.isfinite(chart.scatter) else ""

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ams.units import label_and_unit, printed
+from ams.parameter_words import words_of
+from ams.units import printed
 from procedures.cli.findings_text import findings_lines
 
 
@@ -49,7 +50,7 @@ def _standard_error(axis: Mapping[str, Any]) -> str:
 
 def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
     """``offset   +0.0050012 V   u 1.1e-06 V   (TP 0.9e-06)``."""
-    label, unit = label_and_unit(name)
+    label, _, unit = words_of(name)
     if estimate["value"] is None:
         return f"{label:<28} not determined"
     uncertainty = estimate["standard_uncertainty"]
@@ -64,7 +65,7 @@ def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
 def replication_line(replication: Mapping[str, Any]) -> str:
     """Describe the replication tests in one line, each against its 95 % limit."""
     fit = _test("lack of fit", replication["lack_of_fit"])
-    drift = ", ".join(_test(label_and_unit(name)[0], test) for name, test in replication["drift"].items())
+    drift = ", ".join(_test(words_of(name).label, test) for name, test in replication["drift"].items())
     return f"{replication['n']} replications of {replication['points']} points: {fit}; drift: {drift}"
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ams.units import label_and_unit
+from ams.parameter_words import words_of
 from procedures.errors import RequestError
 
 MOST_TRIALS = 10_000_000
@@ -52,7 +52,7 @@ def _curvature(found: Mapping[str, Any]) -> str:
         return "H_E is zero: the model is linear in its primary parameters"
     if any(ratio is None for ratio in ratios.values()):
         return "with H_E the answer is no minimum: look for wrong rows"
-    changes = ", ".join(f"{label_and_unit(name)[0]} × {ratio:.4f}" for name, ratio in ratios.items())
+    changes = ", ".join(f"{words_of(name).label} × {ratio:.4f}" for name, ratio in ratios.items())
     return f"H_E would change the standard uncertainties: {changes}"
 
 
@@ -71,7 +71,7 @@ def _budget(budget: Mapping[str, Any]) -> Iterator[str]:
         for name, whole in combined.items():
             cells = [_cell(line["standard_uncertainty"][name], whole) for line in lines]
             ends = [f"{whole:>10.2g}", f"{budget['expanded_uncertainty_95'][name]:>10.2g}"]
-            yield f"  {' '.join(label_and_unit(name)):<32}{''.join((*cells, *ends))}"
+            yield f"  {words_of(name).label + ' ' + words_of(name).unit:<32}{''.join((*cells, *ends))}"
     if "monte_carlo" in budget:
         yield from _monte_carlo(budget["monte_carlo"])
 
@@ -87,7 +87,7 @@ def _monte_carlo(check: Mapping[str, Any]) -> Iterator[str]:
     verdict = "its 95 % intervals differ for" if missed else "confirms the 95 % intervals to one digit of u"
     yield f"Monte Carlo, {check['trials']} trials, seed {check['seed']}: {verdict}"
     for name, found in missed.items():
-        label, unit = label_and_unit(name)
+        label, _, unit = words_of(name)
         low, high = found["interval_95"]
         yield f"  {f'{label} {unit}':<32}{low:.9g} to {high:.9g}"
 

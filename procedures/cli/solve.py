@@ -60,6 +60,5 @@ def _findings(run: SolvedRun) -> Iterator[str]:
     """Advice and budget of every axis, under its name."""
     for name, document in sensors_document(run).items():
         for axis, section in document["axes"].items():
-            yield ""
-            yield f"{name} {axis}"
-            yield from (f"  {line}" for line in findings_lines(section))
+            if lines := list(findings_lines(section)):
+                yield from ("", f"{name} {axis}", *(f"  {line}" for line in lines))

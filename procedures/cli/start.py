@@ -6,7 +6,6 @@ at work, it sends the stops within the time that Python itself takes to start. W
 
 import os
 import sys
-from importlib import import_module
 
 from rig.guard.ask import of_rig, of_run, stop
 
@@ -16,7 +15,9 @@ def main() -> None:
     arguments = sys.argv[1:]
     status = stop_at_once(arguments)
     if status is None:
-        import_module("procedures.cli.main").main(arguments)
+        from procedures.cli import main as command
+
+        command.main(arguments)
     sys.exit(status)
 
 
@@ -63,9 +64,12 @@ def _abort(options: dict[str, str]) -> int | None:
 
 def _request_abort(run: str, by: str) -> None:
     """Put the abort on record for the engine too, which has heard it from the guard."""
-    spool = import_module("procedures.journal.spool")
-    now = import_module("rig.clock").SystemClock().now_utc()
-    spool.Spool(import_module("pathlib").Path(run)).submit(spool.Request("abort", by, now.isoformat()))
+    from pathlib import Path
+
+    from procedures.journal.spool import Request, Spool
+    from rig.clock import SystemClock
+
+    Spool(Path(run)).submit(Request("abort", by, SystemClock().now_utc().isoformat()))
 
 
 def _stop(options: dict[str, str]) -> int | None:
@@ -80,7 +84,8 @@ def _stop(options: dict[str, str]) -> int | None:
     if not told:
         return None
     if "--json" in options:
-        json = import_module("json")
+        import json
+
         print(json.dumps({"stopped": sorted(told), "stopped_by_guard_of": engines, "told": told}))  # noqa: T201
         return _status(told)
     return _tell(told, [f"by the stop guard of process {pid}, which ends what it was doing" for pid in engines])

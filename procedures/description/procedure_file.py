@@ -1,6 +1,7 @@
 """``procedure.toml`` as one frozen value: what is to be done, on any rig that can do it.
 
 Checked here, table by table, before the rig is looked at; what only both files together can tell is the planner's.
+The file is read by :mod:`procedures.kinds.read`, which adds the table that each kind of run has of its own.
 """
 
 from collections.abc import Sequence

@@ -7,7 +7,6 @@ is committed twice (the process died before it learned of the first) is stored o
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import apsw
 
@@ -31,9 +30,6 @@ from procedures.records.dwells import DwellRecord
 from procedures.records.states import State
 from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
-
-if TYPE_CHECKING:
-    import apsw
 
 
 class Journal:

@@ -1,26 +1,58 @@
-"""The schedule of a kind that is a design of attitudes."""
+"""What the kinds share that visit a design of attitudes."""
 
-from procedures.kinds.kind import PlanRequest, Schedule
+from collections.abc import Iterator
+
+from ams.models.registry import own_models_at_rest
+from procedures.description.design_kinds import DESIGNS
+from procedures.description.procedure_file import ProcedureDescription
+from procedures.errors import PlanError
+from procedures.kinds.kind import Key, PlanRequest, Schedule
 from procedures.plan.attitudes import environment_of, make_design, plateaus_of, seed_of, steps_at_attitudes
 from procedures.plan.order import visits
+from procedures.plan.refusals import design_refusals
+from rig.toml_file import StrictTable
 
 OF_ATTITUDES = ("pitch-roll", "pitch-only", "pitch-yaw-roll", "linear")
 """calrig's own models that attitudes at rest determine."""
 
 
-def schedule_of_attitudes(request: PlanRequest) -> Schedule:
-    """Return the design in the order asked for, at every plateau. Raises: PlanError for a design that cannot be."""
-    procedure = request.procedure
-    design = visits(make_design(procedure), procedure.design.order)
-    environment = environment_of(request.rig, procedure)
-    seed = seed_of(procedure, request.fresh_seed)
-    return Schedule(
-        design=design,
-        steps=tuple(steps_at_attitudes(procedure, design, request.axes, environment, seed)),
-        replications=procedure.procedure.replications * len(plateaus_of(environment)),
-        order=procedure.design.order,
-        seed=seed,
-        usage_pitch_deg=procedure.design.usage_pitch_deg,
-        environment=environment,
-        reference=procedure.check,
-    )
+class AttitudeKind:
+    """A kind whose ``[design]`` says everything: packages of accelerometers at rest in its attitudes."""
+
+    table: tuple[str, type[StrictTable]] | None = None
+    is_tumble = False
+    """Whether its design is one of the few attitudes of a tumble test."""
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        return (*OF_ATTITUDES, *own_models_at_rest())
+
+    def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
+        if DESIGNS[procedure.design.kind].is_tumble is not self.is_tumble:
+            yield ("design", "kind"), 'kind = "tumble" goes with a design of kind "T", and only with it (or "up-down")'
+
+    def measures(self, model: str) -> tuple[str, ...]:
+        return ("acceleration",)
+
+    def key_of_angle(self, axis: str) -> Key:
+        return "design", f"{axis}_deg"
+
+    def schedule(self, request: PlanRequest) -> Schedule:
+        """Return the design in the order asked for, at every plateau. Raises: PlanError for a design that cannot be."""
+        procedure = request.procedure
+        design = visits(make_design(procedure), procedure.design.order)
+        environment = environment_of(request.rig, procedure)
+        seed = seed_of(procedure, request.fresh_seed)
+        return Schedule(
+            design=design,
+            steps=tuple(steps_at_attitudes(procedure, design, request.axes, environment, seed)),
+            replications=procedure.procedure.replications * len(plateaus_of(environment)),
+            order=procedure.design.order,
+            seed=seed,
+            usage_pitch_deg=procedure.design.usage_pitch_deg,
+            environment=environment,
+            reference=procedure.check,
+        )
+
+    def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
+        yield from design_refusals(request.rig, request.procedure, request.sensors, schedule.design)

@@ -1,4 +1,4 @@
-"""What a kind of run is: one object of these members, one file, one line in :mod:`procedures.kinds.registry`.
+"""What a kind of run is: one object of these members, one file, one entry point ``calrig.kinds``.
 
 Everything that all kinds share (reading the file, refusing what cannot be reached, estimating, judging, solving by
 model or by lines, budgets, check, report) asks the kind for its own part and knows none of them by name.
@@ -6,7 +6,7 @@ model or by lines, budgets, check, report) asks the kind for its own part and kn
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from procedures.description.procedure_file import CheckPlan, EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
@@ -81,6 +81,7 @@ class Forecast:
     """Axis to the most revolutions of one dwell."""
 
 
+@runtime_checkable
 class Kind(Protocol):
     """One kind of run."""
 

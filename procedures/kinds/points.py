@@ -1,17 +1,45 @@
-"""The schedule of a kind that is a list of points."""
+"""What the kinds share that visit a list of points of their own."""
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
 
-from procedures.kinds.kind import PlanRequest, Schedule
+from procedures.description.procedure_file import ProcedureDescription
+from procedures.errors import PlanError
+from procedures.kinds.expected_lines import forecast_of_points
+from procedures.kinds.kind import Forecast, PlanRequest, Schedule
+from procedures.kinds.section import Section, section_of
+from procedures.plan.plan import Plan
 from procedures.plan.points import Point, design_of_points, most_samples, steps_of_points
+from procedures.solution.record import RunRecord
+from procedures.solution.request import SolvedSensor
+from rig.description.rig_file import RigDescription
 
 
-def schedule_of_points(request: PlanRequest, points: Sequence[Point]) -> Schedule:
-    """Return the points in their order, once a replication, after one visit to the level attitude."""
-    replications = request.procedure.procedure.replications
-    return Schedule(
-        design=design_of_points(points),
-        steps=tuple(steps_of_points(request.axes, points, replications)),
-        replications=replications,
-        most_samples=most_samples(request.rig, points),
-    )
+class PointKind(ABC):
+    """A kind whose own table says which points: once a replication each, after one visit to the level attitude."""
+
+    @abstractmethod
+    def points(self, request: PlanRequest) -> Sequence[Point]:
+        """Return the points in their order. Raises: PlanError for one that this rig cannot do."""
+
+    def schedule(self, request: PlanRequest) -> Schedule:
+        points = self.points(request)
+        replications = request.procedure.procedure.replications
+        return Schedule(
+            design=design_of_points(points),
+            steps=tuple(steps_of_points(request.axes, points, replications)),
+            replications=replications,
+            most_samples=most_samples(request.rig, points),
+        )
+
+    def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
+        yield from ()
+
+    def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
+        yield from ()
+
+    def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
+        return forecast_of_points(rig, plan)
+
+    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
+        return section_of(record, solved)

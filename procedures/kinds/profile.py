@@ -1,6 +1,6 @@
 """``profile``: several axes at once along a motion over time, recorded as streams."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,19 +8,14 @@ import numpy as np
 from ams.frames import body_rates_rad_s
 from procedures.description.kind_tables import Profile
 from procedures.description.procedure_file import ProcedureDescription
-from procedures.errors import PlanError
-from procedures.kinds.expected_lines import forecast_of_points
-from procedures.kinds.kind import Forecast, Key, PlanRequest, Schedule
-from procedures.kinds.points import schedule_of_points
-from procedures.kinds.section import Section, section_of
+from procedures.kinds.kind import Key, PlanRequest
+from procedures.kinds.points import PointKind
 from procedures.plan.channels import AXES
-from procedures.plan.plan import Plan
 from procedures.plan.points import Point
 from procedures.plan.profiles import profile_deg, range_deg, top_rate_dps
 from procedures.plan.steps import Follow
 from procedures.solution.bins import profile_observations
 from procedures.solution.by_model import solve_by_model
-from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.rig_file import RigDescription
 from rig.errors import RequestRefused
@@ -30,58 +25,42 @@ IN_STEP, MOST_IN_STEP = 0.15, 10.0
 """Commands so close to a whole number of samples apart keep step with them; so many samples between do average."""
 
 
-class ProfileMotion:
+class ProfileMotion(PointKind):
     """One motion a replication; the solution takes its bins as rows."""
 
     name = "profile"
     table: tuple[str, type[StrictTable]] | None = ("profile", Profile)
     models: tuple[str, ...] = ("gyro", "pitch-yaw-roll", "pitch-roll")
 
-    def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
-        yield from ()
-
     def measures(self, model: str) -> tuple[str, ...]:
         return ("rate",) if model == "gyro" else ("acceleration",)
 
+    def points(self, request: PlanRequest) -> Sequence[Point]:
+        rig, procedure, channels = request.rig, request.procedure, request.channels
+        profile = procedure.own(Profile)
+        assert profile is not None
+        voltages = [channel for channel in channels if channel.partition(".")[0] in rig.readouts]
+        if voltages:
+            raise procedure.error(("profile",), f"{voltages[0]} is no stream: a motion over time is streamed")
+        motion = Follow(
+            profile.shape,
+            profile.duration_s,
+            {name: profile.span_deg[name] for name in AXES if name in profile.span_deg},
+            {name: profile.frequency_hz[name] for name in AXES if name in profile.frequency_hz},
+            profile.update_s,
+            profile.bin_s,
+        )
+        _refuse_profile(rig, procedure, profile, motion)
+        return [(dict.fromkeys(motion.span_deg, 0.0), motion, None)]
+
     def key_of_angle(self, axis: str) -> Key:
         return "profile", "span_deg", axis
-
-    def schedule(self, request: PlanRequest) -> Schedule:
-        return schedule_of_points(request, _points(request))
-
-    def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
-        yield from ()
-
-    def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-        return forecast_of_points(rig, plan)
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = profile_observations(item)
         if item.plan.solve.model == "pitch-roll":
             observations = replace(observations, yaw_rad=None)
         return solve_by_model(item, observations)
-
-    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
-        return section_of(record, solved)
-
-
-def _points(request: PlanRequest) -> list[Point]:
-    rig, procedure, channels = request.rig, request.procedure, request.channels
-    profile = procedure.own(Profile)
-    assert profile is not None
-    voltages = [channel for channel in channels if channel.partition(".")[0] in rig.readouts]
-    if voltages:
-        raise procedure.error(("profile",), f"{voltages[0]} is no stream: a motion over time is streamed")
-    motion = Follow(
-        profile.shape,
-        profile.duration_s,
-        {name: profile.span_deg[name] for name in AXES if name in profile.span_deg},
-        {name: profile.frequency_hz[name] for name in AXES if name in profile.frequency_hz},
-        profile.update_s,
-        profile.bin_s,
-    )
-    _refuse_profile(rig, procedure, profile, motion)
-    return [(dict.fromkeys(motion.span_deg, 0.0), motion, None)]
 
 
 def _refuse_profile(rig: RigDescription, procedure: ProcedureDescription, profile: Profile, motion: Follow) -> None:
@@ -134,3 +113,6 @@ def _refuse_keeping_step(rig: RigDescription, procedure: ProcedureDescription, p
                 f"ramp between two commands is met at the same moments and its mean is wrong; choose one between, such "
                 f"as {(round(samples) + 0.7) / stream.samples_hz():.3g} s",
             )
+
+
+KIND = ProfileMotion()

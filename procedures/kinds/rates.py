@@ -1,22 +1,17 @@
 """``rates``: gyros at constant rates, one axis after the other, in both senses, between two rests."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import ceil, floor
 
 from procedures.description.kind_tables import Rates
 from procedures.description.procedure_file import ProcedureDescription
-from procedures.errors import PlanError
-from procedures.kinds.expected_lines import forecast_of_points
-from procedures.kinds.kind import Forecast, Key, PlanRequest, Schedule
-from procedures.kinds.points import schedule_of_points
-from procedures.kinds.section import Section, section_of
+from procedures.kinds.kind import Key, PlanRequest
+from procedures.kinds.points import PointKind
 from procedures.plan.channels import AXES
-from procedures.plan.plan import Plan
 from procedures.plan.points import Point
 from procedures.plan.steps import Rest, Turn
 from procedures.solution.by_model import observed, solve_by_model
 from procedures.solution.lines import solve_lines
-from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.rig_file import RigDescription
 from rig.errors import RequestRefused
@@ -30,54 +25,38 @@ SWEEP_READ = 0.9
 """Of a sweep, between the margins at its ends where it gathers speed."""
 
 
-class ConstantRates:
+class ConstantRates(PointKind):
     """Whole revolutions, or sweeps between the limits of an axis."""
 
     name = "rates"
     table: tuple[str, type[StrictTable]] | None = ("rates", Rates)
     models: tuple[str, ...] = ("gyro", "linear")
 
-    def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
-        yield from ()
-
     def measures(self, model: str) -> tuple[str, ...]:
         return ("rate",)
 
+    def points(self, request: PlanRequest) -> Sequence[Point]:
+        rig, procedure, channels = request.rig, request.procedure, request.channels
+        rates = procedure.own(Rates)
+        assert rates is not None
+        _refuse_undetermined(procedure, rates)
+        rest: Point = ({}, Rest(rates.dwell_s), None)
+        points: list[Point] = [rest] if rates.at_rest else []
+        for axis, values in rates.by_axis.items():
+            for rate_dps in (sign * value for value in values for sign in (1.0, -1.0)):
+                turn = _turn(rig, procedure, rates, axis, rate_dps, channels)
+                start_deg = 0.0 if turn.sweep_deg is None else turn.sweep_deg[0]
+                points.append(({axis: start_deg}, turn, None))
+        return [*points, rest] if rates.at_rest else points
+
     def key_of_angle(self, axis: str) -> Key:
         return "rates", f"{axis}_dps"
-
-    def schedule(self, request: PlanRequest) -> Schedule:
-        return schedule_of_points(request, _points(request))
-
-    def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
-        yield from ()
-
-    def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-        return forecast_of_points(rig, plan)
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = observed(item)
         if item.plan.solve.model == "linear":
             return solve_lines(item, observations)
         return solve_by_model(item, observations)
-
-    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
-        return section_of(record, solved)
-
-
-def _points(request: PlanRequest) -> list[Point]:
-    rig, procedure, channels = request.rig, request.procedure, request.channels
-    rates = procedure.own(Rates)
-    assert rates is not None
-    _refuse_undetermined(procedure, rates)
-    rest: Point = ({}, Rest(rates.dwell_s), None)
-    points: list[Point] = [rest] if rates.at_rest else []
-    for axis, values in rates.by_axis.items():
-        for rate_dps in (sign * value for value in values for sign in (1.0, -1.0)):
-            turn = _turn(rig, procedure, rates, axis, rate_dps, channels)
-            start_deg = 0.0 if turn.sweep_deg is None else turn.sweep_deg[0]
-            points.append(({axis: start_deg}, turn, None))
-    return [*points, rest] if rates.at_rest else points
 
 
 def _turn(
@@ -147,3 +126,6 @@ def _refuse_undetermined(procedure: ProcedureDescription, rates: Rates) -> None:
             f'the model "gyro" needs turns about three axes, {" and ".join(missing)} stand still: the sensitivity '
             'along their directions cannot be determined; give rates for them, or use solve.model = "linear"',
         )
+
+
+KIND = ConstantRates()

@@ -1,15 +1,8 @@
-"""Every kind of run; a new one is a file beside these and a line here."""
+"""Every kind of run: calrig's own and those of other distributions, by the entry point ``calrig.kinds``."""
 
-from collections.abc import Mapping
-
-from procedures.kinds.grid import Grid
+from procedures.errors import RequestError
 from procedures.kinds.kind import Kind
-from procedures.kinds.profile import ProfileMotion
-from procedures.kinds.rates import ConstantRates
-from procedures.kinds.static import LongRest
-from procedures.kinds.tumble import Tumble
-from procedures.kinds.two_level import TwoLevel
+from rig.registry import Registry
 
-_ALL: tuple[Kind, ...] = (Grid(), Tumble(), ConstantRates(), ProfileMotion(), TwoLevel(), LongRest())
-KINDS: Mapping[str, Kind] = {kind.name: kind for kind in _ALL}
+KINDS: Registry[Kind] = Registry("calrig.kinds", Kind, RequestError)  # type: ignore[type-abstract]  # asked, not made
 """By the name that ``procedure.kind`` has."""

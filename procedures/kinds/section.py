@@ -12,6 +12,7 @@ from ams.analysis.calibration_budget import AxisBudget, BudgetLine
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, Calibration, FTest, ParameterEstimate
 from ams.frames import wrap_deg
+from ams.parameter_words import words_of
 from ams.units import printed
 from procedures.numbers import p_value, three_digits, two_digits, with_uncertainty
 from procedures.plan.plan import Plan
@@ -25,13 +26,6 @@ UnitOf = Callable[[str], str]
 """Axis to the unit of its readings."""
 LARGEST_TOLD = 0.1
 """An uncertainty of a clock's drift beyond says that nothing is known."""
-SYMBOLS = {
-    "offset": "offset",
-    "sensitivity": "sensitivity",
-    "coning": "coning angle",
-    "azimuth": "azimuth",
-    "gain": "gain A",
-}
 
 
 @dataclass(frozen=True)
@@ -127,7 +121,7 @@ def _doubts(name: str, calibration: Calibration) -> Iterator[str]:
 
 def _drifts(one: AxisCalibration) -> Mapping[str, FTest]:
     assert one.replication is not None
-    return {f"drift of {_label(subject)[0]}": test for subject, test in one.replication.drift.items()}
+    return {f"drift of {words_of(subject).lettered}": test for subject, test in one.replication.drift.items()}
 
 
 def _parameters(calibration: Calibration, truths: Mapping[str, Mapping[str, float]]) -> TextTable:
@@ -143,7 +137,7 @@ def _parameters(calibration: Calibration, truths: Mapping[str, Mapping[str, floa
 
 
 def _parameter_cells(estimate: ParameterEstimate, truth: float | None, is_simulated: bool) -> tuple[str, ...]:
-    label, unit = _label(estimate.name)
+    label, unit = words_of(estimate.name).lettered, words_of(estimate.name).unit
     interval = estimate.interval_95
     half = None if interval is None else 0.5 * (interval[1] - interval[0])
     value, expanded = ("not determined", "—") if estimate.value is None else with_uncertainty(estimate.value, half)
@@ -154,14 +148,6 @@ def _parameter_cells(estimate: ParameterEstimate, truth: float | None, is_simula
     if truth is None or interval is None:
         return (*cells, "—" if truth is None else f"{truth:.6g}", "—")
     return (*cells, with_uncertainty(truth, half)[0], "yes" if interval[0] <= truth <= interval[1] else "no")
-
-
-def _label(name: str) -> tuple[str, str]:
-    """``gain_g_per_v`` as words and unit."""
-    word, _, unit = name.partition("_")
-    parts = [printed(part) for part in unit.split("_per_")]
-    label = "offset B" if word == "offset" and unit != "v" else SYMBOLS.get(word, word)
-    return label, "/".join(f"({part})" if "/" in part and len(parts) > 1 else part for part in parts)
 
 
 def _budgets(budgets: Mapping[str, AxisBudget]) -> Iterator[TextTable]:
@@ -177,7 +163,7 @@ def _budgets(budgets: Mapping[str, AxisBudget]) -> Iterator[TextTable]:
             "axis",
             "source",
             "type",
-            *(f"u({_label(name)[0]}) ({_label(name)[1]})" for name in names),
+            *(f"u({words_of(name).lettered}) ({words_of(name).unit})" for name in names),
             "stated",
         )
         yield TextTable("Uncertainty budget", headings, tuple(rows), "Standard uncertainties; each source by itself.")
@@ -207,7 +193,7 @@ def _tests(calibration: Calibration) -> Iterator[TextTable]:
             continue
         tests = {"lack of fit": one.replication.lack_of_fit, **one.replication.drift}
         for subject, test in tests.items():
-            label = subject if subject == "lack of fit" else f"drift of {_label(subject)[0]}"
+            label = subject if subject == "lack of fit" else f"drift of {words_of(subject).lettered}"
             rows.append((axis, label, three_digits(test.t), three_digits(test.f_95), p_value(test.p_value)))
     if rows:
         note = "Significant only after Holm's correction over the tests of an axis."

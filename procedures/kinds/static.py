@@ -1,6 +1,6 @@
 """``static``: at rest for long: offset, Allan deviation, and whether the drift is small enough for the use."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import hypot, sqrt
 
 import numpy as np
@@ -9,9 +9,8 @@ from ams.statistics.noise import allan_deviation, read_coefficients
 from ams.units import printed
 from procedures.description.kind_tables import Static
 from procedures.description.procedure_file import ProcedureDescription
-from procedures.errors import PlanError
-from procedures.kinds.kind import Forecast, Key, PlanRequest, Schedule
-from procedures.kinds.points import schedule_of_points
+from procedures.kinds.kind import Forecast, Key, PlanRequest
+from procedures.kinds.points import PointKind
 from procedures.kinds.section import Curve, Plot, Section, TextTable, recorded_tables, section_of
 from procedures.numbers import two_digits, with_uncertainty
 from procedures.plan.plan import Plan
@@ -28,27 +27,34 @@ from rig.toml_file import StrictTable
 COVERAGE = 2.0
 
 
-class LongRest:
+class LongRest(PointKind):
     """One attitude, one long recording."""
 
     name = "static"
     table: tuple[str, type[StrictTable]] | None = ("static", Static)
     models: tuple[str, ...] = ("linear",)
 
-    def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
-        yield from ()
-
     def measures(self, model: str) -> tuple[str, ...]:
         return "acceleration", "rate", "field"
 
+    def points(self, request: PlanRequest) -> Sequence[Point]:
+        rig, procedure = request.rig, request.procedure
+        static = procedure.own(Static)
+        assert static is not None
+        wanted = {"pitch": static.pitch_deg, "roll": static.roll_deg}
+        for axis, angle in wanted.items():
+            if angle != 0.0 and axis not in rig.axes:
+                raise procedure.error(("static", f"{axis}_deg"), f"the rig has no axis {axis}")
+        if static.shortest_s > static.duration_s / 4.0:
+            raise procedure.error(
+                ("static", "shortest_s"),
+                f"{static.shortest_s:g} s leaves no averaging time of {static.duration_s:g} s at rest; allowed are up "
+                f"to {static.duration_s / 4.0:g} s; lower it or rest for longer",
+            )
+        return [({name: angle for name, angle in wanted.items() if name in rig.axes}, Rest(static.duration_s), None)]
+
     def key_of_angle(self, axis: str) -> Key:
         return "static", f"{axis}_deg"
-
-    def schedule(self, request: PlanRequest) -> Schedule:
-        return schedule_of_points(request, _points(request))
-
-    def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
-        yield from ()
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
         static = plan.static
@@ -78,23 +84,6 @@ class LongRest:
             (_static_table(solved.static), *recorded_tables(record.dwells)),
             tuple(_allan_plot(solved.name, solved.static)),
         )
-
-
-def _points(request: PlanRequest) -> list[Point]:
-    rig, procedure = request.rig, request.procedure
-    static = procedure.own(Static)
-    assert static is not None
-    wanted = {"pitch": static.pitch_deg, "roll": static.roll_deg}
-    for axis, angle in wanted.items():
-        if angle != 0.0 and axis not in rig.axes:
-            raise procedure.error(("static", f"{axis}_deg"), f"the rig has no axis {axis}")
-    if static.shortest_s > static.duration_s / 4.0:
-        raise procedure.error(
-            ("static", "shortest_s"),
-            f"{static.shortest_s:g} s leaves no averaging time of {static.duration_s:g} s at rest; allowed are up to "
-            f"{static.duration_s / 4.0:g} s; lower it or rest for longer",
-        )
-    return [({name: angle for name, angle in wanted.items() if name in rig.axes}, Rest(static.duration_s), None)]
 
 
 def _static(sensor: Sensor, rows: list[DwellRecord], rig: RigDescription, plan: Plan) -> dict[str, StaticAxis]:
@@ -201,3 +190,6 @@ def _allan_plot(name: str, static: Mapping[str, StaticAxis]) -> Iterator[Plot]:
             f"{name}-allan", "Allan deviation", "Overlapping estimator over the averaging time.", "averaging time (s)",
             f"deviation ({printed(unit)})", curves, is_logarithmic=True,
         )  # fmt: skip
+
+
+KIND = LongRest()

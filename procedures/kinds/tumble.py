@@ -1,53 +1,26 @@
 """``tumble``: the four or six attitudes of the tumble test, or SR's two positions of every axis, up and down."""
 
-from collections.abc import Iterator
-
-from ams.models.registry import own_models_at_rest
-from procedures.description.design_kinds import DESIGNS
 from procedures.description.procedure_file import ProcedureDescription
-from procedures.errors import PlanError
-from procedures.kinds.attitudes import OF_ATTITUDES, schedule_of_attitudes
+from procedures.kinds.attitudes import AttitudeKind
 from procedures.kinds.expected_attitudes import forecast_of_design
 from procedures.kinds.expected_lines import forecast_of_points
-from procedures.kinds.kind import Forecast, Key, PlanRequest, Schedule
+from procedures.kinds.kind import Forecast
 from procedures.kinds.section import Section, section_of
 from procedures.plan.plan import Plan
-from procedures.plan.refusals import design_refusals
 from procedures.solution.by_model import observed, solve_by_model
 from procedures.solution.lines import solve_lines
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.rig_file import RigDescription
-from rig.toml_file import StrictTable
 
 NOT_RECOMMENDED = "a tumble test is not recommended for laboratory calibration (TP recommendation 7)"
 
 
-class Tumble:
+class Tumble(AttitudeKind):
     """Few attitudes: TP's by its models, SR's by straight lines."""
 
     name = "tumble"
-    table: tuple[str, type[StrictTable]] | None = None
-
-    @property
-    def models(self) -> tuple[str, ...]:
-        return (*OF_ATTITUDES, *own_models_at_rest())
-
-    def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
-        if not DESIGNS[procedure.design.kind].is_tumble:
-            yield ("design", "kind"), 'kind = "tumble" goes with a design of kind "T", and only with it (or "up-down")'
-
-    def measures(self, model: str) -> tuple[str, ...]:
-        return ("acceleration",)
-
-    def key_of_angle(self, axis: str) -> Key:
-        return "design", f"{axis}_deg"
-
-    def schedule(self, request: PlanRequest) -> Schedule:
-        return schedule_of_attitudes(request)
-
-    def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
-        yield from design_refusals(request.rig, request.procedure, request.sensors, schedule.design)
+    is_tumble = True
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
         if _is_up_and_down(plan):
@@ -67,3 +40,6 @@ class Tumble:
 def _is_up_and_down(plan: Plan) -> bool:
     """Tell whether it is SR's: one line an axis, no angles."""
     return plan.design.kind == "up-down"
+
+
+KIND = Tumble()

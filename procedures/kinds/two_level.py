@@ -1,6 +1,6 @@
 """``two-level``: magnetometers along and against a known field, first without it, then with it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -9,11 +9,9 @@ import numpy as np
 from ams.arrays import FloatArray
 from procedures.description.kind_tables import Levels
 from procedures.description.procedure_file import ProcedureDescription
-from procedures.errors import PlanError
 from procedures.kinds.expected_lines import forecast_of_points
-from procedures.kinds.kind import Forecast, Key, PlanRequest, Schedule
-from procedures.kinds.points import schedule_of_points
-from procedures.kinds.section import Section, section_of
+from procedures.kinds.kind import Forecast, Key, PlanRequest
+from procedures.kinds.points import PointKind
 from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.plan.points import Point
@@ -21,7 +19,6 @@ from procedures.plan.rotations import body_axis, to_stage
 from procedures.plan.steps import Applied, Rest
 from procedures.solution.by_model import observed
 from procedures.solution.lines import solve_lines
-from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.rig_file import RigDescription, Sensor
 from rig.devices.targets import broken_rules
@@ -31,27 +28,36 @@ ALONG = 0.999
 """Cosine of the angle within which an axis stands along a field."""
 
 
-class TwoLevel:
+class TwoLevel(PointKind):
     """Each axis of each sensor in both senses."""
 
     name = "two-level"
     table: tuple[str, type[StrictTable]] | None = ("levels", Levels)
     models: tuple[str, ...] = ("linear",)
 
-    def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
-        yield from ()
-
     def measures(self, model: str) -> tuple[str, ...]:
         return ("field",)
 
+    def points(self, request: PlanRequest) -> Sequence[Point]:
+        rig, procedure, sensors = request.rig, request.procedure, request.sensors
+        levels = procedure.own(Levels)
+        assert levels is not None
+        coil = _coil(rig, procedure, levels)
+        settings = rig.field[coil]
+        for field_ut in levels.applied_ut:
+            if not settings.limits_ut[0] <= field_ut <= settings.limits_ut[1]:
+                raise procedure.error(
+                    ("levels", "applied_ut"),
+                    f"got {field_ut:g} uT, allowed {settings.limits_ut[0]:g} to {settings.limits_ut[1]:g} uT "
+                    f"(field.{coil}.limits_ut)",
+                )
+        attitudes = _attitudes_along(rig, procedure, sensors, np.array(settings.direction))
+        rest = Rest(levels.rest_s)
+        fields = (0.0, *levels.applied_ut)
+        return [(attitude, rest, Applied(coil, field_ut)) for field_ut in fields for attitude in attitudes]
+
     def key_of_angle(self, axis: str) -> Key:
         return ("levels",)
-
-    def schedule(self, request: PlanRequest) -> Schedule:
-        return schedule_of_points(request, _points(request))
-
-    def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
-        yield from ()
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
         forecast = forecast_of_points(rig, plan)
@@ -64,28 +70,6 @@ class TwoLevel:
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         return solve_lines(item, observed(item))
-
-    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
-        return section_of(record, solved)
-
-
-def _points(request: PlanRequest) -> list[Point]:
-    rig, procedure, sensors = request.rig, request.procedure, request.sensors
-    levels = procedure.own(Levels)
-    assert levels is not None
-    coil = _coil(rig, procedure, levels)
-    settings = rig.field[coil]
-    for field_ut in levels.applied_ut:
-        if not settings.limits_ut[0] <= field_ut <= settings.limits_ut[1]:
-            raise procedure.error(
-                ("levels", "applied_ut"),
-                f"got {field_ut:g} uT, allowed {settings.limits_ut[0]:g} to {settings.limits_ut[1]:g} uT "
-                f"(field.{coil}.limits_ut)",
-            )
-    attitudes = _attitudes_along(rig, procedure, sensors, np.array(settings.direction))
-    rest = Rest(levels.rest_s)
-    fields = (0.0, *levels.applied_ut)
-    return [(attitude, rest, Applied(coil, field_ut)) for field_ut in fields for attitude in attitudes]
 
 
 def _coil(rig: RigDescription, procedure: ProcedureDescription, levels: Levels) -> str:
@@ -133,3 +117,6 @@ def _can_go(rig: RigDescription, axis: str, angle_deg: float) -> bool:
     return not any(
         broken_rules(angle_deg, table_deg, settings.limits_deg, settings.increment_deg, settings.approach_deg)
     )
+
+
+KIND = TwoLevel()

@@ -10,6 +10,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.frames import Attitude
 from ams.models.registry import model_named
+from ams.parameter_words import words_of
 from procedures.description.procedure_file import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
 from procedures.plan.channels import temperature_source
@@ -147,8 +148,10 @@ def model_parameters(procedure: ProcedureDescription) -> tuple[str, ...]:
 
 
 def parameters_of(model: str) -> tuple[str, ...]:
-    """Return the parameters of a sensor axis in words; those of another distribution's model by its own names."""
-    return PARAMETERS[model] if model in PARAMETERS else model_named(model, "x").parameter_names
+    """Return the parameters of a sensor axis in words."""
+    if model in PARAMETERS:
+        return PARAMETERS[model]
+    return tuple(words_of(name).label for name in model_named(model, "x").parameter_names)
 
 
 def basis(model: str, points: Sequence[DesignPoint], package: str = "model", axis: str = "x") -> FloatArray:
@@ -236,7 +239,7 @@ def nominal_jacobian(name: str, axis: str, design: Design, sensor: Sensor) -> Fl
 
 
 def _names(procedure: ProcedureDescription, axis: str) -> tuple[str, ...]:
-    return model_named(procedure.solve.model, axis).primary_names
+    return tuple(words_of(name).label for name in model_named(procedure.solve.model, axis).primary_names)
 
 
 def _lost(columns: FloatArray, names: Sequence[str]) -> list[str]:

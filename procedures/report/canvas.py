@@ -85,7 +85,9 @@ def to_svg(figure: "Canvas") -> bytes:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     buffer = BytesIO()
-    FigureCanvasSVG(figure).print_figure(buffer, format="svg", dpi=DPI, metadata={"Date": None, "Creator": None})
+    figure.set_dpi(DPI)
+    # print_figure draws everything once more to learn a layout that these figures have fixed; the bytes are the same
+    FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
     return buffer.getvalue()
 
 

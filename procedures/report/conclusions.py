@@ -12,36 +12,16 @@ from ams.analysis.advice import advise
 from ams.analysis.calibration_budget import AxisBudget
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
-from ams.models.extended import CUBIC_NAME, Q_NAMES, TRACELESS_NAME
 from ams.observations import Observations
+from ams.parameter_words import words_of
 from ams.solve.extension import Extension
 from ams.statistics.intervals import t_quantile
-from ams.units import ARCSEC_PER_DEG
+from ams.units import ARCSEC_PER_DEG, small_unit
 from procedures.numbers import angle, arcsec, three_digits, two_digits
 from procedures.report.view import AxisView, BudgetRow, BudgetView, ParameterRow, TestRow
 
 NEGLIGIBLE = 1e-3
 """Of the combined uncertainty: what a budget prints as a dot."""
-
-LABELS = {
-    "offset_v": ("offset", "b", "V"),
-    "sensitivity_v_per_g": ("sensitivity", "S", "V/g"),
-    "sensitivity_v_per_dps": ("sensitivity", "S", "V/(°/s)"),
-    "coning_deg": ("coning angle", "Ω", "°"),
-    "azimuth_deg": ("azimuth", "A", "°"),
-    "pitch_misalignment_deg": ("pitch misalignment", "φ", "°"),
-    "offset_tc_v_per_degc": ("offset, temperature", "b₁", "V/°C"),
-    "sensitivity_tc_per_degc": ("sensitivity, temperature", "s₁", "1/°C"),
-    "reference_temperature_degc": ("reference temperature", "T₀", "°C"),
-    "gain_g_per_v": ("gain", "A", "g/V"),
-    "offset_g": ("offset", "B", "g"),
-    "offset_drift_v_per_h": ("offset, drift", "d", "V/h"),
-    "reference_time_s": ("reference time", "t₀", "s"),
-    "sensitivity_v_per_mps2": ("sensitivity", "S", "V/(m/s²)"),
-    **{name: (f"quadratic term {name[2:4]}", f"q_{name[2:4]}", "V/g²") for name in Q_NAMES},
-    CUBIC_NAME: ("cubic term", "K₃", "V/g³"),
-    TRACELESS_NAME: ("offset, tr Q = 0", "b₀", "V"),
-}
 
 
 def sensitivity_of(calibration: AxisCalibration) -> float:
@@ -79,7 +59,6 @@ def axis_view(
 def budget_view(budget: AxisBudget) -> BudgetView:
     """Return the budget as it is printed: sources, what they combine to, and the expanded uncertainty."""
     names = list(budget.combined)
-    labels = [LABELS.get(name, (name.replace("_", " "), "", "")) for name in names]
     sources = [
         BudgetRow(
             line.source, line.type, line.degrees_of_freedom, _budget_cells(line.contributions, budget.combined),
@@ -89,31 +68,20 @@ def budget_view(budget: AxisBudget) -> BudgetView:
     ]  # fmt: skip
     combined = BudgetRow("combined", "", None, _budget_cells(budget.combined, budget.combined), "")
     expanded = BudgetRow("expanded (95 %)", "", None, _budget_cells(budget.expanded_95, budget.combined), "")
-    headings = tuple((label, _smaller(unit)[0]) for label, _, unit in labels)
+    headings = tuple((words_of(name).label, small_unit(words_of(name).unit)[0]) for name in names)
     return BudgetView(headings, (*sources, combined, expanded))
 
 
 def _budget_cells(values: Mapping[str, float], combined: Mapping[str, float]) -> tuple[str, ...]:
     return tuple(
-        "·" if values[name] < NEGLIGIBLE * whole else two_digits(_smaller(_unit(name))[1] * values[name])
+        "·" if values[name] < NEGLIGIBLE * whole else two_digits(small_unit(words_of(name).unit)[1] * values[name])
         for name, whole in combined.items()
     )
 
 
-def _unit(name: str) -> str:
-    return LABELS.get(name, ("", "", ""))[2]
-
-
-def _smaller(unit: str) -> tuple[str, float]:
-    """Return the unit that uncertainties are readable in, and how many of it make one."""
-    if unit == "°":
-        return "″", ARCSEC_PER_DEG
-    return (f"µ{unit}", 1e6) if unit.startswith(("V", "g")) else (unit, 1.0)
-
-
 def parameter_row(estimate: ParameterEstimate, sensitivity: float, truth: float | None) -> ParameterRow:
     """Return one printed row. ``sensitivity``: magnitude, V/g, that turns an offset into an angle."""
-    label, symbol, unit = LABELS.get(estimate.name, (estimate.name.replace("_", " "), "", ""))
+    label, symbol, unit = words_of(estimate.name)
     factor, expanded = _expanded(estimate)
     return ParameterRow(
         name=estimate.name,

@@ -8,6 +8,7 @@ from urllib.parse import quote
 import numpy as np
 from markupsafe import Markup, escape
 
+from ams.parameter_words import words_of
 from ams.surveillance.attitude_errors import AngleErrors
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import (
@@ -25,9 +26,6 @@ from procedures.numbers import (
 )
 from procedures.report.canvas import Figure
 from procedures.report.view import AxisView, CheckComparison, ParameterRow, RunView
-
-PRIMARY_LABELS = {"offset_v": "b", "k_x_v_per_g": "k forward", "k_y_v_per_g": "k right", "k_z_v_per_g": "k down"}
-
 
 URI_SAFE = " !$()*+,-./:;=?@_~"
 """What a data URI inside an attribute may hold as it is."""
@@ -97,7 +95,7 @@ def microvolt(voltage_v: float) -> str:
 
 
 def primary_label(name: str) -> str:
-    return PRIMARY_LABELS.get(name, name.replace("_", " "))
+    return "b" if name == "offset_v" else words_of(name).label
 
 
 def primary_texts(axis: AxisView) -> list[Markup]:

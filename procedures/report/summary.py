@@ -21,9 +21,9 @@ def print_summary(view: RunView, console: Console) -> None:
         console.print(Text(" · ".join(view.stamps), style="bold red"))
     for sensor in view.sensors:
         if sensor.axes:
-            console.print(sensor_table(view, sensor))
+            console.print(sensor_table(view, sensor), width=max(console.width, NARROWEST), crop=False)
         for table in sensor.section.tables[:1] if sensor.section is not None else ():
-            console.print(text_table(sensor.name, table))
+            console.print(text_table(sensor.name, table), width=max(console.width, NARROWEST), crop=False)
     console.print(Text(view.verdict.sentence, style=VERDICT_COLOURS[view.verdict.trust]))
     for ground in view.verdict.grounds:
         console.print(Text(f"  • {ground}"), highlight=False)
@@ -49,15 +49,27 @@ def _value(rows: Sequence[ParameterRow], name: str) -> float | None:
     return next((row.value for row in rows if row.name.startswith(name)), None)
 
 
+NARROWEST = 80
+"""Tables are never made narrower: a terminal that is breaks their lines itself, and every digit is there."""
+WHOLE = 14
+"""Cells up to so many characters are never broken: a number whose last digits are missing is another number."""
 BESIDE = (*Q_NAMES, CUBIC_NAME)
 """Terms of second and third order stand in the report; a screen of 80 columns has room for the sensor's own."""
 
 
 def text_table(name: str, content: TextTable) -> Table:
     """Return the first table of a section: what was turned, stood in a field or rested."""
-    table = Table(box=SIMPLE_HEAD, title=Text(name), title_justify="left", title_style="bold", pad_edge=False)
-    for heading in content.headings:
-        table.add_column(heading)
+    table = Table(
+        box=SIMPLE_HEAD,
+        title=Text(name),
+        title_justify="left",
+        title_style="bold",
+        pad_edge=False,
+        collapse_padding=True,
+    )
+    for place, heading in enumerate(content.headings):
+        whole = [cell for row in content.rows for cell in row[place : place + 1] if len(cell) <= WHOLE]
+        table.add_column(heading, min_width=max(map(len, (*whole, *heading.split())), default=0), overflow="fold")
     for row in content.rows:
         table.add_row(*(Text(cell) for cell in row))
     return table

@@ -113,11 +113,6 @@ class AxisView:
     budget: BudgetView | None = None
     """What each source of uncertainty puts into each parameter; None where the sources are not known."""
 
-    @property
-    def is_clear(self) -> bool:
-        """True where no test is significant."""
-        return not any(test.is_significant for test in self.tests)
-
 
 @dataclass(frozen=True)
 class SensorView:

@@ -1,4 +1,4 @@
-"""From a run's journal to its report: the one call that the command makes."""
+"""From a solved run to its report: the view, the page with its figures, and the paper."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -52,14 +52,6 @@ def write_paper(drawn: Drawn, folder: Path, attachments: Sequence[Attachment] = 
     """``report.pdf``: the same page with the attachments inside; returns its path. Raises: WriteFailed."""
     write_whole(folder / PAPER_FILE, paper_of(drawn.page, _imprint(drawn.view), attachments))
     return folder / PAPER_FILE
-
-
-def write_report(view: RunView, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:
-    """Page, figures and paper; returns the page's path. Raises: WriteFailed where the folder cannot be written."""
-    drawn = draw_report(view)
-    path = write_screen(drawn, folder)
-    write_paper(drawn, folder, attachments)
-    return path
 
 
 def _imprint(view: RunView) -> Imprint:

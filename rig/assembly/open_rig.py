@@ -148,10 +148,12 @@ class Rig:
     def identities(self) -> dict[str, str]:
         """Return who every device says it is, by table (``axes.pitch``).
 
-        Raises: DeviceSilent, DeviceNonsense, LinkLost, RequestRefused where one is not the one that the file means.
+        Raises: DeviceSilent, DeviceNonsense, LinkLost, RequestRefused where one is not the one that the file means,
+        RigBusy where somebody else holds it by another port.
         """
         found = {key: device.identify() for key, device in self.by_table().items()}
         require_expected(expected(self.description), found)
+        self._lock_devices(found.values())
         return found
 
     def _lock_devices(self, identities: Iterable[str]) -> None:

@@ -14,8 +14,6 @@ from rig.errors import DeviceNonsense
 
 DEFAULT_ADDRESS = 9
 IDENTITY = b"HP3488A"
-MODEL_OFFSET = 11
-"""Where the model number starts in an answer to ``CTYPE``."""
 
 
 class Status(IntFlag):

@@ -1,4 +1,4 @@
-"""What a new model, driver, export, design and section costs: its own files and one registration."""
+"""What a new model, driver, export, design, section and kind of run costs: its own files and one registration."""
 
 import re
 import tomllib
@@ -13,6 +13,7 @@ ALLOWED = {
     "own_export": ("calrig.exports", 1),
     "own_design": ("calrig.designs", 1),
     "own_section": ("calrig.sections", 1),
+    "own_kind": ("calrig.kinds", 1),
 }
 
 

@@ -99,14 +99,15 @@ def _break_line(aimed: Target, line: str, piece: int) -> bool:
     return bool(story.happened)
 
 
+@pytest.mark.parametrize("every", [300, pytest.param(150, marks=pytest.mark.soak)])
 @pytest.mark.parametrize("devices", RIGS)
 def test_fault_21_the_nth_question_finds_the_port_gone_and_the_run_ends_with_the_same_numbers(
-    target: MakeTarget, devices: str
+    target: MakeTarget, devices: str, every: int
 ) -> None:
     aimed = target(devices)
     lines = [line for line in drivers_of(aimed.bench.rig) if line != "axes.roll"]  # on the line of axes.pitch
     for place, line in enumerate(lines):
-        for piece in range(1 + place, 400, 150):
+        for piece in range(1 + place, 400, every):
             if not _break_line(aimed, line, piece):
                 break
 

@@ -92,7 +92,7 @@ short_limit_v = 0.001
 reference_scanner = 9
 reference_v = 1.0
 reference_limit_v = 0.001
-every_s = 60.0
+every_s = 200.0
 samples = 3
 [sensors.SN1047]
 mount = { x = "+x", y = "+y", z = "+z" }
@@ -114,6 +114,7 @@ tilt_about_pitch_arcsec = 5.0
     )
     rig["standards"] = deepcopy(STANDARDS)
     more = {
+        "procedure": {"replications": 1},
         "environment": {"plateaus_degc": [20.0, 25.0], "soak_s": 60.0},
         "check": {"reference_every": 5},
         "stop": {"max_duration_s": 1e6},
@@ -124,7 +125,7 @@ tilt_about_pitch_arcsec = 5.0
 def _axes(driver: str, **own: Any) -> Job:
     """The example's meter behind a pitch and a roll axis of one driver."""
     rig = merged(_example("rig.toml"), {"readouts": {"dmm": {"nplc": 1.0}}, "environment": None})
-    common = {"driver": driver, "port": "twin", "limits_deg": [-180.0, 180.0], "speed_dps": 20.0, "standard": "table",
+    common = {"driver": driver, "port": "twin", "limits_deg": [-180.0, 180.0], "speed_dps": 60.0, "standard": "table",
               "uncertainty_arcsec": 1.0}  # fmt: skip
     rig["axes"] = {
         name: {**common, "axis": number, **deepcopy(own)} for number, name in enumerate(("pitch", "roll"), start=1)
@@ -175,6 +176,8 @@ def _servo(procedure: str, own: Document) -> Job:
 def _rate_table(procedure: str, own: Document) -> Job:
     """Rotary stages that turn on and on, loggers that stream."""
     rig = _example("rate-table/rig.toml")
+    for stream in rig["streams"].values():
+        stream["rate_hz"] = 20.0
     rig["standards"] = deepcopy(STANDARDS)
     return Job(rig, merged(merged(_example(f"rate-table/{procedure}.toml"), {"procedure": {"replications": 1}}), own))
 
@@ -188,6 +191,7 @@ def _rates(pitch_dps: float, others_dps: float, dwell_s: float) -> Document:
 def jobs() -> dict[str, Job]:
     """By name. A key is looked for in them in this order."""
     return {
+        "indexing-table": _axes("indexing-table", increment_deg=1.0),
         "table": _table(),
         "daq": _daq(),
         "esp301": _axes("esp301"),
@@ -195,8 +199,7 @@ def jobs() -> dict[str, Job]:
         "oriental-az": _axes("oriental-az", step_deg=0.01, top_rate_dps=100.0),
         "manual": replace(_axes("manual"), faults={}),
         "maestro": _axes("maestro", points=[[500.0, -180.0], [2500.0, 180.0]], pulse_limits_us=[500.0, 2500.0]),
-        "indexing-table": _axes("indexing-table", increment_deg=1.0),
-        "levels": _servo("magnetometer", {"levels": {"rest_s": 15.0}}),
+        "levels": _servo("magnetometer", {"levels": {"rest_s": 5.0}}),
         "static": _servo("drift", {"static": {"duration_s": 120.0, "use_s": 20.0}}),
         "sweeps": _servo(
             "gyro", {"rates": {"pitch_dps": [20.0], "yaw_dps": [13.5], "roll_dps": [13.5], "dwell_s": 10.0}}

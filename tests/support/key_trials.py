@@ -4,7 +4,7 @@ Most keys need no word: the job that has their table is found, and the value is 
 be refused for another reason, or would need a partner, a :class:`Trial` says how; one line a key.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import zip_longest
@@ -52,7 +52,15 @@ def what_a_change_does(file: File, key: str, form: FieldInfo, trial: Trial, fold
     now = replace(job, **{file: changed(document, path, None if after is REMOVED else after)})
     plain = trial == Trial(trial.value, trial.job, at=trial.at)
     then = _as_it_is(name, folder.parent) if plain else _read_lazily(job, folder / "before")
-    return next(((new or old)[0] for old, new in zip_longest(then, stages(now, folder / "after")) if old != new), None)
+    seen: dict[str, str] = {}
+    after_it = stages(now, folder / "after", lambda: seen.get("wire", ""))
+    return next(((new or old)[0] for old, new in zip_longest(_noted(then, seen), after_it) if old != new), None)
+
+
+def _noted(told: Iterable[tuple[str, str]], seen: dict[str, str]) -> Iterator[tuple[str, str]]:
+    for stage, text in told:
+        seen[stage] = text
+        yield stage, text
 
 
 def _job_with(file: File, key: str, trial: Trial) -> tuple[str, Job, tuple[str, ...]]:

@@ -6,7 +6,7 @@ out, so that a difference is something that a key has done.
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from datetime import UTC, date, datetime
@@ -70,8 +70,16 @@ class Job:
     """Name to text of what lies beside them."""
 
 
-def stages(job: Job, folder: Path) -> Iterator[tuple[str, str]]:
-    """Do the job; what is seen at each stage, cheapest first. A refusal ends it."""
+class SeenOnTheWire(BaseException):  # no error: the answer is known, and nothing may catch it on its way
+    """What is said differs from what was said before."""
+
+
+def stages(job: Job, folder: Path, said_before: Callable[[], str] = str) -> Iterator[tuple[str, str]]:
+    """Do the job; what is seen at each stage, cheapest first. A refusal ends it.
+
+    ``said_before`` returns the stage "wire" of the job that this one is compared with, once that has it: the first line
+    that differs ends this one.
+    """
     folder.mkdir()
     for name, text in job.files.items():
         (folder / name).write_text(text, encoding="utf-8")
@@ -82,9 +90,25 @@ def stages(job: Job, folder: Path) -> Iterator[tuple[str, str]]:
         rig, procedure = read_rig(files[0]), read_procedure(files[1])
         report = check(rig, procedure, fresh_seed=1)
         yield "plan", _text({**_without_echoes(to_document(report)), "steps of all": report.plan.steps})
-        yield from _performed(job, rig, report.plan, folder)
+        yield from _performed(job, rig, report.plan, folder, said_before)
+    except SeenOnTheWire as seen:
+        yield "wire", str(seen)
     except (RigError, ProcedureError, AmsError) as refusal:
         yield "refusal", str(refusal).replace(str(folder), "")
+
+
+class Wire(list[str]):
+    """Everything said, line by line."""
+
+    def __init__(self, said_before: list[str]) -> None:
+        super().__init__()
+        self._before = said_before
+
+    def append(self, line: str) -> None:
+        """Raises: SeenOnTheWire where another line stood here before."""
+        if len(self) < len(self._before) and line != self._before[len(self)]:
+            raise SeenOnTheWire(line)
+        super().append(line)
 
 
 def _without_echoes(document: Mapping[str, Any]) -> dict[str, Any]:
@@ -95,8 +119,10 @@ def _without_echoes(document: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in document.items() if key not in ECHOES} | {"axes": axes}
 
 
-def _performed(job: Job, rig: RigDescription, plan: Plan, folder: Path) -> Iterator[tuple[str, str]]:
-    wire: list[str] = []
+def _performed(
+    job: Job, rig: RigDescription, plan: Plan, folder: Path, said_before: Callable[[], str]
+) -> Iterator[tuple[str, str]]:
+    wire = Wire(said_before().splitlines())
     run_dir = folder / "run"
     run_dir.mkdir()
     clock = VirtualClock(BEGAN)
@@ -194,7 +220,7 @@ def _certificate(one: CoefficientSet, adjustment: Adjustment) -> str:
     return certificate_page(Grounds("C-1", date(2026, 3, 2), one, adjustment, (), is_specimen=True))
 
 
-def _noting_lines(wire: list[str]) -> type[Lines]:
+def _noting_lines(wire: Wire) -> type[Lines]:
     """Lines that note how each is asked for: on a twin's line no baud rate is heard."""
 
     class NotingLines(Lines):

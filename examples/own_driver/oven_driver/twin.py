@@ -1,7 +1,7 @@
 """The oven from its other side: for ``port = "twin"``, for rehearsals and for ``calrig simulate``."""
 
 from oven_driver.codec import DEGC, write_degc
-from oven_driver.device import OvenSettings
+from rig.description.device_settings import EnvironmentSettings
 from rig.twins.twin import Twin
 from rig.twins.world import World
 
@@ -39,6 +39,6 @@ class OvenTwin:
         return write_degc("SET", self._world.setpoint_degc(self._name))
 
 
-def twin(name: str, settings: OvenSettings, world: World, time_factor: float) -> Twin:  # noqa: ARG001 it needs neither
+def twin(name: str, settings: EnvironmentSettings, world: World, time_factor: float) -> Twin:  # noqa: ARG001 it needs neither
     """Make the twin for ``port = "twin"``, for rehearsals and by ``calrig simulate``."""
     return OvenTwin(name, world)

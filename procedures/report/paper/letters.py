@@ -12,8 +12,6 @@ from typing import Any
 
 from rig.plain_text import code_point, is_hidden
 
-FALLBACK = "DejaVu Sans"
-
 
 def printable(value: Any) -> Any:
     """Return a JSON value with each letter that no font has as its code point."""

@@ -7,7 +7,6 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -46,9 +45,11 @@ def paper_of(page: str, imprint: Imprint, attachments: Sequence[Attachment] = ()
 
     Raises: ValueError for a page that uses an element the paper has no form of.
     """
-    typst: Any = import_module("typst")  # its type stubs do not know sources given by name
+    import typst
+
+    compile_pages: Any = typst.compile  # its type stubs do not know sources given by name
     tree = page_tree_of(page)
-    pdf = typst.compile(
+    pdf = compile_pages(
         _sources(tree, imprint, attachments),
         format="pdf",
         pdf_standards=[STANDARD],

@@ -156,12 +156,14 @@ def test_angles_by_three_axes_hold_with_four_replications_that_drift() -> None:
     assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
 
 
-@pytest.mark.parametrize("campaigns", [2000, pytest.param(4000, marks=pytest.mark.soak)])
-def test_with_estimated_temperature_coefficients_too(campaigns: int) -> None:
+@pytest.mark.parametrize(
+    ("campaigns", "within"), [(700, 0.02), pytest.param(4000, 0.015, marks=pytest.mark.soak)], ids=str
+)
+def test_with_estimated_temperature_coefficients_too(campaigns: int, within: float) -> None:
     """Six visits of three plateaus; across the axis Student's factor is that of along it, one degree of freedom less
     than there is."""
     found = shares_of_visits(6, campaigns, lack_of_fit=3.0)
-    assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
+    assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=within), found
 
 
 def test_axes_taken_as_independent_lose_what_the_table_does_to_all_of_them() -> None:

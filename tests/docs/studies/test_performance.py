@@ -41,7 +41,7 @@ def reduced(tmp_path_factory):
     return folder
 
 
-@pytest.fixture(params=["committed", "reduced"])
+@pytest.fixture(params=["committed", pytest.param("reduced", marks=pytest.mark.soak)])
 def folder(request):
     return STUDIES if request.param == "committed" else request.getfixturevalue("reduced")
 
@@ -58,6 +58,7 @@ def test_the_pictures_are_of_modest_size(folder):
     assert sum(sizes) < LARGEST_FOLDER_BYTES
 
 
+@pytest.mark.soak
 def test_only_the_reduced_page_says_that_its_numbers_prove_nothing(reduced):
     assert "Reduced setting" in (reduced / "performance.md").read_text("utf-8")
     assert "Reduced setting" not in (STUDIES / "performance.md").read_text("utf-8")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from command import call
+from finished_job import FinishedJob
 from job_files import job
 
 from ams.errors import ArchiveError, WriteFailed
@@ -43,10 +44,9 @@ ERRORS = (WriteFailed("there: no space left"), OSError(28, "No space left"), Key
 
 
 def test_a_part_that_cannot_be_delivered_costs_no_other_and_solve_makes_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    procedure, rig = job(tmp_path)
-    run = Path(call(capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "runs", "--json").document["run"])
+    run = finished_job.copied_to(tmp_path)
     solved, url = solve_run(run), f"sqlite:///{tmp_path / 'other.sqlite'}"
     drawn = draw_report(view_of(solved.record, solved.sensors))
     monkeypatch.setattr("procedures.delivery.deliver.draw_report", lambda _: drawn)

@@ -1,9 +1,11 @@
 from dataclasses import replace
 from io import StringIO
 
+import pytest
 from report_scene import Scene, run_view
 from rich.console import Console
 
+from procedures.kinds.section import Section, TextTable
 from procedures.report.summary import print_summary
 from procedures.report.view import RunView
 
@@ -45,3 +47,17 @@ def test_eighty_columns_hold_every_name_whole() -> None:
     lines = console.file.getvalue().splitlines()
     assert sum("coning angle" in line for line in lines) == 3
     assert not any("…" in line for line in lines)
+
+
+@pytest.mark.parametrize("width", [40, 60, 80, 120])
+def test_no_digit_is_cut_in_a_table_of_lines_or_rates(width: int) -> None:
+    row = ("x", "sensitivity", "V/(°/s)", "1.2499995", "0.0000064", "1.0", "1.2500000", "yes")
+    headings = ("axis", "parameter", "unit", "value", "± (95 %)", "ν", "twin's truth", "95 % interval holds it")
+    console = Console(file=StringIO(), width=width, color_system=None)
+    section = Section("gyro", (), (TextTable("lines", headings, (row, row[:3])),), ())
+    view = run_view(Scene())
+    print_summary(replace(view, sensors=(replace(view.sensors[0], axes=(), section=section),)), console)
+    assert isinstance(console.file, StringIO)
+    told = console.file.getvalue()
+    assert all(cell in told for cell in row)
+    assert "…" not in told

@@ -9,7 +9,7 @@ from report_journal import write_journal
 from procedures.journal.journal_reader import JournalReader
 from procedures.kinds.solve import solve_record
 from procedures.report.view import RunView
-from procedures.report.write import view_of, write_report
+from procedures.report.write import draw_report, view_of, write_paper, write_screen
 from procedures.solution.record import RunRecord, read_record
 
 
@@ -79,8 +79,8 @@ def test_the_reference_attitude_and_the_temperature_are_traced(view: RunView) ->
 
 
 def test_report_and_figures_are_written_and_the_same_again(view: RunView, tmp_path: Path) -> None:
-    first = write_report(view, tmp_path).read_bytes()
-    again = write_report(view, tmp_path).read_bytes()
+    drawn = draw_report(view)
+    first, again = ([write(drawn, tmp_path).read_bytes() for write in (write_screen, write_paper)] for _ in "12")
     assert first == again
     assert (tmp_path / "figures" / "1-sn1047-residuals-pitch.svg").exists()
 
@@ -91,7 +91,7 @@ def test_a_run_aborted_before_it_could_be_solved_has_a_report_that_says_why(tmp_
     assert view.verdict.trust == "unusable"
     assert view.sensors[0].failure
     assert view.interruptions[-1].what == "aborted"
-    page = write_report(view, tmp_path).read_text(encoding="utf-8")
+    page = write_screen(draw_report(view), tmp_path).read_text(encoding="utf-8")
     assert "NO RESULT" in page
     assert "did not finish (state “aborted”)" in page
 
@@ -99,4 +99,4 @@ def test_a_run_aborted_before_it_could_be_solved_has_a_report_that_says_why(tmp_
 def test_a_run_aborted_before_its_first_dwell_has_a_report_too(tmp_path: Path) -> None:
     record = _record(write_journal(tmp_path, until_step=0))
     view = view_of(record, solve_record(record))
-    assert "NO RESULT" in write_report(view, tmp_path).read_text(encoding="utf-8")
+    assert "NO RESULT" in write_screen(draw_report(view), tmp_path).read_text(encoding="utf-8")

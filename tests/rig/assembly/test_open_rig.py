@@ -9,6 +9,7 @@ import pytest
 from table_bench import rig_file, virtual_clock
 
 from rig.assembly.open_rig import Rig, choose_clock, lock_rig, open_rig, real_ports
+from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock, SystemClock, VirtualClock
 from rig.description.read import read_rig
 from rig.devices.abilities import NoChance
@@ -162,3 +163,19 @@ def test_a_reconnected_rig_has_new_lines_to_the_same_machines(tmp_path: Path) ->
         assert rig.axes["pitch"].state().position_deg == 20.0
         assert asked > rig.link_counts()["axes.pitch"].asked > 0
         assert set(rig.link_counts()) == {"axes.pitch", "readouts.dmm", "environment.air"}
+
+
+def test_a_device_that_tells_its_serial_number_is_held_by_whatever_port_it_is_reached(tmp_path: Path) -> None:
+    """Two addresses of one controller: two ports of a switch, a hub, a bridge that somebody set up beside the cable."""
+    example = Path(__file__).parents[3] / "examples" / "rate-table" / "rig.toml"
+    with ExitStack() as held:
+        rigs = []
+        for place in ("one", "other"):
+            simulated = held.enter_context(serve_rig(read_rig(example), SystemClock()))
+            described = write_rig(example, simulated.addresses, "real", tmp_path / f"{place}.toml")
+            rigs.append(held.enter_context(open_rig(described.model_copy(update={"twin": None}))))
+        first, second = rigs
+        assert "serial" in first.identities()["axes.pitch"]
+        with pytest.raises(RigBusy, match=r"(?s)device Zaber.*serial.*in use by"):
+            second.identities()
+        assert first.identities(), "asked again by its owner"

@@ -141,14 +141,14 @@ TRIALS = {
     "laboratory.country_code": Trial("DE"),
     "interlocks.temperature.*.band_degc": Trial([10.0, 22.0]),
     "interlocks.temperature.*.hysteresis_degc": Trial(
-        4.0, rig={"interlocks": {"temperature": {"air": {"band_degc": [10.0, 25.0]}}}}
+        4.0, job="table", rig={"interlocks": {"temperature": {"air": {"band_degc": [10.0, 25.0]}}}}
     ),
-    "interlocks.temperature.*.delay_s": Trial(5.0, rig=OUT_OF_BAND),
-    "interlocks.temperature.*.action": Trial(rig=OUT_OF_BAND),
+    "interlocks.temperature.*.delay_s": Trial(5.0, job="table", rig=OUT_OF_BAND),
+    "interlocks.temperature.*.action": Trial(job="table", rig=OUT_OF_BAND),
     "interlocks.voltage.*.band_v": Trial([9.0, 9.5]),
-    "interlocks.voltage.*.hysteresis_v": Trial(0.1, rig=SUPPLY_OUT),
-    "interlocks.voltage.*.delay_s": Trial(5.0, rig=SUPPLY_OUT),
-    "interlocks.voltage.*.action": Trial(rig=SUPPLY_OUT),
+    "interlocks.voltage.*.hysteresis_v": Trial(0.1, job="table", rig=SUPPLY_OUT),
+    "interlocks.voltage.*.delay_s": Trial(5.0, job="table", rig=SUPPLY_OUT),
+    "interlocks.voltage.*.action": Trial(job="table", rig=SUPPLY_OUT),
     "interlocks.rejected.most": Trial(1, procedure=NOISY),
     "interlocks.rejected.within": Trial(2, procedure=NOISY, rig={"interlocks": {"rejected": {"most": 1}}}),
     "interlocks.min_free_mb": Trial(1e9),
