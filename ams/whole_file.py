@@ -12,9 +12,6 @@ from typing import IO
 
 from ams.errors import SetError, WriteFailed
 
-_HAS_FOLDER_SYNC = hasattr(os, "O_DIRECTORY")
-"""A folder can be opened and synced: everywhere but on Windows."""
-
 
 class FolderNotSynced(OSError):
     """The file has its new content, and a power cut now may still take it back."""
@@ -73,7 +70,7 @@ def _replacing(path: Path) -> Iterator[IO[bytes]]:
 
 def sync_folder(folder: Path) -> None:
     """Let the names in a folder outlive a power cut, where the system can. Raises: FolderNotSynced."""
-    if not _HAS_FOLDER_SYNC:
+    if not hasattr(os, "O_DIRECTORY"):  # Windows opens no folder
         return
     try:
         handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)

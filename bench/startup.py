@@ -1,4 +1,4 @@
-"""What a user waits for before anything happens: ``import ams`` and ``calrig --help``, whole processes."""
+"""What a user waits for before anything happens, whole processes: two imports and ``calrig --help``."""
 
 import subprocess
 import sys
@@ -15,6 +15,8 @@ def figures(effort: Effort) -> Iterator[Figure]:
     bare_s = process_s(effort, [sys.executable, "-c", "pass"])
     ams_s = process_s(effort, [sys.executable, "-c", "import ams"])
     yield Figure("import ams", ams_s, "s", 0.25, at_most=True, note=f"a bare interpreter takes {bare_s:.3f} s")
+    calrig_s = process_s(effort, [sys.executable, "-c", "import calrig"])
+    yield Figure("import calrig", calrig_s, "s", bare_s + 0.1, at_most=True, note="a bare interpreter and 0.1 s")
     yield Figure("calrig --help", process_s(effort, [str(CALRIG), "--help"]), "s", 0.4, at_most=True)
 
 

@@ -95,4 +95,4 @@ def _quantities(root: Any) -> dict[str, list[str]]:
     }
 
 
-FORMAT = Format("dcc", ".xml", to_dcc, from_dcc)
+FORMAT = Format("dcc", ".xml", to_dcc, from_dcc, needs=("lxml",))

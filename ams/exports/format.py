@@ -20,6 +20,9 @@ class Format:
     loses: str | None = None
     """What the format's own numbers do not hold; the whole set is inside every file all the same."""
 
+    needs: tuple[str, ...] = ()
+    """Libraries of an extra that writing it takes."""
+
     def file_name(self, stem: str) -> str:
         """Return a file's name such as ``SN1047.fixed.h``."""
         return f"{stem}{self.ending}"

@@ -14,13 +14,13 @@ from ams.whole_file import read_whole, write_whole
 FORMATS: Registry[Format] = Registry("calrig.exports", Format, SetError)
 
 
-def export_set(coefficients: CoefficientSet, format_name: str, path: Path) -> None:
+def export_set(coefficients: CoefficientSet, format_name: str, path: str | Path) -> None:
     """Write the set whole.
 
     Raises: SetError for an unknown format, a file name of another format, a set that the format has no form of, or a
     file system that refuses.
     """
-    wanted = format_named(format_name, coefficients.sensor)
+    wanted, path = format_named(format_name, coefficients.sensor), Path(path)
     if _by_ending(path) != wanted:
         raise SetError(
             f"{path}: export: the name does not end as the format's files do: got {path.name!r}, needed "
@@ -69,4 +69,5 @@ def load_set(path: str | Path) -> CoefficientSet:
 
     Raises: SetError naming the file, what is wrong with it and what to do.
     """
-    return format_of(Path(path)).from_bytes(read_whole(Path(path)), str(path))
+    file = Path(path)
+    return format_of(file).from_bytes(read_whole(file), str(path))

@@ -153,4 +153,4 @@ def _name(key: str) -> str:
     return "~2" * len(escaped) if not escaped.strip(".") else escaped
 
 
-FORMAT = Format("hdf5", ".h5", to_hdf5, from_hdf5)
+FORMAT = Format("hdf5", ".h5", to_hdf5, from_hdf5, needs=("h5py",))

@@ -9,7 +9,7 @@ import math
 
 from ams.errors import SetError
 from ams.exports.format import Format
-from ams.sets.canonical import Json, canonical_bytes, render
+from ams.sets.canonical import Json, canonical_bytes
 from ams.sets.coefficients import CoefficientSet, from_document
 
 LINE_FEED = b"\n"
@@ -17,8 +17,8 @@ INTACT = "the set is not used; take an intact copy, or export the set again from
 
 
 def to_json(coefficients: CoefficientSet) -> bytes:
-    """Return a set as the bytes of a JSON file."""
-    return render(coefficients.document)
+    """Return a set as the bytes of a JSON file. Raises: SetError where its shape is none that the schema allows."""
+    return coefficients.rendered
 
 
 def from_json(content: bytes, where: str) -> CoefficientSet:
@@ -27,7 +27,7 @@ def from_json(content: bytes, where: str) -> CoefficientSet:
     Raises: SetError that tells truncated, not JSON, not a set, newer, changed and misshapen apart.
     """
     coefficients = from_document(parsed(content, where), where)
-    written = render(coefficients.document)
+    written = coefficients.rendered
     if written != content:
         raise SetError(_difference(written, content, where))
     return coefficients

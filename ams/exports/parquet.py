@@ -77,4 +77,4 @@ def _comparable(columns: dict[str, list[Any]]) -> dict[str, list[str]]:
     return {name: [repr(value) for value in column] for name, column in columns.items()}
 
 
-FORMAT = Format("parquet", ".parquet", to_parquet, from_parquet)
+FORMAT = Format("parquet", ".parquet", to_parquet, from_parquet, needs=("pyarrow",))

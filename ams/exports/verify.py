@@ -25,7 +25,7 @@ class Verification:
     tolerance_relative: float
 
 
-def verify(path: Path) -> Verification:
+def verify(path: str | Path) -> Verification:
     """Read the file back, check it, recompute its test vectors.
 
     Raises: SetError for a file that is damaged, newer or no set; VectorsDisagree for an intact one whose test vectors
@@ -35,7 +35,7 @@ def verify(path: Path) -> Verification:
     agreement = coefficients.check_vectors(str(path))
     return Verification(
         path=str(path),
-        format=format_of(path).name,
+        format=format_of(Path(path)).name,
         sensor=coefficients.sensor,
         axes=tuple(coefficients.axes),
         sha256=coefficients.sha256,

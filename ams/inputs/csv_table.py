@@ -5,7 +5,7 @@ The header is line 1. Commas separate, decimals have a point; nothing is convert
 
 import csv
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import TextIOWrapper
 from itertools import islice
@@ -164,6 +164,22 @@ def _refuse_shape(table: CsvTable) -> None:
                 f"header; nothing was "
                 "solved; complete the line (a decimal comma splits a number in two, a cut file ends in the middle)"
             )
+
+
+def table_of(columns: Mapping[str, Sequence[object]], name: str) -> CsvTable:
+    """Return columns that a program has at hand as the table that their CSV file would be; lines count from 2.
+
+    Numbers are told in the fewest digits that give them back. Raises: ObservationsError.
+    """
+    cells = [[_cell(value) for value in column] for column in columns.values()]
+    rows = tuple(zip(*cells, strict=True))
+    table = CsvTable(name, tuple(columns), tuple(range(2, 2 + len(rows))), rows)
+    _refuse_shape(table)
+    return table
+
+
+def _cell(value: object) -> str:
+    return repr(float(value)) if isinstance(value, float) else str(value)
 
 
 def refuse_missing_columns(table: NamedColumns, wanted: Sequence[str]) -> None:

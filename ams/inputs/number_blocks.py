@@ -19,7 +19,15 @@ import numpy as np
 
 from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
-from ams.inputs.csv_table import Header, careful_tables, header_of, labels, numbers, refuse_missing_columns
+from ams.inputs.csv_table import (
+    CsvTable,
+    Header,
+    careful_tables,
+    header_of,
+    labels,
+    numbers,
+    refuse_missing_columns,
+)
 
 PIECE_BYTES: Final = 1 << 21
 """Of a CSV file read at once; no row is longer."""
@@ -41,13 +49,24 @@ class NumberTable:
     columns: tuple[str, ...]
     lines: IntArray
     values: Block
+    rows: CsvTable | None = None
+    """The cells themselves, where there is no file to look at again."""
 
     def labels(self, name: str) -> IntArray:
         """Return the column as (N,) whole numbers from 0. Raises: ObservationsError."""
         values = self.values[name]
         if np.all((values >= 0.0) & (values < _LARGEST_LABEL) & (values == np.floor(values))):
             return values.astype(np.int64)
-        return np.concatenate([labels(table, name) for table in careful_tables(Path(self.file))])
+        tables = careful_tables(Path(self.file)) if self.rows is None else (self.rows,)
+        return np.concatenate([labels(table, name) for table in tables])
+
+
+def numbers_in(table: CsvTable, wanted: Sequence[str], optional: Sequence[str] = ()) -> NumberTable:
+    """Return columns of a table that is read already, as :func:`read_numbers` does. Raises: ObservationsError."""
+    refuse_missing_columns(table, wanted)
+    names = dict.fromkeys((*wanted, *(name for name in optional if name in table.columns)))
+    values = {name: numbers(table, name) for name in names}
+    return NumberTable(table.file, table.columns, np.array(table.lines), values, table)
 
 
 def read_numbers(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> NumberTable:

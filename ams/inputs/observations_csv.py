@@ -14,12 +14,13 @@ import numpy as np
 from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
 from ams.frames import body_rates_rad_s
-from ams.inputs.csv_table import refuse_cell
-from ams.inputs.number_blocks import NumberTable, read_numbers
+from ams.inputs.csv_table import CsvTable, refuse_cell
+from ams.inputs.number_blocks import NumberTable, numbers_in, read_numbers
 from ams.observations import Observations
 
 RATES = ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")
 _OPTIONAL = ("yaw_deg", "temperature_degc", "time_s")
+_WHERE_THERE = ("pitch_deg", "roll_deg", *_OPTIONAL)
 _LARGEST_SPREAD_DEG = 0.5
 """Attitudes of one point may differ by what a servo mechanism repeats to; more is another point."""
 _LARGEST_RATE_SPREAD = 0.01
@@ -45,11 +46,26 @@ def read_csv(
     Raises:
         ObservationsError: the file cannot be read or says something impossible; nothing was solved.
     """
-    stimulus = (*(f"{angle}_deg" for angle in angles), *(RATES if rates else ()))
+    wanted = _wanted(str(path), axes, angles, rates=rates)
+    return _observations(read_numbers(Path(path), wanted, _WHERE_THERE), axes, rates=rates)
+
+
+def observations_of_table(
+    table: CsvTable, axes: Mapping[str, str], angles: Sequence[str] = ("pitch", "roll"), *, rates: bool = False
+) -> Observations:
+    """Return the observations of a table as :func:`read_csv` does. Raises: ObservationsError."""
+    wanted = _wanted(table.file, axes, angles, rates=rates)
+    return _observations(numbers_in(table, wanted, _WHERE_THERE), axes, rates=rates)
+
+
+def _wanted(file: str, axes: Mapping[str, str], angles: Sequence[str], *, rates: bool) -> tuple[str, ...]:
     if not axes:
-        raise ObservationsError(f"{path}: no sensor axis was named; nothing was solved; name at least one column")
-    wanted = (*stimulus, *axes.values())
-    table = read_numbers(Path(path), ("replication", "point", *wanted), ("pitch_deg", "roll_deg", *_OPTIONAL))
+        raise ObservationsError(f"{file}: no sensor axis was named; nothing was solved; name at least one column")
+    stimulus = (*(f"{angle}_deg" for angle in angles), *(RATES if rates else ()))
+    return ("replication", "point", *stimulus, *axes.values())
+
+
+def _observations(table: NumberTable, axes: Mapping[str, str], *, rates: bool) -> Observations:
     label = {name: table.labels(name) for name in ("replication", "point")}
     found = {name: values for name, values in table.values.items() if name not in label}
     _refuse_repeated(table, label)
@@ -66,7 +82,7 @@ def read_csv(
         temperature_degc=found.get("temperature_degc"),
         time_s=found.get("time_s"),
         euler_rate_rad_s=np.stack([radians[name] for name in RATES], axis=-1) if rates else None,
-        source=str(path),
+        source=table.file,
     )
     if rates:
         _refuse_wandering_rates(table, observations)

@@ -5,18 +5,20 @@ already read out. A set is built once, from a solved calibration, and from then 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
+from functools import cached_property
+from html import escape
 
 from ams.calibration_result import METHOD_VERSION, Calibration
 from ams.errors import SetError
 from ams.sets.axis_section import axis_numbers, axis_section
-from ams.sets.canonical import Document, Json, listed, plain, table, with_checksum
+from ams.sets.canonical import Document, Json, listed, plain, render, table, with_checksum
 from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
 from ams.sets.instructions import use_section
 from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
-from ams.sets.schema import FORMAT, VERSION, check_document
+from ams.sets.schema import FORMAT, VERSION, check_identity, check_schema
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.vectors import Validity, VectorAgreement, check_vectors, make_vectors
 
@@ -28,6 +30,8 @@ class CoefficientSet:
     document: Document
     axes: Mapping[str, AxisNumbers]
     validity: Validity
+    is_built: bool = field(default=False, compare=False)
+    """Made here and not read: its schema is checked when it first leaves, which takes longer than to solve it."""
 
     @property
     def sensor(self) -> str:
@@ -71,9 +75,29 @@ class CoefficientSet:
     def needs_temperature(self) -> bool:
         return any(numbers.needs_temperature for numbers in self.axes.values())
 
+    @cached_property
+    def rendered(self) -> bytes:
+        """The document as the bytes that leave, of the shape that the schema allows. Raises: SetError."""
+        if self.is_built:
+            check_schema(self.document, self.sensor)
+        return render(self.document)
+
     def check_vectors(self, where: str) -> VectorAgreement:
         """Recompute the test vectors. Raises: VectorsDisagree."""
         return check_vectors(self.axes, self.test_vectors, where)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: whose set it is and its parameters."""
+        rows = "".join(
+            f"<tr><td>{axis}</td><td>{name}</td><td>{one['value']}</td><td>{one['standard_uncertainty']}</td></tr>"
+            for axis, section in table(self.document["axes"]).items()
+            for name, value in table(table(section)["parameters"]).items()
+            if (one := table(value))
+        )
+        simulated = ", simulated" if self.is_simulated else ""
+        heads = "".join(f"<th>{head}</th>" for head in ("axis", "parameter", "value", "standard uncertainty"))
+        told = f"<p><b>{escape(self.sensor)}</b>: {escape(self.model)}, {self.status}{simulated}</p>"
+        return f"{told}<table><tr>{heads}</tr>{rows}</table>"
 
     def _section(self, name: str) -> Document:
         return table(self.document[name])
@@ -105,7 +129,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
         "warnings": plain((*calibration.warnings, *calibration.remarks), "warnings"),
         **record_sections(provenance),
     }
-    coefficients = from_document(with_checksum(document), provenance.sensor)
+    coefficients = _checked(with_checksum(document), provenance.sensor, is_built=True)
     coefficients.check_vectors(provenance.sensor)
     return coefficients
 
@@ -120,9 +144,20 @@ def from_document(value: Json, where: str) -> CoefficientSet:
 
     Raises: SetError naming ``where`` and what does not hold.
     """
-    document = check_document(value, where)
+    document = check_identity(value, where)
+    check_schema(document, where)
+    try:
+        return _checked(document, where, is_built=False)
+    except (KeyError, TypeError, AttributeError, AssertionError) as error:  # of a shape that only the schema can tell
+        raise SetError(
+            f"{where}: has not the shape of a set: {type(error).__name__}: {error}; the set is not used; it was not "
+            "written by calrig: export it again from the archive"
+        ) from error
+
+
+def _checked(document: Document, where: str, *, is_built: bool) -> CoefficientSet:
     axes = {name: axis_numbers(name, table(section)) for name, section in table(document["axes"]).items()}
-    coefficients = CoefficientSet(document, axes, _read_validity(document))
+    coefficients = CoefficientSet(document, axes, _read_validity(document), is_built)
     _check_convention(coefficients, where)
     for numbers in axes.values():
         check_numbers(numbers, where)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ams.arrays import FloatArray
+from ams.errors import SolveError
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -18,7 +19,13 @@ if TYPE_CHECKING:
 
 @cache
 def _special() -> "ModuleType":
-    import scipy.special  # 0.3 s, and not needed before the first interval
+    try:
+        import scipy.special  # 0.3 s, and not needed before the first interval
+    except ImportError as error:
+        raise SolveError(
+            f"quantiles of distributions need scipy, which is not installed ({error}); nothing was solved; "
+            "pip install scipy (a coefficient set is read, checked and applied without it)"
+        ) from error
 
     special: ModuleType = scipy.special
     return special

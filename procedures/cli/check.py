@@ -89,6 +89,7 @@ def _document_of(before: Preflight) -> dict[str, Any]:
         "refusals": list(before.refusals),
         "engineering": list(before.engineering),
         "unguarded": list(before.unguarded),
+        "undelivered": list(before.undelivered),
     }
 
 
@@ -99,6 +100,8 @@ def _tell(before: Preflight, json: bool) -> int:
             say(f"engineering result: {sentence}")
         for sentence in before.unguarded:
             say(sentence)
+        for sentence in before.undelivered:
+            say(f"will not be delivered: {sentence}")
         for sentence in before.refusals:
             say(f"a run would be refused now: {sentence}")
     return ExitStatus.WRONG_REQUEST if before.refusals else ExitStatus.DONE

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from procedures.cli.output import note, print_json, say
@@ -18,6 +19,10 @@ from rig.clock import Clock, SystemClock
 
 LOG_FILE = "terminal.log"
 _LOOK_S = 0.05
+_AWAY_FROM_CONSOLE: int = getattr(subprocess, "DETACHED_PROCESS", 0) | getattr(
+    subprocess, "CREATE_NEW_PROCESS_GROUP", 0
+)
+"""Of Windows, what a new session is elsewhere."""
 
 
 def detached(
@@ -41,7 +46,12 @@ def detached(
     log = _log_in(out)
     with log.open("wb") as told:
         child = subprocess.Popen(  # noqa: S603  this very program
-            command, stdin=subprocess.DEVNULL, stdout=told, stderr=told, start_new_session=True
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=told,
+            stderr=told,
+            start_new_session=True,
+            creationflags=_AWAY_FROM_CONSOLE,
         )
     folder = None
     while (folder := _folder_in(log)) is None and child.poll() is None:
@@ -52,7 +62,8 @@ def detached(
         for line in said.splitlines():
             note(line)
         return child.returncode or ExitStatus.FAILED
-    os.replace(log, folder / LOG_FILE)
+    with suppress(PermissionError):  # Windows renames no file that is being written
+        os.replace(log, folder / LOG_FILE)
     child.returncode = 0  # it lives on, and nobody waits for it
     if json:
         print_json({"run": str(folder), "pid": child.pid})

@@ -6,10 +6,12 @@ import traceback
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TypeGuard
 
 from platformdirs import user_state_path
 
 from ams.errors import AmsError, ArchiveError, ArchiveForbids, ArchiveUnknown, SolveError, VectorsDisagree, WriteFailed
+from ams.exports.optional_libraries import EXTRA_OF, missing_sentence
 from procedures.errors import ExitStatus, ProcedureError
 from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
 from rig.plain_text import one_line
@@ -25,7 +27,7 @@ def status_of(error: BaseException) -> ExitStatus:
         return error.exit_status
     if isinstance(error, KeyboardInterrupt | WaitEnded):
         return ExitStatus.ABORTED
-    if isinstance(error, WRONG_REQUEST):
+    if isinstance(error, WRONG_REQUEST) or _misses_an_extra(error):
         return ExitStatus.WRONG_REQUEST
     if isinstance(error, AmsError) and not isinstance(error, FAILED):
         return ExitStatus.WRONG_REQUEST
@@ -49,11 +51,17 @@ def _sentence(error: BaseException) -> str:
         return str(error)
     if isinstance(error, KeyboardInterrupt):
         return "interrupted from the keyboard"
+    if _misses_an_extra(error):
+        return missing_sentence(str(error.name), "nothing was done")
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
     if isinstance(error, OSError) and error.strerror:
         return f"the system refused: {error.strerror}"
     return f"this is a defect of calrig ({type(error).__name__}: {error}); please send {_write_report(error)}"
+
+
+def _misses_an_extra(error: BaseException) -> TypeGuard[ModuleNotFoundError]:
+    return isinstance(error, ModuleNotFoundError) and str(error.name).partition(".")[0] in EXTRA_OF
 
 
 def _write_report(error: BaseException) -> Path:

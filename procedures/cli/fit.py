@@ -1,7 +1,6 @@
 """``calrig fit``: from observations in a file to coefficients, by every model there is; no rig needed."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -13,7 +12,7 @@ from ams.calibration.linear_levels import linear_document, read_levels
 from ams.errors import DesignError
 from ams.inference.inference import Package
 from ams.inference.sting_reference import WARNING, read_with_sting
-from ams.inputs.observations_csv import read_csv, unit_warnings
+from ams.inputs.observations_csv import read_csv
 from ams.inputs.request import CalibrationRequest
 from ams.models.registry import MODELS, names_asked_for
 from ams.models.thermal import TemperatureCoefficients
@@ -27,11 +26,10 @@ from procedures.cli.fit_set import WishedSet, wished_set, write_set
 from procedures.cli.options import Flag, Json, require_folder_of
 from procedures.cli.output import note, print_json, say
 from procedures.errors import RequestError
-from procedures.solution.by_model import solve_observations
-from procedures.solution.request import budgets_of
-from procedures.solution.type_b import level_remarks, shared_errors, table_uncertainty
+from procedures.solution.fitted import fitted, sensor_of
+from procedures.solution.type_b import shared_errors, table_uncertainty
 from rig.description.read import read_rig
-from rig.description.rig_file import RigDescription, Sensor
+from rig.description.rig_file import RigDescription
 
 Named = Annotated[list[str] | None, Parameter(negative=())]
 Value = TypeVar("Value")
@@ -174,23 +172,12 @@ def _solved(
         observations = read_csv(file, columns, wanted.columns, rates=wanted.needs_rates)
     else:
         observations = read_with_sting(file, columns, sting)
-    solved = solve_observations(observations, request)
-    doubts = (*unit_warnings(observations, columns), *((WARNING,) if sting else ()))
-    remarks = () if rig is None else level_remarks(rig)
-    calibration = replace(solved, warnings=(*doubts, *solved.warnings), remarks=(*solved.remarks, *remarks))
+    doubts = (WARNING,) if sting else ()
+    solved = fitted("", observations, columns, request, rig, doubts=doubts, trials=trials)
+    assert solved.calibration is not None
     if wish is not None:
-        write_set(wish, observations, calibration)
-    return full_document(calibration, observations, budgets_of(calibration, request, rig, trials))
-
-
-def sensor_of(rig: RigDescription, name: str | None) -> Sensor | None:
-    """Return the sensor whose channels stand in the rig file.
-
-    The one named, else the only one; None where that is open.
-    """
-    if name is not None and name in rig.sensors:
-        return rig.sensors[name]
-    return next(iter(rig.sensors.values())) if len(rig.sensors) == 1 else None
+        write_set(wish, observations, solved.calibration)
+    return full_document(solved.calibration, observations, solved.budgets)
 
 
 def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_joint: bool) -> Package | None:

@@ -7,8 +7,6 @@ run does not notice.
 import os
 import select
 import sys
-import termios
-import tty
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
@@ -25,6 +23,7 @@ from procedures.records.progress import Progress, RunObserver
 from procedures.records.states import ACTIVE, EXIT_STATUS
 from procedures.run.progress import shown_on
 from rig.clock import Clock, SystemClock
+from rig.system_parts import module_here
 
 LOOK_S = 0.25
 Asked = Literal["pause", "continue", "stop", "abort"]
@@ -107,8 +106,9 @@ def _progress(event: str, status: RunStatus, message: str) -> Progress:
 
 @contextmanager
 def _keys(folder: Path, by: str) -> Iterator[Callable[[], bool]]:
-    """Yield what asks whether the person has left and meanwhile obeys the keys; without a terminal there are none."""
-    if not sys.stdin.isatty():
+    """Yield what asks whether the person has left and meanwhile obeys the keys; some systems have none."""
+    termios, tty = module_here("termios"), module_here("tty")
+    if not sys.stdin.isatty() or termios is None or tty is None:
         yield lambda: False
         return
     handle = sys.stdin.fileno()

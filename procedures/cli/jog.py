@@ -15,7 +15,7 @@ from procedures.cli.output import finite, note, print_json, say
 from procedures.cli.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
 from procedures.jog_screen.inferred import inferred_attitude
-from rig.assembly.open_rig import Rig, choose_clock, open_rig
+from rig.assembly.open_rig import Rig, choose_clock, open_rig, unguarded_sentence
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.description.device_settings import TWIN_PORT
 from rig.description.read import read_rig
@@ -90,6 +90,8 @@ def jog(
         raise RequestError(
             "jog: --set, --snapshot and --log belong to the screen, which needs a terminal; nothing moved"
         )
+    if wanted and (sentence := unguarded_sentence(description)):
+        note(sentence)
     with (
         open_rig(description, rig_file=rig, purpose="jog", write=replace_file) as opened,
         stoppable_wait(opened.clock) as wait,

@@ -4,6 +4,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
 from cyclopts import App, CycloptsError, Group
 
@@ -43,6 +44,7 @@ GROUPS = {
     ),
     "Results": (
         ("solve", "solve:solve", "Solve a run again from its journal."),
+        ("data", "data:data", "A run as tables: dwells, readings, events and samples, for other software."),
         ("fit", "fit:fit", "Solve observations from a CSV file; no rig needed."),
         ("attitude", "attitude:attitude", "Outputs of a calibrated package to angles with standard deviations."),
         ("export", "export:export", "Write a coefficient set for another system."),
@@ -76,6 +78,7 @@ def make_app(called: str = "") -> App:
         suppress_keyboard_interrupt=False,
         group_commands=Group("Options", sort_key=len(GROUPS)),
     )
+    app.register_install_completion_command(help="Completion of commands and options for bash, zsh or fish.")
     for place, (heading, commands) in enumerate(GROUPS.items()):
         group = Group(heading, sort_key=place)
         for rank, (name, target, summary) in enumerate(commands):
@@ -94,6 +97,9 @@ def run_command(arguments: Sequence[str]) -> int:
     _speak_utf8()
     try:
         _require_seen(arguments)
+        if sorted(arguments) == ["--json", "--version"]:
+            import_module("procedures.cli.support").tell_support()
+            return ExitStatus.DONE
         app = make_app(arguments[0] if arguments else "")
         result = app(list(arguments), exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()

@@ -79,5 +79,5 @@ def login_name() -> str:
     """Return who is logged in, for the record."""
     try:
         return getpass.getuser()
-    except (OSError, KeyError):
+    except (OSError, KeyError, ImportError):
         return f"uid {os.getuid()}" if hasattr(os, "getuid") else "unknown"

@@ -48,9 +48,10 @@ from procedures.report.summary import print_summary, worst_uncertainty
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.resume import resume as resume_run
-from rig.assembly.open_rig import choose_clock, open_rig
+from rig.assembly.open_rig import choose_clock, open_rig, unguarded_sentence
 from rig.clock import SystemClock, VirtualClock
 from rig.description.read import read_rig, rig_from_json
+from rig.description.rig_file import RigDescription
 
 
 def run(
@@ -92,6 +93,7 @@ def run(
         return detached("run", [str(procedure)], options, flags, out, json=json)
     with outlived(), ExitStack() as at_last:
         with open_rig(performed, rig_file=None if rehearse else rig, purpose="run", write=replace_file) as opened:
+            tell_unguarded(performed)
             opened.identities()  # a device that is silent is told before anything is written
             now = SystemClock().now_utc()
             folder = new_run_folder(out, plan.title, now)
@@ -140,6 +142,8 @@ def resume(
         require_local(folder)
     _require_what_the_end_needs(archive, alerts)
     title, is_virtual = title_and_time(folder)
+    with JournalReader.open(folder) as reader:
+        tell_unguarded(rig_from_json(reader.header.rig_json))
     with outlived(), ExitStack() as at_last:
         with attended(title, alerts, folder, is_virtual=is_virtual) as attendance:
             at_last.callback(attendance.ring_out, folder)
@@ -152,6 +156,12 @@ def resume(
                 accepts_changes=accept_changes,
             )
         return conclude(folder, outcome, archive, attendance, json=json)
+
+
+def tell_unguarded(rig: RigDescription) -> None:
+    """Say where nobody stops the axes when this program dies."""
+    if sentence := unguarded_sentence(rig):
+        note(sentence)
 
 
 def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> None:

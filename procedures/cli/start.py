@@ -106,7 +106,7 @@ def _status(told: dict[str, str]) -> int:
 def _login_name() -> str:
     """As ``getpass`` tells it, which takes long to import."""
     named = (os.environ.get(name) for name in ("LOGNAME", "USER", "LNAME", "USERNAME"))
-    return next(filter(None, named), None) or f"uid {os.getuid()}"
+    return next(filter(None, named), None) or "unknown"
 
 
 if __name__ == "__main__":

@@ -9,8 +9,9 @@ from procedures.run.steering import job_control_ignored
 from rig.clock import Clock
 from rig.devices.abilities import Wait
 from rig.errors import WaitEnded
+from rig.system_parts import present
 
-ENDS = (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP)
+ENDS = present("SIGINT", "SIGQUIT", "SIGTERM", "SIGHUP", "SIGBREAK")
 
 
 @contextmanager

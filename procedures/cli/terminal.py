@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from procedures.run.steering import job_control_ignored
+from procedures.run.steering import HANG_UP, job_control_ignored
 
 
 @contextmanager
@@ -27,14 +27,15 @@ def outlived() -> Iterator[None]:
             os.dup2(nowhere, handle)
         os.close(nowhere)
 
-    before = signal.getsignal(signal.SIGHUP)
-    if before is not signal.SIG_IGN:
-        signal.signal(signal.SIGHUP, hung_up)
+    before = {number: signal.getsignal(number) for number in HANG_UP}
+    for number in (number for number, handler in before.items() if handler is not signal.SIG_IGN):
+        signal.signal(number, hung_up)
     try:
         with job_control_ignored():
             yield
     finally:
-        signal.signal(signal.SIGHUP, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _is_terminal(handle: int) -> bool:

@@ -18,6 +18,8 @@ from ams.calibration_result import Calibration
 from ams.errors import AmsError, ArchiveError, OutsideValidity
 from ams.exports import dcc, json_text
 from ams.exports.formats import export_set, format_named
+from ams.exports.optional_libraries import missing_sentence
+from ams.sets.axis_section import axis_section
 from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.sensed_quantity import FIELDS
@@ -150,6 +152,8 @@ class _Parts:
             made = make()
         except AmsError as error:
             self._told[part] = str(error)
+        except ModuleNotFoundError as error:
+            self._told[part] = f"{missing_sentence(error.name or part)}; then calrig solve makes it"
         except OSError as error:
             self._told[part] = f"{error.filename or part}: {error.strerror or error}; calrig solve makes it"
         except Exception as error:  # noqa: BLE001  a rim: a defect in one part takes no other part from the laboratory
@@ -264,6 +268,22 @@ def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
         if solved.calibration is not None
         and solved.calibration.model in FIELDS
         and not solved.calibration.undetermined_axes
+    }
+
+
+def primaries_of(run: SolvedRun) -> dict[str, dict[str, Any]]:
+    """Return of every set that :func:`sets_of` would build the primary parameters alone, as they stand in it.
+
+    A set with its test vectors and its seal takes longer than to solve it. Raises: ams.errors.SetError.
+    """
+    return {
+        name: {
+            "axes": {
+                axis: {"primary": axis_section(one, name)["primary"]} for axis, one in solved.calibration.axes.items()
+            }
+        }
+        for name, solved in run.sensors.items()
+        if solved.calibration is not None and solved.calibration.model in FIELDS
     }
 
 

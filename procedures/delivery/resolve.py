@@ -17,8 +17,7 @@ from typing import Any, Literal
 
 from ams.archive.runs import MeasuredSensor, RunEntry, list_runs, run_primaries
 from ams.errors import AmsError
-from ams.sets.coefficients import CoefficientSet
-from procedures.delivery.deliver import SolvedRun, sets_of, solve_run
+from procedures.delivery.deliver import SolvedRun, primaries_of, sets_of, solve_run
 from procedures.delivery.publish import measured_sensors, run_entry
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
@@ -199,26 +198,28 @@ def _solve(folder: Path, treatment: Treatment) -> SolvedRun:
 
 
 def _compared(job: Job, run: SolvedRun) -> Answer:
-    sets = sets_of(run)
+    primaries = primaries_of(run)
     changes = [
-        change for sensor, text in job.sets.items() for change in _of_sensor(sensor, json.loads(text), sets.get(sensor))
+        change
+        for sensor, text in job.sets.items()
+        for change in _of_sensor(sensor, json.loads(text), primaries.get(sensor))
     ]
-    changes += [_new_sensor(sensor) for sensor in sets if sensor not in job.sets]
+    changes += [_new_sensor(sensor) for sensor in primaries if sensor not in job.sets]
     if run.failures:
         return Answer(job.run_id, "failed", tuple(changes), "; ".join(run.failures))
     if not changes:
         return Answer(job.run_id, "same")
     if not job.keep:
         return Answer(job.run_id, "changed", tuple(changes))
-    measured = measured_sensors(run.record, run.sensors, sets)
+    measured = measured_sensors(run.record, run.sensors, sets_of(run))
     entry = run_entry(run.folder, run.record)
     return Answer(job.run_id, "changed", tuple(changes), "", entry, tuple(measured), run.record.plan.usage_pitch_deg)
 
 
-def _of_sensor(sensor: str, old: Mapping[str, Any], new: CoefficientSet | None) -> Iterable[NumberChange]:
+def _of_sensor(sensor: str, old: Mapping[str, Any], new: Mapping[str, Any] | None) -> Iterable[NumberChange]:
     if new is None:
         return [NumberChange(sensor, "", "sensor", 1.0, None, None, None)]
-    return number_changes(sensor, old, new.document)
+    return number_changes(sensor, old, new)
 
 
 def _new_sensor(sensor: str) -> NumberChange:

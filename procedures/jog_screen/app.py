@@ -24,12 +24,13 @@ from procedures.jog_screen.prompts import Prompt, prompt_for
 from procedures.jog_screen.values import AxisView, ClearStatistics, GoTo, Home, Snapshot
 from procedures.jog_screen.worker import Bench
 from rig.motion.jog_steps import nearest_step_deg
+from rig.system_parts import present
 
 DRAW_S = 0.1
 STOPS = ("space", "ctrl+c")
 ASK_TERMINAL = "\x1b[6n"
 """Device status report: where is the cursor? Every terminal answers it."""
-_LOST = (signal.SIGHUP, signal.SIGTERM, signal.SIGINT)
+_LOST = present("SIGHUP", "SIGTERM", "SIGINT", "SIGBREAK")
 KEYS = (
     ("←→", "step"),
     ("⇧←→", "turn"),
@@ -126,7 +127,7 @@ class JogApp(App[None]):
         """
         for number in _LOST:
             signal.signal(number, self._lost)
-        for number in (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
+        for number in present("SIGTSTP", "SIGTTIN", "SIGTTOU"):
             signal.signal(number, signal.SIG_IGN)
 
     def _lost(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002  the signature of a handler
@@ -248,8 +249,8 @@ class JogApp(App[None]):
 
 def is_hung_up() -> bool:
     """Return True where the terminal behind standard input was closed."""
-    if sys.__stdin__ is None or not sys.__stdin__.isatty():
-        return False
+    if sys.platform == "win32" or sys.__stdin__ is None or not sys.__stdin__.isatty():
+        return False  # Windows tells a console that is closed by a signal
     poller = select.poll()
     poller.register(sys.__stdin__.fileno(), 0)  # hang-ups and errors are always told
     return bool(poller.poll(0))

@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from rig.guard.process import FORMAT
+from rig.guard.ask import FORMAT
 from rig.guard.stop_guard import RECORD
 
 EVENT = "stop_guard"

@@ -17,6 +17,7 @@ from procedures.journal.voids import QUARANTINED, Key, keys_in, voided_in
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
 from rig.description.read import rig_from_json
+from rig.description.rig_file import RigDescription
 from rig.errors import DescriptionError
 
 if TYPE_CHECKING:
@@ -83,10 +84,15 @@ class JournalReader:
         return None if row is None else decode_event(*row)
 
     @cached_property
+    def rig(self) -> RigDescription:
+        """The rig as it was stored. Raises: DescriptionError where it is of another version."""
+        return rig_from_json(self.header.rig_json)
+
+    @cached_property
     def _channel_units(self) -> Mapping[str, str]:
         """Of the channels of the rig that was stored; of streams only, since a meter's are volts."""
         try:
-            return rig_from_json(self.header.rig_json).channel_units()
+            return self.rig.channel_units()
         except DescriptionError:
             return {}
 
@@ -99,11 +105,17 @@ class JournalReader:
         A dwell that was taken back counts as rejected, and so does one that is not as it was written (noticed only
         ``with_samples``): each says so in its reasons. :meth:`quarantined` names the damaged ones.
         """
+        for _, dwell in self.numbered_dwells(with_samples=with_samples):
+            if dwell.accepted or not accepted_only:
+                yield dwell
+
+    def numbered_dwells(self, *, with_samples: bool = True) -> Iterator[tuple[int, DwellRecord]]:
+        """Every dwell as :meth:`dwells` gives it, behind its number: what no other dwell of the journal has."""
         voided = voided_in(self.events(VOIDED))
         for row in self._rows(_DWELLS if with_samples else _DWELLS_WITHOUT_SAMPLES):
             dwell = _as_it_stands(row, voided, self._units, with_samples)
-            if dwell is not None and (dwell.accepted or not accepted_only):
-                yield dwell
+            if dwell is not None:
+                yield int(row[0]), dwell
 
     def stored_dwells(self, after: int = 0) -> Iterator[tuple[int, str, bytes, str]]:
         """Dwells ``after`` a number, as they are stored: number, text, samples, SHA-256."""

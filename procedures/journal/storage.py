@@ -27,6 +27,8 @@ SCHEMA_VERSION = 1
 BUSY_MS = 5000
 _MAGIC = b"SQLite format 3\0"
 _COUNT_LENGTH = 128
+_AS_IT_IS: int = getattr(os, "O_BINARY", 0)
+"""Windows turns the ends of lines into two bytes otherwise."""
 
 SCHEMA = f"""
 PRAGMA application_id = {APPLICATION_ID};
@@ -160,9 +162,9 @@ class CommittedCount:
         """
         line = json.dumps({"run": run_id, "events": events, "dwells": dwells})
         try:
-            handle = os.open(self.path, os.O_WRONLY | os.O_CREAT, 0o644)
+            handle = os.open(self.path, os.O_WRONLY | os.O_CREAT | _AS_IT_IS, 0o644)
             try:
-                os.pwrite(handle, line.ljust(_COUNT_LENGTH - 1).encode() + b"\n", 0)
+                _write_at_start(handle, line.ljust(_COUNT_LENGTH - 1).encode() + b"\n")
             finally:
                 os.close(handle)
         except OSError as error:
@@ -184,3 +186,11 @@ class CommittedCount:
             raise JournalError(
                 f"{self.path}: cannot be read: {error}; remove it to read the journal without it"
             ) from None
+
+
+def _write_at_start(handle: int, content: bytes) -> None:
+    """Write to a file that was just opened, in one go where the system can."""
+    if hasattr(os, "pwrite"):
+        os.pwrite(handle, content, 0)
+    else:
+        os.write(handle, content)

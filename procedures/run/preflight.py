@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
+from ams.exports.formats import FORMATS
+from ams.exports.optional_libraries import missing_sentence, not_installed
 from procedures.errors import ProcedureError
 from procedures.journal.location import require_local
 from procedures.plan.plan import Plan
@@ -23,6 +25,10 @@ _UNGUARDED = (
     "let this one alone reach it"
 )
 
+HTML_NEEDS = ("matplotlib",)
+PDF_NEEDS = ("matplotlib", "typst", "lxml")
+"""Of extras; the certificate inside the paper takes the last."""
+
 
 @dataclass(frozen=True, slots=True)
 class Preflight:
@@ -32,8 +38,10 @@ class Preflight:
     """Why the run would not begin."""
     engineering: tuple[str, ...]
     """What is missing for a calibration; empty where twins are measured, which is none anyway."""
-    unguarded: tuple[str, ...]
+    unguarded: tuple[str, ...] = ()
     """What nobody keeps from a second controller."""
+    undelivered: tuple[str, ...] = ()
+    """What a run would not leave because a library is not installed."""
 
 
 def preflight(
@@ -53,7 +61,17 @@ def preflight(
         planned, most_mb = plan, rig.interlocks.min_free_mb
         checks.append(lambda: require_room(out, planned, free(_nearest(out)), most_mb))
     unguarded = tuple(_UNGUARDED.format(port) for port in real_ports(rig) if is_beyond_this_machine(port))
-    return Preflight(tuple(_refused(checks)), () if rig.is_simulated else ready.missing, unguarded)
+    engineering = () if rig.is_simulated else ready.missing
+    undelivered = () if plan is None else tuple(_undelivered(plan))
+    return Preflight(tuple(_refused(checks)), engineering, unguarded, undelivered)
+
+
+def _undelivered(plan: Plan) -> Iterator[str]:
+    wanted = {"report.html": HTML_NEEDS, "report.pdf": PDF_NEEDS}
+    wanted |= {f"export {name}": FORMATS[name].needs for name in plan.export_formats if name in FORMATS}
+    for what, libraries in wanted.items():
+        for name in not_installed(libraries):
+            yield f"{what}: {missing_sentence(name)}"
 
 
 def _refused(checks: list[Callable[[], None]]) -> Iterator[str]:

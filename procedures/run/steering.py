@@ -20,14 +20,19 @@ from procedures.records.states import State
 from procedures.run.ending import Ending
 from rig.clock import Clock
 from rig.errors import WaitEnded
+from rig.system_parts import present
 
 _REST_S = 0.05
-_SIGNALS = (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP)
-JOB_CONTROL = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU)
+HANG_UP = present("SIGHUP")
+_TERMINATES = present("SIGTERM", "SIGBREAK")
+"""SIGBREAK is how Windows asks: Ctrl-Break, and a console that is closed."""
+_SIGNALS = (signal.SIGINT, *present("SIGQUIT"), *_TERMINATES, *HANG_UP)
+JOB_CONTROL = present("SIGTSTP", "SIGTTIN", "SIGTTOU")
 _ASKED_BY = {
-    signal.SIGINT: "Ctrl-C",
-    signal.SIGQUIT: "Ctrl-\\",
-    signal.SIGTERM: "told to end, as by a shutdown, systemd or kill",
+    "SIGINT": "Ctrl-C",
+    "SIGQUIT": "Ctrl-\\",
+    "SIGTERM": "told to end, as by a shutdown, systemd or kill",
+    "SIGBREAK": "Ctrl-Break, or the console was closed",
 }
 
 
@@ -136,15 +141,15 @@ class Steering:
                 self.abort = taken.request
 
     def _take_signal(self, number: signal.Signals) -> None:
-        if number is signal.SIGHUP:
+        if number in HANG_UP:
             self._hung_up()
             return
         self._interrupts += number is signal.SIGINT
-        is_stop = number is signal.SIGTERM or (number is signal.SIGINT and self._interrupts == 1)
+        is_stop = number in _TERMINATES or (number is signal.SIGINT and self._interrupts == 1)
         at_utc = self._idle_clock.now_utc().isoformat()
-        request = Request("stop" if is_stop else "abort", f"signal {number.name}", at_utc, _ASKED_BY[number])
+        request = Request("stop" if is_stop else "abort", f"signal {number.name}", at_utc, _ASKED_BY[number.name])
         self._take(Taken("", request))
-        if number is signal.SIGTERM:
+        if number in _TERMINATES:
             self.terminated = request
 
 
@@ -162,14 +167,15 @@ def signals_steer(steering: Steering) -> Iterator[None]:
         yield
         return
     heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
-    outer_hang_up = signal.getsignal(signal.SIGHUP)
+    outer_hang_up = {number: signal.getsignal(number) for number in HANG_UP}
 
     def on_hang_up(number: int, frame: FrameType | None) -> None:
         steering.on_signal(number, frame)
-        if callable(outer_hang_up):  # what the command does about its own screen
-            outer_hang_up(number, frame)
+        outer = outer_hang_up[signal.Signals(number)]
+        if callable(outer):  # what the command does about its own screen
+            outer(number, frame)
 
-    handlers = {signal.SIGHUP: on_hang_up}
+    handlers = dict.fromkeys(HANG_UP, on_hang_up)
     before = {number: signal.signal(number, handlers.get(number, steering.on_signal)) for number in heeded}
     try:
         with job_control_ignored():

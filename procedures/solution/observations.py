@@ -105,10 +105,14 @@ def _attitude_rad(rows: Sequence[DwellRecord], axis: str) -> FloatArray:
 
     Of an axis that turned, its start: where it is enters no equation.
     """
-    angles_deg = [
-        row.targets_deg.get(axis, 0.0) if _rate_dps(row, axis) else row.measured_deg.get(axis, 0.0) for row in rows
-    ]
+    angles_deg = [attitude_deg(row, axis, absent=0.0) for row in rows]
     return np.asarray(np.deg2rad(np.array(angles_deg, dtype=float)))
+
+
+def attitude_deg(row: DwellRecord, axis: str, *, absent: float) -> float:
+    """Return the angle of one axis that a dwell was taken at, ``absent`` where the rig has no such axis."""
+    known = row.targets_deg if _rate_dps(row, axis) else row.measured_deg
+    return known.get(axis, absent)
 
 
 def _knows_yaw(row: DwellRecord) -> bool:

@@ -10,7 +10,6 @@ from procedures.journal.owner import is_owned
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import ACTIVE, State
-from rig.description.read import rig_from_json
 from rig.description.rig_file import RigDescription
 
 
@@ -76,7 +75,7 @@ def read_record(reader: JournalReader) -> RunRecord:
         is_simulated=header.is_simulated,
         created_utc=header.created_utc,
         plan=header.plan,
-        rig=rig_from_json(header.rig_json),
+        rig=reader.rig,
         events=tuple(reader.events()),
         dwells=tuple(reader.dwells()),
         hashes={

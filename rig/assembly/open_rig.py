@@ -37,7 +37,7 @@ from rig.drivers.open import open_axes, open_environment, open_field, open_reado
 from rig.drivers.twin_lines import axis_lines, twin_lines
 from rig.errors import DescriptionError, LinkLost
 from rig.guard.ask import FOLDER as GUARDS
-from rig.guard.stop_guard import GuardedLine, StopGuard
+from rig.guard.stop_guard import IS_POSSIBLE, GuardedLine, StopGuard
 from rig.lines.lock import RigLock, acquire, canonical, serial_of
 from rig.lines.open_lines import Lines
 from rig.lines.recording import LineSource
@@ -286,7 +286,7 @@ def _connected(
 def _guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines: Lines) -> tuple[GuardedLine, ...]:
     """Return the lines of axes that somebody else can stop; a port is one line, whatever its names."""
     found: dict[str, GuardedLine] = {}
-    for name, axis in axes.items():
+    for name, axis in axes.items() if IS_POSSIBLE else ():
         port = description.axes[name].port
         descriptor = None if port == TWIN_PORT else lines.descriptor(port)
         if descriptor is None or not isinstance(axis, Stoppable):
@@ -296,9 +296,23 @@ def _guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines:
     return tuple(found.values())
 
 
+def unguarded_sentence(description: RigDescription) -> str:
+    """Return what to say of axes that nobody stops when this program dies; empty where a guard does."""
+    if IS_POSSIBLE or not _has_axes_elsewhere(description):
+        return ""
+    return (
+        "this system has no stop guard: if this program is killed or the computer dies, nobody stops the axes; keep "
+        "the machine's own stop button within reach"
+    )
+
+
+def _has_axes_elsewhere(description: RigDescription) -> bool:
+    return any(axis.port not in (TWIN_PORT, TERMINAL) for axis in description.axes.values())
+
+
 def stop_guard(description: RigDescription, rig_file: Path | None, purpose: str) -> StopGuard | None:
     """Return the guard of a rig with axes on real ports; its process begins with the first motion."""
-    if all(axis.port in (TWIN_PORT, TERMINAL) for axis in description.axes.values()):
+    if not IS_POSSIBLE or not _has_axes_elsewhere(description):
         return None
     rig = {"purpose": purpose, "rig_file": "" if rig_file is None else os.path.realpath(rig_file)}
     record = user_state_path("calrig") / "stop-guards" / f"{os.getpid()}.json"

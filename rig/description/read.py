@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from functools import reduce
+from functools import cache, reduce
 from operator import or_
 from pathlib import Path
 from typing import Annotated, Any
@@ -46,12 +46,20 @@ def rig_form(values: Mapping[str, Any] | None = None) -> type[RigDescription]:
 
     Without values the tables of every driver.
     """
+    named = {
+        table: classes_for(ability, None if values is None else values.get(table, {}))
+        for table, ability in TABLES.items()
+    }
+    return _form_of(tuple((table, tuple(classes)) for table, classes in named.items() if classes))
+
+
+@cache
+def _form_of(tables: tuple[tuple[str, tuple[type, ...]], ...]) -> type[RigDescription]:
+    """Return the form with these classes; pydantic takes several milliseconds to make one."""
     fields: dict[str, Any] = {}
-    for table, ability in TABLES.items():
-        classes = classes_for(ability, None if values is None else values.get(table, {}))
-        if classes:
-            default = Field(min_length=1) if table == "axes" else {}
-            fields[table] = (dict[Name, _one_of(classes)], default)  # type: ignore[misc]
+    for table, classes in tables:
+        default = Field(min_length=1) if table == "axes" else {}
+        fields[table] = (dict[Name, _one_of(classes)], default)  # type: ignore[misc]
     return create_model("RigFile", __base__=RigDescription, **fields)
 
 

@@ -10,6 +10,8 @@ import os
 from rig.machine_folder import machine_folder
 
 FOLDER, SUFFIX = "guards", ".guard"
+FORMAT = "calrig stop guard 1"
+"""Of the record that a guard leaves of what it did."""
 KEYS = ("socket", "pid", "purpose", "rig_file", "run")
 """What a guard's file says, one a line."""
 ANSWER_S = 5.0

@@ -24,7 +24,7 @@ if not __package__:  # started as a file, without the folders of this environmen
     sys.path[:0] = [str(Path(__file__).parents[2])]
 
 from rig.clock import SystemClock
-from rig.guard.ask import KEYS, SUFFIX
+from rig.guard.ask import FORMAT, KEYS, SUFFIX
 from rig.wire.maestro import HIGHEST_NUMBER, MaestroCodec, decode_word, set_target
 
 CLOCK = SystemClock()
@@ -36,7 +36,6 @@ TIMES, AGAIN_S = 3, 0.15
 """Stops are told again: the first may run into what the engine was just writing."""
 ANSWER_S, LINE_S = 0.3, 2.0
 GIVEN_BACK = -1
-FORMAT = "calrig stop guard 1"
 
 
 class Line:

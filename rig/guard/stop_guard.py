@@ -17,7 +17,10 @@ from typing import Any
 from rig.clock import Clock
 from rig.devices.abilities import StopStep
 from rig.errors import GuardLost, RigError, WaitEnded
+from rig.system_parts import module_here
 
+IS_POSSIBLE = hasattr(socket, "send_fds") and module_here("termios") is not None
+"""A guard holds the engine's own lines, open, which Windows does not hand from process to process."""
 RECORD = "stop-guard.json"
 """In the folder of a run: what its guard did."""
 PROCESS = Path(__file__).with_name("process.py")

@@ -7,10 +7,10 @@ for the port, not another program and not another machine: nothing here can.
 
 import json
 import os
-import pwd
 import re
 import socket
 import stat
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
@@ -21,10 +21,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO
 
+from psutil import pid_exists
+
 from rig import file_lock
 from rig.clock import Clock, SystemClock
 from rig.errors import RigBusy
 from rig.machine_folder import OVERRIDE, machine_folder
+from rig.system_parts import module_here
 
 FOLDER = "locks"
 DEVICE = "device "
@@ -33,6 +36,7 @@ _ATTEMPTS = 5
 _HERE = "this machine"
 _READABLE = 0o644
 _BOARD = re.compile(r"GPIB(?P<number>\d*)", re.IGNORECASE)
+_WINDOWS_PORT = re.compile(r"(?:\\\\\.\\)?(COM\d+)", re.IGNORECASE)
 _NETWORK = re.compile(r"(?P<scheme>[A-Za-z0-9+.-]+)://(?P<host>\[[^\]]*\]|[^:/#]+):(?P<port>\d+)")
 
 
@@ -120,6 +124,8 @@ def canonical(resource: str) -> str:
         return resource
     if board := _BOARD.fullmatch(resource):
         return f"GPIB{int(board['number'] or 0)}"
+    if port := _WINDOWS_PORT.fullmatch(resource):
+        return port[1].upper()
     scheme, mark, rest = resource.partition("://")
     return f"{scheme.lower()}{mark}{rest.lower()}" if mark else str(Path(resource).resolve())
 
@@ -134,7 +140,7 @@ def identity_of(resource: str) -> str:
     path = Path(canonical(resource))
     with suppress(OSError):
         found = path.stat()
-        if stat.S_ISCHR(found.st_mode):
+        if sys.platform != "win32" and stat.S_ISCHR(found.st_mode):
             return f"character device {os.major(found.st_rdev)} {os.minor(found.st_rdev)}"
     return str(path) if not resource.startswith(DEVICE) else resource
 
@@ -163,11 +169,20 @@ def serial_of(identity: str) -> str | None:
 
 
 def account() -> str:
-    """Return the name of this account."""
+    """Return the name of this account: by its number where there are numbers, which no variable can change."""
+    accounts, number = module_here("pwd"), _account_number()
+    if accounts is None or number is None:
+        return os.environ.get("USERNAME", "unknown")
     try:
-        return pwd.getpwuid(os.getuid()).pw_name
+        return str(accounts.getpwuid(number).pw_name)
     except KeyError:
-        return f"uid {os.getuid()}"
+        return f"uid {number}"
+
+
+def _account_number() -> int | None:
+    """Return the number of this account; None on Windows, where it has none."""
+    number: int | None = getattr(os, "getuid", lambda: None)()
+    return number
 
 
 @contextmanager
@@ -209,7 +224,7 @@ def _owner(path: Path) -> LockOwner | None:
     for text in path.parent.glob(f"{path.stem}.*.owner"):
         with suppress(OSError, ValueError, TypeError):
             owner = LockOwner(**json.loads(text.read_text(encoding="utf-8")))
-            if _is_alive(owner.pid):
+            if pid_exists(owner.pid):
                 found.append(owner)
     return max(found, key=lambda owner: owner.since_utc, default=None)
 
@@ -222,17 +237,9 @@ def _say(text: Path, owner: LockOwner) -> None:
 
 
 def _text_of(path: Path) -> Path:
-    return path.with_name(f"{path.stem}.{os.getuid()}.owner")
-
-
-def _is_alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
+    number = _account_number()
+    whose = re.sub(r"[^A-Za-z0-9]+", "-", account()) if number is None else number
+    return path.with_name(f"{path.stem}.{whose}.owner")
 
 
 def _file_of(identity: str, folder: Path) -> Path:

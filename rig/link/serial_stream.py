@@ -17,6 +17,7 @@ import serial
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.errors import LinkClosed, LinkLost, RequestRefused, RigBusy
 from rig.link.byte_stream import named
+from rig.system_parts import module_here
 
 if TYPE_CHECKING:
     import serial
@@ -26,11 +27,8 @@ _PSEUDO_TERMINALS = Path("/dev/pts")
 
 
 def _port_errors() -> tuple[type[Exception], ...]:
-    try:
-        import termios
-    except ImportError:
-        return (OSError,)
-    return (OSError, termios.error)
+    terminals = module_here("termios")
+    return (OSError,) if terminals is None else (OSError, terminals.error)
 
 
 PORT_ERRORS = _port_errors()

@@ -16,7 +16,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from rig.errors import LinkLost
+from rig.errors import LinkLost, RequestRefused
+from rig.system_parts import module_here
 from rig.twins.twin import Twin
 
 _CHUNK = 65536
@@ -198,10 +199,9 @@ class PtyPort:
 
     def _drop(self) -> None:
         """Drop what waits here, and what waits unread at the other end."""
-        import termios
-
         self._unsent = b""
-        termios.tcflush(self._slave, termios.TCIFLUSH)
+        if terminals := module_here("termios"):
+            terminals.tcflush(self._slave, terminals.TCIFLUSH)
 
     def _show(self) -> None:
         if self.link is not None:
@@ -214,9 +214,12 @@ class PtyPort:
 
 def _open_pty() -> tuple[int, int]:
     """Return both ends; the slave stays open here, so a client may go and come."""
-    import tty
-
+    raw = module_here("tty")
+    if raw is None or not hasattr(os, "openpty"):
+        raise RequestRefused(
+            "pseudo-terminals: this system has none; nothing was served; leave --pty out: TCP ports serve the same"
+        )
     master, slave = os.openpty()
-    tty.setraw(slave)
+    raw.setraw(slave)
     os.set_blocking(master, False)
     return master, slave

@@ -48,7 +48,7 @@ def _unknown_in(typed: str) -> list[str]:
     words = typed.split("#")[0].split()[1:]
     options = {re.sub(r"[^a-z0-9-].*", "", word) for word in words if word.startswith("--")}
     if words[0] == "COMMAND" or words[0].startswith("--"):
-        return sorted(options - {"--help", "--version"})
+        return sorted(options - {"--help", "--version", "--json", "--install-completion"})
     if words[0] not in NAMES:
         return words[:1]
     told = _help(_command_of(words))

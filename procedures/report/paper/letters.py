@@ -11,12 +11,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
-from matplotlib.ft2font import FT2Font
-
 from rig.plain_text import code_point, is_hidden
 
-FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
 _LONG_WORD = re.compile(r"\S{65,}")
 _PIECE = re.compile(r"<U\+[0-9A-F]{4,6}>|[^<]{16}")
 _MAY_BREAK = "\u200b"
@@ -52,6 +48,16 @@ def _printed(letter: str) -> str:
 
 
 @cache
+def fonts() -> Path:
+    """Return the folder of matplotlib's fonts."""
+    import matplotlib as mpl
+
+    return Path(mpl.get_data_path()) / "fonts" / "ttf"
+
+
+@cache
 def _known() -> frozenset[int]:
     """Return what the font behind all others has a glyph of."""
-    return frozenset(FT2Font(FONTS / "DejaVuSans.ttf").get_charmap())
+    from matplotlib.ft2font import FT2Font
+
+    return frozenset(FT2Font(fonts() / "DejaVuSans.ttf").get_charmap())

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from procedures.report.paper.letters import FONTS, breakable, printable
+from procedures.report.paper.letters import breakable, fonts, printable
 from procedures.report.paper.page_tree import PageTree, page_tree_of
 
 TEMPLATE = Path(__file__).with_name("paper.typ")
@@ -54,7 +54,7 @@ def paper_of(page: str, imprint: Imprint, attachments: Sequence[Attachment] = ()
         format="pdf",
         pdf_standards=[STANDARD],
         ignore_system_fonts=True,
-        font_paths=[str(FONTS)],
+        font_paths=[str(fonts())],
         timestamp=int(imprint.moment.timestamp()),
     )
     assert isinstance(pdf, bytes)

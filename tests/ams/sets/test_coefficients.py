@@ -12,6 +12,7 @@ from solved_sets import bent_set
 
 from ams.calibration_result import AxisCalibration, Calibration, ParameterEstimate
 from ams.errors import SetError, VectorsDisagree
+from ams.exports.json_text import to_json
 from ams.sets.apply import apply, sensed_force
 from ams.sets.canonical import checksum, render
 from ams.sets.coefficients import build_set, from_document
@@ -244,3 +245,12 @@ def test_text_that_no_format_can_carry_is_refused(text: str) -> None:
 def test_a_document_is_read_back_as_the_same_set() -> None:
     coefficients = build_set(solved_package(), provenance())
     assert from_document(json.loads(render(coefficients.document)), "copy") == coefficients
+
+
+def test_a_set_that_was_built_in_another_shape_does_not_leave() -> None:
+    """What is built is held against the schema when it is written, and not each time that it is solved again."""
+    built = build_set(solved_package(), provenance())
+    wrong = replace(built, document={**built.document, "axes": {"x": {"primary": {}}}})
+    with pytest.raises(SetError, match=r"axes/x: does not fit the schema of version \d: .*; the set is not used"):
+        to_json(wrong)
+    assert to_json(built) == render(built.document)

@@ -19,7 +19,7 @@ from ams.findings import FINDING_KINDS
 from ams.inputs.request import CalibrationRequest
 from ams.sets.apply import apply, sensed_force
 from ams.sets.coefficients import build_set
-from ams.sets.schema import check_document
+from ams.sets.schema import check_identity
 
 
 @pytest.mark.parametrize("package", ["sting", "model"])
@@ -99,4 +99,4 @@ def test_a_new_set_is_of_version_3_and_holds_its_findings() -> None:
     assert document["version"] == 3
     kinds = {finding["kind"] for finding in document["axes"]["x"]["findings"]}
     assert {"wrong-dwell", "lack-of-fit", "drift", "quadratic"} <= kinds <= set(FINDING_KINDS)
-    assert check_document(document, "here") is document
+    assert check_identity(document, "here") is document

@@ -1,6 +1,9 @@
 """The exit status of every error, by the table of DESIGN: 1 failed, 2 the request or a file is wrong, 4 aborted."""
 
+from importlib.metadata import version
+
 import pytest
+from command import call
 
 from ams import errors as ams
 from procedures.cli.failure import status_of
@@ -38,3 +41,12 @@ from rig import errors as rig
 )
 def test_an_error_leaves_with_the_status_of_the_table(error: type[BaseException], status: int) -> None:
     assert status_of(error("said")) == status
+
+
+def test_support_is_told_every_version_in_one_document(capsys: pytest.CaptureFixture[str]) -> None:
+    told = call(capsys, "--version", "--json")
+    assert told.status == 0
+    assert told.document["calrig"] == version("calrig")
+    assert {"numpy", "apsw", "pymodbus", "cyclopts"} <= told.document["libraries"].keys()
+    assert None not in told.document["libraries"].values()
+    assert told.document["extras"]["matplotlib"] == version("matplotlib")

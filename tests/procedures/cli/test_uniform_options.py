@@ -55,7 +55,8 @@ def test_every_command_that_takes_a_run_takes_the_folder_of_runs() -> None:
     for command in commands():
         parameters = inspect.signature(command, eval_str=True).parameters
         if "run" in parameters and command.__name__ != "list_":
-            assert parameters["out"].annotation == options.RunsFolder, command.__name__
+            name = "runs" if command.__name__ == "data" else "out"  # its --out takes the tables
+            assert parameters[name].annotation == options.RunsFolder, command.__name__
 
 
 def test_the_help_lists_every_command_once_under_its_heading(capsys: pytest.CaptureFixture[str]) -> None:
@@ -101,6 +102,7 @@ WRITING = (
     ("certificate", "SN1", "--number", 7, "--out", "FOLDER"),
     ("archive", "history", "SN1", "--plot", "FOLDER/x.svg"),
     ("archive", "demo", "--out", "FOLDER/x.sqlite"),
+    ("data", "RUN", "--out", "FOLDER"),
 )
 
 

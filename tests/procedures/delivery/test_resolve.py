@@ -13,7 +13,7 @@ from small_run import bench
 
 from ams.archive.sets import list_sets
 from procedures.cli.main import run_command
-from procedures.delivery.deliver import publish_folder, sets_of, solve_run
+from procedures.delivery.deliver import primaries_of, publish_folder, sets_of, solve_run
 from procedures.delivery.resolve import Answer, Job, Mapper, Treatment, chunks, in_this_process, jobs_of, resolve_job
 from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
 from procedures.errors import RunFailed
@@ -153,3 +153,14 @@ def test_publishing_what_changed_keeps_the_old_and_then_nothing_changes_any_more
     assert len(list_sets(archived.url)) == 2
     assert run_command(asked) == 0
     assert json.loads(capsys.readouterr().out)["same"] == 1
+
+
+def test_what_is_compared_is_what_stands_in_the_set(archived: Archived) -> None:
+    solved = solve_run(archived.run)
+    built = sets_of(solved)
+    assert primaries_of(solved).keys() == built.keys()
+    for name, one in primaries_of(solved).items():
+        document = built[name].document["axes"]
+        assert {axis: section["primary"] for axis, section in document.items()} == {
+            axis: section["primary"] for axis, section in one["axes"].items()
+        }

@@ -1,0 +1,58 @@
+"""Pictures for a notebook: matplotlib figures that show themselves, in the style of the report."""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from ams.arrays import FloatArray
+from procedures.report.canvas import BLUE, FAINT, WIDTH_IN, plain_axes, style, to_svg
+from procedures.solution.request import SolvedSensor
+
+_PANEL_IN = 1.9
+_MICROVOLTS = 1e6
+
+
+class Drawing(Figure):
+    """A figure that a notebook shows without pyplot."""
+
+    def _repr_svg_(self) -> str:
+        with style():
+            return to_svg(self).decode("utf-8")
+
+
+def means_against_pitch(dwells: pd.DataFrame, readings: pd.DataFrame, channel: str | None) -> Drawing:
+    """Draw the mean reading of every accepted dwell of the design, a panel a channel of a sensor, or of one channel."""
+    rows = readings.join(dwells[["accepted", "purpose", "pitch_deg"]])
+    rows = rows[rows["accepted"] & (rows["purpose"] == "design")]
+    rows = rows[rows["sensor"] != ""] if channel is None else rows[rows["channel"] == channel]
+    return _panels(
+        (f"{name} ({group['unit'].iloc[0]})", group["pitch_deg"].to_numpy(), group["mean"].to_numpy())
+        for name, group in rows.groupby("channel", sort=False)
+    )
+
+
+def residuals_against_pitch(sensors: Mapping[str, SolvedSensor]) -> Drawing:
+    """Draw observed less fitted output of every row of the solution that is a dwell, a panel an axis."""
+    return _panels(
+        (f"{name} {axis} (µV)", np.rad2deg(one.observations.pitch_rad), solved.residuals_v * _MICROVOLTS)
+        for name, one in sensors.items()
+        if one.calibration is not None
+        for axis, solved in one.calibration.axes.items()
+        if solved.residuals_v.size == one.observations.rows
+    )
+
+
+def _panels(panels: Iterable[tuple[str, FloatArray, FloatArray]]) -> Drawing:
+    drawn = list(panels)
+    with style():
+        figure = Drawing(figsize=(WIDTH_IN, 0.6 + _PANEL_IN * max(1, len(drawn))), layout="constrained")
+        for place, (label, pitch_deg, values) in enumerate(drawn):
+            axes = figure.add_subplot(len(drawn), 1, place + 1)
+            plain_axes(axes)
+            axes.axhline(0.0, color=FAINT, linewidth=0.6)
+            axes.plot(pitch_deg, values, "o", color=BLUE, markersize=2.5)
+            axes.set_ylabel(label)
+            axes.set_xlabel("pitch (°)" if place == len(drawn) - 1 else "")
+        return figure

@@ -1,0 +1,64 @@
+"""``calrig.fit``: observations of a file or a table to coefficients, as the command of that name does."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+
+import pandas as pd
+
+from ams.calibration.findings_document import full_document
+from ams.inputs.csv_table import parse_csv, table_of
+from ams.inputs.observations_csv import observations_of_table
+from ams.inputs.request import CalibrationRequest
+from ams.models.registry import MODELS
+from ams.models.thermal import TemperatureCoefficients
+from procedures.data.solved import Solved
+from procedures.errors import RequestError
+from procedures.solution.fitted import fitted, sensor_of
+from procedures.solution.type_b import shared_errors, table_uncertainty
+from rig.description.read import read_rig
+
+
+def fit(
+    observations: str | Path | pd.DataFrame,
+    axes: Mapping[str, str],
+    *,
+    model: str = "pitch-roll",
+    temperature: Literal["none", "apply", "estimate"] = "none",
+    known_temperature: Mapping[str, TemperatureCoefficients] | None = None,
+    reference_temperature_degc: float | None = None,
+    extended: Literal["no", "test", "yes"] = "yes",
+    time_term: Literal["none", "linear"] = "none",
+    rig: str | Path | None = None,
+    sensor: str = "sensor",
+) -> Solved:
+    """Solve observations of a CSV file, or of a table with the same columns; equals ``calrig fit`` to the last bit.
+
+    ``axes`` maps a sensor axis to its column, such as ``{"x": "sx_v"}``. ``rig``: a rig file whose certificates are
+    carried into the result. A straight line is left to the command, whose document has no parameters of an attitude.
+
+    Raises: ams.errors.AmsError for observations that say something impossible or determine nothing; RequestError for
+    another model; rig.errors.DescriptionError for a wrong rig file.
+    """
+    if model not in MODELS:
+        raise RequestError(f"fit: model: got {model!r}, allowed are {', '.join(MODELS)}; nothing was solved")
+    described = None if rig is None else read_rig(Path(rig))
+    request = CalibrationRequest(
+        model=model,
+        nominal_axes={label: label for label in axes},
+        temperature=temperature,
+        known_temperature=known_temperature or {},
+        reference_temperature_degc=reference_temperature_degc,
+        extended=extended,
+        time_term=time_term == "linear",
+        table=None if described is None else table_uncertainty(described),
+        shared_errors={} if described is None else shared_errors(described, sensor_of(described, sensor)),
+    )
+    if isinstance(observations, pd.DataFrame):
+        table = table_of({str(name): list(observations[name]) for name in observations.columns}, "table")
+    else:
+        table = parse_csv(Path(observations))
+    rows = observations_of_table(table, axes, MODELS[model].columns, rates=MODELS[model].needs_rates)
+    solved = fitted(sensor, rows, axes, request, described)
+    assert solved.calibration is not None
+    return Solved({sensor: solved}, full_document(solved.calibration, rows, solved.budgets))

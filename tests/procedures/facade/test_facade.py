@@ -1,0 +1,115 @@
+"""``import calrig``: quick, typed, and never another answer than the command's."""
+
+import doctest
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import calrig
+import pandas as pd
+import pytest
+from command import call
+from example_files import EXAMPLE_RIG
+from finished_job import FinishedJob
+from job_files import job
+from stored_runs import CASES
+
+from procedures.errors import RequestError, RunFailed
+
+ROOT = Path(__file__).parents[3]
+PAGE = ROOT / "docs" / "python.md"
+OBSERVATIONS = ROOT / "examples" / "observations.csv"
+AXES = {"x": "sx_v", "y": "sy_v", "z": "sz_v"}
+GRID = next(case for case in CASES if case.folder.name == "grid")
+
+
+def test_the_page_gives_what_it_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    GRID.copy("finished", tmp_path / "runs" / "a-small-run")
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    results = doctest.testfile(os.fspath(PAGE), module_relative=False, encoding="utf-8")
+    assert results.attempted > 15
+    assert results.failed == 0
+
+
+def test_the_page_lists_every_name() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    functions = {name for name in calrig.__all__ if name.islower() and not name.startswith("_")}
+    assert functions == {"fit", "load_set", "read_run", "run", "simulate"}
+    assert [name for name in functions if f"| `calrig.{name}(" not in text] == []
+
+
+def test_importing_it_loads_nothing_heavy_and_every_name_is_there() -> None:
+    look = (
+        "import sys, calrig; print(sorted(m for m in sys.modules if m.partition('.')[0] in "
+        "('numpy', 'pandas', 'scipy', 'matplotlib', 'pydantic', 'ams', 'rig', 'procedures')))"
+    )
+    told = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True)
+    assert told.stdout.splitlines() == ["[]"]
+    assert dir(calrig) == sorted(calrig.__all__)
+    assert [name for name in calrig.__all__ if not hasattr(calrig, name)] == []
+    with pytest.raises(AttributeError, match="module 'calrig' has no attribute 'nothing'"):
+        calrig.nothing  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_fit_is_the_command(capsys: pytest.CaptureFixture[str]) -> None:
+    named = [word for axis, column in AXES.items() for word in ("--axis", f"{axis}={column}")]
+    told = call(capsys, "fit", OBSERVATIONS, *named, "--rig", EXAMPLE_RIG, "--extended", "test", "--json")
+    found = calrig.fit(str(OBSERVATIONS), AXES, rig=str(EXAMPLE_RIG), extended="test", sensor="SN1047")
+    assert json.loads(json.dumps(found.document)) == told.document
+    assert found.parameters["sensor"].unique().tolist() == ["SN1047"]
+
+
+def test_a_table_is_refused_as_its_file_would_be() -> None:
+    table = pd.read_csv(OBSERVATIONS)
+    table.loc[3, "sx_v"] = float("nan")
+    with pytest.raises(Exception, match=r"table: line 5: column sx_v: got 'nan', allowed a finite number"):
+        calrig.fit(table, AXES)
+    with pytest.raises(RequestError, match=r"fit: model: got 'round', allowed are .*; nothing was solved"):
+        calrig.fit(table, AXES, model="round")
+
+
+def test_a_set_is_loaded_by_its_name_as_text_and_shows_itself() -> None:
+    found = calrig.load_set(str(ROOT / "tests" / "data" / "coefficient_set_v1.json"))
+    shown = found._repr_html_()
+    assert found.sensor in shown
+    for number in ("offset_v", str(found.document["axes"]["x"]["parameters"]["offset_v"]["value"])):
+        assert number in shown
+
+
+SAYS = "import json, sys; print('said', file=sys.stderr); print(json.dumps({'run': %r, 'state': %r}))"
+
+
+def test_a_run_is_read_when_it_has_finished(
+    finished_job: FinishedJob, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(
+        "procedures.facade.rigs._COMMAND", (sys.executable, "-c", SAYS % (str(finished_job.run), "finished"))
+    )
+    done = calrig.run("procedure.toml", Path("rig.toml"), operator="A. Person")
+    assert done.path == finished_job.run
+    assert capsys.readouterr().err == "said\n"
+
+
+def test_a_run_that_did_not_finish_says_how_it_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("procedures.facade.rigs._COMMAND", (sys.executable, "-c", SAYS % ("runs/r", "stopped")))
+    with pytest.raises(RunFailed, match=r"runs/r: the run is stopped: said; calrig resume continues it"):
+        calrig.run("procedure.toml", "rig.toml")
+
+
+def test_a_run_that_cannot_begin_is_refused_in_the_sentence_of_the_command(tmp_path: Path) -> None:
+    """All options are given, so that the command knows each."""
+    options = {"out": tmp_path / "runs", "rehearse": True, "operator": "A. Person", "archive": "sqlite:///a.sqlite"}
+    with pytest.raises(RequestError, match=r"^.*nowhere\.toml: "):
+        calrig.run(tmp_path / "nowhere.toml", EXAMPLE_RIG, **options)
+
+
+@pytest.mark.soak
+def test_a_rehearsal_is_a_run_as_any_other(tmp_path: Path) -> None:
+    procedure, rig = job(tmp_path)
+    done = calrig.run(procedure, rig, out=tmp_path / "runs", rehearse=True, operator="A. Person")
+    assert done.dwells["accepted"].all()
+    assert done.path.parent == tmp_path / "runs"
