@@ -93,7 +93,6 @@ def _undetermined(solved: SolvedColumns, place: int) -> Iterator[Finding]:
         solved.problem.models[place],
         solved.primary[place],
         solved.primary_covariance[place],
-        solved.primary_dof[place],
     )
 
 

@@ -10,32 +10,30 @@ from ams.arrays import FloatArray
 from ams.findings import Finding
 from ams.models.model import Model
 from ams.models.thermal import TEMPERATURE_NAMES
-from ams.statistics.intervals import t_quantile
 
+_TOLD_APART = 2.0
+"""Standard uncertainties: with two replications Student's factor would call every sensor undetermined."""
 _LINEAR = 4
 """Columns of a linear sensor: offset and three sensitivities."""
 
 
-def undetermined_axis(
-    model: Model, primary: FloatArray, covariance: FloatArray, primary_dof: FloatArray
-) -> Iterator[Finding]:
+def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray) -> Iterator[Finding]:
     """Yield a finding where the sensitivity along the nominal axis is not told from zero."""
     name = next((one for one in model.primary_names if one.startswith(f"k_{model.nominal_axis}_")), None)
     if name is None:
         return
     place = model.primary_names.index(name)
     k, u = float(primary[place]), float(np.sqrt(max(covariance[place, place], 0.0)))
-    dof = float(primary_dof[place])
-    half = float(t_quantile(0.95, dof if dof > 0.0 else np.inf)) * u
-    if not abs(k) <= half:
+    if not abs(k) <= _TOLD_APART * u:
         return
     unit = "V/(°/s)" if name.endswith("_dps") else "V/g"
     text = (
-        f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {k:.3g} ± {half:.2g} "
-        f"{unit} (95 %): what was visited does not change what this axis senses, or the channel is dead; the result is "
-        "not usable and there is no coefficient set; add attitudes that change it, or leave this axis out"
+        f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {k:.3g} {unit} with a "
+        f"standard uncertainty of {u:.2g} {unit}: what was visited does not change what this axis senses, or the "
+        "channel is dead; the result is not usable and there is no coefficient set; add attitudes that change it, or "
+        "leave this axis out"
     )
-    yield Finding("axis-undetermined", text, True, None, details={"sensitivity": k, "half_width_95": half})
+    yield Finding("axis-undetermined", text, True, None, details={"sensitivity": k, "standard_uncertainty": u})
 
 
 def time_confounded(evidence: Evidence) -> Iterator[Finding]:

@@ -148,8 +148,7 @@ def test_a_raster_cannot_tell_time_from_pitch_and_there_and_back_can() -> None:
 
 def test_an_error_of_the_table_within_its_certificate_is_no_soft_mount() -> None:
     drawn = campaigns("table-once", 1.0, np.random.default_rng(6), 40)
-    named = {kind for found in _diagnosed(drawn, table_of()) for kind in _kinds(found)}
-    assert named <= {"wrong-dwell", "drift"}
+    assert np.mean([bool(_kinds(found)) for found in _diagnosed(drawn, table_of())]) <= 0.1
     assert np.mean([bool(_kinds(found)) for found in _diagnosed(drawn)]) > 0.8
 
 
