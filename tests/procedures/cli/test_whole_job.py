@@ -178,7 +178,7 @@ def _apart_from_times(sensors: dict) -> dict:
     kept = deepcopy(sensors)
     for sensor in kept.values():
         for axis in sensor["axes"].values():
-            axis["findings"] = [one for one in axis["findings"] if "time" not in one["test"]]
+            axis["findings"] = [one for one in axis["findings"] if "time" not in one.get("test", "")]
     return kept
 
 
