@@ -103,8 +103,10 @@ def f_test(variance_ratio: float, numerator_dof: float, denominator_dof: float, 
 def holm(p_values: FloatArray, level: float = 0.05) -> BoolArray:
     """Return (m, q) which of q tests are significant; NaN never is.
 
-    The chance of any false alarm among them is to stay at ``level``.
+    The chance of any false alarm among them is to stay at ``level``; of no tests none is.
     """
+    if p_values.shape[-1] == 0:
+        return np.zeros(p_values.shape, dtype=bool)
     ascending = np.sort(p_values, axis=-1)
     known = p_values.shape[-1] - np.isnan(p_values).sum(axis=-1, keepdims=True)
     remaining = np.maximum(known - np.arange(p_values.shape[-1]), 1)

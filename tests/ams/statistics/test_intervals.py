@@ -99,3 +99,7 @@ def test_predictions_of_a_small_calibration_cover() -> None:
         half = prediction_halfwidth(at, [component], np.sqrt(variance), 6.0)[0]
         covered += abs(rng.standard_normal() - at[0] @ estimate) < half
     assert covered / 4000 == pytest.approx(0.95, abs=0.015)
+
+
+def test_of_no_tests_none_is_significant() -> None:
+    assert holm(np.zeros((3, 0))).shape == (3, 0)
