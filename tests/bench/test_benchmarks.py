@@ -15,7 +15,13 @@ PEERS = {
 }
 
 
-@pytest.mark.parametrize("name", BENCHMARKS)
+SHORT = ("fit", "attitude", "engine")
+"""Tried with every change; CI tries all."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in SHORT else pytest.mark.thorough) for name in BENCHMARKS]
+)
 def test_a_benchmark_runs_and_every_figure_is_a_number_beside_its_target(name: str) -> None:
     found = list(figures_of([name], Effort(is_tiny=True)))
     assert found

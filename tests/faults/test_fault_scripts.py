@@ -82,13 +82,17 @@ def _try(campaign: Campaign, folder: Path, seeds: range) -> Counter[str]:
     return found
 
 
-@pytest.mark.parametrize("seeds", [range(6), pytest.param(range(75), marks=pytest.mark.soak)], ids=str)
+@pytest.mark.parametrize(
+    "seeds",
+    [range(3), pytest.param(range(3, 12), marks=pytest.mark.thorough), pytest.param(range(75), marks=pytest.mark.soak)],
+    ids=str,
+)
 @pytest.mark.parametrize("devices", RIGS)
 @pytest.mark.timeout(600)
 def test_random_fault_scripts_leave_no_wrong_parameter_without_a_word(
     campaign: MakeCampaign, tmp_path: Path, devices: str, seeds: range
 ) -> None:
-    """Six for each of the four sets of devices; 75 each among the soaks, and three thousand others."""
+    """Three for each of the four sets of devices; 75 each among the soaks, and three thousand others."""
     found = _try(campaign(devices), tmp_path, seeds)
     assert found["struck"] >= 0.8 * len(seeds), "most scripts do happen"
     assert found[State.FINISHED] >= 0.8 * len(seeds), "most faults heal"

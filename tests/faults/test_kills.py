@@ -62,7 +62,9 @@ def test_fault_01_killed_at_every_named_place_nothing_is_lost(target: MakeTarget
         assert kill_and_resume(aimed, (f"{point}:{passage}", None), chance) >= 1, f"{point} was never passed"
 
 
-@pytest.mark.parametrize("most", [3, pytest.param(15, marks=pytest.mark.soak)])
+@pytest.mark.parametrize(
+    "most", [2, pytest.param(8, marks=pytest.mark.thorough), pytest.param(15, marks=pytest.mark.soak)]
+)
 @pytest.mark.parametrize("devices", RIGS)
 def test_fault_01_killed_at_random_moments_nothing_is_lost(target: MakeTarget, devices: str, most: int) -> None:
     chance, aimed, kills = np.random.default_rng(100 + sorted(RIGS).index(devices)), target(devices), 0

@@ -64,6 +64,7 @@ def _archive(folder: Path) -> str:
     return f"sqlite:///{folder}/archive.sqlite"
 
 
+@pytest.mark.thorough
 def test_fault_01_a_delivery_killed_at_every_place_is_delivered_again_the_same(
     finished: Path, delivered: list[bool]
 ) -> None:

@@ -93,6 +93,7 @@ def _spared(child: int) -> None:
 
 
 @pytest.mark.parametrize("devices", DEVICES[::2])
+@pytest.mark.thorough
 def test_fault_01_devices_that_outlive_the_process_are_found_as_they_are(tmp_path: Path, devices: str) -> None:
     _kill_over_ports(tmp_path, devices, kills=2, seed=1)
 

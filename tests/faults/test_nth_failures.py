@@ -67,7 +67,9 @@ def _require_recovery(aimed: Target, run_dir: Path, state: State | None) -> None
     aimed.require_the_clean_result(run_dir)
 
 
-@pytest.mark.parametrize("every", [160, pytest.param(80, marks=pytest.mark.soak)])
+@pytest.mark.parametrize(
+    "every", [320, pytest.param(160, marks=pytest.mark.thorough), pytest.param(80, marks=pytest.mark.soak)]
+)
 @pytest.mark.parametrize("stuck", [False, True], ids=["gone", "stuck"])
 @pytest.mark.parametrize("error", ERRORS)
 def test_fault_03_05_the_nth_file_call_fails_and_a_resume_ends_with_the_same_numbers(
@@ -99,7 +101,9 @@ def _break_line(aimed: Target, line: str, piece: int) -> bool:
     return bool(story.happened)
 
 
-@pytest.mark.parametrize("every", [300, pytest.param(150, marks=pytest.mark.soak)])
+@pytest.mark.parametrize(
+    "every", [399, pytest.param(300, marks=pytest.mark.thorough), pytest.param(150, marks=pytest.mark.soak)]
+)
 @pytest.mark.parametrize("devices", RIGS)
 def test_fault_21_the_nth_question_finds_the_port_gone_and_the_run_ends_with_the_same_numbers(
     target: MakeTarget, devices: str, every: int

@@ -183,6 +183,7 @@ def test_an_interrupted_run_is_told_as_such_by_the_command(tmp_path: Path, capsy
 
 
 @EVERY_VERSION
+@pytest.mark.thorough
 def test_the_command_resumes_a_stored_run(version: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """One kind through the whole of it, pages, sets and exports included."""
     case = StoredCase(version / "tumble")

@@ -17,6 +17,7 @@ AT = Attitude(np.deg2rad([0.0, 17.0, -80.0]), np.deg2rad([0.0, 130.0, -20.0]))
 ONE = CalibrationRequest(nominal_axes={"x": "x"}, extended="no")
 
 
+@pytest.mark.thorough
 def test_intervals_hold_the_calibrated_output_and_new_readings() -> None:
     truth = OFFSET_V["x"] + specific_force(AT.pitch_rad, AT.roll_rad) @ VECTOR_V_PER_G["x"]
     noise_v, campaigns = 0.8 * ARCSEC * 2.5, 800

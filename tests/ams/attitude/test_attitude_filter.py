@@ -140,6 +140,7 @@ def test_gravity_that_stays_away_is_said() -> None:
     assert path.codes[150] == FORCE_REJECTED | UNAIDED
 
 
+@pytest.mark.thorough
 def test_hours_of_flight_stay_bounded_where_integration_drifts() -> None:
     """Half an hour with a bias of 0.5 °/s: the gyro alone is 900° out, the filter within its own few tenths."""
     flight = Flight(np.random.default_rng(8), 36_000, bias_sd=0.009)

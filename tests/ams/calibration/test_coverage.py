@@ -145,6 +145,7 @@ def test_intervals_hold_the_truth_in_95_percent_of_4000_campaigns(scene) -> None
 
 
 @pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.thorough
 def test_angles_inferred_from_several_axes_hold_in_95_percent_of_4000_campaigns(scene) -> None:
     found = shares_of_angles(SCENES[scene], 4000)
     assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
@@ -272,6 +273,7 @@ def test_the_lack_of_fit_test_keeps_its_false_alarms_under_drift() -> None:
 
 @pytest.mark.parametrize("lack_of_fit", [0.0, 3.0])
 @pytest.mark.parametrize("drift", [1.0, 2.0])
+@pytest.mark.thorough
 def test_power_against_a_drift_is_what_theory_says_whatever_the_lack_of_fit(lack_of_fit, drift) -> None:
     """T / (1 + δ²) is F(n − 1, (n − 1)(K − 4)) where replications wander by δ standard errors (a random effect)."""
     from scipy.stats import f

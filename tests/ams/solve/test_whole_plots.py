@@ -99,6 +99,7 @@ def held(plateaus_degc, per_visit: int, request: CalibrationRequest, campaigns: 
     return np.mean(hits, axis=0)
 
 
+@pytest.mark.thorough
 def test_intervals_hold_the_truth_when_every_visit_has_an_error_of_its_own() -> None:
     """Counting the twelve replications instead of the six visits holds b, k_x and the terms in 69 to 78 %."""
     share = held([15.0, 25.0, 35.0, 25.0, 15.0, 35.0], 2, ESTIMATE, 200)

@@ -133,6 +133,7 @@ def test_the_extended_model_brings_figure_37_back_to_the_noise(tmp_path):
     assert found.standard_error_after_v / unit_v == pytest.approx(1.31 * np.sqrt(4 / 3), rel=0.05)
 
 
+@pytest.mark.thorough
 def test_a_table_of_one_arc_second_is_rarely_taken_for_a_soft_mount():
     assert part("soft_mount").accepted(200, 1.0, seed=11) <= 15  # 12, and one spread of 200 runs
 

@@ -194,6 +194,7 @@ def test_resolve_asked_wrongly_is_a_sentence(
     assert sentence in told.err
 
 
+@pytest.mark.thorough
 def test_a_synthetic_archive_is_made_once_and_tells_who_did_what(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -16,6 +16,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory, finished_job: FinishedJob
     return finished_job.copied_to(tmp_path_factory.mktemp("job"))
 
 
+@pytest.mark.thorough
 def test_a_bumped_run_is_noted_taken_back_handed_over_and_finished_again(
     finished: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

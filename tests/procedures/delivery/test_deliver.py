@@ -14,6 +14,7 @@ from procedures.delivery.deliver import deliver, solve_run
 from procedures.report.write import draw_report, view_of
 
 
+@pytest.mark.thorough
 def test_a_look_at_the_past_that_fails_is_told_and_costs_no_report(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -99,6 +99,7 @@ def test_a_moved_run_is_found_in_the_folder_that_is_named(archived: Archived, tm
     assert resolve_job(replace(job, folders=job.folders[1:])).outcome == "same"
 
 
+@pytest.mark.thorough
 def test_two_processes_tell_what_one_tells(archived: Archived) -> None:
     jobs = [archived.job, replace(archived.job, run_id="gone", folders=()), archived.job]
     with in_this_process() as mapper:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from file_keys import keys_of
-from key_trials import Trial, what_a_change_does
+from key_trials import Trial, marks_of, what_a_change_does
 
 from procedures.kinds.read import procedure_form
 
@@ -110,7 +110,7 @@ def trial_of(key: str) -> Trial:
     return TRIALS.get(key) or Trial()
 
 
-@pytest.mark.parametrize("key", [key for key in KEYS if key not in FREE_TEXT])
+@pytest.mark.parametrize("key", [pytest.param(key, marks=marks_of(key)) for key in KEYS if key not in FREE_TEXT])
 def test_a_change_of_the_key_is_seen(key: str, tmp_path: Path) -> None:
     assert what_a_change_does("procedure", key, KEYS[key], trial_of(key), tmp_path), f"{key}: nothing reads it"
 

@@ -151,6 +151,7 @@ def test_a_rate_ends_with_the_session_within_half_a_second_and_the_session_says_
     assert _actions(rig)[-1]["lost"]
 
 
+@pytest.mark.thorough
 def test_a_held_key_turns_for_as_long_as_it_repeats(tmp_path: Path) -> None:
     with served(tmp_path, CLOCK, QUICK_METER, STAGE_FOR_ROLL) as (simulated, rig), _window(rig) as window:
         window.wait_for("not homed")
@@ -182,6 +183,7 @@ def test_a_rig_that_a_run_owns_is_refused_with_its_owner(tmp_path: Path) -> None
         assert window.process.wait(10) == ExitStatus.FAILED
 
 
+@pytest.mark.thorough
 def test_a_plain_rate_ends_with_its_terminal_as_well(tmp_path: Path) -> None:
     with served(tmp_path, CLOCK, STAGE_FOR_ROLL) as (simulated, rig):
         with TerminalWindow([CALRIG, "jog", "--rig", rig, "--axis", "roll", "--home"]) as window:

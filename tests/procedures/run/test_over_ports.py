@@ -49,6 +49,7 @@ class CutsAfter:
             self._line.cut(self._refusals)
 
 
+@pytest.mark.thorough
 def test_fault_21_a_real_line_that_is_cut_is_opened_again_and_the_numbers_are_the_same(tmp_path: Path) -> None:
     small = bench(tmp_path, procedure=SHORT)
     small.run(tmp_path / "memory")

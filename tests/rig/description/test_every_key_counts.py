@@ -7,7 +7,7 @@ import pytest
 from _pytest.mark import ParameterSet
 from file_keys import keys_of
 from key_jobs import LOST_REPLY
-from key_trials import REMOVED, Trial, what_a_change_does
+from key_trials import REMOVED, Trial, marks_of, what_a_change_does
 
 from rig.description.device_settings import AxisSettings
 from rig.description.read import rig_form
@@ -203,7 +203,7 @@ def _tried() -> Iterator[ParameterSet]:
             continue
         driver, _, name = key.removeprefix("axes.*:").partition(".")
         is_shared = key.startswith("axes.*:") and driver != "indexing-table" and name in AxisSettings.model_fields
-        yield pytest.param(key, marks=pytest.mark.soak if is_shared else ())
+        yield pytest.param(key, marks=pytest.mark.soak if is_shared else marks_of(key))
 
 
 @pytest.mark.parametrize("key", list(_tried()))
