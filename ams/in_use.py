@@ -5,7 +5,7 @@
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -36,7 +36,8 @@ class Attitude:
     roll_sd_deg: FloatArray
     codes: flag_codes.Codes
     """0 where all is well, else bits of :mod:`ams.attitude.flag_codes`."""
-    reasons: Mapping[int, str]
+    reasons: Mapping[int, str] = field(repr=False)
+    """Every code that there is, in words."""
     yaw_deg: FloatArray | None = None
     """None but for a sting package."""
     yaw_sd_deg: FloatArray | None = None
