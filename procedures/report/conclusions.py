@@ -12,6 +12,7 @@ from ams.analysis.advice import advise
 from ams.analysis.calibration_budget import AxisBudget
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
+from ams.models.extended import TERM_NAMES
 from ams.observations import Observations
 from ams.parameter_words import words_of
 from ams.solve.extension import Extension
@@ -57,26 +58,28 @@ def axis_view(
 
 
 def budget_view(budget: AxisBudget) -> BudgetView:
-    """Return the budget as it is printed: sources, what they combine to, and the expanded uncertainty."""
-    names = list(budget.combined)
-    sources = [
-        BudgetRow(
-            line.source, line.type, line.degrees_of_freedom, _budget_cells(line.contributions, budget.combined),
-            line.stated,
+    """Return the budget as it is printed: sources, what they combine to, and the expanded uncertainty.
+
+    The terms of second and third order have theirs among the parameters: a page has no room for twelve columns.
+    """
+    names = [name for name in budget.combined if name not in TERM_NAMES]
+
+    def cells(values: Mapping[str, float]) -> tuple[str, ...]:
+        return tuple(
+            "·"
+            if values[name] < NEGLIGIBLE * budget.combined[name]
+            else two_digits(small_unit(words_of(name).unit)[1] * values[name])
+            for name in names
         )
+
+    sources = [
+        BudgetRow(line.source, line.type, line.degrees_of_freedom, cells(line.contributions), line.stated)
         for line in budget.lines
-    ]  # fmt: skip
-    combined = BudgetRow("combined", "", None, _budget_cells(budget.combined, budget.combined), "")
-    expanded = BudgetRow("expanded (95 %)", "", None, _budget_cells(budget.expanded_95, budget.combined), "")
+    ]
+    combined = BudgetRow("combined", "", None, cells(budget.combined), "")
+    expanded = BudgetRow("expanded (95 %)", "", None, cells(budget.expanded_95), "")
     headings = tuple((words_of(name).label, small_unit(words_of(name).unit)[0]) for name in names)
     return BudgetView(headings, (*sources, combined, expanded))
-
-
-def _budget_cells(values: Mapping[str, float], combined: Mapping[str, float]) -> tuple[str, ...]:
-    return tuple(
-        "·" if values[name] < NEGLIGIBLE * whole else two_digits(small_unit(words_of(name).unit)[1] * values[name])
-        for name, whole in combined.items()
-    )
 
 
 def parameter_row(estimate: ParameterEstimate, sensitivity: float, truth: float | None) -> ParameterRow:

@@ -1,6 +1,6 @@
 """Cells of the page: every value as the text that stands in a table. The templates call these as filters."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any, Protocol
 from urllib.parse import quote
@@ -8,6 +8,7 @@ from urllib.parse import quote
 import numpy as np
 from markupsafe import Markup, escape
 
+from ams.models.extended import TERM_NAMES
 from ams.parameter_words import words_of
 from ams.surveillance.attitude_errors import AngleErrors
 from procedures.journal.audit_trail import Interruption
@@ -98,10 +99,27 @@ def primary_label(name: str) -> str:
     return "b" if name == "offset_v" else words_of(name).label
 
 
+def primary_own(axis: AxisView) -> list[str]:
+    """Return the names of the primary parameters without the terms of higher order, which stand among the others."""
+    return [name for name in axis.calibration.primary_names if name not in TERM_NAMES]
+
+
 def primary_texts(axis: AxisView) -> list[Markup]:
-    """Primary estimates as value(uncertainty in the last two digits)."""
+    """Return those estimates as value(uncertainty in the last two digits)."""
     deviations = np.sqrt(np.maximum(np.diag(axis.calibration.primary_covariance), 0.0))
-    return [_concise(float(v), float(u)) for v, u in zip(axis.calibration.primary, deviations, strict=True)]
+    told = zip(axis.calibration.primary_names, axis.calibration.primary, deviations, strict=True)
+    return [_concise(float(value), float(deviation)) for name, value, deviation in told if name not in TERM_NAMES]
+
+
+def as_stated(axes: Sequence[AxisView]) -> list[tuple[str, str, str]]:
+    """Return source and what states it, said once for all axes; the axes where they are not all."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for axis in axes:
+        for row in () if axis.budget is None else axis.budget.rows:
+            if row.stated:
+                found.setdefault((row.source, row.stated), []).append(axis.axis)
+    everywhere = [axis.axis for axis in axes if axis.budget is not None]
+    return [(*key, "" if names == everywhere else ", ".join(names)) for key, names in found.items()]
 
 
 def _concise(value: float, uncertainty: float) -> Markup:
@@ -163,6 +181,8 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "as_change": as_change,
     "microvolt": microvolt,
     "primary_label": primary_label,
+    "primary_own": primary_own,
+    "as_stated": as_stated,
     "primary_texts": primary_texts,
     "utc": utc_text,
     "lasted": lasted,

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ams.models.extended import CUBIC_NAME, Q_NAMES
+from ams.models.extended import TERM_NAMES
 from procedures.kinds.section import TextTable
 from procedures.numbers import with_uncertainty
 from procedures.report.view import ParameterRow, RunView, SensorView
@@ -53,8 +53,6 @@ NARROWEST = 80
 """Tables are never made narrower: a terminal that is breaks their lines itself, and every digit is there."""
 WHOLE = 14
 """Cells up to so many characters are never broken: a number whose last digits are missing is another number."""
-BESIDE = (*Q_NAMES, CUBIC_NAME)
-"""Terms of second and third order stand in the report; a screen of 80 columns has room for the sensor's own."""
 
 
 def text_table(name: str, content: TextTable) -> Table:
@@ -83,7 +81,7 @@ def sensor_table(view: RunView, sensor: SensorView) -> Table:
     for heading in ("value", "± 95 %", "unit") + (("truth", "inside") if view.is_simulated else ()):
         table.add_column(heading, justify="left" if heading == "unit" else "right", no_wrap=True)
     for axis in sensor.axes:
-        shown = [row for row in axis.parameters if row.name not in BESIDE]
+        shown = [row for row in axis.parameters if row.name not in TERM_NAMES]  # they stand in the report
         for place, row in enumerate(shown):
             table.add_row(
                 axis.axis if place == 0 else "",
