@@ -111,6 +111,15 @@ def primary_texts(axis: AxisView) -> list[Markup]:
     return [_concise(float(value), float(deviation)) for name, value, deviation in told if name not in TERM_NAMES]
 
 
+def remarks_once(axes: Sequence[AxisView]) -> list[tuple[str, str]]:
+    """Return each remark once, with the axes that it is of where they are not all of several."""
+    found: dict[str, list[str]] = {}
+    for axis in axes:
+        for remark in axis.remarks:
+            found.setdefault(remark, []).append(axis.axis)
+    return [(text, "" if len(names) == len(axes) > 1 else ", ".join(names)) for text, names in found.items()]
+
+
 def as_stated(axes: Sequence[AxisView]) -> list[tuple[str, str, str]]:
     """Return source and what states it, said once for all axes; the axes where they are not all."""
     found: dict[tuple[str, str], list[str]] = {}
@@ -183,6 +192,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "primary_label": primary_label,
     "primary_own": primary_own,
     "as_stated": as_stated,
+    "remarks_once": remarks_once,
     "primary_texts": primary_texts,
     "utc": utc_text,
     "lasted": lasted,

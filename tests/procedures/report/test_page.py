@@ -190,3 +190,13 @@ def test_the_page_is_written_whole_and_over_an_older_one(tmp_path: Path) -> None
     write_screen(Drawn(view, _without_figures(view), page), tmp_path)
     assert target.read_text(encoding="utf-8") == page
     assert sorted(path.name for path in tmp_path.iterdir()) == ["figures", "report.html"]
+
+
+def test_what_holds_for_every_axis_is_said_once() -> None:
+    view = run_view(Scene())
+    (sensor,) = view.sensors
+    axes = tuple(replace(axis, remarks=("of all", f"of {axis.axis} alone")) for axis in sensor.axes)
+    view = replace(view, sensors=(replace(sensor, axes=axes),))
+    page = render_page(view, draw_figures(view))
+    assert page.count("of all<") == 1
+    assert all(f"<b>{axis.axis}:</b> of {axis.axis} alone" in page for axis in axes)
