@@ -68,6 +68,20 @@ def specific_force_by_roll(pitch_rad: FloatArray, roll_rad: FloatArray) -> Float
     return np.stack([zero, -cos_pitch * np.cos(roll_rad), cos_pitch * np.sin(roll_rad)], axis=-1)
 
 
+def from_level_axes(pitch_rad: FloatArray, yaw_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    """(…, 3, 3) from level axes into those of a stage, pitch, yaw, roll from outside in. Source: CR III-B."""
+    (cp, sp), (cy, sy), (cr, sr) = ((np.cos(angle), np.sin(angle)) for angle in (pitch_rad, yaw_rad, roll_rad))
+    zero, one = np.zeros_like(cp), np.ones_like(cp)
+    by_pitch = _matrices([[cp, zero, -sp], [zero, one, zero], [sp, zero, cp]])
+    by_yaw = _matrices([[cy, sy, zero], [-sy, cy, zero], [zero, zero, one]])
+    by_roll = _matrices([[one, zero, zero], [zero, cr, sr], [zero, -sr, cr]])
+    return np.asarray(by_roll @ by_yaw @ by_pitch)
+
+
+def _matrices(rows: list[list[FloatArray]]) -> FloatArray:
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
 def body_rates_rad_s(euler_rad: Array, euler_rate_rad_s: Array) -> Array:
     """Return the angular velocity in model axes, (N, 3).
 

@@ -40,6 +40,8 @@ _WORDS: Mapping[str, tuple[str, str]] = {
     "k3_v_per_g3": ("cubic term", "K₃"),
     **{f"k_{axis}_v_per_{level}": (f"k {way}", f"k_{axis}")
        for axis, way in zip("xyz", ("forward", "right", "down"), strict=True) for level in ("g", "dps")},
+    **{f"towards_{axis}_deg": (f"angle towards {axis}", "") for axis in "xyz"},
+    **{f"towards_{axis}": (f"angle towards {axis}", "") for axis in "xyz"},  # the tests of their drift
     "coning": ("coning angle", "Ω"),  # the test of its drift
 }  # fmt: skip
 """Names that the reports have a symbol for; every other name is read by :func:`ams.units.label_and_unit`."""

@@ -34,6 +34,7 @@ SOURCES: Mapping[str, tuple[str, Literal["A", "B"]]] = MappingProxyType(
         "whole plots": ("scatter between visits of temperature plateaus", "A"),
         "lack-of-fit": ("lack of fit", "A"),
         "residuals": ("residuals of one replication", "A"),
+        "field across": ("field across the coil, by the scatter of all axes", "A"),
         "table": ("indices of the table", "B"),
         "temperature": ("known temperature coefficients", "B"),
     }

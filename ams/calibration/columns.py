@@ -107,10 +107,13 @@ def solve_linearised(
 ) -> SolvedColumns:
     """Estimate, covariance, derived parameters and tests; ``shared`` are errors that all rows of every axis share."""
     common = _common_errors(problem, table, shared)
-    # A straight line is drawn as it is, and what its levels are wrong by is added: weights by them would move it.
+    # A straight line is drawn as it is: weights by what its levels are wrong by would move it. Those errors are added
+    # to its covariance; where they make rows across a field scatter, they are also taken out of the lack of fit.
     is_line = problem.block.reference_level is not None
-    mixed = estimate(problem.form, problem.alone, layout, problem.outputs, [] if is_line else common, plots)
-    if is_line:
+    is_apart = is_line and not any(error.effect == "field" for error in shared)
+    within = [] if is_apart else common
+    mixed = estimate(problem.form, problem.alone, layout, problem.outputs, within, plots, is_weighted=not is_line)
+    if is_apart:
         mixed = mixed.with_errors(problem.form, common)
     primary = problem.complete(mixed.estimate)
     components = _all_primary(problem, mixed, common)

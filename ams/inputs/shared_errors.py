@@ -17,10 +17,13 @@ from ams.models.model import Model, Stimulus
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.statistics.budget import Kind
 
-Effect = Literal["reading", "gain", "pitch", "base-tilt", "temperature", "level"]
+Effect = Literal["reading", "gain", "pitch", "base-tilt", "temperature", "level", "field"]
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``pitch``: radians, the zero of pitch with
 the tilt of the base about that axis; ``base-tilt``: radians, of the base across it; ``temperature``: °C;
-``level``: of the known levels of a straight line, in the columns that the observations state."""
+``level``: of the known levels of a straight line, in the columns that the observations state;
+``field``: the same of a field that is known as a vector, where rows across an axis scatter by it."""
+
+LEVELS: tuple[Effect, ...] = ("level", "field")
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ def shared_columns(
 
 def reaches(error: SharedError, model: Model) -> bool:
     """Return whether the model has anything for the error to act on."""
-    if error.effect == "level":
+    if error.effect in LEVELS:
         return any(name.startswith("slope_") for name in model.primary_names)
     if error.effect == "temperature":
         return TEMPERATURE_NAMES[0] in model.primary_names
@@ -71,7 +74,7 @@ def reaches(error: SharedError, model: Model) -> bool:
 
 
 def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
-    if error.effect == "level":
+    if error.effect in LEVELS:
         slopes = [value for name, value in zip(model.primary_names, primary, strict=True) if name.startswith("slope_")]
         return (
             None if rows.level_errors is None or not slopes else slopes[0] * rows.level_errors[:, list(error.columns)]

@@ -56,8 +56,7 @@ class MixedEstimates:
 
     def with_errors(self, form: LinearForm, common: Sequence[CommonErrors]) -> "MixedEstimates":
         """Return the same estimates with common errors added to their covariances, one entry an output or none."""
-        estimator = np.broadcast_to(self.estimator, (self.estimate.shape[0], *self.estimator.shape[-2:]))
-        return replace(self, components=(*self.components, *_from_common(form, estimator, common)))
+        return replace(self, components=(*self.components, *_from_common(form, self.estimator, common)))
 
     @property
     def covariance(self) -> FloatArray:
@@ -72,17 +71,19 @@ def estimate(
     outputs: FloatArray,
     common: Sequence[CommonErrors],
     plots: WholePlots,
+    *,
+    is_weighted: bool = True,
 ) -> MixedEstimates:
     """Estimate from (N, m) outputs.
 
     ``alone`` is the part of the model that every replication determines by itself: ``form``, or its leading columns
     where further parameters (temperature coefficients) are only seen across replications. ``common`` is empty, or has
-    one entry for every output.
+    one entry for every output. Not weighted, the estimate is the ordinary one whatever is common.
     """
     block_rows = layout.rows // form.repeats
     joined = [np.hstack(list(blocks.values())) if blocks else np.zeros((block_rows, 0)) for blocks in common]
     if plots.dof < 1:
-        return _unreplicated(form, layout, outputs, common, joined)
+        return _unreplicated(form, layout, outputs, common, joined, is_weighted=is_weighted)
     ordinary, own_v = _split(form, alone, outputs)
     sums = replicated_sums(alone, layout, own_v)
     ss_ordinary = sums.ss_pooled_bias + sums.ss_pooled_precision
@@ -93,7 +94,7 @@ def estimate(
     precision, beyond, beyond_dof = _variances(alone, layout, sums, joined)
     typical = np.where(np.isnan(precision), ss_ordinary / max(layout.rows - form.basis.shape[1], 1), precision)
     own = [_own_variance(form, layout, *pair) for pair in zip(typical, beyond, strict=True)] if joined else []
-    estimator, found = _weighted(form, outputs, ordinary, own, joined)
+    estimator, found = _weighted(form, outputs, ordinary, own, joined if is_weighted else [])
     components = [_spread(estimator, form, alone, layout, own_v, sums, plots)]
     if beyond.any():
         components.append(_lack_of_fit(estimator, layout, beyond, beyond_dof, sums.point_effects))
@@ -107,6 +108,8 @@ def _unreplicated(
     outputs: FloatArray,
     common: Sequence[CommonErrors],
     joined: Sequence[FloatArray],
+    *,
+    is_weighted: bool,
 ) -> MixedEstimates:
     """Estimate from one replication (or none to spare).
 
@@ -121,7 +124,8 @@ def _unreplicated(
     if joined:
         scatter = own_scatter(form.basis, outputs, np.tile(np.stack(joined), (1, form.repeats, 1)), weights)
         variance, dof = scatter.variance, scatter.dof
-    estimator, found = _weighted(form, outputs, ordinary, [v / weights for v in variance], joined)
+    own = [v / weights for v in variance]
+    estimator, found = _weighted(form, outputs, ordinary, own, joined if is_weighted else [])
     spread = variance[:, None, None] * ((estimator / weights) @ np.swapaxes(estimator, -1, -2))
     residuals = np.sqrt(weights)[:, None] * (outputs - form.basis @ ordinary)
     causes = Causes(estimator / np.sqrt(weights), np.sqrt(variance), residuals)
@@ -313,7 +317,8 @@ def _from_common(form: LinearForm, estimator: FloatArray, common: Sequence[Commo
     parts = []
     for name in common[0] if common else ():
         rows = common[0][name].shape[0]
-        pairs = zip(estimator[..., :rows], common, strict=True)
+        each = np.broadcast_to(estimator, (len(common), *estimator.shape[-2:]))
+        pairs = zip(each[..., :rows], common, strict=True)
         effects = np.stack([form.repeats * own @ blocks[name] for own, blocks in pairs])
         parts.append(_of_effects(name, effects, 1.0, np.full(len(effects), np.inf)))
     return parts

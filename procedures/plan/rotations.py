@@ -7,6 +7,7 @@ from outside in. Source: CR III-B, elementary matrices TP (110) to (112).
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.frames import from_level_axes
 from rig.description.rig_file import Sensor
 
 UP = np.array([0.0, 0.0, -1.0])
@@ -15,12 +16,7 @@ UP = np.array([0.0, 0.0, -1.0])
 
 def to_stage(pitch_rad: float, yaw_rad: float, roll_rad: float) -> FloatArray:
     """(3, 3) from level axes into the axes of the stage that carries the package."""
-    (cp, sp), (cy, sy), (cr, sr) = ((np.cos(angle), np.sin(angle)) for angle in (pitch_rad, yaw_rad, roll_rad))
-    by_pitch = np.array([[cp, 0.0, -sp], [0.0, 1.0, 0.0], [sp, 0.0, cp]])
-    by_yaw = np.array([[cy, sy, 0.0], [-sy, cy, 0.0], [0.0, 0.0, 1.0]])
-    by_roll = np.array([[1.0, 0.0, 0.0], [0.0, cr, sr], [0.0, -sr, cr]])
-    turned: FloatArray = by_roll @ by_yaw @ by_pitch
-    return turned
+    return from_level_axes(np.float64(pitch_rad), np.float64(yaw_rad), np.float64(roll_rad))  # type: ignore[arg-type]
 
 
 def body_axis(sensor: Sensor, axis: str) -> FloatArray:

@@ -7,6 +7,7 @@ mounted turned has its truth in axes other than the solution's.
 import numpy as np
 
 from ams.calibration_result import AxisCalibration
+from ams.frames import AXES
 from ams.models.accelerometer import PitchRoll, vector_from_angles
 from ams.models.extended import CUBIC_NAME, Q_NAMES, TRACELESS_NAME
 from ams.observations import Observations
@@ -31,6 +32,7 @@ def truth_of(
     values = {
         "coning_deg": truth.coning_deg,
         "azimuth_deg": truth.azimuth_deg,
+        **_towards_deg(truth, calibration.nominal_axis),
         "offset_tc_v_per_degc": truth.offset_tc_v_per_degc,
         "sensitivity_tc_per_degc": truth.sensitivity_tc_per_degc / warming,
     }
@@ -42,6 +44,18 @@ def truth_of(
         sense = -1.0 if calibration.model.startswith("pitch-yaw-roll") else 1.0
         values["sensitivity_v_per_g"] = sense * truth.sensitivity_v_per_g * warming
     return values | _best_linear(truth, values, calibration)
+
+
+def _towards_deg(truth: AxisTruth, axis: str) -> dict[str, float]:
+    """Return the angles by which the sensitive axis lies towards the two others."""
+    lies = dict(
+        zip(AXES, vector_from_angles(axis, 1.0, *np.radians([truth.coning_deg, truth.azimuth_deg])), strict=True)
+    )
+    return {
+        f"towards_{other}_deg": float(np.rad2deg(np.arctan2(lies[other], lies[axis])))
+        for other in AXES
+        if other != axis
+    }
 
 
 def _best_linear(truth: AxisTruth, values: dict[str, float], calibration: AxisCalibration) -> dict[str, float]:

@@ -76,13 +76,15 @@ def known_levels(item: SensorRows, observations: Observations, axis: str) -> Lev
     if levels is not None and levels.method == "magnet-difference":
         return _magnet_levels(item.dwells, reading)
     is_beside_the_unknown = levels is not None and levels.surroundings_ut is None
-    level_of = _level_of(item, observations, axis, item.plan.levels is not None and not is_beside_the_unknown)
+    along = body_axis(item.sensor, axis)
+    known = None if levels is None else levels.surroundings_ut
+    level_of = _level_of(item, observations, along, np.zeros(3) if known is None else np.array(known))
     level = np.array([level_of(row, {}) for row in range(len(item.dwells))])
     sense = None
     if is_beside_the_unknown:
-        turned = _turned(item, observations, axis)
+        turned = _turned(observations, along)
         sense = np.array([turned(row, {}, _coil(row, item)) for row in range(level.size)])
-    errors = tuple(_errors(item, observations, axis, level_of, level))
+    errors = tuple(_errors(item, observations, axis, along, level_of, level))
     found = LevelRows(np.arange(level.size), level, reading, sense, errors)
     if sense is not None:
         return found.kept(np.flatnonzero(np.abs(sense) > LEAST_ALONG))
@@ -91,12 +93,23 @@ def known_levels(item: SensorRows, observations: Observations, axis: str) -> Lev
     return found
 
 
+def errors_of_field(
+    item: SensorRows, observations: Observations, axis: str, along: FloatArray, beside_ut: FloatArray
+) -> tuple[LevelError, ...]:
+    """Return what the rig file declares, for a sensor that lies along a vector in stage axes, in a field beside coils.
+
+    The errors are of the component along the vector; one of length other than one gives them in proportion.
+    """
+    level_of = _level_of(item, observations, along, beside_ut)
+    level = np.array([level_of(row, {}) for row in range(len(item.dwells))])
+    return tuple(_errors(item, observations, axis, along, level_of, level))
+
+
 Turned = Callable[[int, Mapping[str, float], FloatArray], float]
 
 
-def _turned(item: SensorRows, observations: Observations, axis: str) -> Turned:
-    """Return the component along the axis of a vector that is known in level axes."""
-    along = body_axis(item.sensor, axis)
+def _turned(observations: Observations, along: FloatArray) -> Turned:
+    """Return the component along a vector in stage axes of one that is known in level axes."""
     known = _angles_rad(observations)
 
     def component(row: int, by_rad: Mapping[str, float], vector: FloatArray) -> float:
@@ -109,10 +122,10 @@ def _turned(item: SensorRows, observations: Observations, axis: str) -> Turned:
     return component
 
 
-def _level_of(item: SensorRows, observations: Observations, axis: str, with_surroundings: bool) -> LevelOf:
-    along, known = body_axis(item.sensor, axis), _angles_rad(observations)
+def _level_of(item: SensorRows, observations: Observations, along: FloatArray, beside_ut: FloatArray) -> LevelOf:
+    known = _angles_rad(observations)
     rates = observations.euler_rate_rad_s
-    turned = _turned(item, observations, axis)
+    turned = _turned(observations, along)
 
     def rate_dps(row: int, by_rad: Mapping[str, float]) -> float:
         if rates is None:
@@ -124,19 +137,12 @@ def _level_of(item: SensorRows, observations: Observations, axis: str, with_surr
         return rate_dps
     if item.sensor.measures == "acceleration":
         return lambda row, by_rad: turned(row, by_rad, UP)
-    beside = _surroundings_ut(item) if with_surroundings else np.zeros(3)
-    return lambda row, by_rad: turned(row, by_rad, beside + _applied_ut(item.dwells[row], item.rig))
+    return lambda row, by_rad: turned(row, by_rad, beside_ut + _applied_ut(item.dwells[row], item.rig))
 
 
 def _angles_rad(observations: Observations) -> Mapping[str, FloatArray]:
     yaw = np.zeros(observations.rows) if observations.yaw_rad is None else observations.yaw_rad
     return {"pitch": observations.pitch_rad, "yaw": yaw, "roll": observations.roll_rad}
-
-
-def _surroundings_ut(item: SensorRows) -> FloatArray:
-    assert item.plan.levels is not None
-    assert item.plan.levels.surroundings_ut is not None
-    return np.array(item.plan.levels.surroundings_ut)
 
 
 def _applied_ut(row: DwellRecord, rig: RigDescription) -> FloatArray:
@@ -159,7 +165,12 @@ def _coil(row: int, item: SensorRows) -> FloatArray:
 
 
 def _errors(
-    item: SensorRows, observations: Observations, axis: str, level_of: LevelOf, level: FloatArray
+    item: SensorRows,
+    observations: Observations,
+    axis: str,
+    along: FloatArray,
+    level_of: LevelOf,
+    level: FloatArray,
 ) -> Iterator[LevelError]:
     """Tell every error of the levels that the rig file declares: attitudes, the level of the base, coils."""
     slope, curvature = _changes(level_of, level)
@@ -172,7 +183,7 @@ def _errors(
             place, u_rad = OF_BASE[error.effect], error.standard_uncertainty
             columns = np.stack([slope[place] * u_rad, curvature[place] * u_rad**2 / 2.0], axis=-1)
             yield LevelError(replace(error, effect="level", standard_uncertainty=1.0), columns)
-    yield from _of_coils(item, observations, axis)
+    yield from _of_coils(item, observations, along)
 
 
 def _changes(level_of: LevelOf, level: FloatArray) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
@@ -199,8 +210,8 @@ def _of_attitudes(
     return np.concatenate([each, together[:, None]], axis=1)
 
 
-def _of_coils(item: SensorRows, observations: Observations, axis: str) -> Iterator[LevelError]:
-    turned = _turned(item, observations, axis)
+def _of_coils(item: SensorRows, observations: Observations, along: FloatArray) -> Iterator[LevelError]:
+    turned = _turned(observations, along)
     applied: dict[str, list[float]] = {}
     for row in item.dwells:
         for coil in () if row.motion is None else row.motion.field_ut:
@@ -208,9 +219,9 @@ def _of_coils(item: SensorRows, observations: Observations, axis: str) -> Iterat
     for coil, fields_ut in applied.items():
         u_ut, largest_ut = item.rig.field[coil].uncertainty_ut, max(map(abs, fields_ut))
         if u_ut > 0.0 and largest_ut > 0.0:
-            along = [turned(row, {}, _unit(item.rig, coil)) * field_ut for row, field_ut in enumerate(fields_ut)]
+            share = [turned(row, {}, _unit(item.rig, coil)) * field_ut for row, field_ut in enumerate(fields_ut)]
             stated = f"field.{coil}: standard {u_ut:g} µT of {largest_ut:g} µT, an error of its scale"
-            column = np.array(along)[:, None] * u_ut / largest_ut
+            column = np.array(share)[:, None] * u_ut / largest_ut
             yield LevelError(SharedError(f"scale of field {coil}", "level", 1.0, "standard", stated), column)
 
 

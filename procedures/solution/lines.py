@@ -1,12 +1,17 @@
-"""Straight lines of SR, real = gain · reading + offset: every axis by itself, with the errors of its known levels."""
+"""Straight lines of SR, real = gain · reading + offset: every axis with the errors of its known levels.
 
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+A magnetometer is solved with the field across its axes where its attitudes determine that:
+:mod:`procedures.solution.triad`.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
 
 from ams.analysis.calibration_budget import AxisBudget, axis_budget
+from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import to_document
 from ams.calibration.findings_document import budget_document, findings_document
@@ -18,8 +23,9 @@ from ams.models.field_line import FieldLine
 from ams.models.model import Model
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
-from procedures.solution.levels import LevelRows, known_levels
+from procedures.solution.levels import LevelError, LevelRows, known_levels
 from procedures.solution.request import SensorRows, SolvedSensor
+from procedures.solution.triad import TriadAxis, triad_of
 from procedures.solution.type_b import shared_errors
 
 EARTH_UT = 50.0
@@ -38,37 +44,72 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     axes: dict[str, AxisCalibration] = {}
     budgets: dict[str, AxisBudget] = {}
     warnings = dict[str, None]()
+    triad = triad_of(item, observations)
     for label in item.channels:
-        levels = known_levels(item, observations, label)
-        if levels.level.size == 0 or float(np.ptp(levels.level)) == 0.0:
+        line = (
+            _of_triad(item, observations, label, triad[label]) if label in triad else _line(item, observations, label)
+        )
+        if line is None:
             sentence = f"axis {label}: it was exposed to one level only: no line goes through it; it has no result"
             warnings[sentence] = None
             continue
-        model = _model(item, observations, label, levels)
-        errors = _errors(item, label, levels)
+        model, errors = line.model, line.errors
         request = CalibrationRequest(nominal_axes={label: label}, models={label: model}, shared_errors={label: errors})
-        solved = calibrate(_rows(observations, label, levels), request)
+        solved = calibrate(line.rows, request)
         axes[label] = solved.axes[label]
         if any(estimate.value is not None for estimate in axes[label].parameters):
             budgets[label] = axis_budget(axes[label], errors, model=model)
         warnings |= dict.fromkeys(solved.warnings)
     if not axes:
         raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
-    warnings |= dict.fromkeys(_across(item))
+    warnings |= dict.fromkeys(_across(item, [label for label in axes if label not in triad]))
     return SolvedSensor(item.name, observations, Calibration(axes, "linear", "SR", tuple(warnings)), None, budgets)
 
 
-def _across(item: SensorRows) -> Iterator[str]:
+@dataclass(frozen=True)
+class _Line:
+    """What one axis is solved by."""
+
+    model: Model
+    rows: Observations
+    errors: tuple[SharedError, ...]
+
+
+def _line(item: SensorRows, observations: Observations, label: str) -> _Line | None:
+    """Return the line along the nominal direction; None where there are no two levels."""
+    levels = known_levels(item, observations, label)
+    if levels.level.size == 0 or float(np.ptp(levels.level)) == 0.0:
+        return None
+    model = _model(item, observations, label, levels)
+    return _Line(model, _rows(observations, label, levels), _errors(item, label, levels.errors))
+
+
+def _of_triad(item: SensorRows, observations: Observations, label: str, axis: TriadAxis) -> _Line:
+    rows = replace(
+        observations,
+        outputs={label: observations.outputs[label]},
+        units={label: observations.unit_of(label)},
+        reference_level=axis.applied_ut,
+        level_errors=_columns(axis.errors),
+        source=f"{observations.source}, axis {label}",
+    )
+    of_field = [replace(one, error=replace(one.error, effect="field")) for one in axis.errors]
+    return _Line(axis.model, rows, _errors(item, label, of_field))
+
+
+def _across(item: SensorRows, labels: Sequence[str]) -> Iterator[str]:
     """Say what a line along the nominal direction cannot know: the field across an axis does not turn with it."""
-    if item.sensor.measures != "field":
+    if item.sensor.measures != "field" or not labels:
         return
     known = None if item.plan.levels is None else item.plan.levels.surroundings_ut
     strength_ut = EARTH_UT if known is None else float(np.linalg.norm(known))
+    subject = "each line" if len(labels) == len(item.channels) else f"the line of {' and '.join(labels)}"
     yield (
-        "each line takes its axis as lying along its nominal direction: of a field across it, one that lies or is "
+        f"{subject} takes its axis as lying along its nominal direction: of a field across it, one that lies or is "
         f"set beside it senses {strength_ut * np.sin(np.deg2rad(1.0)):.2g} µT for each degree (in a field of "
-        f"{strength_ut:.3g} µT across), the same in both senses; that is in the offset, not in its uncertainty; keep "
-        "the field across the coil small"
+        f"{strength_ut:.3g} µT across), the same in both senses; that is in the offset, not in its uncertainty; lay "
+        "every axis of the package along and against a coil of known field, which tells how each lies, or keep the "
+        "field across the coil small"
     )
 
 
@@ -77,14 +118,14 @@ def _model(item: SensorRows, observations: Observations, label: str, levels: Lev
     return line(label, UNITS[item.sensor.measures], observations.unit_of(label))
 
 
-def _errors(item: SensorRows, label: str, levels: LevelRows) -> tuple[SharedError, ...]:
+def _errors(item: SensorRows, label: str, errors: Sequence[LevelError]) -> tuple[SharedError, ...]:
     """Return the meter's errors as they are, and everything else as an error of the known levels."""
     of_reading = [one for one in shared_errors(item.rig, item.sensor)[label] if one.effect in ("reading", "gain")]
-    ends = np.cumsum([one.columns.shape[1] for one in levels.errors]).tolist()
+    ends = np.cumsum([one.columns.shape[1] for one in errors]).tolist()
     starts = [0, *ends]
     of_level = [
         replace(one.error, columns=tuple(range(start, end)))
-        for one, start, end in zip(levels.errors, starts, ends, strict=False)
+        for one, start, end in zip(errors, starts, ends, strict=False)
     ]
     return (*of_reading, *of_level)
 
@@ -101,9 +142,13 @@ def _rows(observations: Observations, label: str, levels: LevelRows) -> Observat
         units={label: observations.unit_of(label)},
         time_s=None if observations.time_s is None else observations.time_s[levels.rows],
         reference_level=levels.level,
-        level_errors=np.concatenate([one.columns for one in levels.errors], axis=1) if levels.errors else None,
+        level_errors=_columns(levels.errors),
         source=f"{observations.source}, axis {label}",
     )
+
+
+def _columns(errors: Sequence[LevelError]) -> FloatArray | None:
+    return np.concatenate([one.columns for one in errors], axis=1) if errors else None
 
 
 def lines_document(calibration: Calibration, budgets: Mapping[str, AxisBudget]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from ams.exports.formats import load_set
 from ams.exports.verify import verify
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
 from procedures.records.states import State
+from procedures.report.truth import truth_of
 from procedures.run.dwell.turning import RateWatch
 from procedures.run.resume import resume
 from rig.devices.abilities import TurnLook
@@ -119,6 +120,12 @@ def test_sr_magnetometer_with_and_without_the_coil_s_field_the_earth_s_known_or_
     assert ("surroundings_ut" in names) == (not known)
     if not known:
         _require_inside(solved, "MicroMag3", {axis: {"surroundings_ut": 40.0} for axis in "xyz"})
+    rig = solved.record.rig
+    for axis, found in calibration.axes.items():
+        told = truth_of(rig, "MicroMag3", axis, solved.sensors["MicroMag3"].observations, found)
+        towards = {name: value for name, value in told.items() if name.startswith("towards_")}
+        assert len(towards) == 2
+        _require_inside(solved, "MicroMag3", {axis: towards})
     document = json.loads(json.dumps(sensors_document(solved), allow_nan=False))["MicroMag3"]
     assert (document["model"], document["convention"]) == ("linear", "SR")
     assert set(document["axes"]["x"]["parameters"]["gain_ut_per_ut"]) >= {
