@@ -37,6 +37,12 @@ def terminal_signals() -> Iterator[None]:
 
 
 @pytest.fixture
+def wide_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give the test lines of 200 columns: words are looked for as they stand, not as a narrow terminal breaks them."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+
+@pytest.fixture
 def no_report() -> Iterator[None]:
     """Leave page, figures and paper out of every delivery: most of a small job's time, where nobody looks at them."""
     with reports_left_out():

@@ -55,6 +55,7 @@ def _unknown_in(typed: str) -> list[str]:
     return [one for one in sorted(options) if f"{one} " not in told]
 
 
+@pytest.mark.usefixtures("wide_terminal")
 @pytest.mark.parametrize("page", PAGES, ids=str)
 def test_every_command_on_a_page_exists_with_its_options(page: Path) -> None:
     assert {typed: unknown for typed in _typed(page) if (unknown := _unknown_in(typed))} == {}

@@ -133,10 +133,11 @@ def test_tables_that_do_not_go_together_are_refused(
         motion_run(tmp_path, example, procedure, changes)
 
 
+@pytest.mark.usefixtures("wide_terminal")
 @pytest.mark.parametrize(
     ("example", "procedure", "line"),
     [
-        (TABLE, "rates", "pitch at +40 °/s, 1 revolutions in 9 s"),
+        (TABLE, "rates", "pitch at +40 °/s, 1 revolution in 9 s"),
         (TABLE, "harmonic", "harmonic motion of pitch 10°, yaw 10°, roll 10° for 10 s"),
         (SERVO, "gyro", "roll at -9 °/s, 20 sweeps, read for 300 s"),
         (SERVO, "magnetometer", "at rest at roll 90°, coil 40 µT for 60 s"),
