@@ -144,7 +144,8 @@ def _in_words(dwell: Dwell) -> str:
     match dwell.motion:
         case Turn(sweep_deg=None):
             turn = dwell.motion
-            return f"{turn.turned_axis} at {turn.rate_dps:+g} °/s, {turn.revolutions} revolution{'' if turn.revolutions == 1 else 's'} in {turn.seconds:.4g} s"
+            turns = "1 revolution" if turn.revolutions == 1 else f"{turn.revolutions} revolutions"
+            return f"{turn.turned_axis} at {turn.rate_dps:+g} °/s, {turns} in {turn.seconds:.4g} s"
         case Turn():
             turn = dwell.motion
             return f"{turn.turned_axis} at {turn.rate_dps:+g} °/s, {turn.sweeps} sweeps, read for {turn.seconds:.4g} s"
