@@ -45,6 +45,19 @@ def two_digits(value: float) -> str:
     return to_place(value, last_place(abs(value))) if abs(value) >= 10.0**-MOST_DECIMALS else f"{value:.1e}"
 
 
+MANY_DOF = 10_000.0
+"""Beyond, Student's factor is that of the normal distribution to four digits."""
+
+
+def degrees_of_freedom(dof: float | None) -> str:
+    """Return degrees of freedom as a table has them: one decimal where they are few, no digits where they are many."""
+    if dof is None or math.isnan(dof):
+        return "—"
+    if dof > MANY_DOF:
+        return "∞" if math.isinf(dof) else "> 10 000"
+    return f"{dof:.0f}" if dof >= 10 else f"{dof:.1f}".removesuffix(".0")
+
+
 def three_digits(value: float) -> str:
     """Return a test value or a limit of one: three significant digits, two decimals at most."""
     if not math.isfinite(value):

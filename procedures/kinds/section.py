@@ -14,7 +14,7 @@ from ams.calibration_result import Calibration, ParameterEstimate
 from ams.frames import wrap_deg
 from ams.parameter_words import words_of
 from ams.units import printed
-from procedures.numbers import p_value, three_digits, two_digits, with_uncertainty
+from procedures.numbers import degrees_of_freedom, p_value, three_digits, two_digits, with_uncertainty
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Turn
 from procedures.records.dwells import DwellRecord
@@ -131,8 +131,7 @@ def _parameter_cells(estimate: ParameterEstimate, truth: float | None, is_simula
     interval = estimate.interval_95
     half = None if interval is None else 0.5 * (interval[1] - interval[0])
     value, expanded = ("not determined", "—") if estimate.value is None else with_uncertainty(estimate.value, half)
-    dof = "—" if estimate.effective_degrees_of_freedom is None else two_digits(estimate.effective_degrees_of_freedom)
-    cells = (label, unit, value, expanded, dof)
+    cells = (label, unit, value, expanded, degrees_of_freedom(estimate.effective_degrees_of_freedom))
     if not is_simulated:
         return cells
     if truth is None or interval is None:

@@ -17,6 +17,7 @@ from procedures.numbers import (
     arcsec,
     as_drawn,
     attitude,
+    degrees_of_freedom,
     duration,
     last_place,
     p_value,
@@ -70,12 +71,6 @@ def truth_text(row: ParameterRow) -> Markup:
 
 def holds_truth(row: ParameterRow) -> str:
     return {True: "yes", False: "no", None: "—"}[row.holds_truth]
-
-
-def dof_text(dof: float | None) -> str:
-    if dof is None or np.isnan(dof):
-        return "—"
-    return "∞" if dof > 1e6 else f"{dof:.0f}" if dof >= 10 else f"{dof:.1f}".removesuffix(".0")
 
 
 def factor_text(factor: float | None) -> str:
@@ -184,7 +179,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "expanded_text": expanded_text,
     "truth_text": truth_text,
     "holds_truth": holds_truth,
-    "dof": dof_text,
+    "dof": degrees_of_freedom,
     "factor": factor_text,
     "as_arcsec": as_arcsec,
     "as_change": as_change,

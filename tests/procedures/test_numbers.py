@@ -1,6 +1,17 @@
+import math
+
 import pytest
 
-from procedures.numbers import angle, arcsec, duration, p_value, three_digits, two_digits, with_uncertainty
+from procedures.numbers import (
+    angle,
+    arcsec,
+    degrees_of_freedom,
+    duration,
+    p_value,
+    three_digits,
+    two_digits,
+    with_uncertainty,
+)
 
 
 @pytest.mark.parametrize(
@@ -47,3 +58,11 @@ def test_a_probability_is_never_printed_as_zero() -> None:
 def test_angles_and_durations_read_as_people_write_them() -> None:
     assert [angle(value) for value in (-90.0, 0.0, -0.0, 0.1234)] == ["−90°", "0°", "0°", "0.1234°"]
     assert [duration(value) for value in (5.25, 432.0, 44460.0)] == ["5.2 s", "7 min 12 s", "12 h 21 min"]
+
+
+@pytest.mark.parametrize(
+    ("dof", "told"),
+    [(None, "—"), (math.nan, "—"), (5.0, "5"), (5.46, "5.5"), (59.4, "59"), (10_000.4, "> 10 000"), (math.inf, "∞")],
+)
+def test_degrees_of_freedom_have_the_digits_that_say_something(dof: float | None, told: str) -> None:
+    assert degrees_of_freedom(dof) == told
