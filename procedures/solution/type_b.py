@@ -14,6 +14,7 @@ from ams.analysis.calibration_budget import Gravity
 from ams.inputs.shared_errors import Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
 from ams.units import ARCSEC_PER_DEG
+from procedures.numbers import two_digits
 from rig.description.device_settings import AxisSettings
 from rig.description.index_table import IndexTable
 from rig.description.rig_file import RigDescription, Sensor, Standard
@@ -85,12 +86,16 @@ def _known(axis: AxisSettings, divided_by: float) -> KnownErrors | None:
 
 
 def table_in_words(rig: RigDescription) -> str:
-    """Describe what is declared of the table's indices."""
-    return ", ".join(
-        f"{name} u {u:.2g}″{_shape_in_words(rig, name)}"
+    """Describe what is declared of the table's indices; a shape of several axes is told once, behind the last."""
+    told = {
+        name: (f"{name} u {two_digits(u_arcsec)}″", _shape_in_words(rig, name))
         for name in ("pitch", "yaw", "roll")
-        if (u := standard_uncertainty_arcsec(rig, name)) > 0.0
-    )
+        if (u_arcsec := standard_uncertainty_arcsec(rig, name)) > 0.0
+    }
+    shapes = {shape for _, shape in told.values()}
+    if len(shapes) == 1:
+        return ", ".join(size for size, _ in told.values()) + shapes.pop()
+    return ", ".join(f"{size}{shape}" for size, shape in told.values())
 
 
 def _shape_in_words(rig: RigDescription, name: str) -> str:
