@@ -1,6 +1,7 @@
 """The terminal of a run: it may be closed, suspended or sent to the background, and the run goes on.
 
-A signal that was ignored when the command began (``nohup``) stays ignored.
+A signal that was ignored when the command began (``nohup``) stays ignored where nothing is shown on a terminal; where
+something is, it ends nothing either.
 """
 
 import os
@@ -28,8 +29,9 @@ def outlived() -> Iterator[None]:
         os.close(nowhere)
 
     before = {number: signal.getsignal(number) for number in HANG_UP}
-    for number in (number for number, handler in before.items() if handler is not signal.SIG_IGN):
-        signal.signal(number, hung_up)
+    for number, handler in before.items():
+        if shown or handler is not signal.SIG_IGN:  # ignored by a shell: what is written to the lost terminal fails
+            signal.signal(number, hung_up)
     try:
         with job_control_ignored():
             yield
