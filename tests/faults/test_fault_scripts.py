@@ -94,8 +94,8 @@ def test_random_fault_scripts_leave_no_wrong_parameter_without_a_word(
 ) -> None:
     """Three for each of the four sets of devices; 75 each among the soaks, and three thousand others."""
     found = _try(campaign(devices), tmp_path, seeds)
-    assert found["struck"] >= 0.8 * len(seeds), "most scripts do happen"
-    assert found[State.FINISHED] >= 0.8 * len(seeds), "most faults heal"
+    assert found["struck"] >= 0.75 * len(seeds), "most scripts do happen"
+    assert found[State.FINISHED] >= 0.75 * len(seeds), "most faults heal"
 
 
 @pytest.mark.soak
