@@ -15,7 +15,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import DesignError
 from ams.frames import AXES, Attitude, specific_force, specific_force_by_pitch, specific_force_by_roll
-from ams.models.model import Stimulus
+from ams.models.model import LinearModel, Stimulus
 from ams.models.sensor_model import ACCELEROMETER_TEXT, SYMBOLS_TEXT, Equation, SensorModel, SetForm
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
@@ -78,7 +78,7 @@ def _not_following(k: FloatArray, covariance: FloatArray, offset_v: float) -> st
 
 
 @dataclass(frozen=True)
-class PitchRoll:
+class PitchRoll(LinearModel):
     """TP (2), (4), (5): offset, sensitivity, coning and azimuth, with pitch and roll known."""
 
     nominal_axis: str
@@ -93,15 +93,6 @@ class PitchRoll:
     def basis(self, stimulus: Stimulus) -> FloatArray:
         force = specific_force(stimulus.pitch_rad, stimulus.roll_rad)
         return np.concatenate([np.ones((force.shape[0], 1)), force], axis=1)
-
-    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
-
-    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        return np.asarray(self.basis(stimulus) @ primary)
-
-    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
-        return self.basis(stimulus)
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         k = primary[1:4]
@@ -158,7 +149,7 @@ class PitchRoll:
 
 
 @dataclass(frozen=True)
-class PitchOnly:
+class PitchOnly(LinearModel):
     """TP (1), v = b + S sin(α − φ): offset, sensitivity and pitch misalignment, roll staying zero.
 
     For a sensor along z the same physics reads v = b − S cos(α − φ).
@@ -189,15 +180,6 @@ class PitchOnly:
             )
         pitch = stimulus.pitch_rad
         return np.stack([np.ones_like(pitch), np.sin(pitch), -np.cos(pitch)], axis=1)
-
-    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
-
-    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        return np.asarray(self.basis(stimulus) @ primary)
-
-    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
-        return self.basis(stimulus)
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         pitch = stimulus.pitch_rad

@@ -24,7 +24,7 @@ import numpy as np
 from ams.arrays import Centring, FloatArray
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.models.accelerometer import PITCH_ROLL_FORM, PITCH_ROLL_SOURCE, PITCH_ROLL_TEXT, PitchRoll
-from ams.models.model import Stimulus
+from ams.models.model import LinearModel, Stimulus
 from ams.models.sensor_model import ACCELEROMETER_TEXT, SYMBOLS_TEXT, Equation, SensorModel
 
 Q_NAMES: Final = ("q_xx_v_per_g2", "q_xy_v_per_g2", "q_xz_v_per_g2", "q_yy_v_per_g2", "q_yz_v_per_g2")
@@ -94,7 +94,7 @@ def _linear(force: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class ExtendedPitchRoll:
+class ExtendedPitchRoll(LinearModel):
     """TP's model with roll and the low-order terms beside it."""
 
     nominal_axis: str
@@ -124,15 +124,6 @@ class ExtendedPitchRoll:
     def basis(self, stimulus: Stimulus) -> FloatArray:
         force = specific_force(stimulus.pitch_rad, stimulus.roll_rad)
         return np.concatenate([_linear(force), centred_basis(force, self.nominal_axis, self.centring)], axis=1)
-
-    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
-
-    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        return np.asarray(self.basis(stimulus) @ primary)
-
-    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
-        return self.basis(stimulus)
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         pitch, roll = stimulus.pitch_rad, stimulus.roll_rad

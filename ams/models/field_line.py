@@ -13,14 +13,14 @@ from typing import ClassVar
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.models.model import Stimulus
+from ams.models.model import LinearModel, Stimulus
 from ams.models.straight_line import StraightLine
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 
 
 @dataclass(frozen=True)
-class FieldLine:
+class FieldLine(LinearModel):
     """One axis along and against a field, each in the unit that is named."""
 
     nominal_axis: str
@@ -41,15 +41,6 @@ class FieldLine:
 
     def basis(self, stimulus: Stimulus) -> FloatArray:
         return np.concatenate([self._line.basis(stimulus), np.sin(stimulus.pitch_rad)[:, None]], axis=1)
-
-    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
-
-    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        return np.asarray(self.basis(stimulus) @ primary)
-
-    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
-        return self.basis(stimulus)
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:  # noqa: ARG002
         return {}

@@ -15,7 +15,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import ObservationsError
 from ams.frames import AXES, from_level_axes
-from ams.models.model import Stimulus
+from ams.models.model import LinearModel, Stimulus
 from ams.models.straight_line import StraightLine
 
 Vector = tuple[float, float, float]
@@ -23,7 +23,7 @@ _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 
 
 @dataclass(frozen=True)
-class FieldTriad:
+class FieldTriad(LinearModel):
     """One axis and the whole field; the reference level is the coil's field along its direction."""
 
     nominal_axis: str
@@ -68,15 +68,6 @@ class FieldTriad:
         if self.sensitive_axis is not None:
             columns.append(along @ np.array(self.sensitive_axis))
         return np.stack(columns, axis=-1)
-
-    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
-
-    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        return np.asarray(self.basis(stimulus) @ primary)
-
-    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
-        return self.basis(stimulus)
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:  # noqa: ARG002
         return {}

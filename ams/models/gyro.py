@@ -18,7 +18,7 @@ from ams.frames import Attitude, body_rates_rad_s, wrap_deg
 from ams.models.accelerometer import PitchRoll
 from ams.models.cr import SensorFit, fit_package
 from ams.models.cr_sets import along_cr, cr_equation
-from ams.models.model import Stimulus
+from ams.models.model import LinearModel, Stimulus
 from ams.models.sensor_model import SensorModel, SetForm
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
@@ -37,7 +37,7 @@ def fit_gyros(
 
 
 @dataclass(frozen=True)
-class Gyro:
+class Gyro(LinearModel):
     """CR (III-C.16) to (III-C.18) for the solvers; the primary parameters are b and k = S·u per °/s, package axes."""
 
     nominal_axis: str
@@ -53,15 +53,6 @@ class Gyro:
         euler, rate = _motion(stimulus)
         velocity_dps = _DEG_PER_RAD * body_rates_rad_s(euler, rate)
         return np.concatenate([np.ones((velocity_dps.shape[0], 1)), velocity_dps], axis=1)
-
-    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
-
-    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        return np.asarray(self.basis(stimulus) @ primary)
-
-    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
-        return self.basis(stimulus)
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         euler, rate = _motion(stimulus)

@@ -14,7 +14,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.frames import AXES, Attitude
-from ams.models.model import Stimulus
+from ams.models.model import LinearModel, Stimulus
 from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.models.sensor_model import SensorModel
 from ams.models.straight_line import StraightLine
@@ -23,7 +23,7 @@ _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 
 
 @dataclass(frozen=True)
-class LevelLine:
+class LevelLine(LinearModel):
     """One accelerometer against the gravity that its nominal axis feels."""
 
     nominal_axis: str
@@ -44,15 +44,6 @@ class LevelLine:
     def basis(self, stimulus: Stimulus) -> FloatArray:
         gravity = PitchYawRoll(self.nominal_axis).basis(_with_yaw(stimulus))[:, 1 + self._place]
         return np.stack([np.ones_like(gravity), -gravity], axis=-1)
-
-    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
-
-    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        return np.asarray(self.basis(stimulus) @ primary)
-
-    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
-        return self.basis(stimulus)
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         of_gravity = np.zeros(4, dtype=primary.dtype)

@@ -8,8 +8,11 @@ To add a model, write a class with these members anywhere and pass an instance p
 :func:`ams.calibration.calibrate.calibrate`; no solver changes.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Hashable, Mapping
 from typing import Protocol
+
+import numpy as np
 
 from ams.arrays import FloatArray, IntArray
 
@@ -111,3 +114,20 @@ class Model(Protocol):
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
         """Return the derived parameters that this estimate cannot state, each with the reason in words."""
+
+
+class LinearModel(ABC):
+    """What the models share that are linear in all their primary parameters: v = basis · primary."""
+
+    @abstractmethod
+    def basis(self, stimulus: Stimulus) -> FloatArray:
+        """Return (N, P) as :meth:`Model.basis` does."""
+
+    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
+
+    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
+        return np.asarray(self.basis(stimulus) @ primary)
+
+    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
+        return self.basis(stimulus)

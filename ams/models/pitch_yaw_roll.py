@@ -18,14 +18,14 @@ from ams.frames import Attitude, wrap_deg
 from ams.models.accelerometer import PitchRoll
 from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.cr_sets import along_cr, cr_equation
-from ams.models.model import Stimulus
+from ams.models.model import LinearModel, Stimulus
 from ams.models.sensor_model import PER_G, SensorModel, SetForm
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 
 
 @dataclass(frozen=True)
-class PitchYawRoll:
+class PitchYawRoll(LinearModel):
     """CR (III-B.27) to (III-B.29) for the sting package, (III-B.30) to (III-B.32) for the model package."""
 
     nominal_axis: str
@@ -52,15 +52,6 @@ class PitchYawRoll:
     def basis(self, stimulus: Stimulus) -> FloatArray:
         gravity = self._gravity_g(stimulus)
         return np.concatenate([np.ones((gravity.shape[0], 1)), gravity], axis=1)
-
-    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
-
-    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        return np.asarray(self.basis(stimulus) @ primary)
-
-    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
-        return self.basis(stimulus)
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         pitch, yaw, roll = self._angles(stimulus)

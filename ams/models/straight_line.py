@@ -12,14 +12,14 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import ObservationsError
-from ams.models.model import Stimulus
+from ams.models.model import LinearModel, Stimulus
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _OBSERVABLE_SLOPE_U = 5.0
 
 
 @dataclass(frozen=True)
-class StraightLine:
+class StraightLine(LinearModel):
     """One reading against one known quantity, each in the unit that is named."""
 
     nominal_axis: str
@@ -47,15 +47,6 @@ class StraightLine:
                 "nothing was solved"
             )
         return np.stack([np.ones_like(stimulus.reference_level), stimulus.reference_level], axis=-1)
-
-    def start(self, stimulus: Stimulus, output_v: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.lstsq(self.basis(stimulus), output_v, rcond=None)[0])
-
-    def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
-        return np.asarray(self.basis(stimulus) @ primary)
-
-    def jacobian(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:  # noqa: ARG002 (linear)
-        return self.basis(stimulus)
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:  # noqa: ARG002
         return {}
