@@ -3,11 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from functools import cached_property
 
+from procedures.common_mode.visit_watch import Judged, judge_run
 from procedures.journal.audit_trail import clock_steps_s
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
 from procedures.plan.plan import Plan
+from procedures.records.declared_supply import correcting
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import ACTIVE, State
 from rig.description.rig_file import RigDescription
@@ -31,6 +34,12 @@ class RunRecord:
     versions: Mapping[str, str]
     lineage: Sequence[str] = ()
     """Contents of the journal when the run had finished before, and something was taken back since."""
+
+    @cached_property
+    def judged_visits(self) -> tuple[Judged, ...]:
+        """Every reference visit and later check set as it is judged; solution, archive and report all ask."""
+        dwells = sorted(self.dwells, key=lambda dwell: (dwell.epoch, dwell.started_s))
+        return judge_run(self.plan, correcting(self.rig.chain), dwells, self.events)
 
     @property
     def ended_utc(self) -> datetime:

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ams.findings import Finding, significant_texts
-from procedures.common_mode.visit_watch import judge_run
-from procedures.records.declared_supply import correcting
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 
@@ -18,14 +16,12 @@ def run_findings(record: RunRecord) -> tuple[Finding, ...]:
 
     A sensor that creeps is no reservation where the solution has a term for it.
     """
-    dwells = sorted(record.dwells, key=lambda dwell: (dwell.epoch, dwell.started_s))
-    judged = judge_run(record.plan, correcting(record.rig.chain), dwells, record.events)
     has_term = record.plan.solve.time_term == "linear"
     return tuple(
         replace(finding, is_significant=False)
         if has_term and one.is_slow and finding.kind == "sensor-change"
         else finding
-        for one in judged
+        for one in record.judged_visits
         for finding in one.findings
     )
 
