@@ -8,8 +8,7 @@ asked for again before every burst.
 Source: docs/devices/scpi-daq.md; the LAN port 5025 is not confirmed and stands in ``resource``.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -21,9 +20,9 @@ from rig.clock import Clock
 from rig.description.device_settings import Positive, ReadoutSettings
 from rig.devices.abilities import Burst, MeterLook, Wait
 from rig.devices.meter_checks import MeterChecks, proofs
-from rig.devices.scpi_talk import as_sent, listed, require, require_no_error, take_errors
+from rig.devices.scpi_talk import as_sent, listed, quiet_unless_done, require, require_no_error, take_errors
 from rig.devices.waiting import wait_until
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkClosed, LinkLost, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.messages import TALK_TIMEOUT_S, MessageLine
 from rig.toml_file import StrictTable
 from rig.wire import scpi
@@ -218,7 +217,7 @@ class ScpiDaqReadout:
 
     def _burst(self, channel: str, entry: DaqChannel, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
         cycles = self._cycles(entry, nplc)
-        with self._quiet_unless_done():
+        with quiet_unless_done(self._forget, self._quieten):
             if not self._is_prepared:
                 self._configure()
             self._set_up(entry, cycles, samples)
@@ -397,23 +396,10 @@ class ScpiDaqReadout:
         self._set_up_for = None
         self._is_prepared = False
 
-    @contextmanager
-    def _quiet_unless_done(self) -> Iterator[None]:
-        """Leave the unit at rest and everything to be set up again, whatever ends a burst early."""
-        needs_stop = True
-        try:
-            yield
-            needs_stop = False
-        except (LinkLost, LinkClosed):
-            needs_stop = False  # there is no line to stop it by
-            self._forget()
-            raise
-        finally:
-            if needs_stop:
-                self._forget()
-                self._line.clear()
-                self._line.tell(b"ABOR")
-                self._line.tell(b"*CLS")
+    def _quieten(self) -> None:
+        self._line.clear()
+        self._line.tell(b"ABOR")
+        self._line.tell(b"*CLS")
 
 
 def _offered(nplc: float) -> float:

@@ -7,8 +7,7 @@ number of volts. A burst counts only when the error queue is empty behind it.
 Source: docs/devices/scpi-meters.md.
 """
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -19,8 +18,8 @@ from pydantic import Field, model_validator
 from rig.clock import Clock
 from rig.description.device_settings import Positive, ReadoutSettings
 from rig.devices.abilities import Burst, Wait
-from rig.devices.scpi_talk import as_sent, listed, require, require_no_error, take_errors
-from rig.errors import DeviceNonsense, DeviceRefused, LinkClosed, LinkLost, RequestRefused
+from rig.devices.scpi_talk import as_sent, listed, quiet_unless_done, require, require_no_error, take_errors
+from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.messages import TALK_TIMEOUT_S, MessageLine
 from rig.toml_file import StrictTable
 from rig.wire import scpi
@@ -210,7 +209,7 @@ class ScpiMeter:
 
     def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
         cycles = self._checked(channel, samples, nplc)
-        with self._quiet_unless_done():
+        with quiet_unless_done(self._forget, self._line.clear):
             self._let_it_finish(wait)
             if cycles != self._set_up_for:
                 self._set_up(cycles)
@@ -297,21 +296,8 @@ class ScpiMeter:
         answer = self._line.ask(self._preset.terminals, _word, idempotent=True)
         return "front" if answer == self._preset.front else "rear"
 
-    @contextmanager
-    def _quiet_unless_done(self) -> Iterator[None]:
-        """Leave the meter at rest and everything to be set up again, whatever ends a burst early."""
-        needs_stop = True
-        try:
-            yield
-            needs_stop = False
-        except (LinkLost, LinkClosed):
-            needs_stop = False  # there is no line to stop it by
-            self._set_up_for = None
-            raise
-        finally:
-            if needs_stop:
-                self._set_up_for = None
-                self._line.clear()
+    def _forget(self) -> None:
+        self._set_up_for = None
 
 
 def _switch(state: bool) -> bytes:

@@ -1,6 +1,9 @@
-"""What every driver of a SCPI instrument asks: a setting read back, the error queue emptied."""
+"""What every driver of a SCPI instrument does: a setting read back, the error queue emptied, a burst left quietly."""
 
-from rig.errors import DeviceNonsense, DeviceRefused
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rig.errors import DeviceNonsense, DeviceRefused, LinkClosed, LinkLost
 from rig.link.messages import MessageLine
 from rig.wire import scpi
 
@@ -33,6 +36,23 @@ def require_no_error(line: MessageLine, name: str, after: str, consequence: str)
     if errors := take_errors(line, name):
         told = ", ".join(f"{number:+d} {text}" for number, text in errors)
         raise DeviceRefused(f"{name}: {after}: {told}; {consequence}; look at the unit's display")
+
+
+@contextmanager
+def quiet_unless_done(forget: Callable[[], object], quieten: Callable[[], object]) -> Iterator[None]:
+    """Leave the unit at rest and everything to be set up again, whatever ends a burst early.
+
+    ``quieten`` is not asked for where the link is gone: there is no line to stop it by.
+    """
+    try:
+        yield
+    except (LinkLost, LinkClosed):
+        forget()
+        raise
+    except BaseException:
+        forget()
+        quieten()
+        raise
 
 
 def listed(numbers: tuple[float, ...]) -> str:
