@@ -2,6 +2,7 @@
 
 import pytest
 from gpib_rig import gpib_rig, virtual_clock
+from heard_adapter import Listener
 
 from rig.errors import DeviceNonsense, DeviceRefused
 from rig.link.memory import MemoryStream
@@ -10,28 +11,6 @@ from rig.twins.hp3458a import Hp3458aTwin
 from rig.twins.prologix import PrologixTwin
 from rig.wire import hp3458a as meter
 from rig.wire import prologix as wire
-
-
-class Listener:
-    """A peer that keeps the host's lines and passes them on."""
-
-    def __init__(self, twin: PrologixTwin) -> None:
-        self.twin = twin
-        self.heard = b""
-
-    def receive(self, data: bytes, now_s: float) -> None:
-        self.heard += data
-        self.twin.receive(data, now_s)
-
-    def transmit(self, now_s: float) -> bytes:
-        return self.twin.transmit(now_s)
-
-    def next_event_s(self) -> float | None:
-        return self.twin.next_event_s()
-
-    @property
-    def lines(self) -> list[bytes]:
-        return [line for line in self.heard.split(b"\n") if line]
 
 
 def _opened(twin: PrologixTwin) -> tuple[PrologixBus, Listener]:

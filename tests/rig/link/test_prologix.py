@@ -1,5 +1,6 @@
 import pytest
 from gpib_rig import gpib_rig, virtual_clock
+from heard_adapter import Listener
 
 from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent
 from rig.link import faults
@@ -11,24 +12,6 @@ from rig.wire import hp3458a, hp3488a
 
 FOREIGN = {"mode": 0, "auto": 1, "eoi": 0, "eos": 0, "eot_enable": 1, "eot_char": 0, "read_tmo_ms": 50, "addr": 7}
 """What another program may have left in the adapter."""
-
-
-class Listener:
-    """A peer that keeps what is written and passes it on."""
-
-    def __init__(self, twin: PrologixTwin) -> None:
-        self.twin = twin
-        self.heard = b""
-
-    def receive(self, data: bytes, now_s: float) -> None:
-        self.heard += data
-        self.twin.receive(data, now_s)
-
-    def transmit(self, now_s: float) -> bytes:
-        return self.twin.transmit(now_s)
-
-    def next_event_s(self) -> float | None:
-        return self.twin.next_event_s()
 
 
 def identity(bus: PrologixBus, address: int = 22) -> str:
