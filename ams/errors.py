@@ -37,6 +37,10 @@ class ArchiveUnknown(ArchiveError):
     """What was asked for is no archive, or not in it: the URL or the name is wrong."""
 
 
+class ArchiveAbsent(ArchiveUnknown):
+    """There is no file yet at the archive's URL; whoever writes first makes it."""
+
+
 class ArchiveForbids(ArchiveError):
     """What was asked for is not allowed now: the order of signatures, the four eyes, a number that is taken."""
 

@@ -19,7 +19,7 @@ from sqlalchemy.pool import NullPool
 
 from ams.archive.refusals import NOTHING, refusal, without_password
 from ams.archive.tables import REVISIONS
-from ams.errors import ArchiveError, ArchiveUnknown
+from ams.errors import ArchiveAbsent, ArchiveError, ArchiveUnknown
 from ams.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -75,10 +75,10 @@ def migrate(archive_url: str, busy_timeout_s: float = 10.0) -> tuple[str | None,
 
 
 def _require_there(url: URL) -> None:
-    """Refuse a SQLite file that is not there: to look at it would make it. Raises: ArchiveUnknown."""
+    """Refuse a SQLite file that is not there: to look at it would make it. Raises: ArchiveAbsent."""
     path = _sqlite_path(url)
     if path is not None and not os.path.exists(path):
-        raise ArchiveUnknown(
+        raise ArchiveAbsent(
             f"{path}: there is no archive: no such file; {NOTHING}; publish a set to it first, or give another URL"
         )
 

@@ -1,7 +1,8 @@
 """The archive's tables as SQLAlchemy sees them; ``migrations`` is what makes them. Imported only when used.
 
 Rows are written once and never changed: what is told later (a signature, a certificate, a newer solution of the same
-run) is a row of its own. Every row is told by a record of the chain (:mod:`ams.archive.ledger`).
+run) is a row of its own. Every row is told by a record of the chain (:mod:`ams.archive.ledger`). Leases alone come and
+go, and are no part of the record.
 """
 
 from datetime import UTC, datetime
@@ -47,7 +48,7 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 
 METADATA = MetaData()
-REVISIONS = ("0001", "0002", "0003")
+REVISIONS = ("0001", "0002", "0003", "0004")
 """Of the schema, oldest first: what this calrig knows."""
 
 SETS = Table(
@@ -185,3 +186,20 @@ RECORDS = Table(
     Column("sha256", String(64), nullable=False),
 )
 """The chain: what was written, when, by whom, each record with the hash of the one before."""
+
+COMING_AND_GOING = MetaData()
+"""Tables that the chain does not tell of."""
+
+LEASES = Table(
+    "leases",
+    COMING_AND_GOING,
+    Column("resource", Text, primary_key=True),
+    Column("token", String(32), nullable=False),
+    Column("host", Text, nullable=False),
+    Column("account", Text, nullable=False),
+    Column("purpose", Text, nullable=False),
+    Column("place", Text, nullable=False),
+    Column("since_utc", UtcDateTime, nullable=False),
+    Column("lapses_utc", UtcDateTime, nullable=False),
+)
+"""Who has a device that more than one computer reaches, until when if nothing is heard of it."""

@@ -16,7 +16,7 @@ from threading import Thread
 
 from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command, without_secrets
 from procedures.alerts.settings import AlertSettings, Escalation
-from procedures.records.progress import Progress, RunObserver, line_of
+from procedures.records.progress import LEASE, LEASE_LOST, Progress, RunObserver, line_of
 from procedures.records.states import State, is_unasked
 from rig.clock import Clock
 
@@ -46,7 +46,8 @@ class AlertDispatcher:
         self._settings = settings
         self._title = title
         self._run = run
-        self._alarm: _Alarm | None = None
+        self._alarms: dict[str, _Alarm] = {}
+        """At most one by what it is of: the state of the run, its lease."""
         self._clock = clock
         self._then = then
         self._last: Progress | None = None
@@ -61,11 +62,13 @@ class AlertDispatcher:
         """People first, the screen second: it may be gone."""
         self._last = progress
         if progress.event == "ack":
-            self._alarm = None
+            self._alarms.clear()
         if progress.event == "dropped":
             self._tell(Message(f"calrig: {self._title}: a sensor was dropped", _text(progress)), progress.message)
         if progress.event == "terminal":
             self._tell(Message(f"calrig: {self._title}: the terminal was closed", _text(progress)), progress.message)
+        if progress.event in (LEASE, LEASE_LOST):
+            self._heard_of_lease(progress)
         if progress.event == "state":
             self._heard_state(progress)
         self._then.on_event(progress)
@@ -75,11 +78,25 @@ class AlertDispatcher:
         self._post(Message(f"calrig: {self._title}: {word}", text))
 
     def _heard_state(self, progress: Progress) -> None:
-        now_s, is_alarm = self._clock.monotonic_s(), is_unasked(progress.state, progress.asked_by)
-        self._alarm = _Alarm(progress, now_s, now_s) if is_alarm else None
+        is_alarm = is_unasked(progress.state, progress.asked_by)
+        self._set_alarm("state", progress if is_alarm else None)
         if progress.state in TOLD:
             text = f"{_text(progress)}\ncalrig ack {self._run} ends the repeats." if is_alarm else _text(progress)
             self._tell(Message(f"calrig: {self._title}: {progress.state}", text), progress.message)
+
+    def _heard_of_lease(self, progress: Progress) -> None:
+        """Lost is an alarm though nothing stands still: two computers may move one machine."""
+        is_lost = progress.event == LEASE_LOST
+        self._set_alarm(LEASE, progress if is_lost else None)
+        word = "the lease of a device is lost" if is_lost else "the lease of a device is held again"
+        text = f"{_text(progress)}\ncalrig ack {self._run} ends the repeats." if is_lost else _text(progress)
+        self._tell(Message(f"calrig: {self._title}: {word}", text), progress.message)
+
+    def _set_alarm(self, of: str, progress: Progress | None) -> None:
+        self._alarms.pop(of, None)
+        if progress is not None:
+            now_s = self._clock.monotonic_s()
+            self._alarms[of] = _Alarm(progress, now_s, now_s)
 
     def pulse(self) -> Sequence[Mapping[str, object]]:
         """Send what is due now and return what became of earlier messages."""
@@ -91,27 +108,30 @@ class AlertDispatcher:
         if settings.every_h is not None and now_s - self._progress_s >= settings.every_h * 3600.0 and self._last:
             self._progress_s = now_s
             self._post(Message(f"calrig: {self._title}: {self._last.state}", _text(self._last)))
-        if self._alarm is not None:
-            self._ring(self._alarm, now_s)
+        for alarm in self._alarms.values():
+            self._ring(alarm, now_s)
         return self._taken()
 
     def ring_out(self, is_acknowledged: Callable[[], bool]) -> Sequence[Mapping[str, object]]:
         """Go on for a run that has ended in an alarm, until it is acknowledged or others were told; nothing to do
         where nobody else is to be told. What became of the messages.
         """
-        while self._alarm is not None and self._settings.escalate is not None and not self._alarm.is_escalated:
+        self._set_alarm(LEASE, None)  # given back with the rig
+        alarm = self._alarms.get("state")
+        while alarm is not None and self._settings.escalate is not None and not alarm.is_escalated:
             if is_acknowledged():
-                self._alarm = None
+                self._alarms.clear()
                 break
             self._clock.sleep(RING_S)
-            self._ring(self._alarm, self._clock.monotonic_s())
+            self._ring(alarm, self._clock.monotonic_s())
         return self.close()
 
     def _ring(self, alarm: _Alarm, now_s: float) -> None:
         """Again, and to others after a while."""
         open_min = (now_s - alarm.since_s) / 60.0
         text = f"{_text(alarm.progress)}\nNobody has acknowledged it for {open_min:.0f} min: calrig ack {self._run}"
-        message = Message(f"calrig: {self._title}: still {alarm.progress.state}", text)
+        word = "without its lease" if alarm.progress.event == LEASE_LOST else alarm.progress.state
+        message = Message(f"calrig: {self._title}: still {word}", text)
         if now_s - alarm.told_s >= self._settings.repeat_every_s:
             alarm.told_s = now_s
             self._post(message)

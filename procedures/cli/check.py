@@ -9,8 +9,9 @@ from rich.console import Console
 from procedures.check.check_report import check as check_plan
 from procedures.check.check_report import to_document
 from procedures.check.check_text import render
-from procedures.cli.options import RUNS, Json, Rig, RunsFolder
+from procedures.cli.options import RUNS, Archive, Json, Rig, RunsFolder
 from procedures.cli.output import print_json, say
+from procedures.cli.places import shared_archive_url
 from procedures.errors import ExitStatus
 from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
@@ -19,10 +20,19 @@ from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 
 
-def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS, json: Json = False) -> int:
+def check(
+    procedure: Path | None = None,
+    /,
+    *,
+    rig: Rig,
+    out: RunsFolder = RUNS,
+    archive: Archive = None,
+    json: Json = False,
+) -> int:
     """Validate a rig and a procedure; print the plan, its duration and the uncertainty to expect. Opens no port.
 
-    Disk and place of the folder of runs are looked at, as `calrig run` would.
+    Disk and place of the folder of runs are looked at, as `calrig run` would, and who has the lease of a device that
+    other computers reach.
 
     Parameters
     ----------
@@ -31,13 +41,13 @@ def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS,
     """
     described = read_rig(rig)
     if procedure is None:
-        before = _preflight(rig, described, None, out)
+        before = _preflight(rig, described, None, out, archive)
         _tell_rig(rig, described, before, json)
         return _tell(before, json)
 
     procedure_description = read_procedure(procedure)
     report = check_plan(described, procedure_description)
-    before = _preflight(rig, described, report.plan, out)
+    before = _preflight(rig, described, report.plan, out, archive)
     if json:
         print_json(to_document(report) | {"machines": _remarks(described)} | _document_of(before))
         return _tell(before, json)
@@ -80,8 +90,9 @@ def _tell_rig(path: Path, described: RigDescription, before: Preflight, json: bo
         say(f"sensor {name}: {model}")
 
 
-def _preflight(rig: Path, described: RigDescription, plan: Plan | None, out: Path) -> Preflight:
-    return preflight(rig, described, plan, out, datetime.now(UTC).date())
+def _preflight(rig: Path, described: RigDescription, plan: Plan | None, out: Path, archive: str | None) -> Preflight:
+    today = datetime.now(UTC).date()
+    return preflight(rig, described, plan, out, today, archive_url=shared_archive_url(archive))
 
 
 def _document_of(before: Preflight) -> dict[str, Any]:
@@ -89,6 +100,7 @@ def _document_of(before: Preflight) -> dict[str, Any]:
         "refusals": list(before.refusals),
         "engineering": list(before.engineering),
         "unguarded": list(before.unguarded),
+        "guarded": list(before.guarded),
         "undelivered": list(before.undelivered),
     }
 
@@ -98,7 +110,7 @@ def _tell(before: Preflight, json: bool) -> int:
     if not json:
         for sentence in before.engineering:
             say(f"engineering result: {sentence}")
-        for sentence in before.unguarded:
+        for sentence in (*before.unguarded, *before.guarded):
             say(sentence)
         for sentence in before.undelivered:
             say(f"will not be delivered: {sentence}")

@@ -5,7 +5,9 @@ from pathlib import Path
 
 from procedures.cli.options import Json
 from procedures.cli.output import note, print_json, say
+from procedures.cli.places import shared_archive_url
 from procedures.errors import ExitStatus
+from procedures.lease.keeper import leased
 from rig.assembly.discovery import DeviceAnswer, SerialPort, identify_each, serial_ports, visa_resources
 from rig.description.read import read_rig
 
@@ -48,4 +50,5 @@ def _tell(ports: list[SerialPort], resources: list[str] | None, answers: list[De
 
 
 def _answers(path: Path) -> list[DeviceAnswer]:
-    return identify_each(read_rig(path), path)
+    with leased(shared_archive_url(), "devices", note) as lease:
+        return identify_each(read_rig(path), path, lease.claim)

@@ -86,7 +86,7 @@ def _told(news: News) -> Iterator[Progress]:
                 yield _progress("dwell" if detail.get("accepted") else "rejected", news.status, told)
             case "state":
                 yield _progress("state", news.status, news.status.why)
-            case "terminal" | "note" | "ack":
+            case "terminal" | "lease" | "note" | "ack":
                 yield _progress("void", news.status, f"{detail.get('by', '')}: {detail.get('text', '')}".lstrip(": "))
 
 

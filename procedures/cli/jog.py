@@ -12,9 +12,11 @@ from ams.whole_file import replace_file
 from procedures.cli.options import Flag, Json
 from procedures.cli.options import Rig as RigFile
 from procedures.cli.output import finite, note, print_json, say
+from procedures.cli.places import shared_archive_url
 from procedures.cli.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
 from procedures.jog_screen.inferred import inferred_attitude
+from procedures.lease.keeper import leased
 from rig.assembly.open_rig import Rig, choose_clock, open_rig, unguarded_sentence
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.description.device_settings import TWIN_PORT
@@ -92,8 +94,10 @@ def jog(
         )
     if wanted and (sentence := unguarded_sentence(description)):
         note(sentence)
+    archive = None if stop else shared_archive_url()  # nobody's lease keeps anybody from a stop
     with (
-        open_rig(description, rig_file=rig, purpose="jog", write=replace_file) as opened,
+        leased(archive, "jog", note) as lease,
+        open_rig(description, rig_file=rig, purpose="jog", write=replace_file, claim=lease.claim) as opened,
         stoppable_wait(opened.clock) as wait,
         _homes_kept(opened),
     ):
@@ -131,8 +135,14 @@ def _screen(
     actions = log or rig.with_name(f"{rig.stem}.jog.jsonl")
     snapshots = snapshot or rig.with_name(f"{rig.stem}.snapshots.csv")
     with (
+        leased(shared_archive_url(), "jog", note) as lease,
         open_rig(
-            description, clock=_bench_clock(description), rig_file=rig, purpose="jog", write=replace_file
+            description,
+            clock=_bench_clock(description),
+            rig_file=rig,
+            purpose="jog",
+            write=replace_file,
+            claim=lease.claim,
         ) as opened,
         _homes_kept(opened),
     ):

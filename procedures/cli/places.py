@@ -75,6 +75,14 @@ def default_archive_url() -> str:
     return given or f"sqlite:///{user_state_path('calrig', ensure_exists=True) / 'archive.sqlite'}"
 
 
+def shared_archive_url(archive: str | None = None) -> str | None:
+    """Return the archive that was named, by option or by ``CALRIG_ARCHIVE``; None where there is only the user's own.
+
+    Only one that was named can be shared with other computers, and keep leases for them.
+    """
+    return archive or os.environ.get("CALRIG_ARCHIVE") or None
+
+
 def login_name() -> str:
     """Return who is logged in, for the record."""
     try:

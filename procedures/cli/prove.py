@@ -8,7 +8,9 @@ from tempfile import TemporaryDirectory
 
 from procedures.cli.options import Flag, Json, Rig, require_folder_of
 from procedures.cli.output import note, print_json, say
+from procedures.cli.places import shared_archive_url
 from procedures.errors import ExitStatus, RequestError
+from procedures.lease.keeper import leased
 from rig.assembly.prove import LARGEST_MOVE_DEG, document_of
 from rig.assembly.prove import prove as ask_all
 from rig.description.read import read_rig
@@ -38,7 +40,8 @@ def prove(
         _require_leave(motion, tuple(description.axes), yes=yes)
     with TemporaryDirectory(prefix="calrig-prove-") as kept:
         folder = Path(kept)
-        proofs = ask_all(description, folder, rig_file=rig, motion=motion)
+        with leased(shared_archive_url(), "prove", note) as lease:
+            proofs = ask_all(description, folder, rig_file=rig, motion=motion, claim=lease.claim)
         document = document_of(proofs)
         if out is not None:
             _write_bundle(out, folder, rig, document)

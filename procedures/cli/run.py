@@ -1,6 +1,7 @@
 """``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
 
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -32,6 +33,7 @@ from procedures.cli.places import (
     left_out_where_empty,
     login_name,
     new_run_folder,
+    shared_archive_url,
 )
 from procedures.cli.terminal import outlived
 from procedures.delivery.deliver import DONE, Delivery, deliver, run_document, solve_run
@@ -43,6 +45,7 @@ from procedures.journal.location import require_local
 from procedures.journal.status import status
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
+from procedures.lease.keeper import leased
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State
 from procedures.report.summary import print_summary, worst_uncertainty
 from procedures.run.begin import begin
@@ -92,12 +95,22 @@ def run(
         flags = {"--rehearse": rehearse, "--allow-network-folder": allow_network_folder}
         return detached("run", [str(procedure)], options, flags, out, json=json)
     with outlived(), ExitStack() as at_last:
-        with open_rig(performed, rig_file=None if rehearse else rig, purpose="run", write=replace_file) as opened:
+        with (
+            leased(shared_archive_url(archive), f"run of {plan.title!r}", note) as lease,
+            open_rig(
+                performed,
+                rig_file=None if rehearse else rig,
+                purpose="run",
+                write=replace_file,
+                claim=lease.claim,
+            ) as opened,
+        ):
             tell_unguarded(performed)
             opened.identities()  # a device that is silent is told before anything is written
             now = SystemClock().now_utc()
             folder = new_run_folder(out, plan.title, now)
             opened.belongs_to(folder)
+            lease.belongs_to(f"run {folder.name}")
             header = make_header(
                 folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
             )
@@ -107,7 +120,8 @@ def run(
                 attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance,
             ):
                 at_last.callback(attendance.ring_out, folder)
-                outcome = begin(folder, header, plan, opened, attendance.observer, services=attendance.services)
+                services = replace(attendance.services, lease_news=lease.news)
+                outcome = begin(folder, header, plan, opened, attendance.observer, services=services)
         return conclude(folder, outcome, archive, attendance, json=json)
 
 
@@ -145,14 +159,17 @@ def resume(
     with JournalReader.open(folder) as reader:
         tell_unguarded(rig_from_json(reader.header.rig_json))
     with outlived(), ExitStack() as at_last:
-        with attended(title, alerts, folder, is_virtual=is_virtual) as attendance:
+        with (
+            leased(shared_archive_url(archive), f"run {folder.name}", note) as lease,
+            attended(title, alerts, folder, is_virtual=is_virtual) as attendance,
+        ):
             at_last.callback(attendance.ring_out, folder)
             outcome = resume_run(
                 folder,
                 operator or ("" if accept_changes else login_name()),
                 reason or "",
                 attendance.observer,
-                services=attendance.services,
+                services=replace(attendance.services, claim=lease.claim, lease_news=lease.news),
                 accepts_changes=accept_changes,
             )
         return conclude(folder, outcome, archive, attendance, json=json)

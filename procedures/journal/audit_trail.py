@@ -99,7 +99,7 @@ def _word(event: Event) -> str:
             return str(event.detail.get("text", ""))
         case "note":
             return str(event.detail.get("text", ""))
-        case "terminal":
+        case "terminal" | "lease":
             return str(event.detail.get("text", ""))
         case "ack":
             return f"acknowledged. {event.detail.get('text', '')}".strip()

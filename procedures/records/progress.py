@@ -7,13 +7,16 @@ from typing import Protocol
 from procedures.records.states import State
 from rig.plain_text import one_line
 
+LEASE, LEASE_LOST = "lease", "lease lost"
+"""Events: held again; and an alarm though the run goes on. The first is the kind of both in the journal."""
+
 
 @dataclass(frozen=True, slots=True)
 class Progress:
     """One moment of a run."""
 
     event: str
-    """``state``, ``dwell``, ``rejected``, ``void``, ``soak`` or ``check``."""
+    """``state``, ``dwell``, ``rejected``, ``void``, ``soak`` or ``check``, or the kind of another event."""
     state: State
     dwells_done: int
     """Accepted design dwells."""

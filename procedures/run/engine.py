@@ -30,7 +30,7 @@ from procedures.journal.location import place_of
 from procedures.journal.owner import owned_since
 from procedures.journal.spool import Spool
 from procedures.plan.plan import Plan
-from procedures.records.progress import RunObserver
+from procedures.records.progress import LEASE, RunObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, told_of_state
 from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
@@ -100,7 +100,7 @@ def run(
     counts = (done, len(plan.design_dwells), plan.replications)
     progress_log = ProgressLog(journal, rig.clock, observer or SilentObserver(), start.state, counts)
 
-    unwritten: deque[Mapping[str, object]] = deque()
+    unwritten: deque[tuple[str, Mapping[str, object]]] = deque()
 
     gaps = GapWatch(rig.clock)
 
@@ -108,10 +108,11 @@ def run(
         if (gap_s := gaps.look()) > 0.0:
             alert = f"this process did not run for {gap_s:.0f} s: stopped by a signal, or starved"
             progress_log.event("held_up", {"gap_s": round(gap_s, 1), "text": alert})
-        unwritten.extend(services.pulse())
-        with suppress(StorageFailed):  # what became of an alert ends no run; a dwell that finds no room does
+        unwritten.extend(("alert", outcome) for outcome in services.pulse())
+        unwritten.extend((LEASE, progress_log.tell_lease(news)) for news in services.lease_news())
+        with suppress(StorageFailed):  # what became of an alert or a lease ends no run; a dwell that finds no room does
             while unwritten:
-                progress_log.event("alert", unwritten[0])
+                progress_log.event(*unwritten[0])
                 unwritten.popleft()
         return watchdogs.feed()
 

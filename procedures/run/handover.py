@@ -9,6 +9,7 @@ from procedures.journal.guard_record import guard_told, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
 from procedures.records.dwells import DwellRecord, Event
+from procedures.records.progress import LEASE
 from procedures.records.states import ACTIVE, ANSWERED_FOR, State, told_of_state
 from procedures.run.stop_advice import advice
 from rig.plain_text import one_line
@@ -38,6 +39,7 @@ def handover(run_dir: Path) -> str:
         *[f"damaged    {name}" for name in quarantined],
         *_listed("stops", [event for event in events if _is_stop(event)]),
         *_listed("terminal", [event for event in events if event.kind == "terminal"]),
+        *_listed("lease", [event for event in events if event.kind == LEASE]),
         *_guarded(run_dir, events),
         *_listed("notes", [event for event in events if event.kind == "note"]),
         *_listed("taken back", [event for event in events if event.kind == "voided"]),

@@ -13,16 +13,17 @@ from ams.exports.formats import FORMATS
 from ams.exports.optional_libraries import missing_sentence, not_installed
 from procedures.errors import ProcedureError
 from procedures.journal.location import require_local
+from procedures.lease.keeper import look
 from procedures.plan.plan import Plan
 from procedures.run.readiness import readiness
 from procedures.run.watch.disk_space import free_bytes, require_room
 from rig.assembly.open_rig import real_ports
 from rig.description.rig_file import RigDescription
-from rig.lines.lock import is_beyond_this_machine
+from rig.lines.lock import is_beyond_this_machine, known_elsewhere_as
 
 _UNGUARDED = (
     "{}: nothing guards against a second computer that reaches this device over the network, and moves it; "
-    "let this one alone reach it"
+    "let this one alone reach it, or name an archive that all computers share (--archive, CALRIG_ARCHIVE)"
 )
 
 HTML_NEEDS = ("matplotlib",)
@@ -40,6 +41,8 @@ class Preflight:
     """What is missing for a calibration; empty where twins are measured, which is none anyway."""
     unguarded: tuple[str, ...] = ()
     """What nobody keeps from a second controller."""
+    guarded: tuple[str, ...] = ()
+    """What a lease keeps from a second computer, and by what."""
     undelivered: tuple[str, ...] = ()
     """What a run would not leave because a library is not installed."""
 
@@ -51,8 +54,12 @@ def preflight(
     out: Path,
     today: date,
     free: Callable[[Path], int] = free_bytes,
+    archive_url: str | None = None,
 ) -> Preflight:
-    """``out``: where run folders are made; it need not exist. ``plan``: None where only the rig is looked at."""
+    """``out``: where run folders are made; it need not exist. ``plan``: None where only the rig is looked at.
+
+    ``archive_url``: that keeps the leases of devices that other computers reach; None where none is named.
+    """
     ready = readiness(rig, today)
     checks: list[Callable[[], None]] = [lambda: require_local(out)]
     if not rig.is_simulated:
@@ -60,10 +67,14 @@ def preflight(
     if plan is not None:
         planned, most_mb = plan, rig.interlocks.min_free_mb
         checks.append(lambda: require_room(out, planned, free(_nearest(out)), most_mb))
-    unguarded = tuple(_UNGUARDED.format(port) for port in real_ports(rig) if is_beyond_this_machine(port))
+    beyond = [port for port in real_ports(rig) if is_beyond_this_machine(port)]
+    looked = look(archive_url, known_elsewhere_as(beyond)) if archive_url is not None and beyond else None
+    unguarded = tuple(map(_UNGUARDED.format, beyond)) if looked is None else looked.unguarded
+    guarded = () if looked is None else looked.guarded
     engineering = () if rig.is_simulated else ready.missing
     undelivered = () if plan is None else tuple(_undelivered(plan))
-    return Preflight(tuple(_refused(checks)), engineering, unguarded, undelivered)
+    refusals = (*_refused(checks), *(() if looked is None else looked.refusals))
+    return Preflight(refusals, engineering, unguarded, guarded, undelivered)
 
 
 def _undelivered(plan: Plan) -> Iterator[str]:

@@ -6,8 +6,9 @@ from pathlib import Path
 from procedures.journal.journal import Journal
 from procedures.journal.spool import Taken
 from procedures.journal.voids import KIND as VOIDED
+from procedures.lease.keeper import LeaseNews
 from procedures.records.dwells import DwellRecord
-from procedures.records.progress import Progress, RunObserver
+from procedures.records.progress import LEASE, LEASE_LOST, Progress, RunObserver
 from procedures.records.states import State, is_unasked, require_transition, told_of_state
 from procedures.run.progress import Pace
 from rig.clock import Clock
@@ -60,6 +61,11 @@ class ProgressLog:
         """Nobody looks at the screen any more; that ends nothing."""
         self.event(TERMINAL, {"text": TERMINAL_CLOSED})
         self.tell(TERMINAL, TERMINAL_CLOSED)
+
+    def tell_lease(self, news: LeaseNews) -> Mapping[str, object]:
+        """Tell people what became of the lease of a device; return what is to be written of it."""
+        self.tell(LEASE_LOST if news.is_lost else LEASE, news.text)
+        return {"text": news.text, "lost": news.is_lost}
 
     def request(self, taken: Taken) -> None:
         """Record a request that was taken; a note and an acknowledgement are events of their own."""

@@ -30,9 +30,10 @@ from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
 from procedures.run.judgement.history import History, read_history
 from procedures.run.services import RunServices, with_run_limits
-from rig.assembly.open_rig import open_rig
+from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import Clock
 from rig.description.read import rig_from_json
+from rig.errors import RigBusy, RigError
 
 
 @dataclass(frozen=True)
@@ -81,9 +82,14 @@ def resume(
     with _taken_over(run_dir, authorisation, idle_clock) as found:
         rig_file = None if found.header.is_rehearsal else Path(found.header.rig_path)
         with open_rig(
-            rig_from_json(found.header.rig_json), rig_file=rig_file, purpose="calrig resume", write=replace_file
+            rig_from_json(found.header.rig_json),
+            rig_file=rig_file,
+            purpose="calrig resume",
+            write=replace_file,
+            claim=(services or RunServices()).claim,
         ) as rig:
             rig.belongs_to(run_dir)
+            _require_nobody_else(rig)
             return _go_on(run_dir, found, rig, authorisation, observer, idle_clock, services)
 
 
@@ -120,6 +126,19 @@ def _go_on(
     services.begun()
     start = Start(authorisation.operator, found.state, authorisation.reason, found.identities)
     return run(found.plan, rig, journal, Spool(run_dir), start, found.history, observer, idle_clock, services)
+
+
+def _require_nobody_else(rig: Rig) -> None:
+    """Refuse before the run is opened again where somebody has one of its devices by another port. Raises: RigBusy.
+
+    A device that is silent or another one is the engine's to judge, which can hold the run until it answers.
+    """
+    try:
+        rig.identities()
+    except RigBusy:
+        raise
+    except RigError:
+        return
 
 
 @contextmanager

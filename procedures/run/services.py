@@ -5,8 +5,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from procedures.journal.header import RunHeader
+from procedures.lease.keeper import LeaseNews
 from procedures.run.judgement.run_limits import RunLimits, run_limits_of
 from procedures.run.watch.disk_space import free_bytes
+from rig.assembly.open_rig import Claim, claimed_by_nobody_else
 from rig.description.read import rig_from_json
 
 Pulse = Callable[[], Sequence[Mapping[str, object]]]
@@ -18,6 +20,10 @@ def _nothing() -> Sequence[Mapping[str, object]]:
 
 def _tell_nobody() -> None:
     return None
+
+
+def _no_lease() -> Sequence[LeaseNews]:
+    return ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +40,10 @@ class RunServices:
     """Called when nothing refuses the run any more: it is owned and its journal is open, and nothing has moved."""
     second_place: Path | None = None
     """Where an emergency copy of the journal goes when its own disk fails."""
+    claim: Claim = claimed_by_nobody_else
+    """Of devices that other computers reach as well, where this process opens the rig."""
+    lease_news: Callable[[], Sequence[LeaseNews]] = _no_lease
+    """What became of that claim since the last look."""
 
 
 def with_run_limits(services: RunServices | None, header: RunHeader) -> RunServices:

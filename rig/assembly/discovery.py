@@ -9,7 +9,7 @@ from serial.tools.list_ports import comports
 
 from rig.assembly.faulty_lines import drivers_of
 from rig.assembly.identity import Identifiable, expected, require_expected
-from rig.assembly.open_rig import open_rig
+from rig.assembly.open_rig import Claim, claimed_by_nobody_else, open_rig
 from rig.description.rig_file import RigDescription
 from rig.drivers.twin_lines import axis_lines
 from rig.errors import RequestRefused, RigBusy, RigError
@@ -54,13 +54,15 @@ def serial_ports(by_id: Path = BY_ID) -> list[SerialPort]:
     ]
 
 
-def identify_each(description: RigDescription, rig_file: Path) -> list[DeviceAnswer]:
+def identify_each(
+    description: RigDescription, rig_file: Path, claim: Claim = claimed_by_nobody_else
+) -> list[DeviceAnswer]:
     """Ask every device of a rig who it is, line by line: one that does not answer keeps no other from being asked.
 
     Nothing moves. Raises: RigBusy where somebody owns the rig.
     """
     with acquire([str(rig_file)], "devices"):
-        found = [asked for line in _lines(description) for asked in _ask_line(line)]
+        found = [asked for line in _lines(description) for asked in _ask_line(line, claim)]
     return [_judged(asked, expected(description)) for asked in found]
 
 
@@ -75,10 +77,10 @@ def _lines(description: RigDescription) -> Iterator[RigDescription]:
             yield description.model_copy(update=nothing | {table: {name: device}})
 
 
-def _ask_line(line: RigDescription) -> list[DeviceAnswer]:
+def _ask_line(line: RigDescription, claim: Claim) -> list[DeviceAnswer]:
     """Ask the devices of one line; where it cannot be opened, that is what each of them has to say."""
     try:
-        with open_rig(line) as rig:
+        with open_rig(line, claim=claim) as rig:
             return [_answer(key, device) for key, device in rig.by_table().items()]
     except RigBusy:
         raise

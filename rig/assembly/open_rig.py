@@ -4,7 +4,7 @@ Everything is opened together or not at all, and given back in the opposite orde
 """
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -38,7 +38,7 @@ from rig.drivers.twin_lines import axis_lines, twin_lines
 from rig.errors import DescriptionError, LinkLost
 from rig.guard.ask import FOLDER as GUARDS
 from rig.guard.stop_guard import IS_POSSIBLE, GuardedLine, StopGuard
-from rig.lines.lock import RigLock, acquire, canonical, serial_of
+from rig.lines.lock import RigLock, acquire, canonical, is_on_network, known_elsewhere_as, serial_of
 from rig.lines.open_lines import Lines
 from rig.lines.recording import LineSource
 from rig.link.counts import ExchangeCounts
@@ -49,6 +49,16 @@ from rig.motion.supervisor import Supervisor
 from rig.twins.control import RemoteChance
 from rig.twins.twin import Twin
 from rig.twins.world import World
+
+Claim = Callable[[Sequence[str]], None]
+"""Take what other machines reach as well, by the names that they know it by too.
+
+Raises: RigBusy where one of them has it.
+"""
+
+
+def claimed_by_nobody_else(_resources: Sequence[str]) -> None:
+    """Claim nothing: no machine but this one is kept away."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +89,7 @@ class Rig:
         held: ExitStack,
         guard: StopGuard | None = None,
         purpose: str = "calrig",
+        claim: Claim = claimed_by_nobody_else,
     ) -> None:
         self.description = description
         self.clock = clock
@@ -87,6 +98,7 @@ class Rig:
         self._held = held
         self._guard = guard
         self._purpose = purpose
+        self._claim = claim
         self._locked: set[str] = set()
         """Devices by their serial numbers."""
         if guard is not None:
@@ -166,6 +178,8 @@ class Rig:
         wanted = {serial for told in identities if (serial := serial_of(told)) is not None} - self._locked
         self._held.enter_context(acquire(sorted(wanted), self._purpose))
         self._locked |= wanted
+        if any(map(is_on_network, real_ports(self.description))):
+            self._claim(sorted(wanted))
 
     def require_identities(self) -> None:
         """Ask those who they are of whom the file states it. Raises as :meth:`identities`."""
@@ -219,10 +233,12 @@ def open_rig(
     faults: FaultPlan | None = None,
     tell_fault: Callable[[str], None] = lambda _sentence: None,
     write: WriteFile | None = None,
+    claim: Claim = claimed_by_nobody_else,
 ) -> Rig:
     """Lock and open everything that the description names; nothing moves.
 
     ``line_source`` (:mod:`rig.lines.recording`) records or replays the lines.
+    ``claim`` keeps other machines from what they reach as well; it is asked when this machine's locks are held.
     ``faults`` go wrong on the twins' lines, and ``tell_fault`` hears of each.
     ``write`` keeps how far cables are wound; without it, real axes whose cables wind up refuse to turn.
     ``rig_file`` is locked as well where given, so that two commands do not drive twins of one file. Raises: RigBusy,
@@ -232,6 +248,7 @@ def open_rig(
     clock = clock or choose_clock(description)
     with ExitStack() as held:
         lock_rig(description, rig_file, purpose, held)
+        claim(known_elsewhere_as(real_ports(description)))
         world = World(description) if description.uses_twins else None
         served = twin_lines(description, world) if world else []
         if faults is not None and world is not None:
@@ -243,7 +260,7 @@ def open_rig(
         def connect() -> Connected:
             return _connected(description, clock, world, twins, line_source, guard, write)
 
-        return Rig(description, clock, connect, connect(), held.pop_all(), guard, purpose)
+        return Rig(description, clock, connect, connect(), held.pop_all(), guard, purpose, claim)
 
 
 def _connected(

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
-from rig.assembly.open_rig import Rig, open_rig
+from rig.assembly.open_rig import Claim, Rig, claimed_by_nobody_else, open_rig
 from rig.clock import Clock, VirtualClock
 from rig.description.rig_file import RigDescription
 from rig.devices.abilities import Axis, Environment, Readout, Stream, Wait
@@ -69,16 +69,25 @@ def prove(
     motion: str | None = None,
     clock: Clock | None = None,
     line_source: LineSource | None = None,
+    claim: Claim = claimed_by_nobody_else,
 ) -> tuple[DeviceProof, ...]:
     """Ask the devices and their twins, keep every byte in ``folder`` (``device``, ``twin``), compare.
 
-    ``motion`` names an axis that moves, by at most 5 degrees; it must be homed. ``clock`` and ``line_source`` are those
-    of the real side. Raises: what opening a rig raises, RequestRefused where the axis cannot be proven.
+    ``motion`` names an axis that moves, by at most 5 degrees; it must be homed. ``clock``, ``line_source`` and
+    ``claim`` are those of the real side. Raises: what opening a rig raises, RequestRefused where the axis cannot be
+    proven.
     """
     with ExitStack() as files:
         source = _through(recording(folder / "device", files), line_source)
         real = files.enter_context(
-            open_rig(description, clock=clock, rig_file=rig_file, purpose="calrig prove", line_source=source)
+            open_rig(
+                description,
+                clock=clock,
+                rig_file=rig_file,
+                purpose="calrig prove",
+                line_source=source,
+                claim=claim,
+            )
         )
         device = _asked(real, motion)
     on_twins = description.all_on_twins()

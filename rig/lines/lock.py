@@ -2,7 +2,8 @@
 
 The lock is that of :mod:`rig.file_lock`, on a file in one folder for all accounts (:mod:`rig.machine_folder`); a file
 beside it, each account's own, says who holds it. It keeps a second calrig on this machine away, whatever name it has
-for the port, not another program and not another machine: nothing here can.
+for the port, not another program and not another machine: nothing here can (:mod:`procedures.lease` can, by a database
+that both know).
 """
 
 import json
@@ -11,7 +12,7 @@ import re
 import socket
 import stat
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -150,6 +151,30 @@ def is_beyond_this_machine(resource: str) -> bool:
     return identity_of(resource).startswith("tcp ") and not identity_of(resource).startswith(f"tcp {_HERE} ")
 
 
+def known_elsewhere_as(resources: Iterable[str]) -> list[str]:
+    """Return what other machines know those resources by that they reach as well: the same there as here."""
+    return [identity_of(resource) for resource in resources if is_beyond_this_machine(resource)]
+
+
+def is_on_network(resource: str) -> bool:
+    """Return whether it is reached by network protocols, at this machine or beyond it."""
+    return identity_of(resource).startswith("tcp ")
+
+
+def place_of_locks() -> str:
+    """Return what tells this folder of locks from every other in the world; empty where nothing does.
+
+    The kernel that keeps the locks, by its start, and the folder by its numbers there. Containers of one machine have
+    folders of their own unless they share one, and then its locks. Raises: RigBusy.
+    """
+    try:
+        started = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+        folder = lock_folder().stat()
+    except OSError:
+        return ""
+    return f"{started} {folder.st_dev} {folder.st_ino}"
+
+
 @lru_cache
 def address_of(host: str) -> str:
     """Return the one number by which a host is known: this machine's own are one; its name where it has none now."""
@@ -157,9 +182,21 @@ def address_of(host: str) -> str:
         found = sorted({str(entry[4][0]) for entry in socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)})
     except OSError:
         return host
-    if any(ip_address(one.partition("%")[0]).is_loopback for one in found):
+    if any(_is_of_this_machine(one) for one in found):
         return _HERE
     return next((one for one in found if ":" not in one), found[0])
+
+
+def _is_of_this_machine(address: str) -> bool:
+    """Return whether an address is one of this machine's own: only those can be listened at."""
+    if ip_address(address.partition("%")[0]).is_loopback:
+        return True
+    try:
+        with socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind((address, 0))
+    except OSError:
+        return False
+    return True
 
 
 def serial_of(identity: str) -> str | None:

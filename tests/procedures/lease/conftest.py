@@ -1,0 +1,5 @@
+"""Every test that takes ``archive`` runs on SQLite and on a real PostgreSQL server."""
+
+from archive_kinds import archive, postgres
+
+__all__ = ["archive", "postgres"]
