@@ -68,14 +68,16 @@ def claim(
     now_utc: datetime,
     *,
     all_or_none: bool = False,
+    only_existing: bool = False,
     busy_timeout_s: float = BUSY_TIMEOUT_S,
 ) -> Claim:
     """Take or renew leases for ``duration_s``, but for those that another has and that have not lapsed.
 
+    ``only_existing``: an archive that is not there is not made: a share that is gone leaves an empty folder.
     Raises: ArchiveError; then nothing was changed.
     """
     begun: list[str] = []
-    with writing(archive_url, busy_timeout_s) as connection:
+    with writing(archive_url, busy_timeout_s, only_existing=only_existing) as connection:
         now, apart = _clock_of(connection, now_utc)
         rows = {row.resource: row for row in connection.execute(_of(resources))}
         others = tuple(_lease(row, now, apart) for row in rows.values() if not _is_free(row, holder, now, apart))

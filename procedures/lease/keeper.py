@@ -211,8 +211,15 @@ class LeaseKeeper:
 
     def _ask(self, resources: Sequence[str], *, all_or_none: bool = False) -> Claim:
         assert self._archive_url is not None
-        now = self._clock.now_utc()
-        return claim(self._archive_url, resources, self._holder, self._lapses_s, now, all_or_none=all_or_none)
+        return claim(
+            self._archive_url,
+            resources,
+            self._holder,
+            self._lapses_s,
+            self._clock.now_utc(),
+            all_or_none=all_or_none,
+            only_existing=bool(self._held),
+        )
 
     def _lapsed(self) -> str:
         """Say that nobody knows any more whose it is, once; what the database said last stands with it."""

@@ -3,7 +3,9 @@
 PDF/A asks for a glyph of every letter, and typst refuses the whole document where one is missing. Its own fonts have
 the letters of European languages; DejaVu Sans, which comes with matplotlib, stands behind them with Arabic, Armenian,
 Georgian, Hebrew and many signs. What neither has (Chinese, Japanese, Korean, emoji) is printed as its code point; the
-page on the screen shows it as it was written.
+page on the screen shows it as it was written. The angle brackets of a code point have no direction of their own: beside
+letters that run from right to left they would be turned and taken apart, on paper and in what is copied from it, so
+marks of the code point's direction stand around it.
 """
 
 import re
@@ -15,6 +17,9 @@ from rig.plain_text import code_point, is_hidden
 
 _LONG_WORD = re.compile(r"\S{65,}")
 _PIECE = re.compile(r"<U\+[0-9A-F]{4,6}>|[^<]{16}")
+_CODE_POINTS = re.compile(r"(?:<U\+[0-9A-F]{4,6}>)+")
+_LEFT_TO_RIGHT = "\u200e"
+"""Left-to-right mark: seen by nobody, and no text that comes in may hold it."""
 _MAY_BREAK = "\u200b"
 """Zero width space: seen by nobody, and it stands in long words alone."""
 
@@ -23,7 +28,8 @@ def printable(value: Any) -> Any:
     """Return a JSON value with each letter that no font has as its code point."""
     match value:
         case str():
-            return value if value.isascii() and value.isprintable() else "".join(map(_printed, value))
+            named = value if value.isascii() and value.isprintable() else "".join(map(_printed, value))
+            return _CODE_POINTS.sub(rf"{_LEFT_TO_RIGHT}\g<0>{_LEFT_TO_RIGHT}", named)
         case list():
             return [printable(one) for one in value]
         case dict():

@@ -73,11 +73,11 @@ def _sources(tree: PageTree, imprint: Imprint, attachments: Sequence[Attachment]
             {"file": f"attachments/{one.name}", "name": one.name, "type": one.media_type, "about": one.description}
             for one in attachments
         ],
-        "page": breakable(printable(tree.body.as_json())),
     }
+    document = {**printable(document), "page": breakable(printable(tree.body.as_json()))}
     return {
         "main.typ": TEMPLATE.read_bytes(),
-        "document.json": json.dumps(printable(document), ensure_ascii=False).encode("utf-8"),
+        "document.json": json.dumps(document, ensure_ascii=False).encode("utf-8"),
         **tree.pictures,
         **{f"attachments/{one.name}": one.content for one in attachments},
     }

@@ -188,6 +188,20 @@ def test_a_database_that_does_not_answer_refuses_nothing_and_says_that_nothing_g
     keeper.close()
 
 
+def test_a_share_that_is_gone_is_not_made_anew(tmp_path: Path) -> None:
+    """Its folder is there and empty: a second computer would find nothing taken in a file of its own."""
+    clock, file = _Wall(), tmp_path / "archive.sqlite"
+    keeper = _keeper(Archive(f"sqlite:///{file}"), clock, [])
+    file.rename(tmp_path / "away")
+    clock.sleep(LAPSES_S)
+    keeper.renew()
+    (news,) = keeper.news()
+    assert "there is no archive: no such file" in news.text
+    assert not file.exists()
+    (tmp_path / "away").rename(file)
+    keeper.close()
+
+
 def test_fault_80_a_run_whose_lease_is_lost_rings_and_goes_on_to_its_end(tmp_path: Path) -> None:
     """Detected: the database does not renew the lease, or says that another has it.
     Response: an alarm in the journal and to people; the run measures on.

@@ -30,6 +30,8 @@ PAGE = f"""<!doctype html><html lang="en"><head><title>gone</title><style>b {{}}
 <section class="sign"><div>By: A. Person<br>Date</div><div>Approved</div></section>
 <footer class="small">Relates only to the items named.</footer></body></html>"""
 IMPRINT = Imprint("A title", ("SIMULATED",), "Run 7", datetime(2026, 3, 1, 12, 30, tzinfo=UTC))
+LEFT_TO_RIGHT = "\u200e"
+"""Around code points, and seen by nobody."""
 ATTACHED = Attachment("SN1.xml", "application/xml", "SN1: certificate", b"<dcc/>\n")
 
 
@@ -42,7 +44,7 @@ def _words(pdf: bytes, tmp_path: Path) -> str:
     program = require_program("pdftotext")
     (tmp_path / "paper.pdf").write_bytes(pdf)
     text = subprocess.run([program, "-layout", tmp_path / "paper.pdf", "-"], capture_output=True, check=True).stdout
-    return " ".join(text.decode("utf-8").split())
+    return " ".join(text.decode("utf-8").replace(LEFT_TO_RIGHT, "").split())
 
 
 def test_the_file_declares_itself_pdf_a_3b(pdf: bytes) -> None:
@@ -115,3 +117,24 @@ def test_fault_78_every_letter_of_every_script_is_printed_or_named(tmp_path: Pat
     told = _words(made, tmp_path)
     assert "Zoë <U+1F642> <U+674E><U+96F7> <U+1F44D>" in told
     assert "<U+2030>" not in told
+
+
+def _but_bold(text: str) -> str:
+    return re.sub("&lt;(/?b)&gt;", r"<\1>", escape(text))
+
+
+FORMS = ["{0} 李雷 {0}", "{0}李{0}", "李{0}雷", "({0}) <U+202E>{0}<U+202C>", "<b>{0}</b>李雷, 7"]
+RIGHT_TO_LEFT = {"Hebrew": "שלום", "Arabic": "مرحبا", "Arabic digits": "١٢٣", "Hebrew and digits": "חדר 12"}
+
+
+@pytest.mark.parametrize("beside", RIGHT_TO_LEFT.values(), ids=RIGHT_TO_LEFT)
+@pytest.mark.parametrize(
+    "form", ["{0} 李雷 {0}", "{0}李{0}", "李{0}雷", "({0}) <U+202E>{0}<U+202C>", "<b>{0}</b>李雷, 7"]
+)
+def test_a_code_point_beside_letters_from_right_to_left_is_whole(form: str, beside: str, tmp_path: Path) -> None:
+    """Its angle brackets have no direction of their own: they were turned and put at the ends of the words beside."""
+    text = form.format(beside)
+    named = re.findall(r"<U\+[0-9A-F]+>", re.sub("[李雷]", lambda found: f"<U+{ord(found[0]):04X}>", text))
+    words = _words(paper_of(f"<html><body><p>{_but_bold(text)}</p></body></html>", IMPRINT), tmp_path)
+    assert re.findall(r"<U\+[0-9A-F]+>", words) == named
+    assert all(word in words for word in beside.split())
