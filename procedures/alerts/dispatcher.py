@@ -22,6 +22,7 @@ from rig.clock import Clock
 
 TOLD = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.ABORTED, State.INTERRUPTED)
 """At once. That a run has finished is told when it is known what it came to: :meth:`AlertDispatcher.tell_end`."""
+OF_EVENTS = {"dropped": "a sensor was dropped", "terminal": "the terminal was closed"}
 MOST_UNDER_WAY = 8
 """Threads that wait for a server at once; more are not started and said to be lost."""
 RING_S = 1.0
@@ -41,11 +42,20 @@ class _Alarm:
 class AlertDispatcher:
     """An observer; :meth:`pulse` is the engine's sign of life."""
 
-    def __init__(self, settings: AlertSettings, title: str, clock: Clock, then: RunObserver, run: str = "RUN") -> None:
-        """``run``: what a person gives the command that acknowledges."""
+    def __init__(
+        self,
+        settings: AlertSettings,
+        title: str,
+        clock: Clock,
+        then: RunObserver,
+        run: str = "RUN",
+        second_place: str = "",
+    ) -> None:
+        """``run``: what a person gives the command that acknowledges. ``second_place``: of the page that says why."""
         self._settings = settings
         self._title = title
         self._run = run
+        self._second_place = second_place
         self._alarms: dict[str, _Alarm] = {}
         """At most one by what it is of: the state of the run, its lease."""
         self._clock = clock
@@ -63,10 +73,8 @@ class AlertDispatcher:
         self._last = progress
         if progress.event == "ack":
             self._alarms.clear()
-        if progress.event == "dropped":
-            self._tell(Message(f"calrig: {self._title}: a sensor was dropped", _text(progress)), progress.message)
-        if progress.event == "terminal":
-            self._tell(Message(f"calrig: {self._title}: the terminal was closed", _text(progress)), progress.message)
+        if (word := OF_EVENTS.get(progress.event)) is not None:
+            self._tell(Message(f"calrig: {self._title}: {word}", self._text(progress)), progress.message)
         if progress.event in (LEASE, LEASE_LOST):
             self._heard_of_lease(progress)
         if progress.event == "state":
@@ -81,7 +89,11 @@ class AlertDispatcher:
         is_alarm = is_unasked(progress.state, progress.asked_by)
         self._set_alarm("state", progress if is_alarm else None)
         if progress.state in TOLD:
-            text = f"{_text(progress)}\ncalrig ack {self._run} ends the repeats." if is_alarm else _text(progress)
+            text = (
+                f"{self._text(progress)}\ncalrig ack {self._run} ends the repeats."
+                if is_alarm
+                else self._text(progress)
+            )
             self._tell(Message(f"calrig: {self._title}: {progress.state}", text), progress.message)
 
     def _heard_of_lease(self, progress: Progress) -> None:
@@ -89,7 +101,7 @@ class AlertDispatcher:
         is_lost = progress.event == LEASE_LOST
         self._set_alarm(LEASE, progress if is_lost else None)
         word = "the lease of a device is lost" if is_lost else "the lease of a device is held again"
-        text = f"{_text(progress)}\ncalrig ack {self._run} ends the repeats." if is_lost else _text(progress)
+        text = self._text(progress) + (self._how_to_end if is_lost else "")
         self._tell(Message(f"calrig: {self._title}: {word}", text), progress.message)
 
     def _set_alarm(self, of: str, progress: Progress | None) -> None:
@@ -107,7 +119,7 @@ class AlertDispatcher:
             self._send("heartbeat", lambda: beat(target, deadline_s))
         if settings.every_h is not None and now_s - self._progress_s >= settings.every_h * 3600.0 and self._last:
             self._progress_s = now_s
-            self._post(Message(f"calrig: {self._title}: {self._last.state}", _text(self._last)))
+            self._post(Message(f"calrig: {self._title}: {self._last.state}", self._text(self._last)))
         for alarm in self._alarms.values():
             self._ring(alarm, now_s)
         return self._taken()
@@ -129,7 +141,9 @@ class AlertDispatcher:
     def _ring(self, alarm: _Alarm, now_s: float) -> None:
         """Again, and to others after a while."""
         open_min = (now_s - alarm.since_s) / 60.0
-        text = f"{_text(alarm.progress)}\nNobody has acknowledged it for {open_min:.0f} min: calrig ack {self._run}"
+        text = (
+            f"{self._text(alarm.progress)}\nNobody has acknowledged it for {open_min:.0f} min: calrig ack {self._run}"
+        )
         word = "without its lease" if alarm.progress.event == LEASE_LOST else alarm.progress.state
         message = Message(f"calrig: {self._title}: still {word}", text)
         if now_s - alarm.told_s >= self._settings.repeat_every_s:
@@ -187,6 +201,17 @@ class AlertDispatcher:
         else:
             self._note(what, "")
 
+    @property
+    def _how_to_end(self) -> str:
+        return f"\ncalrig ack {self._run} ends the repeats."
+
+    def _text(self, progress: Progress) -> str:
+        """Return what is told of a moment, and where the page will be: people are told before a full disk is asked."""
+        if not is_unasked(progress.state, progress.asked_by):
+            return line_of(progress)
+        elsewhere = f"; where its disk takes nothing, {self._second_place} does" if self._second_place else ""
+        return f"{line_of(progress)}\nThe folder {self._run} holds why.txt and why.html{elsewhere}."
+
     def _note(self, what: str, failure: str) -> None:
         """Good heartbeats are not journalled, and a failure that repeats only once."""
         is_beat = what == "heartbeat"
@@ -195,8 +220,3 @@ class AlertDispatcher:
         if is_beat:
             self._last_failure = failure
         self._outcomes.append({"what": what, "failed": without_secrets(failure, self._settings.secrets)})
-
-
-def _text(progress: Progress) -> str:
-    has_page = is_unasked(progress.state, progress.asked_by)
-    return line_of(progress) + ("\nThe run's folder holds why.txt and why.html." if has_page else "")

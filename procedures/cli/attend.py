@@ -68,18 +68,18 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
         if is_virtual:
             yield Attendance(opened.enter_context(shown_on(sys.stderr)), RunServices(begun=begun))
             return
-        dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, opened)
         second_place = user_state_path("calrig") / "emergency"
+        dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, second_place / run.name, opened)
         yield Attendance(dispatcher, RunServices(pulse=pulse, begun=begun, second_place=second_place), dispatcher)
 
 
 def _dispatcher_and_pulse(
-    title: str, alerts: Path | None, run: Path, opened: ExitStack
+    title: str, alerts: Path | None, run: Path, second_place: Path, opened: ExitStack
 ) -> tuple[AlertDispatcher, Pulse]:
     settings = read_alerts(alerts) if alerts is not None else default_alerts()
     refusal = opened.enter_context(awake(title))
     screen = opened.enter_context(shown_on(sys.stderr))
-    dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run))
+    dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run), str(second_place))
     opened.callback(lambda: _tell_losses(dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]
 

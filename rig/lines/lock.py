@@ -179,12 +179,18 @@ def place_of_locks() -> str:
 def address_of(host: str) -> str:
     """Return the one number by which a host is known: this machine's own are one; its name where it has none now."""
     try:
-        found = sorted({str(entry[4][0]) for entry in socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)})
+        found = sorted({_plain(str(entry[4][0])) for entry in socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)})
     except OSError:
         return host
     if any(_is_of_this_machine(one) for one in found):
         return _HERE
     return next((one for one in found if ":" not in one), found[0])
+
+
+def _plain(address: str) -> str:
+    """Return an IPv4 address that is written as one of IPv6 (``::ffff:192.0.2.7``) as what it is."""
+    mapped = getattr(ip_address(address.partition("%")[0]), "ipv4_mapped", None)
+    return address if mapped is None else str(mapped)
 
 
 def _is_of_this_machine(address: str) -> bool:

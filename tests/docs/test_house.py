@@ -20,6 +20,7 @@ LATER = {
     # the stop goes before anything else is imported
     "procedures.cli": {"procedures/cli/main.py", "procedures/cli/start.py"},
     "procedures.journal.spool": {"procedures/cli/start.py"},
+    "procedures.errors": {"procedures/cli/start.py"},
     "rig.clock": {"procedures/cli/start.py"},
     "pathlib": {"procedures/cli/start.py"},
     "json": {"procedures/cli/start.py"},

@@ -55,6 +55,19 @@ def test_a_hold_is_told_once_with_its_reason_and_again_only_after_the_gap(clock:
     assert told.read_text().count("calrig: night: held") == 2
 
 
+def test_an_alarm_says_where_the_page_is_also_where_the_disk_of_the_run_takes_none(
+    clock: VirtualClock, tmp_path: Path
+) -> None:
+    told = tmp_path / "told.txt"
+    settings = AlertSettings(command=(sys.executable, "-c", WRITES, str(told)))
+    desk = AlertDispatcher(settings, "night", clock, SilentObserver(), "runs/night", "/var/emergency/night")
+    desk.on_event(HOLD)
+    desk.close()
+    assert (
+        "The folder runs/night holds why.txt and why.html; where its disk takes nothing, /var/emergency/night does."
+    ) in told.read_text()
+
+
 def test_states_that_need_nobody_are_not_told(clock: VirtualClock, tmp_path: Path) -> None:
     dispatcher = _dispatcher(clock, tmp_path / "told.txt")
     dispatcher.on_event(Progress("state", State.RUNNING, 3, 24, 1, 2, None, None, ""))

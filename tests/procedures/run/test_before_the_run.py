@@ -208,8 +208,8 @@ def test_what_would_refuse_a_run_tonight_is_told_now(tmp_path: Path) -> None:
 
 
 def test_fault_80_a_device_that_other_computers_reach_is_told(tmp_path: Path) -> None:
-    """Detected: locks of this machine for all accounts and all names of a port; the address of each port.
-    Response: a second controller on this machine is refused; that nothing guards against a second host is told.
+    """Detected: locks of this machine for all accounts and all names of a port; leases in an archive that is shared.
+    Response: a second controller is refused and told who; without a shared archive it is told that nothing guards.
     """
     text = RIG.partition("[twin]")[0].replace('resource = "twin"', 'resource = "prologix+socket://192.0.2.7:1234#22"')
     path = tmp_path / "rig.toml"

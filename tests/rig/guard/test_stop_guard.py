@@ -42,6 +42,14 @@ BUSY_LIMIT_S = 5.0
 """Told from never: on a busy machine the guard waits for a processor as everybody does."""
 DEATH_SEEN_S = 0.05
 """So late, at most, a death that the system chose the moment of is noticed here."""
+NOBODY = 65534
+AS_NOBODY = f"""
+import os
+import procedures.errors, procedures.journal.spool  # another account may not see where Python lies
+from procedures.cli.start import main
+os.setuid({NOBODY})
+main()
+"""
 LONGEST_S = BUSY_LIMIT_S + max(PATIENCE_OF.values())
 REST_S = 3.0
 """The machine's own deceleration, and on the bench's processors much else to do."""
@@ -166,6 +174,19 @@ def test_fault_86_a_stop_from_the_shell_goes_by_the_guard(tmp_path: Path, comman
         if command == "abort":
             (request,) = (engine.run / "requests").glob("*-abort.json")
             assert json.loads(request.read_text(encoding="utf-8"))["by"] == "ann"
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="needs two accounts")
+def test_fault_86_another_account_aborts_a_run_whose_folder_it_cannot_write(tmp_path: Path) -> None:
+    """The engine hears it from the guard, and who asked; what the folder does not take is no failure."""
+    with guarded_engine(tmp_path, STAGE_FOR_ROLL) as engine:
+        engine.run.chmod(0o755)
+        command = ["-c", AS_NOBODY, "abort", str(engine.run)]
+        asked = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=False)
+        assert (asked.returncode, asked.stderr) == (0, "")
+        assert "roll: told to stop" in asked.stdout
+        assert not (engine.run / "requests").exists()
+        assert engine.until(lambda: engine.rate_dps == 0.0, REST_S + BUSY_LIMIT_S)
 
 
 def test_a_guard_that_is_gone_leaves_the_long_way(tmp_path: Path) -> None:

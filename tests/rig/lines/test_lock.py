@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -12,9 +13,20 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from psutil import net_if_addrs
 
 from rig.errors import RigBusy
-from rig.lines.lock import account, acquire, canonical, identity_of, lock_folder, owner_of, owners, serial_of
+from rig.lines.lock import (
+    account,
+    acquire,
+    address_of,
+    canonical,
+    identity_of,
+    lock_folder,
+    owner_of,
+    owners,
+    serial_of,
+)
 
 ROOT = Path(__file__).resolve().parents[3]
 HOLD = """
@@ -105,6 +117,9 @@ SAME = [
     ("socket://[::1]:4001", "socket://127.0.0.1:4001"),
     ("socket://LOCALHOST:4001", "rfc2217://127.0.0.1:4001"),
     ("socket://127.0.0.1:4001/", "socket://127.0.0.2:4001"),
+    ("socket://127.0.0.1:4001", "socket://[::ffff:127.0.0.1]:4001"),
+    ("socket://192.0.2.7:4001", "socket://[::ffff:192.0.2.7]:4001"),
+    ("socket://192.0.2.7:4001", "socket://[::ffff:c000:207]:4001"),
 ]
 
 
@@ -115,6 +130,18 @@ def test_fault_38_two_names_of_one_address_are_one_lock(tmp_path: Path, one: str
         pytest.raises(RigBusy, match=rf"in use by process {os.getpid()} \(run\) since"),
     ):
         acquire([other], "jog", folder=tmp_path)
+
+
+def test_fault_38_an_address_of_this_machine_s_own_is_this_machine() -> None:
+    """Whoever reaches a device at localhost reaches it at every address that this machine has."""
+    own = {
+        one.address
+        for addresses in net_if_addrs().values()
+        for one in addresses
+        if one.family in (socket.AF_INET, socket.AF_INET6) and "%" not in one.address
+    }
+    assert {address_of(address) for address in own} == {address_of("localhost")}
+    assert address_of("192.0.2.7") == "192.0.2.7"
 
 
 def test_fault_38_a_board_is_one_wherever_the_command_was_called(
