@@ -38,8 +38,9 @@ def test_fault_82_a_copied_run_is_resumed_only_by_somebody_who_answers_for_it(tm
     assert (answered.detail["by"], answered.detail["reason"]) == ("anna", "the first disk fails")
 
     url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
-    assert deliver(solve_run(run_dir), url).parts["archive"] == "done"
-    refused = deliver(replace(solve_run(copy), record=replace(solve_run(copy).record, run_id="run")), url)
+    publish_folder(run_dir, lambda _: url)
+    solved = solve_run(copy)
+    refused = deliver(replace(solved, record=replace(solved.record, run_id="run")), url)
     assert "the archive has it with another journal" in refused.parts["archive"]
     assert refused.parts["pdf"] == "done"
 
