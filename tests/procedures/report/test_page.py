@@ -117,6 +117,7 @@ def test_the_style_is_the_one_that_the_policy_allows() -> None:
     assert not any("style" in attrs for _, attrs in _Page(text).tags)
 
 
+@pytest.mark.thorough
 def test_the_same_run_gives_the_same_page() -> None:
     scene = Scene(axes=("x",), pitch_deg=(-60, 0, 60))
     pages = [render_page(view, draw_figures(view)) for view in (run_view(scene), run_view(scene))]

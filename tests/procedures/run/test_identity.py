@@ -55,6 +55,7 @@ def test_a_run_of_which_something_was_taken_back_is_published_again(tmp_path: Pa
     assert [one.is_new for one in published.publications] == [True]
 
 
+@pytest.mark.usefixtures("no_report")
 def test_fault_83_a_clock_that_is_set_in_the_night_dates_nothing(tmp_path: Path) -> None:
     """Detected: the wall clock against one that nobody sets, between any two dwells.
     Response: recorded, and told in report and set; the dates stay those of the clock with which the run began.
