@@ -70,13 +70,18 @@ def test_every_room_says_what_is_in_it(house):
     assert silent == []
 
 
-def test_nothing_else_is_imported_inside_a_function(house):
-    unnamed = [f"{path}: {name}" for path, name in _imported_later(house) if path not in _allowed(name)]
+@pytest.fixture(scope="module")
+def trees(house) -> dict[str, ast.Module]:
+    return {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text("utf-8")) for path in house.files.values()}
+
+
+def test_nothing_else_is_imported_inside_a_function(trees):
+    unnamed = [f"{path}: {name}" for path, name in _imported_later(trees) if path not in _allowed(name)]
     assert unnamed == []
 
 
-def test_every_late_import_that_is_named_is_still_there(house):
-    found = {(path, library) for path, name in _imported_later(house) for library in LATER if _is_of(name, library)}
+def test_every_late_import_that_is_named_is_still_there(trees):
+    found = {(path, library) for path, name in _imported_later(trees) for library in LATER if _is_of(name, library)}
     assert found == {(path, library) for library, paths in LATER.items() for path in paths}
 
 
@@ -88,29 +93,29 @@ def _is_of(name: str, library: str) -> bool:
     return name == library or name.startswith(f"{library}.")
 
 
-def _imported_later(house) -> Iterator[tuple[str, str]]:
-    for path in house.files.values():
-        for function in ast.walk(ast.parse(path.read_text("utf-8"))):
+def _imported_later(trees: dict[str, ast.Module]) -> Iterator[tuple[str, str]]:
+    for path, tree in trees.items():
+        for function in ast.walk(tree):
             if not isinstance(function, ast.FunctionDef):
                 continue
             for node in ast.walk(function):
                 if isinstance(node, ast.ImportFrom) and node.module:
-                    yield path.relative_to(ROOT).as_posix(), node.module
+                    yield path, node.module
                 elif isinstance(node, ast.Import):
-                    yield from ((path.relative_to(ROOT).as_posix(), alias.name) for alias in node.names)
+                    yield from ((path, alias.name) for alias in node.names)
                 elif name := imported_by_name(node):
-                    yield path.relative_to(ROOT).as_posix(), name
+                    yield path, name
 
 
-def test_what_is_imported_by_a_name_that_is_made_up_stands_in_two_files(house):
+def test_what_is_imported_by_a_name_that_is_made_up_stands_in_two_files(trees):
     """A name that is not spelled out is seen by no contract: the facade's table, optional libraries."""
     found = set()
-    for path in house.files.values():
-        text = path.read_text("utf-8")
-        calls = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
-        by_name = [call for call in calls if isinstance(call.func, ast.Name) and call.func.id == "import_module"]
-        if any(not imported_by_name(call) for call in by_name) or "__import__(" in text:
-            found.add(path.relative_to(ROOT).as_posix())
+    for path, tree in trees.items():
+        calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)]
+        names = {call.func.id: call for call in calls if call.func.id in ("import_module", "__import__")}
+        by_name = [call for call in calls if call.func.id == "import_module"]
+        if any(not imported_by_name(call) for call in by_name) or "__import__" in names:
+            found.add(path)
     assert found == {
         "ams/__init__.py",
         "ams/exports/optional_libraries.py",

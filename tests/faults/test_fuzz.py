@@ -38,7 +38,7 @@ from rig.wire.indexing_table import AskPosition, AskState, Home, Identify, Move,
 from rig.wire.table_dialect import load_dialect
 
 pytestmark = pytest.mark.timeout(600)
-DEFAULT_ROUNDS = 400
+DEFAULT_ROUNDS = 200
 SOAK_S = 600.0
 SLOWEST_S = 5.0
 MOST_GROWTH_MB = 400.0

@@ -17,7 +17,8 @@ from device_sets import CAMPAIGN, device_set
 from small_run import in_child, resumed
 
 from ams.archive.sets import list_sets
-from ams.exports.formats import FORMATS, export_set, load_set
+from ams.exports.formats import FORMATS, export_set
+from procedures.delivery.deliver import sets_of, solve_run
 from procedures.errors import RequestError
 from procedures.records.states import State
 from rig.crash_points import CrashPoint
@@ -75,20 +76,21 @@ def test_fault_01_a_delivery_killed_at_every_place_is_delivered_again_the_same(
     assert len(list_sets(_archive(finished / "killed"))) == 1, "published more than once"
 
 
+@pytest.mark.parametrize("every", [7, pytest.param(1, marks=pytest.mark.thorough)])
 def test_fault_12_an_export_killed_at_any_file_call_leaves_the_whole_file_or_none(
-    finished: Path, delivered: list[bool], tmp_path: Path
+    finished: Path, tmp_path: Path, every: int
 ) -> None:
-    """The n-th call of the system, n = 1, 2, … until an export is not killed any more."""
-    coefficients = load_set(finished / "clean" / "run" / "coefficients" / "SN1.json")
+    """The n-th call of the system, n = 1, 1 + every, … until an export is not killed any more."""
+    coefficients = sets_of(solve_run(finished / "clean" / "run"))["SN1"]
     for kind in ("json", "csv", "c"):
         whole = FORMATS[kind].to_bytes(coefficients)
-        path, calls = tmp_path / FORMATS[kind].file_name("SN1"), 0
-        while _killed(lambda: _export(coefficients, kind, path, calls + 1)):  # noqa: B023 called at once
-            calls += 1
+        path, call = tmp_path / FORMATS[kind].file_name("SN1"), 1
+        while _killed(lambda: _export(coefficients, kind, path, call)):  # noqa: B023 called at once
+            call += every
             assert not path.exists() or path.read_bytes() == whole
             path.unlink(missing_ok=True)
         assert path.read_bytes() == whole
-        assert calls >= 4, "opened, synced, renamed, and the folder synced"
+        assert call > 4, "opened, synced, renamed, and the folder synced"
 
 
 def _killed(work: Callable[[], object]) -> bool:

@@ -68,7 +68,7 @@ def _require_recovery(aimed: Target, run_dir: Path, state: State | None) -> None
 
 
 @pytest.mark.parametrize(
-    "every", [320, pytest.param(160, marks=pytest.mark.thorough), pytest.param(80, marks=pytest.mark.soak)]
+    "every", [480, pytest.param(160, marks=pytest.mark.thorough), pytest.param(80, marks=pytest.mark.soak)]
 )
 @pytest.mark.parametrize("stuck", [False, True], ids=["gone", "stuck"])
 @pytest.mark.parametrize("error", ERRORS)

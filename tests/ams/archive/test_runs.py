@@ -174,6 +174,7 @@ def test_sets_are_found_by_serial_rig_run_and_day(archive: Any) -> None:
     assert found(until_utc=datetime(2026, 3, 1, tzinfo=UTC)) == [("SN1", "run-0"), ("SN2", "run-0")]
 
 
+@pytest.mark.thorough
 def test_both_databases_tell_the_same_history(archive: Any) -> None:
     for day in range(0, 480, 80):
         sensors = [a_sensor(day, gain=1.0 + 2e-5 * day / 80), a_sensor(day, "CHECK", is_check=True)]

@@ -158,7 +158,13 @@ def test_angles_by_three_axes_hold_with_four_replications_that_drift() -> None:
 
 
 @pytest.mark.parametrize(
-    ("campaigns", "within"), [(700, 0.02), pytest.param(4000, 0.015, marks=pytest.mark.soak)], ids=str
+    ("campaigns", "within"),
+    [
+        (300, 0.03),
+        pytest.param(700, 0.02, marks=pytest.mark.thorough),
+        pytest.param(4000, 0.015, marks=pytest.mark.soak),
+    ],
+    ids=str,
 )
 def test_with_estimated_temperature_coefficients_too(campaigns: int, within: float) -> None:
     """Six visits of three plateaus; across the axis Student's factor is that of along it, one degree of freedom less
@@ -203,7 +209,7 @@ def test_four_replications_do_as_well(scene) -> None:
     assert found == pytest.approx(dict.fromkeys(found, 0.95), abs=0.015), found
 
 
-@pytest.mark.parametrize("replications", [2, 3])
+@pytest.mark.parametrize("replications", [2, pytest.param(3, marks=pytest.mark.thorough)])
 def test_with_two_or_three_replications_intervals_err_on_the_safe_side(replications) -> None:
     for name in ("noise", "lack of fit", "drift", "lack of fit and drift", "unbalanced"):
         found = shares(replace(SCENES[name], replications=replications), 2000)

@@ -49,6 +49,7 @@ def test_the_time_term_goes_with_estimated_temperature() -> None:
     assert found[DRIFT_NAME] == pytest.approx(DRIFT_V_PER_H, rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_intervals_hold_the_drift_and_the_offset_while_replications_wander_besides() -> None:
     campaign = Campaign(
         replications=6,

@@ -44,6 +44,7 @@ def test_its_limit_is_that_of_five_terms_and_the_points_that_are_left() -> None:
     assert test.f_95 == pytest.approx(3.11, abs=0.005)
 
 
+@pytest.mark.thorough
 def test_drift_is_not_taken_for_a_soft_mount():
     campaign = Campaign(replications=4, index_limit_arcsec=1.0, offset_drift_arcsec=3.0, sensitivity_drift=1e-5, **GRID)
     assert accepted(campaign, TEETH, range(300)) <= 0.08

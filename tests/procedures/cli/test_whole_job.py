@@ -160,7 +160,7 @@ def test_a_finished_run_takes_no_request(
 
 
 @pytest.mark.usefixtures("no_report")
-@pytest.mark.parametrize("options", [(), ("--pty",)], ids=["tcp", "pty"])
+@pytest.mark.parametrize("options", [(), pytest.param(("--pty",), marks=pytest.mark.thorough)], ids=["tcp", "pty"])
 def test_real_ports_give_the_same_numbers_as_memory(
     finished: tuple[Path, dict], tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...]
 ) -> None:
@@ -304,6 +304,7 @@ def test_a_copied_journal_with_one_changed_dwell_is_refused(
     assert "is not as it was written" in outcome.err
 
 
+@pytest.mark.thorough
 def test_a_reader_that_goes_away_stops_no_run(tmp_path: Path) -> None:
     procedure, rig = job(tmp_path)
     arguments = ["run", procedure, "--rig", rig, "--out", str(tmp_path / "runs")]

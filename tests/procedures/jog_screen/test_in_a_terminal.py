@@ -112,6 +112,7 @@ def _stops_soon_after(simulated: SimulatedRig, act: Callable[[], object]) -> Non
     assert 0.0 < _standstill_s(simulated) - begun_s < 0.5
 
 
+@pytest.mark.thorough
 def test_a_rate_goes_on_while_its_terminal_answers_and_ends_within_half_a_second_of_anything_else(
     turning: tuple[SimulatedRig, Path, TerminalWindow],
 ) -> None:

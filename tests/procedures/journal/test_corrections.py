@@ -88,6 +88,7 @@ def test_a_moved_package_begins_a_mounting_whose_check_set_is_compared_with_no_o
     assert earlier["mounting_1_azimuth_deg"].value == pytest.approx(35.0, abs=0.3)
 
 
+@pytest.mark.thorough
 def test_a_moved_package_is_delivered_with_the_last_mounting_in_its_set(small: Bench, whole: Path) -> None:
     redo(whole, 2, Authorisation("anna", "remounted on face B", is_remounted=True))
     moved = small.rig.model_copy(update={"twin": _with_azimuth(small.rig, 38.0)})

@@ -19,7 +19,12 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+SHORT = "one axis, one replication, no azimuth"
+
+
+@pytest.mark.parametrize(
+    "name", [name if name == SHORT else pytest.param(name, marks=pytest.mark.thorough) for name in SCENES]
+)
 def test_every_figure_shows_data(name: str) -> None:
     figures = draw_figures(run_view(SCENES[name])).all()
     assert len(figures) >= 7
@@ -30,6 +35,7 @@ def test_every_figure_shows_data(name: str) -> None:
         assert figure.caption.endswith(".")
 
 
+@pytest.mark.thorough
 def test_the_same_view_gives_the_same_bytes() -> None:
     view = run_view(Scene(axes=("x",), pitch_deg=tuple(range(-90, 91, 10)), replications=4))
     first, second = draw_figures(view), draw_figures(view)
@@ -64,8 +70,9 @@ def test_the_marks_stand_where_the_residuals_are() -> None:
     sensor = view.sensors[0]
     rows, solution = sensor.observations, sensor.axes[0].calibration
     assert rows is not None
+    figures = draw_figures(view).all()
     for name in ("residuals-pitch", "residuals-roll", "residuals-time"):
-        svg = next(figure.svg for figure in draw_figures(view).all() if figure.name.endswith(name)).decode()
+        svg = next(figure.svg for figure in figures if figure.name.endswith(name)).decode()
         marks: dict[str, list[float]] = {}
         for symbol, height in re.findall(r'<use xlink:href="#(\w+)" x="[\d.-]+" y="([\d.-]+)"', svg):
             marks.setdefault(symbol, []).append(float(height))

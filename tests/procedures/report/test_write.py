@@ -78,6 +78,7 @@ def test_the_reference_attitude_and_the_temperature_are_traced(view: RunView) ->
     assert view.temperature[0].hours[-1] > 0.9
 
 
+@pytest.mark.thorough
 def test_report_and_figures_are_written_and_the_same_again(view: RunView, tmp_path: Path) -> None:
     drawn = draw_report(view)
     first, again = ([write(drawn, tmp_path).read_bytes() for write in (write_screen, write_paper)] for _ in "12")

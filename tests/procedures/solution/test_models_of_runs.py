@@ -97,6 +97,7 @@ def test_delivery_of_a_gimbal_run_leaves_a_set_with_its_yaw_range(tmp_path: Path
     assert (rows["sensitivity_v_per_g"].truth, rows["azimuth_deg"].truth) == (-2.5, pytest.approx(125.0))
 
 
+@pytest.mark.thorough
 def test_straight_lines_leave_a_report_and_say_that_they_make_no_set(tmp_path: Path) -> None:
     from procedures.delivery.deliver import deliver, sensors_document, solve_run
 
@@ -114,6 +115,7 @@ def test_straight_lines_leave_a_report_and_say_that_they_make_no_set(tmp_path: P
     assert any("SN1: straight lines make no coefficient set" in ground for ground in delivery.view.verdict.grounds)
 
 
+@pytest.mark.thorough
 def test_a_time_term_of_a_run_takes_the_twins_drift_and_the_set_says_where_it_stands(tmp_path: Path) -> None:
     """The twin's offset moves by 40 µV a replication; the drift found is that over the hours of a replication."""
     from procedures.delivery.deliver import deliver, solve_run

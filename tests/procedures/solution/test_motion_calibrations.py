@@ -69,6 +69,7 @@ def _table_4(without: str = "") -> dict[str, dict[str, float]]:
     }
 
 
+@pytest.mark.thorough
 def test_sr_accelerometer_up_and_down_on_the_servo_mechanism(tmp_path: Path) -> None:
     small = motion_run(tmp_path, "servo-mechanism", "accelerometer", {"replications = 6": "replications = 4"})
     solved = small.solved()
@@ -109,7 +110,9 @@ def test_sr_gyro_with_dwells_of_five_minutes_at_one_sample_a_second(tmp_path: Pa
     assert all(dwell.readings["imu.gx"].interval_s == 1.0 for dwell in turned)
 
 
-@pytest.mark.parametrize("known", ["", "\nsurroundings_ut = [22.0, -3.0, 40.0]"])
+@pytest.mark.parametrize(
+    "known", ["", pytest.param("\nsurroundings_ut = [22.0, -3.0, 40.0]", marks=pytest.mark.thorough)]
+)
 def test_sr_magnetometer_with_and_without_the_coil_s_field_the_earth_s_known_or_not(tmp_path: Path, known: str) -> None:
     changes = {r"rest_s = 60.0": f"rest_s = 15.0{known}", r"replications = 4": "replications = 3"}
     solved = motion_run(tmp_path, "servo-mechanism", "magnetometer", changes).solved()
@@ -138,6 +141,7 @@ def test_sr_magnetometer_with_and_without_the_coil_s_field_the_earth_s_known_or_
     assert [dwell.motion.field_ut["coil"] for dwell in design if dwell.motion] == [*[0.0] * 6, *[40.0] * 6] * 3
 
 
+@pytest.mark.thorough
 def test_sr_magnetometer_by_the_difference_that_a_magnet_makes(tmp_path: Path) -> None:
     """SR 4.1.3: 'real' is the reading with the magnet less the mean of the two differences, in the sensor's own units.
 
@@ -176,6 +180,7 @@ def _require_a_set_for_the_rates_that_were_turned(solved: SolvedRun, folder: Pat
         assert told in page
 
 
+@pytest.mark.thorough
 def test_cr_gyros_by_the_harmonic_profile_on_the_rate_table(tmp_path: Path) -> None:
     solved = motion_run(tmp_path, "rate-table", "harmonic").solved()
     _require_inside(solved, "ENC03J", _table_4())
@@ -226,6 +231,7 @@ def _run_until_a_look(small: MotionRun, run_dir: Path, fatal: int) -> None:
     small.run(run_dir)
 
 
+@pytest.mark.thorough
 def test_a_run_that_was_killed_while_it_turned_goes_on_to_the_same_numbers(tmp_path: Path) -> None:
     changes = {r"replications = 4": "replications = 2", r"\[10.0, 40.0\]": "[40.0]"}
     small = motion_run(tmp_path, "rate-table", "rates", changes)
