@@ -2,6 +2,7 @@
 
 import json
 import os
+import pwd
 import resource
 import signal
 import socket
@@ -16,6 +17,7 @@ from guarded_engine import CLOCK, GuardedEngine, guarded_engine
 from noted_line import Hung
 from turning_rig import DRIVE_FOR_ROLL, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
+from procedures.cli.start import _login_name
 from procedures.journal.guard_record import guard_told, read_guard_record
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig
@@ -205,6 +207,12 @@ def test_fault_86_another_account_aborts_a_run_whose_folder_it_cannot_write(tmp_
         assert "roll: told to stop" in asked.stdout
         assert not (engine.run / "requests").exists()
         assert engine.until(lambda: engine.rate_dps == 0.0, REST_S + BUSY_LIMIT_S)
+
+
+def test_who_stops_has_a_name_where_no_variable_tells_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("LOGNAME", "USER", "LNAME", "USERNAME"):
+        monkeypatch.delenv(name, raising=False)
+    assert _login_name() == pwd.getpwuid(os.getuid()).pw_name
 
 
 def test_a_guard_that_is_gone_leaves_the_long_way(tmp_path: Path) -> None:
