@@ -227,11 +227,12 @@ def _refuse_unclear(
 
 
 def _move(opened: Rig, axis: str, to: float | None, by: float | None, wait: Wait) -> float:
-    if to is not None:
-        return by_hand.jog_to(opened, axis, to, wait, note)
-    if by is not None:
-        return by_hand.jog_by(opened, axis, by, wait, note)
-    return by_hand.home(opened, axis, wait)
+    with by_hand.seen_at_rest(opened, axis):
+        if to is not None:
+            return by_hand.jog_to(opened, axis, to, wait, note)
+        if by is not None:
+            return by_hand.jog_by(opened, axis, by, wait, note)
+        return by_hand.home(opened, axis, wait)
 
 
 def _turned(opened: Rig, axis: str, rate_dps: float, for_s: float, wait: Wait) -> dict[str, float]:

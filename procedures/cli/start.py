@@ -113,7 +113,17 @@ def _status(told: dict[str, str]) -> int:
 def _login_name() -> str:
     """As ``getpass`` tells it, which takes long to import."""
     named = (os.environ.get(name) for name in ("LOGNAME", "USER", "LNAME", "USERNAME"))
-    return next(filter(None, named), None) or "unknown"
+    return next(filter(None, named), None) or _account_name()
+
+
+def _account_name() -> str:
+    """Where no variable tells it, as under systemd or cron: only systems with accounts have a stop guard."""
+    import pwd
+
+    try:
+        return pwd.getpwuid(os.getuid()).pw_name
+    except KeyError:
+        return f"uid {os.getuid()}"
 
 
 if __name__ == "__main__":

@@ -126,4 +126,5 @@ def _lines(listed: Iterable[ListedRun]) -> Iterable[str]:
             yield f"{'unreadable':<12} {one.path.name}: {one.trouble}"
             continue
         started = "" if one.started_utc is None else f"{one.started_utc:%Y-%m-%d %H:%M} UTC"
-        yield f"{one.state:<12} {one.dwells_done:>5} of {one.dwells_planned:<5} {started}  {one.path.name}  {one.title}"
+        title = one_line(one.title)
+        yield f"{one.state:<12} {one.dwells_done:>5} of {one.dwells_planned:<5} {started}  {one.path.name}  {title}"

@@ -7,6 +7,8 @@ from datetime import datetime
 from procedures.records.dwells import Event
 
 GOING = "running"
+OF_OTHERS = ("opened", "note", "ack", "voided", "override", "stop_guard")
+"""Events that the process which ran the run did not write last, or need not have: they say nothing of its life."""
 NOT_GOING = ("paused", "held", "stopped", "tripped", "aborted", "failed", "interrupted", "closed")
 
 
@@ -39,7 +41,7 @@ def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
     """Return every stretch between leaving ``running`` and coming back to it, under the name it began with.
 
     A process that died wrote nothing: the resume that took the run over wrote ``interrupted``, and the stretch began
-    with the last event before that process opened the journal.
+    with the last event of that process: what people wrote afterwards is none.
     """
     found: list[Interruption] = []
     open_one: Interruption | None = None
@@ -54,7 +56,7 @@ def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
             open_one = None
         elif open_one is not None and state == "checking" and _who(event):
             open_one = replace(open_one, resumed_by=_who(event), resumed_because=_why(event))
-        last_sign = last_sign if event.kind == "opened" else event
+        last_sign = last_sign if event.kind in OF_OTHERS else event
     return tuple(found if open_one is None else [*found, open_one])
 
 

@@ -26,6 +26,7 @@ from procedures.journal.guard_record import forget_guard_record, read_guard_reco
 from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.last_words import LastWords, forget_last_words, keep_last_words, read_last_words
 from procedures.journal.location import place_of
 from procedures.journal.owner import owned_since
 from procedures.journal.spool import Spool
@@ -54,8 +55,10 @@ from rig.errors import (
     DeviceNonsense,
     DeviceRefused,
     DeviceSilent,
+    GuardLost,
     LinkClosed,
     LinkLost,
+    MotionBreach,
     RequestRefused,
     RigError,
     WaitEnded,
@@ -134,6 +137,9 @@ def run(
             # A defect of ours: the rig is safe, the page tells of it, and it goes on its way.
             explain(progress_log.folder, second_place=services.second_place)
             raise
+        if outcome.state is State.INTERRUPTED:
+            words = LastWords(outcome.reason, rig.clock.now_utc())
+            keep_last_words(progress_log.folder, services.second_place, words)
         if outcome.state in UNASKED or outcome.cause in (STORAGE, PROCESS):
             page = explain(progress_log.folder, outcome.reason, outcome.positions_deg, services.second_place)
             if page is not None and page.parent != progress_log.folder:
@@ -177,6 +183,8 @@ class _Engine:
                 ending = Ending(State.ABORTED, ended.what, ended.by)
         except StorageFailed as error:
             ending = Ending(State.STOPPED, str(error), cause=STORAGE)
+        except (MotionBreach, GuardLost) as error:
+            ending = Ending(State.TRIPPED, str(error), cause="supervision")
         except (DeviceFault, DeviceRefused, RequestRefused) as error:
             ending = Ending(State.TRIPPED, str(error), cause="device")
         except (RigError, ProcedureError) as error:
@@ -272,9 +280,19 @@ class _Engine:
         if not regained:
             self._wait.discard_pending(owned_since(self._progress_log.folder))
             if start.state in ACTIVE and self._history.epoch > 1:
-                self._progress_log.enter(State.INTERRUPTED, "the process ended without a last line")
+                self._enter_interrupted()
         self._progress_log.enter(State.CHECKING, "" if regained else start.reason, "" if regained else start.operator)
         crash_point(CrashPoint.EPOCH_OPENED)
+
+    def _enter_interrupted(self) -> None:
+        """Enter what became of the process before, in its own words where it left some: then people were told."""
+        folder, second_place = self._progress_log.folder, self._context.services.second_place
+        words = read_last_words(folder, second_place)
+        if words is not None and any(dwell.ended_utc > words.stopped_utc for dwell in self._history.dwells[-1:]):
+            words = None  # of a time before somebody else took the run up
+        reason, cause = ("the process ended without a last line", "") if words is None else (str(words), STORAGE)
+        self._progress_log.enter(State.INTERRUPTED, reason, cause=cause, is_told=words is not None)
+        forget_last_words(folder, second_place)
 
     def _regain(self, lost: TrustLost, restarts: int) -> None:
         """Held, the axes told to stop, until every line answers again. Raises: RunEnds, WaitEnded."""

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
+from procedures.journal.audit_trail import clock_words
 from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import guard_told, read_guard_record
 from procedures.journal.journal_reader import JournalReader
@@ -39,6 +40,7 @@ def handover(run_dir: Path) -> str:
         *[f"damaged    {name}" for name in quarantined],
         *_listed("stops", [event for event in events if _is_stop(event)]),
         *_listed("terminal", [event for event in events if event.kind == "terminal"]),
+        *[one_line(f"clock      {word}") for word in clock_words(events)],
         *_listed("lease", [event for event in events if event.kind == LEASE]),
         *_guarded(run_dir, events),
         *_listed("notes", [event for event in events if event.kind == "note"]),
@@ -95,7 +97,7 @@ def _rejected(dwells: Iterable[DwellRecord]) -> Iterable[str]:
     )
     if reasons:
         listed = "; ".join(f"{count} × {reason}" for reason, count in reasons.most_common(4))
-        yield f"rejected   {sum(reasons.values())} dwells: {listed}"
+        yield one_line(f"rejected   {sum(reasons.values())} dwells: {listed}")
 
 
 def _kind(reason: str) -> str:

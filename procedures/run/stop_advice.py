@@ -29,6 +29,11 @@ ADVICE: Mapping[str, str] = {
         "calrig resume RUN --operator NAME --reason TEXT; if it was moved, first calrig void RUN --from STEP "
         "--remounted."
     ),
+    "supervision": (
+        "An axis left the way that it was sent, or who would stop it is gone. See who or what moved it, whether the "
+        "line or the stop guard was meddled with, and that nothing was wound up or hit; then calrig resume RUN "
+        "--operator NAME --reason TEXT."
+    ),
     "device": (
         "A device reports a fault: limit switch, stop button, coupling, drive. Clear it at the machine, then "
         "calrig resume RUN --operator NAME --reason TEXT; releasing a button alone starts nothing."

@@ -280,7 +280,9 @@ def _connected(
             found |= open_axes({name: description.axes[name] for name in names}, lines)
         guarded_lines = _guarded_lines(description, found, lines)
         supervisor = Supervisor(clock, guard if guarded_lines else None)
-        found = {name: guarded(supervisor.supervise(axis), description, name, write) for name, axis in found.items()}
+        homes_deg = {name: settings.home_attitude_deg for name, settings in description.axes.items()}
+        supervised = {name: supervisor.supervise(axis, homes_deg[name]) for name, axis in found.items()}
+        found = {name: guarded(axis, description, name, write) for name, axis in supervised.items()}
         return Connected(
             axes={name: found[name] for name in description.axes},
             readouts={

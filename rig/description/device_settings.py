@@ -87,6 +87,11 @@ class AxisSettings(StrictTable):
             raise ValueError("index_zero_uncertainty_arcsec needs index_zero_deg: where the axis was set to read true")
         return self
 
+    @property
+    def home_attitude_deg(self) -> float:
+        """Return where a home search ends: at the machine's own zero."""
+        return self.attitude_deg(0.0)
+
     def table_deg(self, attitude_deg: float) -> float:
         """Return what the machine is told for an attitude."""
         return self.sign * attitude_deg + self.zero_deg

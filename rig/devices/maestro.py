@@ -66,6 +66,10 @@ class MaestroSettings(AxisSettings):
     """The serial time-out as set in the controller; without one the servos stay where they were sent last."""
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
 
+    @property
+    def home_attitude_deg(self) -> float:
+        return self.home_deg
+
     @field_validator("points", mode="before")
     @classmethod
     def _pairs(cls, value: object) -> object:

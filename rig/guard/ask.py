@@ -4,6 +4,7 @@ Next to nothing is imported here either, not even what reads JSON or paths: unde
 the whole question. So a guard's file is lines of text, and so are question and answer.
 """
 
+import _signal
 import _socket
 import os
 
@@ -38,7 +39,11 @@ def guards() -> list[dict[str, str]]:
 
 
 def stop(guard: dict[str, str], axes: list[str] | None, by: str) -> dict[str, str] | None:
-    """Have axes, or all of them, stopped now; what became of each, or None where that guard is gone."""
+    """Have axes, or all of them, stopped now; what became of each, or None where that guard is gone.
+
+    A guard that somebody froze is woken: it holds the lines, and nobody else could send a stop.
+    """
+    _wake(guard)
     line = _socket.socket(_socket.AF_UNIX, _socket.SOCK_STREAM)
     answer = b""
     try:
@@ -53,6 +58,14 @@ def stop(guard: dict[str, str], axes: list[str] | None, by: str) -> dict[str, st
         line.close()
     told = dict(one.split("\t", 1) for one in answer.decode().splitlines() if "\t" in one)
     return told or None
+
+
+def _wake(guard: dict[str, str]) -> None:
+    """Its own number ends the name of its socket. Whoever runs already does not notice."""
+    try:
+        os.kill(int(guard["socket"].rpartition("-")[2]), _signal.SIGCONT)
+    except (OSError, ValueError):
+        return
 
 
 def of_rig(rig_file: str) -> list[dict[str, str]]:

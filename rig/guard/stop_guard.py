@@ -27,8 +27,8 @@ PROCESS = Path(__file__).with_name("process.py")
 READY_S = 20.0
 RELEASE_S = 2.0
 BEAT_S = 0.1
-DEAF_S = 20.0
-"""A guard that has not heard a beat for so long is as good as gone."""
+DEAF_S = 6.0
+"""A guard that has not answered a beat for so long is frozen, and as good as gone."""
 
 
 @dataclass(frozen=True, slots=True)

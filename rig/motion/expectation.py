@@ -3,8 +3,9 @@
 What an axis was told last bounds where it may be seen: on its way from where it stood to its target and no further,
 not away from it, no faster than asked, within the turn of a rate in its sense, and where it was left when it should
 stand. A look is a question and its answer, so a position was true at some moment between the two; every bound allows
-for that. A home search is bounded by its time alone, since the machine's own zero moves in it, and a stop by the
-second at rest that ends it.
+for that. A home search goes where the machine likes, but no faster than its speed and not much more than a turn, and
+ends inside the limits or at the machine's zero. That zero moves in it, so one read-back that leaps is none too fast;
+the next that leaps on is. A stop is bounded by the second at rest that ends it.
 """
 
 from dataclasses import dataclass, replace
@@ -18,6 +19,8 @@ STANDING_TOLERANCES = 5.0
 AT_REST_S = 1.0
 """A stopped axis is at rest when it was seen so long at one place."""
 WHOLE_TURN_DEG = 360.0
+HOME_DEG = 400.0
+"""The longest way of a home search: a whole turn, and back off the mark and onto it again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +31,8 @@ class Bounds:
     speed_dps: float
     tolerance_deg: float
     """Of arrival."""
+    home_deg: float = 0.0
+    """Where a home search ends."""
 
     @property
     def margin_deg(self) -> float:
@@ -83,6 +88,10 @@ class Moving:
 @dataclass(frozen=True, slots=True)
 class Homing:
     """It searches its home."""
+
+    travelled_deg: float = 0.0
+    leapt_deg: float = 0.0
+    """How far the look before this one was off what its speed allows: a zero that was set, or the first of too fast."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,8 +157,7 @@ def judge(bounds: Bounds, watched: Watched, seen: Seen) -> tuple[Watched, str]:
         case Turning():
             return _turning(bounds, task, watched.last, seen)
         case Homing():
-            has_arrived = seen.is_moving is False and seen.is_homed
-            return Watched(Standing(seen.position_deg, True) if has_arrived else task, seen), ""
+            return _homing(bounds, task, watched.last, seen)
         case Stopping():
             return Watched(_stopping(bounds, task, seen), seen), ""
         case Unknown():
@@ -188,6 +196,36 @@ def _moving(bounds: Bounds, task: Moving, last: Seen | None, seen: Seen) -> tupl
         return Watched(Standing(here_deg, True), seen), ""
     furthest_deg = max(way * task.furthest_deg, way * here_deg) * way
     return Watched(replace(task, furthest_deg=furthest_deg), seen), ""
+
+
+def _homing(bounds: Bounds, task: Homing, last: Seen | None, seen: Seen) -> tuple[Watched, str]:
+    if seen.is_moving is False and seen.is_homed:
+        return _home_found(bounds, seen)
+    if last is None:
+        return Watched(task, seen), ""
+    turned_deg = seen.position_deg - last.position_deg
+    if too_fast := _too_fast(bounds, last, seen, -bounds.speed_dps, bounds.speed_dps):
+        if task.leapt_deg * turned_deg > 0.0:
+            return Watched(Unknown(), seen), f"home: {too_fast}"
+        return Watched(replace(task, leapt_deg=turned_deg), seen), ""
+    travelled_deg = task.travelled_deg + abs(turned_deg)
+    if travelled_deg > HOME_DEG:
+        return Watched(Unknown(), seen), (
+            f"home: turned by {travelled_deg:g} deg and found none, allowed {HOME_DEG:g} deg;"
+            f" it is at {seen.position_deg:g} deg"
+        )
+    return Watched(replace(task, travelled_deg=travelled_deg, leapt_deg=0.0), seen), ""
+
+
+def _home_found(bounds: Bounds, seen: Seen) -> tuple[Watched, str]:
+    """Judge where a home search ended: what ends beyond the limits and not at the zero was an order to go there."""
+    (low_deg, high_deg), margin_deg = bounds.limits_deg, bounds.margin_deg
+    is_at_home = abs(seen.position_deg - bounds.home_deg) <= margin_deg
+    if is_at_home or low_deg - margin_deg <= seen.position_deg <= high_deg + margin_deg:
+        return Watched(Standing(seen.position_deg, True), seen), ""
+    return Watched(Unknown(), seen), (
+        f"home: ended at {seen.position_deg:g} deg, beyond its limits and not at its home of {bounds.home_deg:g} deg"
+    )
 
 
 def _turning(bounds: Bounds, task: Turning, last: Seen | None, seen: Seen) -> tuple[Watched, str]:

@@ -3,7 +3,8 @@
 Every function needs an open rig, so the lock is held; every wait is the caller's, so a stop reaches the axis.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -15,7 +16,7 @@ from rig.devices.abilities import Axis, Environment, RateAxis, Readout, TurnLook
 from rig.devices.cable import CableGuard
 from rig.devices.maestro import MaestroSettings
 from rig.devices.rates import MeasuredRate, measured_rate
-from rig.errors import RequestRefused
+from rig.errors import DeviceFault, RequestRefused, RigError
 from rig.motion.move import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state
 from rig.wire.pulses import PulseCalibration
 
@@ -51,6 +52,24 @@ class Reading:
     """NaN below two readings."""
     samples: int
     overloads: int
+
+
+@contextmanager
+def seen_at_rest(rig: OpenRig, axis: str) -> Iterator[None]:
+    """See an axis stand, however the motion inside ends. Raises: DeviceFault that tells of both where it does not.
+
+    What was refused before anything moved is not stopped.
+    """
+    try:
+        yield
+    except RequestRefused:
+        raise
+    except RigError as error:
+        try:
+            stop_all({axis: _axis(rig, axis)}, rig.clock)
+        except DeviceFault as moving:
+            raise DeviceFault(f"{error}; {moving}") from error
+        raise
 
 
 def jog_to(rig: OpenRig, axis: str, target_deg: float, wait: Wait, tell: Tell = lambda _told: None) -> float:

@@ -61,9 +61,9 @@ class Supervisor:
         self._warden = warden
         self._axes: dict[str, SupervisedAxis] = {}
 
-    def supervise(self, axis: Axis) -> "SupervisedAxis":
-        """Return the axis as everybody else may have it."""
-        supervised = SupervisedAxis(axis, self._clock, self)
+    def supervise(self, axis: Axis, home_deg: float = 0.0) -> "SupervisedAxis":
+        """Return the axis as everybody else may have it. ``home_deg``: where a home search ends."""
+        supervised = SupervisedAxis(axis, self._clock, self, home_deg)
         self._axes[axis.name] = supervised
         return supervised
 
@@ -125,7 +125,7 @@ class Supervisor:
 class SupervisedAxis:
     """An axis behind the supervisor. It has the abilities of the axis that it stands for, and no others."""
 
-    def __init__(self, axis: Axis, clock: Clock, supervisor: Supervisor) -> None:
+    def __init__(self, axis: Axis, clock: Clock, supervisor: Supervisor, home_deg: float) -> None:
         self.name = axis.name
         self.limits_deg = axis.limits_deg
         self.increment_deg = axis.increment_deg
@@ -137,7 +137,7 @@ class SupervisedAxis:
         self._axis: Any = axis
         self._clock = clock
         self._supervisor = supervisor
-        self._bounds = Bounds(axis.limits_deg, axis.speed_dps, axis.arrival_tolerance_deg)
+        self._bounds = Bounds(axis.limits_deg, axis.speed_dps, axis.arrival_tolerance_deg, home_deg)
         self._watched = Watched()
         self._orders = 0
         """Counts what the axis was told: a look that an order overtook is not judged."""

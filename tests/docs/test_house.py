@@ -23,6 +23,7 @@ LATER = {
     "procedures.errors": {"procedures/cli/start.py"},
     "rig.clock": {"procedures/cli/start.py"},
     "pathlib": {"procedures/cli/start.py"},
+    "pwd": {"procedures/cli/start.py"},
     "json": {"procedures/cli/start.py"},
     # heavy: half a second and more, and most commands do without
     "matplotlib": {"procedures/report/canvas.py", "procedures/report/paper/letters.py"},

@@ -16,14 +16,18 @@ from finished_job import FinishedJob
 from journals import a_clock
 from small_disk import SmallDisk, small_disk
 from small_run import Bench, bench, measured_in, resumed
-from unattended_run import UnattendedRun, run_unattended, states
+from unattended_run import UnattendedRun, events, run_unattended, states
 
 from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings
+from procedures.journal.audit_trail import interruptions_in
+from procedures.journal.corrections import add_note
 from procedures.journal.status import status
 from procedures.records.progress import Progress
 from procedures.records.states import RESUMABLE, State
 from procedures.run.ending import Outcome
+from procedures.run.handover import handover
+from procedures.run.resume import resume
 from procedures.run.services import RunServices
 from rig.assembly.open_rig import Rig
 from rig.devices.abilities import Burst
@@ -147,8 +151,22 @@ def test_fault_79_a_disk_that_stays_full_between_dwells_is_told_explained_and_re
     assert "calrig: night: stopped" in run.said or "calrig: night: interrupted" in run.said
     assert "full" in _page_in(tmp_path / "second")
     disk.free()
-    assert resumed(run.run_dir).state is State.FINISHED
+    add_note(run.run_dir, "anna", "I make room")
+    taken_up = resume(run.run_dir, "tester", services=RunServices(second_place=tmp_path / "second"))
+    assert taken_up.state is State.FINISHED
     assert measured_in(run.run_dir) == measured_in(clean)
+    _require_cause_on_record(run.run_dir)
+
+
+def _require_cause_on_record(run_dir: Path) -> None:
+    """The next resume journals what the disk refused, and the stretch begins with the engine's last sign."""
+    told = [event for event in events(run_dir, "state") if event.detail["to"] in ("interrupted", "stopped")]
+    assert "full" in str(told[0].detail["reason"])
+    assert "full" in handover(run_dir)
+    (stretch,) = interruptions_in(events(run_dir))
+    (note,) = events(run_dir, "note")
+    assert stretch.began_utc not in (note.utc, None)
+    assert not list(run_dir.parent.rglob("last-words.json"))
 
 
 @pytest.mark.parametrize(

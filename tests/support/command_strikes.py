@@ -22,17 +22,23 @@ from rig.motion.supervisor import SupervisedAxis, Supervisor
 from rig.wire import maestro, oriental_az, zaber
 
 KINDS = ("value", "sign", "axis", "doubled", "swallowed", "late")
+ANOTHER_VERB = "verb"
+"""A kind that only the Zaber stage knows: a home or a move becomes a rate of up to :data:`FASTEST_DPS`."""
 FAMILIES = ("indexing-table", "esp301", "maestro", "oriental-az", "zaber")
 TURNING = ("oriental-az", "zaber")
 LATE_S = 0.4
 """Later than this and the machine is asked whether it started before it hears of it: told again, it is one motion."""
 LIMITS_DEG = (-90.0, 90.0)
 SPEED_DPS = 20.0
+FASTEST_DPS = 120.0
+"""Of a home or a move that becomes a rate."""
 REACTION_S = 0.6
 """From what the line did to the stop: a look, its confirmation, the others' turn."""
 DEAF_S = 2.0
 """The same where an axis answers that was not asked: first the driver's own patience for the right answer runs out."""
 MARGIN_DEG = 1.0
+MICROSTEP_DEG, VELOCITY_SCALE = 0.000234375, 1.6384
+"""Of the stage of the bench."""
 DECELERATION_DPS2 = {"oriental-az": 20.0}
 """Of machines that take long to stop: their own setting, by which they also gather the speed they should not have."""
 
@@ -55,7 +61,9 @@ def other_axis(number: int) -> int:
 
 def _table(data: bytes, kind: str, chance: np.random.Generator) -> bytes | None:
     found = re.fullmatch(rb"(\d+) (MOVE|HOME)( [+-]?[\d.]+)?\r\n", data)
-    return None if found is None else _text(found, kind, chance, lambda axis, verb, value: axis + b" " + verb + value)
+    if found is None:
+        return None
+    return _text(found, kind, chance, lambda axis, verb, value: axis + b" " + verb + value)
 
 
 def _esp301(data: bytes, kind: str, chance: np.random.Generator) -> bytes | None:
@@ -93,6 +101,9 @@ def _zaber(data: bytes, kind: str, chance: np.random.Generator) -> bytes | None:
     if kind == "axis":
         return zaber.encode_command(replace(command, device=other_axis(command.device)))
     verb, _, number = command.text.rpartition(" ")
+    if kind == ANOTHER_VERB:
+        velocity = round(float(chance.uniform(-FASTEST_DPS, FASTEST_DPS)) / MICROSTEP_DEG * VELOCITY_SCALE)
+        return zaber.encode_command(replace(command, text=f"move vel {velocity}"))
     if kind in ("value", "sign"):
         if not verb:
             return None
@@ -269,6 +280,8 @@ def _told(
         low_deg, high_deg = -400.0, 400.0
     story = Story(corridor_deg=(low_deg, high_deg), target_deg={"move": target_deg, "home": 0.0}.get(task))
     fastest_dps = SPEED_DPS if task != "rate" else 9.9 * abs(rate_dps)
+    if line.kind == ANOTHER_VERB:
+        fastest_dps = FASTEST_DPS
     story.allowed_deg = MARGIN_DEG + (DEAF_S if line.kind == "axis" else REACTION_S) * fastest_dps
     if deceleration_dps2 := DECELERATION_DPS2.get(driver):
         reached_dps = SPEED_DPS if task != "rate" else 1.5 * abs(rate_dps) + REACTION_S * deceleration_dps2

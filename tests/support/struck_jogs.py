@@ -64,6 +64,10 @@ class JogBench:
         words = ["jog", "--rig", self.rig_file, "--axis", self.axis, *options]
         return int(run_command([str(word) for word in words]))
 
+    def bring(self, *options: object) -> None:
+        """Jog on a line that does not strike; a bench whose time runs faster than a busy machine may need it again."""
+        assert any(self.jog(*options) == 0 for _ in range(3)), options
+
     def until_at_rest(self, limit_s: float = 30.0) -> None:
         ends_s, last_deg = self.clock.monotonic_s() + limit_s, None
         while last_deg != (last_deg := self.here_deg):
@@ -104,8 +108,8 @@ def strike_jog(bench: JogBench, job: str, on: StrikeOn, kind: str, seed: int) ->
     """Bring the axis to a place, then let one command or reply of a job go wrong."""
     chance = np.random.default_rng(seed)
     start_deg, target_deg = (float(round(angle)) for angle in chance.uniform(-REACH_DEG, REACH_DEG, 2))
-    assert bench.jog("--home") == 0
-    assert bench.jog("--to", start_deg) == 0
+    bench.bring("--home")
+    bench.bring("--to", start_deg)
     rate_dps = 10.0 if chance.integers(2) else -10.0
     target_deg = {"home": 0.0, "rate": start_deg + 2.0 * rate_dps}.get(job, target_deg)
     options = {"to": ("--to", target_deg), "home": ("--home",), "rate": ("--rate", rate_dps, "--for", 2.0)}[job]

@@ -41,6 +41,18 @@ def test_what_has_no_name_or_no_reason_is_refused(finished: Path, capsys: pytest
     assert call(capsys, "void", finished, "--from", 9999, "--reason", "x", "--operator", "anna").status == 2
 
 
+def test_a_line_break_in_a_name_or_a_reason_makes_no_line_of_its_own(
+    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Found by an attacker: a reason printed a "next …" of its own into the handover."""
+    run = finished_job.copied_to(tmp_path)
+    false = "door\nnext       calrig close RUN"
+    assert call(capsys, "void", run, "--from", 20, "--reason", false, "--operator", false).status == 0
+    page = call(capsys, "handover", run).out
+    assert "door<U+000A>next" in page
+    assert [line for line in page.splitlines() if line.startswith("next")] == [f"next       calrig resume {run}"]
+
+
 def test_a_note_without_words_is_refused(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
     refused = call(capsys, "note", finished, " ")
     assert (refused.status, "nothing was noted" in refused.err) == (2, True)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pwd
 import resource
 import signal
 import socket
@@ -16,11 +17,12 @@ from guarded_engine import CLOCK, GuardedEngine, guarded_engine
 from noted_line import Hung
 from turning_rig import DRIVE_FOR_ROLL, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
+from procedures.cli.start import _login_name
 from procedures.journal.guard_record import guard_told, read_guard_record
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig
 from rig.guard.ask import of_rig, of_run, stop
-from rig.guard.stop_guard import RECORD
+from rig.guard.stop_guard import DEAF_S, RECORD
 from rig.motion.move import home_and_arrive
 
 FAMILIES = {
@@ -130,6 +132,24 @@ def test_an_engine_whose_guard_is_killed_stops_its_axes_and_says_so(tmp_path: Pa
         assert engine.process.wait(10.0) == 1
 
 
+def test_an_engine_whose_guard_is_frozen_stops_its_axes_and_says_so(tmp_path: Path) -> None:
+    with guarded_engine(tmp_path, STAGE_FOR_ROLL) as engine:
+        os.kill(engine.guard_pid, signal.SIGSTOP)
+        assert engine.until(lambda: engine.rate_dps == 0.0, DEAF_S + REST_S + BUSY_LIMIT_S)
+        assert engine.process.wait(20.0) == 1
+
+
+def test_a_stop_from_the_shell_wakes_a_guard_that_was_frozen_and_whose_engine_is_dead(tmp_path: Path) -> None:
+    """It holds the lines of a machine that allows one connection: nobody else could stop the axis."""
+    with guarded_engine(tmp_path, STAGE_FOR_ROLL) as engine:
+        os.kill(engine.guard_pid, signal.SIGSTOP)
+        engine.process.kill()
+        engine.process.wait()
+        told = _calrig(["jog", "--rig", str(engine.rig_file), "--stop"])
+        assert told.returncode == 0, told.stderr
+        assert engine.until(lambda: engine.rate_dps == 0.0, REST_S + BUSY_LIMIT_S)
+
+
 def test_whoever_asks_the_guard_has_the_axes_stopped_and_the_engine_ends(tmp_path: Path) -> None:
     with guarded_engine(tmp_path, STAGE_FOR_ROLL) as engine:
         (guard,) = of_rig(str(engine.rig_file))
@@ -187,6 +207,12 @@ def test_fault_86_another_account_aborts_a_run_whose_folder_it_cannot_write(tmp_
         assert "roll: told to stop" in asked.stdout
         assert not (engine.run / "requests").exists()
         assert engine.until(lambda: engine.rate_dps == 0.0, REST_S + BUSY_LIMIT_S)
+
+
+def test_who_stops_has_a_name_where_no_variable_tells_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("LOGNAME", "USER", "LNAME", "USERNAME"):
+        monkeypatch.delenv(name, raising=False)
+    assert _login_name() == pwd.getpwuid(os.getuid()).pw_name
 
 
 def test_a_guard_that_is_gone_leaves_the_long_way(tmp_path: Path) -> None:

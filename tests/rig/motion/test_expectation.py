@@ -147,12 +147,41 @@ def test_a_stopped_axis_stands_after_a_second_at_one_place() -> None:
     assert told_to_stop(watched) == watched
 
 
-def test_a_home_search_may_turn_anywhere_and_ends_standing() -> None:
-    watched = replace(_at_rest(10.0), task=Homing())
-    watched, breach = judge(BOUNDS, watched, _seen(-300.0, 1.0, is_homed=False))
-    assert (breach, watched.task) == ("", Homing())
-    watched, breach = judge(BOUNDS, watched, _seen(0.0, 2.0, is_moving=False))
+@given(st.floats(-180.0, 180.0), PARTS, st.floats(0.05, OVERSPEED), st.floats(-400.0, 400.0), st.integers(0, 29))
+def test_a_home_search_within_a_turn_is_never_accused_though_its_zero_is_set(
+    from_deg: float, gaps_s: list[float], pace: float, zero_deg: float, set_at: int
+) -> None:
+    watched = replace(_at_rest(from_deg), task=Homing())
+    at_s, gone_deg, offset_deg = 0.01, 0.0, 0.0
+    for number, gap_s in enumerate(gaps_s):
+        at_s += gap_s
+        gone_deg = min(gone_deg + pace * BOUNDS.speed_dps * gap_s, 360.0)
+        offset_deg = zero_deg if number >= set_at else 0.0
+        watched, breach = judge(BOUNDS, watched, _seen(from_deg + gone_deg + offset_deg, at_s, is_homed=False))
+        assert breach == ""
+    watched, breach = judge(BOUNDS, watched, _seen(0.0, at_s + 1.0, is_moving=False))
     assert (breach, watched.task) == ("", Standing(0.0, True))
+
+
+@pytest.mark.parametrize(("at_deg", "is_believed"), [(0.3, True), (90.3, True), (-90.6, False), (170.0, False)])
+def test_a_home_that_ends_beyond_the_limits_is_none_but_at_the_machine_s_zero(at_deg: float, is_believed: bool) -> None:
+    """Found by an attacker: `HOME` became `MOVE +170` on the line, and 170 was believed to be home."""
+    watched, breach = judge(BOUNDS, replace(_at_rest(0.0), task=Homing()), _seen(at_deg, 60.0, is_moving=False))
+    assert (breach == "", isinstance(watched.task, Standing)) == (is_believed, is_believed)
+    beyond = replace(BOUNDS, home_deg=at_deg)
+    assert judge(beyond, replace(_at_rest(0.0), task=Homing()), _seen(at_deg, 60.0, is_moving=False))[1] == ""
+
+
+@pytest.mark.parametrize(
+    ("rate_dps", "word", "most_deg"), [(-29.0, "found none", 450.0), (31.5, "over its limit", 64.0)]
+)
+def test_a_home_search_that_goes_on_and_on_or_too_fast_is_accused(rate_dps: float, word: str, most_deg: float) -> None:
+    watched, breach, at_s = replace(_at_rest(0.0), task=Homing()), "", 0.0
+    while not breach and at_s < 60.0:
+        at_s += 1.0
+        watched, breach = judge(BOUNDS, watched, _seen(rate_dps * at_s, at_s, is_homed=False))
+    assert word in breach
+    assert abs(rate_dps * at_s) < most_deg
 
 
 def test_without_a_look_before_nothing_is_expected() -> None:

@@ -5,7 +5,7 @@ never, late. Checksums are made right again.
 """
 
 import pytest
-from command_strikes import FAMILIES, KINDS, TURNING, StrikeOn, a_command, strike
+from command_strikes import ANOTHER_VERB, FAMILIES, FASTEST_DPS, KINDS, TURNING, StrikeOn, a_command, strike
 from motion_bench import motion_bench
 from reply_strikes import KINDS_OF, a_reply
 from table_bench import virtual_clock
@@ -44,6 +44,20 @@ def test_an_altered_command_moves_nothing_farther_than_its_stop(driver: str, tas
 def test_a_start_that_comes_again_after_the_stop_is_stopped_again(driver: str) -> None:
     """Found at length: the stop had been heard, the doubled start came behind it, and the axis turned for 20 s."""
     _holds(driver, "rate", "doubled", 205)
+
+
+@pytest.mark.parametrize(
+    "seed", [*range(1, 7), *[pytest.param(seed, marks=pytest.mark.soak) for seed in range(7, 200)]]
+)
+@pytest.mark.parametrize("task", ["move", "home"])
+def test_fault_73_an_order_that_became_a_rate_is_stopped(task: str, seed: int) -> None:
+    """Found by an attacker: `home` became a rate and turned the axis ten times, seen and not judged."""
+    story = strike("zaber", task, ANOTHER_VERB, seed)
+    assert "MotionBreach" in story.error or "the time allowed" in story.error, story
+    assert story.outside_deg <= story.allowed_deg, story
+    assert (story.strayed_deg, story.moved_after_deg) == (0.0, 0.0), story
+    if "over its limit" in story.error:
+        assert abs(story.rest_deg) <= 60.0 + 1.5 * FASTEST_DPS, story
 
 
 @pytest.mark.soak

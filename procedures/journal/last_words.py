@@ -1,0 +1,62 @@
+"""Why a run stopped, where its journal could not take it: kept beside it or elsewhere until a resume journals it."""
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from ams.errors import WriteFailed
+from ams.whole_file import write_whole
+
+FILE = "last-words.json"
+FORMAT = "calrig last words 1"
+
+
+@dataclass(frozen=True, slots=True)
+class LastWords:
+    """What the engine said last."""
+
+    reason: str
+    stopped_utc: datetime
+
+    def __str__(self) -> str:
+        return f"{self.reason}; at {self.stopped_utc:%Y-%m-%d %H:%M:%S} UTC, and the journal did not take it then"
+
+
+def keep_last_words(run_dir: Path, second_place: Path | None, words: LastWords) -> None:
+    """Write them where a disk takes them, the run's own first; where none does, the alert has told them."""
+    document = {"format": FORMAT, "reason": words.reason, "stopped_utc": words.stopped_utc.isoformat()}
+    for place in _places(run_dir, second_place):
+        with suppress(WriteFailed, OSError):
+            place.mkdir(parents=True, exist_ok=True)
+            write_whole(place / FILE, json.dumps(document, ensure_ascii=False).encode("utf-8"))
+            return
+
+
+def read_last_words(run_dir: Path, second_place: Path | None) -> LastWords | None:
+    """Return what was said since the run was last taken up; None where nothing was."""
+    for place in _places(run_dir, second_place):
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            return _words(json.loads((place / FILE).read_text(encoding="utf-8")))
+    return None
+
+
+def forget_last_words(run_dir: Path, second_place: Path | None) -> None:
+    """Remove them: they stand in the journal now."""
+    for place in _places(run_dir, second_place):
+        with suppress(OSError):
+            (place / FILE).unlink()
+
+
+def _words(document: Mapping[str, object]) -> LastWords:
+    if document["format"] != FORMAT:
+        raise ValueError("other words")
+    return LastWords(str(document["reason"]), datetime.fromisoformat(str(document["stopped_utc"])))
+
+
+def _places(run_dir: Path, second_place: Path | None) -> Iterator[Path]:
+    yield run_dir
+    if second_place is not None:
+        yield second_place / run_dir.name
