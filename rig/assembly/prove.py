@@ -309,8 +309,8 @@ def _swapped(device: Mapping[str, float | str], twin: Mapping[str, float | str])
             if is_same(one, other) and is_same(other, one) and not (is_same(one, one) or is_same(other, other)):
                 yield Difference(
                     f"channels {one} and {other}",
-                    f"{device[one]:.6g} V and {device[other]:.6g} V",
-                    f"{twin[one]:.6g} V and {twin[other]:.6g} V: they changed places",
+                    f"{device[one]:.6g} and {device[other]:.6g}",
+                    f"{twin[one]:.6g} and {twin[other]:.6g}: they changed places",
                 )
 
 

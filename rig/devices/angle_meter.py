@@ -104,12 +104,13 @@ class AngleMeterSettings(ReadoutSettings):
 class AngleMeter:
     """A :class:`rig.devices.abilities.Readout` in degrees."""
 
-    def __init__(self, name: str, settings: AngleMeterSettings, dialect: AngleDialect, stream: ByteStream) -> None:
+    def __init__(
+        self, name: str, settings: AngleMeterSettings, dialect: AngleDialect, stream: ByteStream, clock: Clock
+    ) -> None:
         self.name = name
         self.channels = tuple(f"{name}.{channel}" for channel in settings.channels)
         self._by_channel = dict(zip(self.channels, settings.channels.values(), strict=True))
-        self._settings, self._dialect = settings, dialect
-        self._clock: Clock = stream.clock
+        self._settings, self._dialect, self._clock = settings, dialect, clock
         self._codec = AngleCodec(dialect)
         patience = Patience(timeout_s=dialect.reply_timeout_s, quiet_s=QUIET_S)
         self._exchange = Exchange(

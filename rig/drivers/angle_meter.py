@@ -12,11 +12,11 @@ from rig.wire.angle_dialect import AngleUnit, load_angle_dialect
 from rig.wire.angle_lines import AngleCodec
 
 
-def _open(name: str, settings: AngleMeterSettings, lines: Lines, clock: Clock) -> Readout:  # noqa: ARG001 the line has it
+def _open(name: str, settings: AngleMeterSettings, lines: Lines, clock: Clock) -> Readout:
     dialect = load_angle_dialect(settings.dialect)
     line = dialect.line.model_dump()
     line |= {} if settings.baud_rate is None else {"baud_rate": settings.baud_rate}
-    return AngleMeter(name, settings, dialect, lines.stream(f"readouts.{name}", settings.resource, **line))
+    return AngleMeter(name, settings, dialect, lines.stream(f"readouts.{name}", settings.resource, **line), clock)
 
 
 def _twin(name: str, settings: AngleMeterSettings, world: World) -> tuple[Twin, str]:

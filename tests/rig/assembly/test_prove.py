@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from device_sets import AXIS, COMMON, DAQ, F4, STREAMS
-from wider_rig import meters_rig_file, rate_tables_rig_file, text_chambers_rig_file
+from wider_rig import angle_meter_rig_file, meters_rig_file, rate_tables_rig_file, text_chambers_rig_file
 
 from rig.assembly.prove import DeviceProof, document_of, prove
 from rig.clock import VirtualClock
@@ -107,7 +107,9 @@ def test_the_same_command_against_the_twins_is_clean(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "rig_file", [meters_rig_file, text_chambers_rig_file, rate_tables_rig_file], ids=lambda made: made.__name__
+    "rig_file",
+    [meters_rig_file, text_chambers_rig_file, rate_tables_rig_file, angle_meter_rig_file],
+    ids=lambda made: made.__name__,
 )
 def test_the_twins_of_the_other_drivers_are_clean_as_well(rig_file: Callable[[Path], Path], tmp_path: Path) -> None:
     proofs = _proven_file(rig_file(tmp_path), tmp_path)
