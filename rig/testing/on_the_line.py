@@ -118,6 +118,8 @@ def _keep_stop_steps(axis: Axis, clock: Clock, line: WatchedLine, target_deg: fl
         line.discard_input()
         state = axis.state()
         expect(not state.is_moving, f"{axis.name}: its stop_steps: {why}")
+        on_deg = (state.position_deg - before_deg) * (1.0 if target_deg > before_deg else -1.0)
+        expect(on_deg >= -axis.arrival_tolerance_deg, f"{axis.name}: its stop_steps: they send it back")
         is_short = abs(state.position_deg - target_deg) > axis.arrival_tolerance_deg
         expect(is_short, f"{axis.name}: its stop_steps: they let it arrive")
         if why.startswith("sent again"):
