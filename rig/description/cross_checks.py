@@ -161,11 +161,12 @@ def _unknown_standards(file: TomlFile, rig: RigDescription) -> Iterable[str]:
 
 def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
     """Yield axes of one controller with the same number; two twins without numbers are two controllers."""
-    taken: dict[tuple[str, str, int], str] = {}
+    taken: dict[tuple[str, str, tuple[int, ...]], str] = {}
     for name, axis in rig.axes.items():
-        address = (axis.driver, axis.port, axis.axis)
+        address = (axis.driver, axis.port, axis.place)
         if axis.port != TWIN_PORT and address in taken:
-            yield file.complaint(("axes", name, "axis"), f"axis {axis.axis} at {axis.port} is already {taken[address]}")
+            number = ", ".join(map(str, axis.place))
+            yield file.complaint(("axes", name, "axis"), f"axis {number} at {axis.port} is already {taken[address]}")
         taken[address] = name
     named: dict[tuple[str, str, str], str] = {}
     for name, axis in rig.axes.items():

@@ -61,6 +61,11 @@ class AxisSettings(StrictTable):
         return as_tuple(value)
 
     @property
+    def place(self) -> tuple[int, ...]:
+        """What tells the axes of one port apart: the number on the controller, and what a driver needs besides."""
+        return (self.axis,)
+
+    @property
     def turning(self) -> Literal["no", "revolves", "sweeps"]:
         """Whether it can turn at a rate that is asked for: on and on, or between its limits."""
         return "no"
