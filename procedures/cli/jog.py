@@ -100,6 +100,8 @@ def jog(
     ):
         if wanted:
             opened.require_identities()
+            if sentence := opened.unguarded_axes():
+                note(sentence)
         if wanted:
             _home_what_has_none(opened, None if home else axis, wait)
         document: dict[str, Any] = {"rig": description.rig.name}

@@ -94,6 +94,8 @@ def run(
     with outlived(), ExitStack() as at_last:
         with open_rig(performed, rig_file=None if rehearse else rig, purpose="run", write=replace_file) as opened:
             tell_unguarded(performed)
+            if sentence := opened.unguarded_axes():
+                note(sentence)
             opened.identities()  # a device that is silent is told before anything is written
             now = SystemClock().now_utc()
             folder = new_run_folder(out, plan.title, now)

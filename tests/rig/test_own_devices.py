@@ -2,13 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 from example_files import EXAMPLE_RIG
 from installed_examples import install_example
 
-from rig.assembly.open_rig import Rig
+from rig.assembly.open_rig import Rig, open_rig
+from rig.description.read import read_rig
+from rig.errors import DescriptionError
 from rig.testing import DAMAGES, LINES, MISTAKEN, keep_promises, keep_promises_on_the_line, rig_on, survive_damage
 
 METER = (
@@ -106,18 +109,39 @@ def test_no_damage_to_its_line_makes_a_wrong_number(example: Example, tmp_path: 
     survive_damage(example.rig_file(tmp_path), example.key, example.tells, 1e-9, damages=damages)
 
 
-def test_what_the_axis_has_sent_is_lawful(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def axis_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     install_example("own_axis", tmp_path / "site", monkeypatch)
     (axis,) = [one for one in EXAMPLES if one.folder == "own_axis"]
-    keep_promises_on_the_line(axis.rig_file(tmp_path), "pitch")
+    return axis.rig_file(tmp_path)
 
 
-def test_a_zero_that_is_not_at_home_is_lawful(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    install_example("own_axis", tmp_path / "site", monkeypatch)
-    (axis,) = [one for one in EXAMPLES if one.folder == "own_axis"]
-    path = axis.rig_file(tmp_path)
-    path.write_text(
-        path.read_text().replace("top_rate_dps = 60.0\n", "top_rate_dps = 60.0\nsign = -1\nzero_deg = 30.0\n")
-    )
-    with rig_on("memory", path) as rig:
+def test_what_the_axis_has_sent_is_lawful(axis_file: Path) -> None:
+    keep_promises_on_the_line(axis_file, "pitch")
+
+
+def test_a_zero_that_is_not_at_home_is_lawful(axis_file: Path) -> None:
+    odd = "top_rate_dps = 60.0\nsign = -1\nzero_deg = 30.0\n"
+    axis_file.write_text(axis_file.read_text().replace("top_rate_dps = 60.0\n", odd))
+    with rig_on("memory", axis_file) as rig:
         keep_promises(rig, "axes.pitch")
+
+
+@pytest.mark.parametrize("member", ["stop", "home", "start_rate"])
+def test_a_driver_without_a_member_is_refused_before_anything_moves(
+    member: str, axis_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr(import_module("turner.device").Turner, member)
+    sentence = rf"axes.pitch: driver 'turner': its Turner has no {member}, .*; nothing was moved; mend the driver"
+    with pytest.raises(DescriptionError, match=sentence):
+        open_rig(read_rig(axis_file))
+
+
+def test_an_axis_that_nobody_else_can_stop_is_named(axis_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with rig_on("tcp", axis_file) as rig:
+        assert rig.unguarded_axes() == ""
+    monkeypatch.delattr(import_module("turner.device").Turner, "stop_steps")
+    with rig_on("tcp", axis_file) as rig:
+        assert rig.unguarded_axes().startswith("axes.pitch, axes.roll: nobody stops it when this program dies")
+    with rig_on("memory", axis_file) as rig:
+        assert rig.unguarded_axes() == "", "a twin in this process dies with it"
