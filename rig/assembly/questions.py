@@ -40,7 +40,7 @@ def asked(rig: Rig, motion: str | None) -> dict[str, Answers]:
             _ask_environment(rig.environments[key.removeprefix("environment.")], answers[key])
         elif key.startswith("streams."):
             _ask_stream(rig.streams[key.removeprefix("streams.")], rig.clock, answers[key])
-    if motion in rig.axes and "identity" in answers[f"axes.{motion}"].compared:
+    if motion is not None and motion in rig.axes and "identity" in answers[f"axes.{motion}"].compared:
         _move(rig.axes[motion], rig.clock, answers[f"axes.{motion}"])
     return answers
 

@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from rig.toml_file import StrictTable, read_toml
 from rig.wire.dialect_files import shipped_in
 from rig.wire.table_dialect import LineSettings, line_with
-from rig.wire.template import Template
+from rig.wire.template import FieldValue, Template
 
 AngleUnit = Literal["deg", "arcmin", "arcsec", "rad", "mrad", "urad", "mm_per_m"]
 _DEG_IN: dict[str, float] = {
@@ -103,7 +103,8 @@ class AngleDialect(StrictTable):
         numbers = template.fields & {"x", "y"}
         if not numbers:
             raise ValueError("reading: there is no {x:...} or {y:...} in its reply")
-        filled = {"axis": 1, "unit": next(iter(self.units), "deg"), "text": "1", "words": "1", "serial": "1"}
+        filled: dict[str, FieldValue] = dict.fromkeys(("text", "words", "serial"), "1")
+        filled |= {"axis": 1, "unit": next(iter(self.units), "deg")}
         for x, y in ((0.0, 0.0), (1.25, -0.5), (-0.125, 12.5)):
             line = template.render(**filled, x=x, y=y)
             told = template.match(line)

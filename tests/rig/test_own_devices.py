@@ -6,13 +6,13 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from calrig.testing import DAMAGES, LINES, MISTAKEN, keep_promises, keep_promises_on_the_line, rig_on, survive_damage
 from example_files import EXAMPLE_RIG
 from installed_examples import install_example
 
 from rig.assembly.open_rig import Rig, open_rig
 from rig.description.read import read_rig
 from rig.errors import DescriptionError
-from rig.testing import DAMAGES, LINES, MISTAKEN, keep_promises, keep_promises_on_the_line, rig_on, survive_damage
 
 METER = (
     """driver = "hp3458a"
