@@ -123,14 +123,14 @@ class ZaberStage:
             number += round(self.servo.position_deg(now_s) / self._stage.microstep_deg)
         if not self.settings["limit.min"] <= number <= self.settings["limit.max"]:
             return False, BAD_DATA
-        self._is_interrupted = False
+        self._is_interrupted = self.servo.is_moving(now_s)
         self.servo.move(number * self._stage.microstep_deg, now_s)
         return True, "0"
 
     def _spin(self, data: int, now_s: float) -> tuple[bool, str]:
         if abs(data) > self._data(10_000.0):
             return False, BAD_DATA
-        self._is_interrupted = False
+        self._is_interrupted = self.servo.is_moving(now_s)
         if data:
             self.servo.spin(data / self._stage.velocity_scale * self._stage.microstep_deg, now_s)
         else:

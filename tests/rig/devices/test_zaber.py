@@ -214,3 +214,14 @@ def test_two_axes_of_one_device_are_two_axes() -> None:
     assert opened["roll"].state().position_deg == pytest.approx(20.0, abs=0.001)
     assert opened["pitch"].state().position_deg == 0.0
     assert opened["roll"].identify().endswith("number 1, axis 2")
+
+
+def test_a_move_during_a_move_replaces_it_and_is_noted() -> None:
+    """NI: "A movement operation was requested while the axis was executing another movement command."."""
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.pitch.start_move(50.0)
+    bench.pitch.start_move(-50.0)
+    bench.twin.receive(b"/1 1 warnings\n", bench.clock.monotonic_s())
+    assert b" NI" in bench.twin.transmit(bench.clock.monotonic_s())
+    assert bench.pitch.state().fault == "", "a note is no fault"
