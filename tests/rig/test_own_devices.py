@@ -11,8 +11,10 @@ from example_files import EXAMPLE_RIG
 from installed_examples import install_example
 
 from rig.assembly.open_rig import Rig, open_rig
+from rig.defects import _foreign, defect_text, is_ours
 from rig.description.read import read_rig
 from rig.errors import DescriptionError
+from rig.motion.move import home_and_arrive
 
 METER = (
     """driver = "hp3458a"
@@ -145,3 +147,16 @@ def test_an_axis_that_nobody_else_can_stop_is_named(axis_file: Path, monkeypatch
         assert rig.unguarded_axes().startswith("axes.pitch, axes.roll: nobody stops it when this program dies")
     with rig_on("memory", axis_file) as rig:
         assert rig.unguarded_axes() == "", "a twin in this process dies with it"
+
+
+def test_a_bug_in_a_driver_is_told_as_its_own(axis_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _foreign.cache_clear()
+    turner = import_module("turner.device")
+    monkeypatch.setattr(turner, "nearest_step", None)
+    with open_rig(read_rig(axis_file)) as rig:
+        home_and_arrive(rig.axes["pitch"], rig.clock, rig.clock.sleep)
+        with pytest.raises(TypeError) as caught:
+            rig.axes["pitch"].start_move(5.0)
+    assert defect_text(caught.value).startswith("a defect of turner (installed beside calrig): TypeError: ")
+    assert not is_ours(caught.value)
+    _foreign.cache_clear()
