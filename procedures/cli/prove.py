@@ -11,8 +11,9 @@ from procedures.cli.output import note, print_json, say
 from procedures.cli.places import shared_archive_url
 from procedures.errors import ExitStatus, RequestError
 from procedures.lease.keeper import leased
-from rig.assembly.prove import LARGEST_MOVE_DEG, document_of
+from rig.assembly.prove import document_of
 from rig.assembly.prove import prove as ask_all
+from rig.assembly.questions import LARGEST_MOVE_DEG
 from rig.description.read import read_rig
 
 
@@ -49,7 +50,8 @@ def prove(
         print_json(document)
     else:
         for proof in proofs:
-            say(f"{proof.key}: {'as its twin' if not proof.differences else proof.answers.compared['identity']}")
+            found = "asked and recorded; its driver has no twin to compare with" if proof.is_alone else "as its twin"
+            say(f"{proof.key}: {proof.answers.compared['identity'] if proof.differences else found}")
             for one in proof.differences:
                 say(f"{proof.key}: {one.field}: device says {one.device}, twin says {one.twin}")
         say(f"differences: {document['differences']}{'' if out is None else f'; bundle: {out}'}")

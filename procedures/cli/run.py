@@ -106,6 +106,8 @@ def run(
             ) as opened,
         ):
             tell_unguarded(performed)
+            if sentence := opened.unguarded_axes():
+                note(sentence)
             opened.identities()  # a device that is silent is told before anything is written
             now = SystemClock().now_utc()
             folder = new_run_folder(out, plan.title, now)

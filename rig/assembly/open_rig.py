@@ -74,6 +74,8 @@ class Connected:
     counts: Callable[[], Mapping[str, ExchangeCounts]]
     guarded: tuple[GuardedLine, ...]
     """Real lines on which axes are that somebody else could stop."""
+    unguarded: tuple[str, ...]
+    """Axes on real lines that nobody else can stop: their drivers have no ``stop_steps``."""
     lines: ExitStack
 
 
@@ -107,6 +109,14 @@ class Rig:
     @property
     def axes(self) -> Mapping[str, Axis]:
         return self._devices.axes
+
+    def unguarded_axes(self) -> str:
+        """Return what to say of axes that the stop guard cannot stop; empty where there is none."""
+        names = ", ".join(f"axes.{name}" for name in self._devices.unguarded)
+        return names and (
+            f"{names}: nobody stops it when this program dies: its driver has no stop_steps (docs/drivers.md); keep the"
+            " machine's own stop button within reach"
+        )
 
     @property
     def readouts(self) -> Mapping[str, Readout]:
@@ -280,6 +290,7 @@ def _connected(
             found |= open_axes({name: description.axes[name] for name in names}, lines)
         guarded_lines = _guarded_lines(description, found, lines)
         supervisor = Supervisor(clock, guard if guarded_lines else None)
+        unguarded = _unguarded(description, found)
         homes_deg = {name: settings.home_attitude_deg for name, settings in description.axes.items()}
         supervised = {name: supervisor.supervise(axis, homes_deg[name]) for name, axis in found.items()}
         found = {name: guarded(axis, description, name, write) for name, axis in supervised.items()}
@@ -298,6 +309,7 @@ def _connected(
             chance=world or _remote_chance(description, lines),
             counts=lines.counts,
             guarded=guarded_lines,
+            unguarded=unguarded,
             lines=opened.pop_all(),
         )
 
@@ -313,6 +325,14 @@ def _guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines:
         line = found.get(canonical(port)) or GuardedLine(f"axes.{name}", port, descriptor, "rfc2217://" in port)
         found[canonical(port)] = replace(line, orders={**line.orders, name: tuple(axis.stop_steps())})
     return tuple(found.values())
+
+
+def _unguarded(description: RigDescription, axes: Mapping[str, Axis]) -> tuple[str, ...]:
+    return tuple(
+        name
+        for name, axis in axes.items()
+        if description.axes[name].port not in (TWIN_PORT, TERMINAL) and not isinstance(axis, Stoppable)
+    )
 
 
 def unguarded_sentence(description: RigDescription) -> str:

@@ -3,6 +3,8 @@
 The strict tables here are what ``rig.toml`` is validated against.
 """
 
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -57,6 +59,11 @@ class AxisSettings(StrictTable):
     @classmethod
     def _pair(cls, value: object) -> object:
         return as_tuple(value)
+
+    @property
+    def place(self) -> tuple[int, ...]:
+        """What tells the axes of one port apart: the number on the controller, and what a driver needs besides."""
+        return (self.axis,)
 
     @property
     def turning(self) -> Literal["no", "revolves", "sweeps"]:
@@ -116,6 +123,18 @@ class ReadoutSettings(StrictTable):
     def reading_s(self, nplc: float | None = None) -> float:
         """Return the expected seconds for one reading; ``nplc`` None: the description's."""
         raise NotImplementedError
+
+    def channel_units(self) -> dict[str, str]:
+        """Return the unit of each channel as it is written in a key; volts of a meter that says nothing else."""
+        return dict.fromkeys(self.channel_names(), "v")
+
+    def attitude_axes(self) -> dict[str, str]:
+        """Return the axis whose attitude a channel tells, by channel; none where they tell something else."""
+        return {}
+
+    def file_complaints(self, folder: Path) -> Iterator[tuple[tuple[str, ...], str]]:  # noqa: ARG002
+        """Yield key and sentence of what is wrong with files that it names, relative to the rig file's ``folder``."""
+        yield from ()
 
     def input_ohm(self, channel: str) -> float | None:  # noqa: ARG002 for those that have channels of their own
         """Return what the input of ``channel`` loads its source with; None where that is nothing that counts."""

@@ -43,7 +43,7 @@ def axis_lines(axes: Mapping[str, AxisSettings]) -> list[tuple[str, ...]]:
         for line in lines:
             others = [axes[other] for other in line]
             same_port = (others[0].driver, others[0].port) == (axis.driver, axis.port)
-            if same_port and axis.axis not in [other.axis for other in others]:
+            if same_port and axis.place not in [other.place for other in others]:
                 line.append(name)
                 break
         else:
@@ -68,6 +68,23 @@ def twin_lines(description: RigDescription, world: World, time_factor: float = 1
         *_stream_lines(description, world),
         *(_field_line(name, coil, world) for name, coil in description.field.items() if coil.port == TWIN_PORT),
     ]
+
+
+def without_twin(description: RigDescription) -> frozenset[str]:
+    """Return the devices, such as ``axes.pitch``, whose drivers have no twin."""
+    parts: tuple[tuple[str, Mapping[str, Any], Callable[[Driver], Any]], ...] = (
+        ("axes", description.axes, lambda driver: driver.axes),
+        ("readouts", description.readouts, lambda driver: driver.readout),
+        ("environment", description.environment, lambda driver: driver.environment),
+        ("streams", description.streams, lambda driver: driver.stream),
+        ("field", description.field, lambda driver: driver.field),
+    )
+    return frozenset(
+        f"{table}.{name}"
+        for table, devices, choose in parts
+        for name, settings in devices.items()
+        if part_of(settings.driver, choose, f"{table}.{name}").twin is None
+    )
 
 
 def is_twin(readout: ReadoutSettings) -> bool:
@@ -109,5 +126,7 @@ def _twin_of(driver: str, choose: Callable[[Driver], Any], key: str) -> Callable
     """Return how the twin of the device at ``key`` is made. Raises: DescriptionError where its driver has none."""
     twin: Callable[..., Any] | None = part_of(driver, choose, key).twin
     if twin is None:
-        raise DescriptionError(f"{key}: driver: {driver!r} has no twin; give its real port")
+        raise DescriptionError(
+            f"{key}: driver: {driver!r} has no twin: it works at its real port, and cannot be rehearsed or simulated"
+        )
     return twin

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from rig.clock import Clock
 from rig.devices.abilities import Axis, RateAxis
 from rig.devices.rates import measured_rate
+from rig.errors import RigError
 from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
 from rig.testing.law import expect, expect_near, expect_refusal
 
@@ -21,7 +22,11 @@ def keep_axis_promises(
     expect(axis.identify() == axis.identify(), f"{axis.name}: it says of itself one thing, then another")
     if not axis.state().is_homed:
         expect_refusal(lambda: axis.start_move(target_deg), f"{axis.name}: a move without a home", "not homed")
-    expect_near(home_and_arrive(axis, clock, clock.sleep), 0.0, close_deg, f"{axis.name}: home")
+    else:
+        _keep_home_that_is_told(axis, clock, target_deg)
+    home_deg = home_and_arrive(axis, clock, clock.sleep)
+    expect_near(home_and_arrive(axis, clock, clock.sleep), home_deg, close_deg, f"{axis.name}: home again")
+    expect(axis.state().is_homed, f"{axis.name}: it was homed and says that it is not")
     before_deg = {name: other.state().position_deg for name, other in others.items()}
     arrived_deg = move_and_arrive(axis, target_deg, clock, clock.sleep)
     expect_near(arrived_deg, target_deg, close_deg, f"{axis.name}: arrival")
@@ -37,6 +42,14 @@ def keep_axis_promises(
             expect_refusal(lambda request=request, wrong=wrong_deg: request(wrong), f"{axis.name}: {wrong_deg} deg")  # type: ignore[misc]
     expect(axis.state().position_deg == rested_deg, f"{axis.name}: a refused target moved it")
     _keep_stop(axis, clock, target_deg)
+
+
+def _keep_home_that_is_told(axis: Axis, clock: Clock, target_deg: float) -> None:
+    """Move an axis that says that it is homed before anybody homed it: it must have been true."""
+    try:
+        move_and_arrive(axis, target_deg, clock, clock.sleep)
+    except RigError as error:
+        raise AssertionError(f"{axis.name}: it says that it is homed, but does not move: {error}") from error
 
 
 def _keep_stop(axis: Axis, clock: Clock, from_deg: float) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 
 from rig.assembly.open_rig import Rig, open_rig
 from rig.assembly.simulate import serve_rig, write_rig
@@ -20,7 +21,10 @@ def rig_on(line: str, path: Path, factor: float = FACTOR) -> Iterator[Rig]:
         with open_rig(read_rig(path)) as rig:
             yield rig
         return
-    with serve_rig(read_rig(path), ScaledClock(factor), pty=line == "pty") as served:
-        written = write_rig(path, served.addresses, factor, path.with_name(f"{line}.toml"))
+    with (
+        serve_rig(read_rig(path), ScaledClock(factor), pty=line == "pty") as served,
+        NamedTemporaryFile(dir=path.parent, prefix=f".{path.stem}-", suffix=".toml") as beside,
+    ):  # beside it: what the file names is looked for from its folder
+        written = write_rig(path, served.addresses, factor, Path(beside.name))
         with open_rig(written) as rig:
             yield rig

@@ -50,7 +50,7 @@ def test_a_sound_axis_keeps_them() -> None:
         (lambda a: {"identify": iter(range(99)).__next__}, "one thing, then another"),
         (
             lambda a: {"state": lambda: _told(a.state(), 1.0)},
-            "home: got|arrived at",
+            "came to rest at -29 deg",
         ),
     ],
 )

@@ -1,0 +1,21 @@
+"""The laws that every driver keeps, for drivers of other distributions: docs/drivers.md."""
+
+from rig.testing import (
+    DAMAGES,
+    LINES,
+    MISTAKEN,
+    keep_promises,
+    keep_promises_on_the_line,
+    rig_on,
+    survive_damage,
+)
+
+__all__ = [
+    "DAMAGES",
+    "LINES",
+    "MISTAKEN",
+    "keep_promises",
+    "keep_promises_on_the_line",
+    "rig_on",
+    "survive_damage",
+]
