@@ -17,6 +17,7 @@ from ams.errors import OutsideValidity
 from ams.models.extended import Q_NAMES, TERM_NAMES, centred_basis, quadratic_basis
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.sets.canonical import Json, listed, number, table
+from ams.sets.axis_section import standard_error_of
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.package_section import package_of
 from ams.sets.sensed_quantity import PER_G
@@ -149,8 +150,8 @@ def sensor_of_set(
     """
     section = table(table(coefficients.document["axes"])[axis])
     primary = table(section["primary"])
-    names = [str(name) for name in listed(primary["order"])]
-    values = np.array([number(table(primary["values"])[name]) for name in names])
+    names = _line_names(coefficients, axis, [str(name) for name in listed(primary["order"])])
+    values = np.array([number(table(primary["values"])[str(name)]) for name in listed(primary["order"])])
     sense = _senses(coefficients, names)
     covariance = _matrix(primary["covariance"]) * np.outer(sense, sense)
     return CalibratedSensor(
@@ -159,6 +160,13 @@ def sensor_of_set(
         _components(table(primary["components"]), list(range(len(names))), sense),
         coefficients.axes[axis].nominal_axis, _centring(coefficients.axes[axis].centring),
     )  # fmt: skip
+
+
+def _line_names(coefficients: CoefficientSet, axis: str, names: Sequence[str]) -> list[str]:
+    """Return the names with b and k called as those of accelerometers are, whatever unit the set's own have."""
+    form = coefficients.axes[axis].form
+    plain = dict(zip((form.offset, *form.directions), ("offset_v", *PER_G), strict=True))
+    return [plain.get(name, name) for name in names]
 
 
 def _centring(rows: FloatArray | None) -> Centring:
@@ -188,13 +196,13 @@ def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:
 def _reading_sd_v(
     coefficients: CoefficientSet, axis: str, section: Mapping[str, Json], reading_sd_v: float | None
 ) -> float:
-    stated = section["standard_error_v"] if reading_sd_v is None else reading_sd_v
+    stated = standard_error_of(section, coefficients.axes[axis]) if reading_sd_v is None else reading_sd_v
     if stated is None:
         raise OutsideValidity(
             f"{coefficients.sensor}: axis {axis}: the set states no standard error; nothing was computed; "
             "give the standard deviation of a reading"
         )
-    return number(stated)
+    return stated
 
 
 def _rise_degc(

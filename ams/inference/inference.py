@@ -26,6 +26,7 @@ from ams.inference.packages import SpreadAngles, angles_from_packages, angles_fr
 from ams.models.registry import MODELS
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.sensed_quantity import FIELDS
+from ams.units import printed
 
 STING: Final = "pitch-yaw-roll-sting"
 MODEL: Final = "pitch-yaw-roll-model"
@@ -190,7 +191,8 @@ class Inference:
     ) -> flag_codes.Codes:
         """Return the codes of where a set is used beyond its calibration."""
         validity = self.package.coefficients.validity
-        checked = [(flag_codes.OUTSIDE_PITCH, np.rad2deg(found.pitch_rad), validity.pitch_deg)]
+        # A straight line is valid over levels, which reach over all attitudes; its run has a few positions alone.
+        checked = [] if validity.levels else [(flag_codes.OUTSIDE_PITCH, np.rad2deg(found.pitch_rad), validity.pitch_deg)]
         if isinstance(found, SpreadAngles) and validity.yaw_deg is not None:
             checked.append((flag_codes.OUTSIDE_YAW, np.rad2deg(found.yaw_rad), validity.yaw_deg))
         if validity.temperature_degc is not None and "temperature_degc" in readings:
@@ -215,11 +217,17 @@ def inference(
         raise OutsideValidity(f"standard deviation of a reading: got {reading_sd_v!r} V, allowed 0 V or more")
     _check_axes(package)
     name, model, axes = package.coefficients.sensor, package.model, len(package.columns)
-    if model == "gyro":
+    form = package.coefficients.axes[next(iter(package.columns))].form
+    if form.unit == "dps":
         raise OutsideValidity(
             f"{name}: gyros sense rates, not attitude: nothing was computed; integrate them with ams.load_gyros"
         )
-    own = FIELDS[model].output
+    if form.unit != "g":
+        raise OutsideValidity(
+            f"{name}: senses {printed(form.unit)}, which tells no attitude by itself; nothing was computed; "
+            "ams.sensed_level gives the quantity itself"
+        )
+    own = form.output
     if own is not None and own.pitch_rad is None:
         raise OutsideValidity(f"{name}: model {model}: brings no inverse: angles cannot be told; nothing was computed")
     needed = 1 if own is not None else {STING: 3, "pitch-only": 1}.get(model, axes)

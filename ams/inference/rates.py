@@ -20,6 +20,7 @@ from ams.attitude.rate_scan import Interpolation, RateScan
 from ams.attitude.three_axes import LARGEST_SD_RAD
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
+from ams.sets.axis_section import standard_error_of
 from ams.sets.canonical import Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.package_section import package_of
@@ -45,7 +46,7 @@ class GyroPackage:
 
     def __post_init__(self) -> None:
         name, axes = self.coefficients.sensor, tuple(self.columns)
-        if len(axes) != 3 or any(self.coefficients.axes[axis].model != "gyro" for axis in axes):
+        if len(axes) != 3 or any(self.coefficients.axes[axis].form.unit != "dps" for axis in axes):
             raise OutsideValidity(f"{name}: got the axes {', '.join(axes)}, needed three gyros; nothing was computed")
         if self.coefficients.needs_temperature:
             raise OutsideValidity(
@@ -62,7 +63,8 @@ class GyroPackage:
 
     @property
     def offset_v(self) -> FloatArray:
-        return np.array([self.coefficients.axes[axis].primary["offset_v"] for axis in self.columns])
+        axes = [self.coefficients.axes[axis] for axis in self.columns]
+        return np.array([own.primary[own.form.offset] for own in axes])
 
     def outputs_v(self, readings: Mapping[str, FloatArray]) -> FloatArray:
         """Return (3, n) volts."""
@@ -87,38 +89,45 @@ class GyroPackage:
         return np.asarray(turn @ self._parameter_covariance() @ turn.T)
 
     def _parameter_covariance(self) -> FloatArray:
-        """Return (12, 12) of offset and k per rad/s of every axis in turn."""
-        names = [f"{axis}.{name}" for axis in self.columns for name in self._names(axis)]
+        """Return (12, 12) of offset and k per rad/s of every axis in turn; what a line lacks is zero and exact."""
+        own = {axis: self._places(axis) for axis in self.columns}
         section = package_of(self.coefficients.document)
+        covariance = np.zeros((12, 12))
         if section is not None:
             order = [str(name) for name in listed(section["order"])]
-            places = [order.index(name) for name in names]
+            stated = [order.index(f"{axis}.{name}") for axis, names in own.items() for name in names]
             parts = [_matrix(table(part)["covariance"]) for part in table(section["components"]).values()]
-            covariance = np.sum(parts, axis=0)[np.ix_(places, places)]
+            places = [4 * first + place for first, names in enumerate(own.values()) for place in names.values()]
+            covariance[np.ix_(places, places)] = np.sum(parts, axis=0)[np.ix_(stated, stated)]
         else:
-            covariance = np.zeros((12, 12))
-            for place, axis in enumerate(self.columns):
+            for first, (axis, names) in enumerate(own.items()):
                 primary = table(table(table(self.coefficients.document["axes"])[axis])["primary"])
                 order = [str(name) for name in listed(primary["order"])]
-                own = [order.index(name) for name in self._names(axis)]
-                block = slice(4 * place, 4 * place + 4)
-                covariance[block, block] = _matrix(primary["covariance"])[np.ix_(own, own)]
+                stated = [order.index(name) for name in names]
+                places = [4 * first + place for place in names.values()]
+                covariance[np.ix_(places, places)] = _matrix(primary["covariance"])[np.ix_(stated, stated)]
         scale = np.tile([1.0, *np.rad2deg(np.ones(3))], 3)
         return np.asarray(covariance * np.outer(scale, scale))
 
-    def _names(self, axis: str) -> list[str]:
-        return ["offset_v", *(name for name in self.coefficients.axes[axis].primary if name.startswith("k_"))]
+    def _places(self, axis: str) -> dict[str, int]:
+        """Return the primary parameters that an axis has, each with its place among offset, k_x, k_y and k_z."""
+        numbers = self.coefficients.axes[axis]
+        names = (numbers.form.offset, *numbers.form.directions)
+        return {name: place for place, name in enumerate(names) if name in numbers.primary}
 
     def _reading_sd(self) -> FloatArray:
         if self.reading_sd_v is not None:
             return np.full(3, self.reading_sd_v)
-        stated = [table(table(self.coefficients.document["axes"])[axis])["standard_error_v"] for axis in self.columns]
+        sections = table(self.coefficients.document["axes"])
+        stated = [
+            standard_error_of(table(sections[axis]), self.coefficients.axes[axis]) for axis in self.columns
+        ]
         if None in stated:
             raise OutsideValidity(
                 f"{self.coefficients.sensor}: the set states no standard error; nothing was computed; give the "
                 "standard deviation of a reading"
             )
-        return np.array([number(one) for one in stated])
+        return np.array(stated, dtype=float)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ history knows (:mod:`ams.surveillance.control_chart`).
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -164,6 +164,7 @@ def _check_comparable(old: CoefficientSet, new: CoefficientSet) -> None:
     for name, was, now in (
         ("convention", old.convention, new.convention),
         ("axes", ", ".join(old.axes), ", ".join(new.axes)),
+        ("units", _units(old), _units(new)),
         ("nominal axes", _nominal(old), _nominal(new)),
     ):
         if was != now:
@@ -173,18 +174,28 @@ def _check_comparable(old: CoefficientSet, new: CoefficientSet) -> None:
             )
 
 
+def _units(coefficients: CoefficientSet) -> str:
+    form = next(iter(coefficients.axes.values())).form
+    return f"{form.measured_unit} per {form.unit}"
+
+
 def _nominal(coefficients: CoefficientSet) -> str:
     return ", ".join(one.nominal_axis for one in coefficients.axes.values())
 
 
 def _at_one_gravity(numbers: PackageNumbers, old: CoefficientSet, new: CoefficientSet) -> PackageNumbers:
     """Bring sensitivities per g to the g of the newer set; rates know no g."""
-    if numbers.sensitivity_name != "sensitivity_v_per_g":
+    if numbers.unit != "g":
         return numbers
     ratio = _gravity_mps2(new) / _gravity_mps2(old)
     scale = np.array([1.0, ratio, ratio, ratio])
     spread = np.outer(scale, scale)
-    return PackageNumbers(numbers.axes, numbers.primary * scale, numbers.covariance * spread, numbers.scatter * spread)
+    return replace(
+        numbers,
+        primary=numbers.primary * scale,
+        covariance=numbers.covariance * spread,
+        scatter=numbers.scatter * spread,
+    )
 
 
 def _gravity_mps2(coefficients: CoefficientSet) -> float:

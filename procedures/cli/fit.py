@@ -134,7 +134,7 @@ def fit(
     reference = sting_package(sting, sting_axis, name, is_joint=joint)
     if (prior or mount) and not joint:
         raise RequestError("--prior and --mount: belong to --joint, which is missing")
-    wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description, name)
+    wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description)
     try:
         if joint:
             stated = check_joint(request, description)

@@ -62,8 +62,6 @@ def _remarks(solve: Solve, rows: Sequence[DwellRecord]) -> Iterator[str]:
     if solve.time_term == "linear":
         first = min(rows, key=lambda row: row.step)
         yield f"time term: the run's times count from {first.started_utc:%Y-%m-%d %H:%M:%S} UTC, its first dwell"
-    if solve.model == "linear":
-        yield "straight lines make no coefficient set: take them from this document or the report"
 
 
 def _remarks_on_level(item: SensorRows) -> tuple[str, ...]:
