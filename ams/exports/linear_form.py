@@ -95,9 +95,10 @@ def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
     along = "xyz".index(numbers.nominal_axis)
     form, k = numbers.form, numbers.direction
     if abs(k[along]) < 0.5 * float(np.linalg.norm(k)):
+        per = UNITS.get(f"{form.measured_unit}_per_{form.unit}", "")
         raise SetError(
-            f"{coefficients.sensor}: axis {name}: linear form: got {k[along]:.6g} {UNITS.get(_per(form), _per(form))} along the nominal axis "
-            f"{numbers.nominal_axis} of {float(np.linalg.norm(k)):.6g} {UNITS.get(_per(form), _per(form))}, allowed at least half of it; nothing was "
+            f"{coefficients.sensor}: axis {name}: linear form: got {k[along]:.6g} {per} along the nominal axis "
+            f"{numbers.nominal_axis} of {float(np.linalg.norm(k)):.6g} {per}, allowed at least half of it; nothing was "
             "written; the sensor does not sense along its nominal axis: export another format"
         )
     offset_v, k_along = numbers.primary[form.offset], float(k[along])
@@ -137,10 +138,6 @@ def _largest_across(coefficients: CoefficientSet, form: SetForm, along: int) -> 
     widest = max((abs(end) for limits in levels.values() for end in limits), default=1.0)
     reached = [max(map(abs, levels[name]), default=widest) if name in levels else widest for name in form.inputs]
     return np.delete(np.array(reached), along)
-
-
-def _per(form: SetForm) -> str:
-    return f"{form.measured_unit}_per_{form.unit}"
 
 
 def _temperature_error_v(coefficients: CoefficientSet, numbers: AxisNumbers, largest_sensed_v: float) -> float:

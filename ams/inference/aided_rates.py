@@ -22,7 +22,7 @@ from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
 from ams.inference.inference import Package
 from ams.inference.rates import ANSWERS, GyroPackage, Motion, SampleClock, answer_of
-from ams.sets.vectors import inferred_force, is_package
+from ams.sets.vectors import inferred_force, resolves
 
 LEAST_FORCE_SD_G: Final = 1e-4
 UNSTATED_TILT_SD_DEG: Final = 5.0
@@ -58,10 +58,13 @@ class AidedAngles:
 
     def __init__(self, gyros: GyroPackage, accelerometers: Package, motion: Motion, aiding: Aiding) -> None:
         coefficients = accelerometers.coefficients
-        if tuple(accelerometers.columns) != tuple(coefficients.axes) or not is_package(coefficients.axes):
+        senses_force = all(own.form.unit == "g" and not own.form.is_gravity for own in coefficients.axes.values())
+        all_columns = tuple(accelerometers.columns) == tuple(coefficients.axes)
+        if not (all_columns and senses_force and resolves(coefficients.axes)):
             raise OutsideValidity(
                 f"{coefficients.sensor}: got the axes {', '.join(accelerometers.columns)} by {accelerometers.model}, "
-                "needed three accelerometers in TP's convention that determine the force; nothing was computed"
+                "needed three accelerometers in TP's convention, or straight lines in g, that determine the force; "
+                "nothing was computed"
             )
         if motion.rest_s:
             raise OutsideValidity(

@@ -16,8 +16,8 @@ from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
 from ams.models.extended import Q_NAMES, TERM_NAMES, centred_basis, quadratic_basis
 from ams.models.thermal import TEMPERATURE_NAMES
-from ams.sets.canonical import Json, listed, number, table
 from ams.sets.axis_section import standard_error_of
+from ams.sets.canonical import Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.package_section import package_of
 from ams.sets.sensed_quantity import PER_G

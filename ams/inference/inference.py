@@ -46,6 +46,11 @@ class Package:
     def model(self) -> str:
         return next(iter(self.coefficients.axes.values())).model
 
+    @property
+    def senses_rates(self) -> bool:
+        """Whether its axes are gyros, by whatever model."""
+        return all(numbers.form.unit == "dps" for numbers in self.coefficients.axes.values())
+
     def sensors(self, readings: Mapping[str, FloatArray], reading_sd_v: float | None) -> list[CalibratedSensor]:
         temperature = readings.get("temperature_degc")
         return [sensor_of_set(self.coefficients, axis, reading_sd_v, temperature) for axis in self.columns]
@@ -192,7 +197,9 @@ class Inference:
         """Return the codes of where a set is used beyond its calibration."""
         validity = self.package.coefficients.validity
         # A straight line is valid over levels, which reach over all attitudes; its run has a few positions alone.
-        checked = [] if validity.levels else [(flag_codes.OUTSIDE_PITCH, np.rad2deg(found.pitch_rad), validity.pitch_deg)]
+        checked = (
+            [] if validity.levels else [(flag_codes.OUTSIDE_PITCH, np.rad2deg(found.pitch_rad), validity.pitch_deg)]
+        )
         if isinstance(found, SpreadAngles) and validity.yaw_deg is not None:
             checked.append((flag_codes.OUTSIDE_YAW, np.rad2deg(found.yaw_rad), validity.yaw_deg))
         if validity.temperature_degc is not None and "temperature_degc" in readings:

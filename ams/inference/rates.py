@@ -119,9 +119,7 @@ class GyroPackage:
         if self.reading_sd_v is not None:
             return np.full(3, self.reading_sd_v)
         sections = table(self.coefficients.document["axes"])
-        stated = [
-            standard_error_of(table(sections[axis]), self.coefficients.axes[axis]) for axis in self.columns
-        ]
+        stated = [standard_error_of(table(sections[axis]), self.coefficients.axes[axis]) for axis in self.columns]
         if None in stated:
             raise OutsideValidity(
                 f"{self.coefficients.sensor}: the set states no standard error; nothing was computed; give the "

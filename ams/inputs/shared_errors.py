@@ -87,9 +87,7 @@ def _slope_of(model: Model) -> int | None:
     """Return the place of k along the nominal axis in a model of known levels; None for every other model."""
     if not model.primary_names[0].startswith("zero_level_"):
         return None
-    return next(
-        place for place, name in enumerate(model.primary_names) if name.startswith(f"k_{model.nominal_axis}_")
-    )
+    return next(place for place, name in enumerate(model.primary_names) if name.startswith(f"k_{model.nominal_axis}_"))
 
 
 def _effect(effect: Effect, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:

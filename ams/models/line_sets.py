@@ -1,9 +1,9 @@
 """SR's straight lines in a coefficient set: measured = b + k·h, h the quantity itself along the package's axes.
 
 A line along one direction has one component of k, a magnetometer that was turned in a known field all three; three axes
-together are a 3 × 3 matrix of sensitivities with offset, as IMUs have it. The units are those of the reading and of the
-quantity, so every name of such a set ends in them. SR's own form, real = A·measured + B, stands beside it: A = 1/k along
-the nominal axis, B = −b/k. Source: SR 4.1.
+together are a 3 × 3 matrix of sensitivities with offset, as IMUs have it. The units are those of the reading and of
+the quantity, so every name of such a set ends in them. SR's own form, real = A·measured + B, stands beside it: A = 1/k
+along the nominal axis, B = −b/k. Source: SR 4.1.
 """
 
 from dataclasses import replace

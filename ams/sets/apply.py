@@ -40,13 +40,14 @@ def apply(
     """Return the outputs in volts per axis, of the shape that the inputs broadcast to.
 
     Sets of straight lines take ``level``, (…, 3): the quantity itself along the package's axes, in the set's unit, and
-    give outputs in the unit of their readings. CR's sets need ``yaw_rad``, its gyros also the rates of pitch, yaw and roll, (…, 3), ``euler_rate_rad_s``.
+    give outputs in the unit of their readings. CR's sets need ``yaw_rad``, its gyros also the rates of pitch, yaw and
+    roll, (…, 3), ``euler_rate_rad_s``.
 
     ``chain_serial`` (of every channel, or channel to serial) and ``site_gravity_mps2`` say where the set is used; what
     was calibrated with another chain or at another g is refused.
 
-    Raises: OutsideValidity for an attitude, level or temperature outside the set's validity (unless ``beyond_validity``),
-    for a missing temperature, for an input that is not finite, and for another chain or site.
+    Raises: OutsideValidity for an attitude, level or temperature outside the set's validity (unless
+    ``beyond_validity``), for a missing temperature, for an input that is not finite, and for another chain or site.
     """
     check_applicability(coefficients, chain_serial, site_gravity_mps2)
     attitude = _attitude(coefficients, pitch_rad, roll_rad, yaw_rad, euler_rate_rad_s)
@@ -70,8 +71,8 @@ def _level(coefficients: CoefficientSet, level: ArrayLike) -> FloatArray:
     found = np.asarray(level, dtype=float)
     if found.ndim == 0 or found.shape[-1] != 3:
         raise OutsideValidity(
-            f"{coefficients.sensor}: level: got an array of shape {found.shape}, needed (…, 3) along the package's axes; "
-            "nothing was computed"
+            f"{coefficients.sensor}: level: got an array of shape {found.shape}, needed (…, 3) along the package's "
+            "axes; nothing was computed"
         )
     _check_finite(coefficients, {"level": found})
     return found
@@ -112,8 +113,8 @@ def sensed_level(
     if not (_is_of_levels(coefficients) and resolves(coefficients.axes)) or set(outputs) != set(coefficients.axes):
         raise OutsideValidity(
             f"{coefficients.sensor}: a level in all directions cannot be told from {', '.join(outputs)}: the set has "
-            f"the axes {', '.join(coefficients.axes)} by {coefficients.model}, needed are three straight lines; nothing "
-            "was computed"
+            f"the axes {', '.join(coefficients.axes)} by {coefficients.model}, needed are three straight lines; "
+            "nothing was computed"
         )
     readings = {name: np.asarray(outputs[name], dtype=float) for name in coefficients.axes}
     _check_finite(coefficients, {**readings})

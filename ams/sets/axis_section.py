@@ -66,7 +66,7 @@ def standard_error_of(section: Mapping[str, Json], axis: AxisNumbers) -> float |
 def without_place(axis: AxisCalibration) -> AxisCalibration:
     """Return the solution without primary parameters that tell of the place, such as the field beside a coil.
 
-    They stay among the parameters, with their uncertainty; what they leave uncertain is in the covariance of the others.
+    They stay among the parameters, with their uncertainty; what they leave uncertain is in the others' covariance.
     """
     beginnings = FIELDS[axis.model].of_the_place if axis.model in FIELDS else ()
     kept = [name for name in axis.primary_names if not name.startswith(beginnings)] if beginnings else []

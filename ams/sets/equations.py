@@ -24,8 +24,8 @@ CONVENTIONS = {
         "x; no yaw. f = (sin alpha, -cos alpha sin R, -cos alpha cos R) in local g. Source: NASA/TP-1999-209835."
     ),
     "SR": (
-        "Package axes: x forward, y right, z down. h is the quantity itself along them: specific force in local g (level "
-        "and at rest -1 along z), angular velocity, field. Source: EQUIS science report, 4.1."
+        "Package axes: x forward, y right, z down. h is the quantity itself along them: specific force in local g "
+        "(level and at rest -1 along z), angular velocity, field. Source: EQUIS science report, 4.1."
     ),
     "CR": (
         "Axes: x forward, y right, z down; after half a turn about y, pitch T about y, then yaw P about the new z, "

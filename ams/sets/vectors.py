@@ -44,7 +44,9 @@ NO_INVERSE_TEXT = (
     "none: it takes three axes in TP's convention, nearly linear in the specific force, that together determine it"
 )
 NO_LEVEL_INVERSE_TEXT = "none for all three directions: it takes three axes; along one axis level = A*output + B"
-LEVEL_TOLERANCE_TEXT = "outputs: of |zero level| + |k_x| + |k_y| + |k_z| of the axis; levels: of the largest of a vector"
+LEVEL_TOLERANCE_TEXT = (
+    "outputs: of |zero level| + |k_x| + |k_y| + |k_z| of the axis; levels: of the largest of a vector"
+)
 LARGEST_CONDITION_NUMBER = 30.0
 LARGEST_CONTRACTION = 0.05
 """Of what is left of an error of the force in one step of the search."""
@@ -269,10 +271,11 @@ def _forward_error(numbers: AxisNumbers, vector: Mapping[str, Json], where: str)
     unit = numbers.form.measured_unit
     expected_v, got_v = number(table(vector[f"outputs_{unit}"])[numbers.axis]), _output_v(numbers, vector)
     error = abs(got_v - expected_v) / numbers.scale_v
+    printed = UNITS.get(unit, unit)
     if not error <= TOLERANCE_RELATIVE:
         raise VectorsDisagree(
             f"{where}: axis {numbers.axis}: test vector at {_attitude(vector)} is not reproduced by the coefficients: "
-            f"got {got_v!r} {UNITS.get(unit, unit)}, expected {expected_v!r} {UNITS.get(unit, unit)}, relative difference {error:.1e}, allowed "
+            f"got {got_v!r} {printed}, expected {expected_v!r} {printed}, relative difference {error:.1e}, allowed "
             f"{TOLERANCE_RELATIVE:.0e}; do not use this set; it was assembled wrongly or for another convention"
         )
     return error

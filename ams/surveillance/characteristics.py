@@ -99,7 +99,9 @@ def characteristics_of(numbers: PackageNumbers) -> Characteristics:
     names = [*(f"{offset_name}.{axis}" for axis in axes), *(f"{numbers.sensitivity_name}.{axis}" for axis in axes)]
     values = [numbers.primary[..., 0], numbers.sensitivity]
     scales = [size, size]
-    pairs = list(combinations(range(len(axes)), 2))
+    # A line along its nominal axis knows nothing across it: the angle between two of them was not calibrated.
+    tells_direction = np.count_nonzero(numbers.k, axis=-1).max(axis=0) > 1
+    pairs = [(a, b) for a, b in combinations(range(len(axes)), 2) if tells_direction[a] and tells_direction[b]]
     if pairs:
         names += [f"angle_deg.{axes[a]}{axes[b]}" for a, b in pairs]
         values.append(np.stack([_angle_deg(units[:, a], units[:, b]) for a, b in pairs], axis=1))

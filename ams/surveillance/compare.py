@@ -74,6 +74,10 @@ class Comparison:
     direction_p_value: float | None
     """Chance of a larger one where nothing but a remount happened; None without degrees of freedom."""
     notes: tuple[str, ...]
+    measured_unit: str = "v"
+    """Of the outputs; ``offset_v`` and ``sensitivity_v_per_g`` of the axes are in the set's own units."""
+    unit: str = "g"
+    """Of what is sensed."""
 
 
 def compare(old: CoefficientSet, new: CoefficientSet) -> Comparison:
@@ -100,6 +104,8 @@ def compare(old: CoefficientSet, new: CoefficientSet) -> Comparison:
         direction_dof=fit.dof,
         direction_p_value=_chi_square_p(fit.chi_square, fit.dof),
         notes=tuple(_notes(old, new)),
+        measured_unit=after.measured_unit,
+        unit=after.unit,
     )
 
 

@@ -14,7 +14,6 @@ from ams.inference.aided_rates import AidedAngles
 from ams.inference.angle_stream import AngleStream
 from ams.inference.inference import MODEL, Package, inference
 from ams.inputs.number_blocks import csv_blocks, parquet_blocks
-from ams.models.gyro import GYRO
 from ams.whole_file import whole_file
 from procedures.cli.attitude_rows import Rows, writer_named
 from procedures.cli.attitude_source import Named, OfGyros, angles_of_gyros, package_of
@@ -99,7 +98,7 @@ def _angles_of(
     geometry: Mapping[str, bool],
 ) -> AngleStream:
     """Return what makes angles of the sets. Raises: RequestError, OutsideValidity, SetError."""
-    if package.model != GYRO.name:
+    if not package.senses_rates:
         settings.refuse_for(package.model)
         return inference(package, second, reading_sd_v, **geometry)
     if second is not None:

@@ -55,7 +55,8 @@ def package_of(path: Path, pairs: list[str] | None, option: str, prefix: str) ->
     coefficients = load_set(path)
     coefficients.check_vectors(str(path))
     columns: dict[str, str] = {}
-    for pair in pairs or [f"{axis}={prefix}{axis}_v" for axis in coefficients.axes]:
+    unit = next(iter(coefficients.axes.values())).form.measured_unit
+    for pair in pairs or [f"{axis}={prefix}{axis}_{unit}" for axis in coefficients.axes]:
         name, _, column = pair.partition("=")
         if name not in coefficients.axes or not column or name in columns:
             raise RequestError(

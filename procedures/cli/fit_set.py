@@ -32,9 +32,7 @@ class WishedSet:
     rig: str
 
 
-def wished_set(
-    path: Path, sensor: str | None, gravity_mps2: float | None, rig: RigDescription | None
-) -> WishedSet:
+def wished_set(path: Path, sensor: str | None, gravity_mps2: float | None, rig: RigDescription | None) -> WishedSet:
     """Return the set that is to be written.
 
     Raises: RequestError where the command does not say what a set must know.
@@ -74,7 +72,7 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         gravity_source=wish.gravity_source,
         pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
         roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
-        yaw_range_deg=None if rows.yaw_rad is None or calibration.convention == "TP" else _range(np.rad2deg(rows.yaw_rad)),
+        yaw_range_deg=_yaw_range(rows, calibration),
         rate_range_dps=rates,
         level_ranges=level_ranges(calibration),
         temperature_range_degc=None if rows.temperature_degc is None else _range(rows.temperature_degc),
@@ -85,6 +83,10 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         simulated=False,
         serial=wish.sensor,
     )
+
+
+def _yaw_range(rows: Observations, calibration: Calibration) -> tuple[float, float] | None:
+    return None if rows.yaw_rad is None or calibration.convention == "TP" else _range(np.rad2deg(rows.yaw_rad))
 
 
 def _range(values: NDArray[Any]) -> tuple[float, float]:

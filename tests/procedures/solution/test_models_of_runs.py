@@ -97,21 +97,21 @@ def test_delivery_of_a_gimbal_run_leaves_a_set_with_its_yaw_range(tmp_path: Path
     assert (rows["sensitivity_v_per_g"].truth, rows["azimuth_deg"].truth) == (-2.5, pytest.approx(125.0))
 
 
-def test_straight_lines_leave_a_report_and_say_that_they_make_no_set(tmp_path: Path) -> None:
+def test_straight_lines_of_accelerometers_leave_a_report_and_a_set(tmp_path: Path) -> None:
     from procedures.delivery.deliver import deliver, sensors_document, solve_run
 
     made = bench(tmp_path, (), (solve_table('model = "linear"'),))
     made.run(tmp_path / "run")
     run = solve_run(tmp_path / "run")
     delivery = deliver(run, None)
-    assert not delivery.sets
+    document = json.loads(delivery.sets["SN1"].read_text(encoding="utf-8"))
+    assert (document["model"], document["convention"]["name"]) == ("linear-accelerometer", "SR")
+    assert document["validity"]["level_z_g"] == pytest.approx([-1.0, 1.0], abs=0.01)
     assert "g/V" in delivery.report.read_text(encoding="utf-8")
     axis = sensors_document(run)["SN1"]["axes"]["z"]
-    assert axis["remarks"][0] == "straight lines make no coefficient set: take them from this document or the report"
-    assert axis["remarks"][1].startswith("the level of the base is not declared")
+    assert axis["remarks"][0].startswith("the level of the base is not declared")
     (level,) = (one for one in axis["findings"] if one["kind"] == "level-undeclared")
-    assert (level["significant"], level["text"]) == (False, axis["remarks"][1])
-    assert any("SN1: straight lines make no coefficient set" in ground for ground in delivery.view.verdict.grounds)
+    assert (level["significant"], level["text"]) == (False, axis["remarks"][0])
 
 
 def test_a_time_term_of_a_run_takes_the_twins_drift_and_the_set_says_where_it_stands(tmp_path: Path) -> None:
