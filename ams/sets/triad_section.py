@@ -35,7 +35,7 @@ def triad_section(axes: Mapping[str, AxisNumbers]) -> Document:
         "triad": {
             "axes": list(axes),
             f"matrix_{measured}_per_{unit}": _rows(matrix),
-            f"inverse_{unit}_per_{measured}": _rows(np.linalg.inv(matrix)),
+            f"inverse_{unit}_per_{measured}": _rows(np.asarray(np.linalg.inv(matrix), dtype=float)),
             f"zero_level_{measured}": [numbers.primary[numbers.form.offset] for numbers in axes.values()],
             **angles,
             "text": TEXT,

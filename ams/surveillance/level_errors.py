@@ -79,8 +79,8 @@ def from_document(axis: str, document: Mapping[str, Json]) -> LevelErrors:
     def column(name: str) -> FloatArray:
         return np.array([number(value) for value in listed(document[name])], dtype=float)
 
-    named = [column(f"{name}_{unit}") for name in ("level", "error", "standard_uncertainty")]
-    return LevelErrors(axis, unit, *named, column("coverage_factor"))
+    level, error, uncertainty = (column(f"{name}_{unit}") for name in ("level", "error", "standard_uncertainty"))
+    return LevelErrors(axis, unit, level, error, uncertainty, column("coverage_factor"))
 
 
 def _units(coefficients: CoefficientSet) -> tuple[str, str]:
