@@ -20,8 +20,10 @@ from ams.attitude.kalman import Estimate, GyroNoise
 from ams.attitude.rate_errors import turns_by_angle
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
+from ams.inference.calibrated import calibration_gravity_mps2
 from ams.inference.inference import Package
-from ams.inference.rates import ANSWERS, GyroPackage, Motion, SampleClock, answer_of
+from ams.inference.rates import ANSWERS, GyroPackage, Motion, answer_of
+from ams.inference.sample_clock import SampleClock
 from ams.sets.vectors import inferred_force, resolves
 
 LEAST_FORCE_SD_G: Final = 1e-4
@@ -69,6 +71,11 @@ class AidedAngles:
         if motion.rest_s:
             raise OutsideValidity(
                 "at rest: the filter finds the zeros of the gyros by itself; nothing was computed; leave the rest out"
+            )
+        if motion.earth is not None:
+            raise OutsideValidity(
+                "Earth rate: the filter takes it for a zero of the gyros and finds it by itself; nothing was computed; "
+                "leave the latitude out"
             )
         self.gyros, self.accelerometers, self.motion, self.aiding = gyros, accelerometers, motion, aiding
         self._clock = SampleClock(motion.rate_hz)
@@ -148,7 +155,9 @@ class AidedAngles:
         package = self.accelerometers
         outputs = {axis: readings[column] for axis, column in package.columns.items()}
         temperature = readings.get("temperature_degc") if package.coefficients.needs_temperature else None
-        return np.ascontiguousarray(inferred_force(package.coefficients.axes, outputs, temperature).T)
+        force = np.ascontiguousarray(inferred_force(package.coefficients.axes, outputs, temperature).T)
+        site = package.site_gravity_mps2
+        return force if site is None else force * (calibration_gravity_mps2(package.coefficients) / site)
 
     def _started(self, force: FloatArray) -> AttitudeFilter:
         assert self._clock.interval_s is not None

@@ -31,6 +31,7 @@ from ams.units import printed
 STING: Final = "pitch-yaw-roll-sting"
 MODEL: Final = "pitch-yaw-roll-model"
 ROUNDING_DEG: Final = 1e-6
+LEAST_GRAVITY_MPS2, LARGEST_GRAVITY_MPS2 = 9.7, 9.9
 _ROUNDS: Final = 30
 
 
@@ -41,6 +42,23 @@ class Package:
     coefficients: CoefficientSet
     columns: Mapping[str, str]
     """Axis to column; a set may be used with fewer axes than it has."""
+    site_gravity_mps2: float | None = None
+    """The g where the set is used; None: that of the calibration."""
+
+    def __post_init__(self) -> None:
+        site = self.site_gravity_mps2
+        if site is None:
+            return
+        if not LEAST_GRAVITY_MPS2 <= site <= LARGEST_GRAVITY_MPS2:
+            raise OutsideValidity(
+                f"{self.coefficients.sensor}: gravity at use: got {site:g} m/s², allowed {LEAST_GRAVITY_MPS2:g} to "
+                f"{LARGEST_GRAVITY_MPS2:g} m/s²; nothing was computed"
+            )
+        if any(numbers.form.unit != "g" or numbers.own_output for numbers in self.coefficients.axes.values()):
+            raise OutsideValidity(
+                f"{self.coefficients.sensor}: gravity at use: belongs to accelerometers of the form v = b + k·f; "
+                "nothing was computed; leave it out"
+            )
 
     @property
     def model(self) -> str:
@@ -53,11 +71,12 @@ class Package:
 
     def sensors(self, readings: Mapping[str, FloatArray], reading_sd_v: float | None) -> list[CalibratedSensor]:
         temperature = readings.get("temperature_degc")
-        return [sensor_of_set(self.coefficients, axis, reading_sd_v, temperature) for axis in self.columns]
+        site = self.site_gravity_mps2
+        return [sensor_of_set(self.coefficients, axis, reading_sd_v, temperature, site) for axis in self.columns]
 
     def together(self, sensors: Sequence[CalibratedSensor]) -> CalibratedPackage | None:
         """Return what the calibrations of the axes have in common, where the set states it."""
-        return package_of_set(self.coefficients, tuple(self.columns), sensors)
+        return package_of_set(self.coefficients, tuple(self.columns), sensors, self.site_gravity_mps2)
 
     def outputs_v(self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]) -> FloatArray:
         """Return the (N, A) readings brought to the reference temperature."""

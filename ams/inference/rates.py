@@ -14,12 +14,14 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.attitude import flag_codes
+from ams.attitude.earth_rate import EarthRate
 from ams.attitude.gyro import quaternion_of_cr
-from ams.attitude.rate_errors import ErrorGrowth, RateErrors, angle_sds, cr_angles
+from ams.attitude.rate_errors import ErrorGrowth, RateErrors, angle_sds, cr_angles, rotation_matrices
 from ams.attitude.rate_scan import Interpolation, RateScan
 from ams.attitude.three_axes import LARGEST_SD_RAD
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
+from ams.inference.sample_clock import SampleClock
 from ams.sets.axis_section import standard_error_of
 from ams.sets.canonical import Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
@@ -141,6 +143,8 @@ class Motion:
     """None: of a start that is not stated and that accelerometers correct, 5°; else 0."""
     rest_s: float = 0.0
     """At the beginning, over which nothing turned: the mean of the outputs is their zero."""
+    earth: EarthRate | None = None
+    """None: the Earth's turn is left in the angles."""
 
     def __post_init__(self) -> None:
         if self.rate_hz is not None and not self.rate_hz > 0.0:
@@ -159,49 +163,6 @@ class Motion:
     def start_covariance(self) -> FloatArray:
         """Return the (3, 3) covariance of the turn by which a stated start is wrong, in reference axes."""
         return np.asarray(np.deg2rad(self.start_sd_deg or 0.0) ** 2 * np.eye(3))
-
-
-class SampleClock:
-    """The places of rows among evenly spaced samples, by the column time_s where there is one."""
-
-    def __init__(self, rate_hz: float | None) -> None:
-        self.interval_s = None if rate_hz is None else 1.0 / rate_hz
-        self._last_s: float | None = None
-
-    def steps(self, time_s: FloatArray | None, rows: int) -> IntArray:
-        """Return how many samples each row is behind the one before, 0 where it is not after it, -1 without a time.
-
-        Raises: OutsideValidity where neither a rate nor times tell the interval.
-        """
-        if self.interval_s is None:
-            self.interval_s = self._interval_of(time_s)
-        if time_s is None:
-            return np.ones(rows, dtype=np.int64)
-        steps = np.empty(rows, dtype=np.int64)
-        last_s = self._last_s
-        if last_s is None:
-            last_s = float(time_s[np.argmax(np.isfinite(time_s))]) - self.interval_s
-        before = np.concatenate([[last_s], time_s[:-1]])
-        with np.errstate(invalid="ignore"):
-            found = np.rint((time_s - before) / self.interval_s)
-        if np.all(found >= 1.0):
-            self._last_s = float(time_s[-1])
-            return np.asarray(found, dtype=np.int64)
-        for row, own in enumerate(time_s.tolist()):
-            steps[row] = max(round((own - last_s) / self.interval_s), 0) if np.isfinite(own) else 0
-            last_s = own if steps[row] else last_s
-        self._last_s = last_s
-        return steps
-
-    def _interval_of(self, time_s: FloatArray | None) -> float:
-        between = np.empty(0) if time_s is None else np.diff(time_s[np.isfinite(time_s)])
-        between = between[between > 0.0]
-        if not between.size:
-            raise OutsideValidity(
-                "gyros: the interval between samples is not known; nothing was computed; give the sampling rate, or a "
-                "column time_s"
-            )
-        return float(np.median(between))
 
 
 @dataclass
@@ -302,11 +263,19 @@ class GyroAngles:
                 f"{self.package.coefficients.sensor}: at rest: got {good.shape[1]} readings, needed two or more; "
                 "nothing was computed; let it rest longer"
             )
-        self._offset_v, self._rest = good.mean(axis=1), []
+        self._offset_v, self._rest = good.mean(axis=1) - self._earth_v(), []
         calibration = self._errors.calibration.copy()
         calibration[:3, :], calibration[:, :3] = 0.0, 0.0
         calibration[:3, :3] = self._errors.reading / good.shape[1]
         self._errors = replace(self._errors, calibration=calibration)
+
+    def _earth_v(self) -> FloatArray:
+        """Return the (3,) volts that gyros at rest at the start read of the Earth's turn."""
+        if self.motion.earth is None:
+            return np.zeros(3)
+        start = quaternion_of_cr(np.deg2rad(self.motion.stated_start_deg))
+        turned = rotation_matrices(start[:, None])[0].T @ self.motion.earth.rate_rad_s
+        return np.asarray(self.package.k_v_per_rad_s @ turned)
 
     def _start(self, rows: int) -> Answer:
         """Return the attitude of the start for rows at rest."""
@@ -354,6 +323,10 @@ class GyroAngles:
         rates, self._rates = self._rates[:, :samples], self._rates[:, samples:]
         covariance = self._growth.covariance(quaternion, rates, is_bridged)
         first, self._settled = self._settled, self._settled + samples
+        if self.motion.earth is not None:
+            assert self._clock.interval_s is not None
+            time_s = (first + np.arange(samples)) * self._clock.interval_s
+            quaternion = self.motion.earth.against_earth(quaternion, time_s)
         rows = self._pending.taken_before(self._settled)
         own = np.where(rows.is_used, rows.sample - first, 0)
         if not own.size:

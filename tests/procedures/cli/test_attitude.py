@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import socket
 import subprocess
 import sys
 import tracemalloc
@@ -19,7 +20,7 @@ from solved_sets import gyro_set, package_set, tp_set
 from ams.exports.formats import export_set
 from ams.inference.inference import inference
 from ams.inputs.number_blocks import csv_blocks
-from procedures.cli import attitude_rows, attitude_stream
+from procedures.cli import attitude_lines, attitude_rows, attitude_stream
 from procedures.cli.attitude_source import package_of
 
 ATTITUDES = [(-35.0, -20.0), (5.0, 60.0), (90.0, 10.0)]
@@ -346,3 +347,56 @@ def test_an_option_of_gyros_is_refused_for_accelerometers(
     outcome = call(capsys, "attitude", stored, data, "--rest-s", "1")
     assert outcome.status == 2
     assert "--rest-s: belongs to a set of gyros, got the model pitch-roll" in outcome.err
+
+
+def test_outputs_are_filtered_and_averaged_before_they_become_angles(
+    stored: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Half a volt of 20 Hz on the x axis is twelve degrees; behind the filter it is none."""
+    time_s = np.arange(400) / 100.0
+    outputs = {axis: output_v(axis, TRUTH[axis], 5.0, 60.0) for axis in "xyz"}
+    shaken = outputs["x"] + 0.5 * np.sin(2 * np.pi * 20.0 * time_s)
+    rows = [f"{t:.2f},{x!r},{outputs['y']!r},{outputs['z']!r}\n" for t, x in zip(time_s, shaken.tolist(), strict=True)]
+    path = tmp_path / "shaken.csv"
+    path.write_text("time_s,x_v,y_v,z_v\n" + "".join(rows))
+    filtered = rows_of(call(capsys, "attitude", stored, path, "--low-pass-hz", "1.0").out)
+    assert len(filtered) == 400
+    assert float(filtered[250]["pitch_deg"]) == pytest.approx(5.0, abs=0.01)
+    assert filtered[0]["flag"].endswith("filter not settled")
+    averaged = rows_of(call(capsys, "attitude", stored, path, "--average-s", "0.5").out)
+    assert [row["time_s"] for row in averaged][:2] == ["0.245", "0.745"]
+    assert float(averaged[3]["pitch_deg"]) == pytest.approx(5.0, abs=1e-6)  # ten periods a window
+    refused = call(capsys, "attitude", stored, path, "--low-pass-order", "3")
+    assert (refused.status, "belongs to --low-pass-hz" in refused.err) == (2, True)
+    assert "--rate-hz: belongs to a set of gyros" in call(capsys, "attitude", stored, path, "--rate-hz", "50").err
+
+
+def test_rows_come_by_datagram_and_answers_leave_by_datagram(stored: Path) -> None:
+    rows = [[output_v(axis, TRUTH[axis], p, r) for axis in "xyz"] for p, r in ATTITUDES[:2]]
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mouth,
+    ):
+        ear.bind(("127.0.0.1", 0))
+        listening.bind(("127.0.0.1", 0))
+        ear.settimeout(5.0)
+        for datagram in ("x_v,y_v,z_v", *(",".join(map(repr, row)) for row in rows), ""):
+            mouth.sendto(datagram.encode(), listening.getsockname())
+        found = inference(package_of(stored, None, "--axis", ""))
+        with attitude_lines.opened_target(f"udp://127.0.0.1:{ear.getsockname()[1]}") as target:
+            attitude_stream.answer_stream(
+                found,
+                lambda columns: (attitude_rows.JsonRows(target, columns), target),
+                attitude_lines.Datagrams(listening),  # type: ignore[arg-type]
+            )
+        told: list[dict] = []
+        while len(told) < 2:
+            told += [json.loads(line) for line in ear.recv(65_536).decode().splitlines()]
+    assert [row["pitch_deg"] for row in told] == pytest.approx([pitch for pitch, _ in ATTITUDES[:2]], abs=1e-7)
+
+
+@pytest.mark.parametrize("address", ["udp://127.0.0.1", "udp://:5005", "socket://host:port"])
+def test_an_address_that_is_none_is_a_sentence(stored: Path, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    told = call(capsys, "attitude", stored, address)
+    assert (told.status, "is no address: allowed are socket://HOST:PORT and udp://HOST:PORT" in told.err) == (2, True)
