@@ -14,10 +14,12 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.attitude import flag_codes
+from ams.attitude.spread import PackageErrors
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.attitude.three_axes import AttitudeColumns
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
+from ams.inference.alignment import AlignedPackage, AlignedSensor, Alignment
 from ams.inference.angle_stream import Answer, nothing
 from ams.inference.by_inverse import pitch_by_inverse
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
@@ -44,8 +46,11 @@ class Package:
     """Axis to column; a set may be used with fewer axes than it has."""
     site_gravity_mps2: float | None = None
     """The g where the set is used; None: that of the calibration."""
+    alignment: Alignment | None = None
+    """How the package sits in the model; None: angles are those of the package."""
 
     def __post_init__(self) -> None:
+        self._check_alignment()
         site = self.site_gravity_mps2
         if site is None:
             return
@@ -60,6 +65,23 @@ class Package:
                 "nothing was computed; leave it out"
             )
 
+    def _check_alignment(self) -> None:
+        if self.alignment is None:
+            return
+        name, own = self.coefficients.sensor, self.coefficients.axes
+        if self.alignment.sensor != name:
+            raise OutsideValidity(
+                f"{name}: alignment: is that of {self.alignment.sensor}; nothing was computed; solve this sensor's"
+            )
+        is_fit = all(
+            one.form.unit == "g" and not one.form.is_gravity and one.own_output is None for one in own.values()
+        )
+        if len(self.columns) != 3 or not is_fit:
+            raise OutsideValidity(
+                f"{name}: alignment: turns three accelerometers of pitch and roll: got {len(self.columns)} axes by "
+                f"{self.model}; nothing was computed; leave the alignment out"
+            )
+
     @property
     def model(self) -> str:
         return next(iter(self.coefficients.axes.values())).model
@@ -68,6 +90,20 @@ class Package:
     def senses_rates(self) -> bool:
         """Whether its axes are gyros, by whatever model."""
         return all(numbers.form.unit == "dps" for numbers in self.coefficients.axes.values())
+
+    def in_model_axes(self, sensors: Sequence[CalibratedSensor]) -> list[CalibratedSensor | AlignedSensor]:
+        """Return the sensors as the model that carries them has them."""
+        if self.alignment is None:
+            return list(sensors)
+        return [AlignedSensor(sensor, self.alignment.rotation) for sensor in sensors]
+
+    def errors_together(self, sensors: Sequence[CalibratedSensor]) -> PackageErrors | None:
+        """Return what is not known of the axes together: their calibrations, and the alignment."""
+        together = self.together(sensors)
+        if self.alignment is None:
+            return together
+        aligned = [AlignedSensor(sensor, self.alignment.rotation) for sensor in sensors]
+        return AlignedPackage(aligned, together, self.alignment)
 
     def sensors(self, readings: Mapping[str, FloatArray], reading_sd_v: float | None) -> list[CalibratedSensor]:
         temperature = readings.get("temperature_degc")
@@ -164,6 +200,7 @@ class Inference:
     def _kernel(self) -> Kernel | None:
         """What solves sensors that stay the same from row to row; None where they do not, or more is asked for."""
         is_plain = self.model_package is None and FIELDS[self.package.model].output is None
+        is_plain = is_plain and self.package.alignment is None
         if not is_plain or self.intervals or self.package.model == STING or self.package.coefficients.needs_temperature:
             return None
         sensors = self.package.sensors({}, self.reading_sd_v)
@@ -189,14 +226,15 @@ class Inference:
         if self.package.model == STING:
             alone = angles_from_sting(sensors, outputs, self.package.together(sensors))
             return replace(alone, codes=alone.codes | np.uint32(flag_codes.NO_ROLL))
-        return _unbent(sensors, outputs, self._geometry(sensors, readings))
+        return _unbent(self.package.in_model_axes(sensors), outputs, self._geometry(sensors, readings))
 
     def _geometry(
         self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]
     ) -> Callable[[FloatArray], Angles]:
-        together = self.package.together(sensors)
+        together = self.package.errors_together(sensors)
         if len(sensors) == 3:
-            return lambda outputs: pitch_roll_from_three(sensors, outputs, together)
+            turned = self.package.in_model_axes(sensors)
+            return lambda outputs: pitch_roll_from_three(turned, outputs, together)
         if len(sensors) == 2:
             return lambda outputs: pitch_roll_from_two(
                 sensors, outputs, upright=self.upright, right_wing_down=self.right_wing_down, package=together
@@ -290,7 +328,7 @@ def _check_pair(sting: Package, model: Package) -> None:
 
 
 def _unbent(
-    sensors: Sequence[CalibratedSensor], outputs_v: FloatArray, solve: Callable[[FloatArray], Angles]
+    sensors: Sequence[CalibratedSensor | AlignedSensor], outputs_v: FloatArray, solve: Callable[[FloatArray], Angles]
 ) -> Angles:
     """Solve for angles with the quadratic terms taken off at the angles themselves, until they stand still."""
     found = solve(outputs_v)

@@ -1,28 +1,35 @@
 """``calrig attitude``: readings of a calibrated package to angles with standard deviations, from a file or a stream."""
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 from shutil import copyfileobj
 from tempfile import SpooledTemporaryFile
 from typing import IO, Annotated, Final, cast
 
+import numpy as np
 from cyclopts import Parameter
+from rich.console import Console
 
+from ams.arrays import FloatArray
+from ams.inference import alignment as alignments
 from ams.inference.aided_rates import AidedAngles
 from ams.inference.angle_stream import AngleStream
 from ams.inference.inference import MODEL, Package, inference
 from ams.inputs.number_blocks import csv_blocks, parquet_blocks
 from ams.whole_file import whole_file
 from procedures.cli.attitude_lines import is_line, opened_source, opened_target
-from procedures.cli.attitude_rows import JsonRows, Rows, writer_named
+from procedures.cli.attitude_rows import JsonRows, Rows, RowWriter, writer_named
 from procedures.cli.attitude_source import Named, OfGyros, OfSamples, angles_of_gyros, package_of
 from procedures.cli.attitude_stream import answer_stream
+from procedures.cli.attitude_view import ViewedRows
 from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
 from procedures.errors import RequestError
+from rig.clock import SystemClock
 
 _IN_MEMORY_BYTES: Final = 1 << 26
 """Of answers for standard output that wait until the last row is read; more wait on the disk."""
@@ -39,9 +46,12 @@ def attitude(
     model_axis: Named = None,
     reading_sd_v: float | None = None,
     gravity_mps2: float | None = None,
+    alignment: Path | None = None,
+    solve_alignment: Path | None = None,
     upright: bool = True,
     right_wing_down: bool = True,
     intervals: bool = False,
+    view: bool = False,
     gyros: OfGyros | None = None,
     samples: OfSamples | None = None,
 ) -> None:
@@ -72,6 +82,11 @@ def attitude(
         Standard deviation of one reading where the set is used; by default the calibration's standard error.
     gravity_mps2
         Local gravity where accelerometers are used; by default that of the calibration, which sets are in.
+    alignment
+        How the package sits in the model, as --solve-alignment stored it: the angles are the model's.
+    solve_alignment
+        Store that file: DATA has, beside the outputs of three axes, pitch_deg and roll_deg of the model as they are
+        known, two attitudes or more.
     upright
         Two axes have two answers: roll within ±90° (upright) or beyond.
     right_wing_down
@@ -79,30 +94,63 @@ def attitude(
     intervals
         Also pitch_half_95_deg and so on: half-widths of 95 % intervals, by Student's factor for what the calibration
         rests on.
+    view
+        Show the newest attitude of a stream on the terminal, with its uncertainty, rate and loss; with --out the
+        answers are written as well.
     """
     if not _is_sent(out):
         require_folder_of(_path(out), "--out")
     package = package_of(coefficient_set, axis, "--axis", "")
     if not package.senses_rates:
-        package = replace(package, site_gravity_mps2=gravity_mps2)
+        stored = None if alignment is None else alignments.load_alignment(alignment)
+        package = replace(package, site_gravity_mps2=gravity_mps2, alignment=stored)
+    elif alignment is not None or solve_alignment is not None:
+        raise RequestError("--alignment, --solve-alignment: belong to accelerometers, got gyros")
     second = None if model_set is None else package_of(model_set, model_axis, "--model-axis", "model_", gravity_mps2)
     if model_set is None and model_axis:
         raise RequestError("--model-axis: belongs to --model-set, which is missing")
     geometry = {"upright": upright, "right_wing_down": right_wing_down, "intervals": intervals}
+    if solve_alignment is not None:
+        _solve_alignment(package, reading_sd_v, Path(data), solve_alignment)
+        return
     before = samples or OfSamples()
     angles = _angles_of(package, second, reading_sd_v, gyros or OfGyros(), before, gravity_mps2, geometry)
     found = before.before(angles)
     if package.model == MODEL:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
+    answers = _Answers(out, view, package.coefficients.sensor)
     if data == "-":
-        _answer_stream(found, sys.stdin.buffer, out)
+        _answer_stream(found, sys.stdin.buffer, answers)
     elif is_line(data):
         with opened_source(data) as source:
-            _answer_stream(found, source, out)
+            _answer_stream(found, source, answers)
+    elif view:
+        raise RequestError("--view: shows rows as they arrive: DATA is then -, socket://… or udp://…; nothing was read")
     else:
         _answer_file(found, Path(data), out)
     if isinstance(angles, AidedAngles):
         note(angles.consistency())
+
+
+def _solve_alignment(package: Package, reading_sd_v: float | None, data: Path, out: Path) -> None:
+    """Solve how a package sits in the model, from a file of known attitudes, and store it."""
+    require_folder_of(out, "--solve-alignment")
+    found = inference(replace(package, alignment=None), None, reading_sd_v)
+    read = parquet_blocks if data.suffix == ".parquet" else csv_blocks
+    told: list[FloatArray] = []
+    for readings in read(data, (*found.needed, "pitch_deg", "roll_deg"), found.optional):
+        angles = found.answer(readings).columns
+        rows = angles["pitch_deg"], angles["roll_deg"], readings["pitch_deg"], readings["roll_deg"]
+        told.append(np.deg2rad(np.stack(rows)))
+    pitch, roll, known_pitch, known_roll = np.concatenate(told, axis=1)
+    solved = alignments.solve_alignment(package.coefficients.sensor, (pitch, roll), (known_pitch, known_roll))
+    alignments.store_alignment(solved, out)
+    sd_deg = np.rad2deg(np.sqrt(np.diag(solved.covariance_rad2)))
+    spread = ", ".join(f"{axis} {sd:.2g}°" for axis, sd in zip("xyz", sd_deg, strict=True))
+    note(
+        f"alignment: {out}: told within {spread} (standard deviation about each axis of the model); "
+        f"the known attitudes leave {solved.scatter_deg:.2g}° over"
+    )
 
 
 def _angles_of(
@@ -126,21 +174,39 @@ def _angles_of(
     return angles_of_gyros(package, reading_sd_v, settings, before.rate_hz, gravity_mps2)
 
 
-def _answer_stream(found: AngleStream, source: IO[bytes], out: str | None) -> None:
+@dataclass(frozen=True)
+class _Answers:
+    """Where answers go: a file, datagrams, standard output, and the screen."""
+
+    out: str | None
+    view: bool
+    sensor: str
+
+    def writer(self, columns: Sequence[str], file: IO[bytes] | None) -> RowWriter:
+        """Return what takes the answers; ``file`` None: they are shown and not written."""
+        inner = None
+        if file is not None:
+            inner = JsonRows(file, columns) if _is_sent(self.out) else writer_named(_path(self.out), file, columns)
+        if not self.view:
+            assert inner is not None
+            return inner
+        return ViewedRows(self.sensor, Console(), SystemClock(), inner)
+
+
+def _answer_stream(found: AngleStream, source: IO[bytes], answers: _Answers) -> None:
     """Block by block, into a file as well: what was answered stays when the stream breaks."""
+    out = answers.out
     if out is None:
-        answer_stream(
-            found, lambda columns: (writer_named(None, sys.stdout.buffer, columns), sys.stdout.buffer), source
-        )
-        return
-    if is_line(out):
+        to = None if answers.view else sys.stdout.buffer
+        answer_stream(found, lambda columns: (answers.writer(columns, to), to or BytesIO()), source)
+    elif _is_sent(out):
         with opened_target(out) as target:
-            answer_stream(found, lambda columns: (JsonRows(target, columns), target), source)
-        return
-    if out.endswith(".parquet"):
+            answer_stream(found, lambda columns: (answers.writer(columns, target), target), source)
+    elif out.endswith(".parquet"):
         raise RequestError(f"--out {out}: a stream is written as .csv or .jsonl; nothing was written")
-    with Path(out).open("wb") as file:
-        answer_stream(found, lambda columns: (writer_named(Path(out), file, columns), file), source)
+    else:
+        with Path(out).open("wb") as file:
+            answer_stream(found, lambda columns: (answers.writer(columns, file), file), source)
 
 
 def _answer_file(found: AngleStream, data: Path, out: str | None) -> None:

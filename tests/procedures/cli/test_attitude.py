@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 import tracemalloc
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 from command import call
 from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, TABLE_4, accelerometer_v, gyro_v
 from package_outputs import TRUTH, output_v, write_observations
+from rich.console import Console
 from scipy.spatial.transform import Rotation
 from solved_sets import gyro_set, package_set, tp_set
 
@@ -22,6 +24,8 @@ from ams.inference.inference import inference
 from ams.inputs.number_blocks import csv_blocks
 from procedures.cli import attitude_lines, attitude_rows, attitude_stream
 from procedures.cli.attitude_source import package_of
+from procedures.cli.attitude_view import ViewedRows
+from rig.clock import VirtualClock
 
 ATTITUDES = [(-35.0, -20.0), (5.0, 60.0), (90.0, 10.0)]
 
@@ -400,3 +404,49 @@ def test_rows_come_by_datagram_and_answers_leave_by_datagram(stored: Path) -> No
 def test_an_address_that_is_none_is_a_sentence(stored: Path, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     told = call(capsys, "attitude", stored, address)
     assert (told.status, "is no address: allowed are socket://HOST:PORT and udp://HOST:PORT" in told.err) == (2, True)
+
+
+def test_the_view_shows_the_newest_row_with_rate_and_loss(stored: Path) -> None:
+    """Two hundred rows in one second of a clock that jumps, the last of them known, one of them no number."""
+    clock, shown = VirtualClock(datetime(2026, 3, 1, tzinfo=UTC)), io.StringIO()
+    found = inference(package_of(stored, None, "--axis", ""))
+    rows = [[output_v(axis, TRUTH[axis], -35.0, -20.0) for axis in "xyz"] for _ in range(200)]
+    rows[10][1] = float("nan")
+    viewed = ViewedRows("TP1", Console(file=shown, width=80, force_terminal=False), clock, None)
+    for place in range(0, 200, 50):
+        clock.sleep(0.25)
+        block = np.array(rows[place : place + 50]).T
+        viewed.write(attitude_rows.Rows.of(found.answer(dict(zip(("x_v", "y_v", "z_v"), block, strict=True)))))
+    viewed.close()
+    text = shown.getvalue()
+    assert "-35.0000°" in text
+    assert "-20.0000°" in text
+    assert "200 rows   200 /s   1 flagged   1 without an attitude" in text
+    assert "no flag" in text
+
+
+def test_a_view_of_a_file_is_a_sentence(stored: Path, data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = call(capsys, "attitude", stored, data, "--view")
+    assert (told.status, "--view: shows rows as they arrive" in told.err) == (2, True)
+
+
+def test_an_alignment_is_solved_stored_and_used(
+    stored: Path, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The model's pitch is two degrees more than the package's at no roll, by the known attitudes of three rows."""
+    known = tmp_path / "known.csv"
+    rows = [[output_v(axis, TRUTH[axis], p, r) for axis in "xyz"] for p, r in ((-30.0, 0.0), (0.0, 0.0), (40.0, 0.0))]
+    rows.append([output_v(axis, TRUTH[axis], 0.0, 180.0) for axis in "xyz"])
+    truths = ((-28.0, 0.0), (2.0, 0.0), (42.0, 0.0), (2.0, 180.0))  # turned about y: upside down as much the other way
+    truths = (*truths[:3], (-2.0, 180.0))
+    known.write_text(
+        "x_v,y_v,z_v,pitch_deg,roll_deg\n"
+        + "".join(",".join(map(repr, (*row, *true))) + "\n" for row, true in zip(rows, truths, strict=True))
+    )
+    out = tmp_path / "alignment.json"
+    told = call(capsys, "attitude", stored, known, "--solve-alignment", out)
+    assert (told.status, "alignment: " in told.err) == (0, True)
+    level = tmp_path / "level.csv"
+    level.write_text("x_v,y_v,z_v\n" + ",".join(repr(output_v(a, TRUTH[a], 10.0, 0.0)) for a in "xyz") + "\n")
+    (row,) = rows_of(call(capsys, "attitude", stored, level, "--alignment", out).out)
+    assert float(row["pitch_deg"]) == pytest.approx(12.0, abs=1e-6)
