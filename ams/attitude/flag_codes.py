@@ -50,6 +50,8 @@ TWO_PACKAGES: Final = 1 << 31
 """A suspect is said with its package."""
 TRANSIENT: Final = 1 << 32
 FILTER_BRIDGED: Final = 1 << 33
+DISAGREE: Final = 1 << 34
+NOT_COMPARED: Final = 1 << 35
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -87,6 +89,10 @@ WORDS: Final[Mapping[int, str]] = {
 FILTER_WORDS: Final[Mapping[int, str]] = {
     FILTER_BRIDGED: "reading missing: bridged by the filter",
     TRANSIENT: "filter not settled",
+}
+MONITOR_WORDS: Final[Mapping[int, str]] = {
+    DISAGREE: "accelerometers and gyros disagree",
+    NOT_COMPARED: "not compared with the gyros",
 }
 ONE_AXIS_WORDS: Final[Mapping[int, str]] = {
     **WORDS,

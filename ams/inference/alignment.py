@@ -86,7 +86,7 @@ def solve_alignment(
             f"{sensor}: alignment: the {len(told)} known attitudes do not tell the rotation about every axis within "
             f"{LARGEST_SD_DEG:g}°; nothing was stored; add attitudes that differ in pitch and in roll"
         )
-    covariance = variance * np.linalg.inv(information)
+    covariance = np.asarray(variance * np.linalg.inv(information), dtype=float)
     return Alignment(sensor, rotation, covariance, dof, float(np.rad2deg(np.sqrt(variance))))
 
 

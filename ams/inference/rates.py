@@ -325,7 +325,7 @@ class GyroAngles:
         first, self._settled = self._settled, self._settled + samples
         if self.motion.earth is not None:
             assert self._clock.interval_s is not None
-            time_s = (first + np.arange(samples)) * self._clock.interval_s
+            time_s = np.asarray((first + np.arange(samples)) * self._clock.interval_s, dtype=float)
             quaternion = self.motion.earth.against_earth(quaternion, time_s)
         rows = self._pending.taken_before(self._settled)
         own = np.where(rows.is_used, rows.sample - first, 0)

@@ -23,7 +23,7 @@ from ams.inputs.number_blocks import csv_blocks, parquet_blocks
 from ams.whole_file import whole_file
 from procedures.cli.attitude_lines import is_line, opened_source, opened_target
 from procedures.cli.attitude_rows import JsonRows, Rows, RowWriter, writer_named
-from procedures.cli.attitude_source import Named, OfGyros, OfSamples, angles_of_gyros, package_of
+from procedures.cli.attitude_source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
 from procedures.cli.attitude_stream import answer_stream
 from procedures.cli.attitude_view import ViewedRows
 from procedures.cli.options import require_folder_of
@@ -164,9 +164,12 @@ def _angles_of(
 ) -> AngleStream:
     """Return what makes angles of the sets. Raises: RequestError, OutsideValidity, SetError."""
     if not package.senses_rates:
-        settings.refuse_for(package.model)
-        before.refuse_idle_rate()
-        return inference(package, second, reading_sd_v, **geometry)
+        found = monitored(inference(package, second, reading_sd_v, **geometry), package.model, settings, before.rate_hz)
+        if settings.gyro_set is None:
+            before.refuse_idle_rate()
+        return found
+    if settings.gyro_set is not None:
+        raise RequestError("--gyro-set: stands beside accelerometers, got a set of gyros")
     if second is not None:
         raise RequestError("--model-set: belongs to a sting package of accelerometers, got a set of gyros")
     if geometry != {"upright": True, "right_wing_down": True, "intervals": False}:

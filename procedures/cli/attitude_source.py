@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from cyclopts import Parameter
 
@@ -14,9 +14,12 @@ from ams.inference.angle_stream import AngleStream
 from ams.inference.averaged import AveragedAngles
 from ams.inference.inference import Package
 from ams.inference.low_passed import LowPassedAngles, LowPassWish
+from ams.inference.monitored import MonitoredAngles
 from ams.inference.rates import GyroAngles, GyroPackage, Motion
 from procedures.errors import RequestError
 
+OF_AIDING: Final = ("accelerometers", "accelerometer_axis", "force_sd_g", "bias_walk_dps_per_sqrt_s")
+DEFAULT_AGREEMENT_DEG: Final = 0.1
 Named = Annotated[list[str] | None, Parameter(negative=())]
 
 
@@ -92,11 +95,34 @@ class OfGyros:
     bias_walk_dps_per_sqrt_s: float | None = None
     """With accelerometers: how far the zero of a gyro wanders in a second; by default 0.0001 °/s."""
 
+    gyro_set: Path | None = None
+    """Accelerometers: the set of gyros beside them, columns gyro_x_v and so on; the answers are compared."""
+    gyro_axis: Named = None
+    """AXIS=COLUMN for these gyros."""
+    agreement_deg: float | None = None
+    """With --gyro-set: flag rows that differ by more than this beyond what both uncertainties explain; else 0.1."""
+
     def refuse_for(self, model: str) -> None:
         """Refuse what belongs to gyros where there are none. Raises: RequestError."""
         given = [name for name, value in vars(self).items() if value is not None]
         if given:
             raise RequestError(f"--{given[0].replace('_', '-')}: belongs to a set of gyros, got the model {model}")
+
+
+def monitored(found: AngleStream, model: str, settings: OfGyros, rate_hz: float | None) -> AngleStream:
+    """Return the angles of accelerometers compared with those of gyros, where these are named. Raises: RequestError."""
+    if settings.gyro_set is None:
+        for name in ("gyro_axis", "agreement_deg"):
+            if getattr(settings, name) is not None:
+                raise RequestError(f"--{name.replace('_', '-')}: belongs to --gyro-set, which is missing")
+        settings.refuse_for(model)
+        return found
+    for name in OF_AIDING:
+        if getattr(settings, name) is not None:
+            raise RequestError(f"--{name.replace('_', '-')}: belongs to the filter, not to --gyro-set")
+    gyros = package_of(settings.gyro_set, settings.gyro_axis, "--gyro-axis", "gyro_")
+    limit_deg = DEFAULT_AGREEMENT_DEG if settings.agreement_deg is None else settings.agreement_deg
+    return MonitoredAngles(found, angles_of_gyros(gyros, None, settings, rate_hz), limit_deg)
 
 
 def package_of(
@@ -151,7 +177,7 @@ def angles_of_gyros(
         _earth_rate(settings),
     )
     if settings.accelerometers is None:
-        for name in ("accelerometer_axis", "force_sd_g", "bias_walk_dps_per_sqrt_s"):
+        for name in OF_AIDING[1:]:
             if getattr(settings, name) is not None:
                 raise RequestError(f"--{name.replace('_', '-')}: belongs to --accelerometers, which is missing")
         if gravity_mps2 is not None:
