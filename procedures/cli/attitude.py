@@ -22,6 +22,7 @@ from ams.inference.inference import MODEL, Package, inference
 from ams.inputs.number_blocks import csv_blocks, parquet_blocks
 from ams.whole_file import whole_file
 from procedures.cli.attitude_lines import is_line, opened_source, opened_target
+from procedures.cli.attitude_plot import PlottedRows
 from procedures.cli.attitude_rows import JsonRows, Rows, RowWriter, writer_named
 from procedures.cli.attitude_source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
 from procedures.cli.attitude_stream import answer_stream
@@ -52,6 +53,7 @@ def attitude(
     right_wing_down: bool = True,
     intervals: bool = False,
     view: bool = False,
+    plot: Path | None = None,
     gyros: OfGyros | None = None,
     samples: OfSamples | None = None,
 ) -> None:
@@ -97,7 +99,10 @@ def attitude(
     view
         Show the newest attitude of a stream on the terminal, with its uncertainty, rate and loss; with --out the
         answers are written as well.
+    plot
+        An SVG file: every angle along the rows with its band, and its standard deviation against pitch.
     """
+    require_folder_of(plot, "--plot")
     if not _is_sent(out):
         require_folder_of(_path(out), "--out")
     package = package_of(coefficient_set, axis, "--axis", "")
@@ -118,7 +123,7 @@ def attitude(
     found = before.before(angles)
     if package.model == MODEL:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
-    answers = _Answers(out, view, package.coefficients.sensor)
+    answers = _Answers(out, view, plot, package.coefficients.sensor)
     if data == "-":
         _answer_stream(found, sys.stdin.buffer, answers)
     elif is_line(data):
@@ -127,7 +132,7 @@ def attitude(
     elif view:
         raise RequestError("--view: shows rows as they arrive: DATA is then -, socket://… or udp://…; nothing was read")
     else:
-        _answer_file(found, Path(data), out)
+        _answer_file(found, Path(data), answers)
     if isinstance(angles, AidedAngles):
         note(angles.consistency())
 
@@ -183,17 +188,18 @@ class _Answers:
 
     out: str | None
     view: bool
+    plot: Path | None
     sensor: str
 
     def writer(self, columns: Sequence[str], file: IO[bytes] | None) -> RowWriter:
         """Return what takes the answers; ``file`` None: they are shown and not written."""
-        inner = None
+        taken: RowWriter | None = None
         if file is not None:
-            inner = JsonRows(file, columns) if _is_sent(self.out) else writer_named(_path(self.out), file, columns)
-        if not self.view:
-            assert inner is not None
-            return inner
-        return ViewedRows(self.sensor, Console(), SystemClock(), inner)
+            taken = JsonRows(file, columns) if _is_sent(self.out) else writer_named(_path(self.out), file, columns)
+        if self.view:
+            taken = ViewedRows(self.sensor, Console(), SystemClock(), taken)
+        assert taken is not None
+        return taken if self.plot is None else PlottedRows(self.sensor, self.plot, taken)
 
 
 def _answer_stream(found: AngleStream, source: IO[bytes], answers: _Answers) -> None:
@@ -212,14 +218,14 @@ def _answer_stream(found: AngleStream, source: IO[bytes], answers: _Answers) -> 
             answer_stream(found, lambda columns: (answers.writer(columns, file), file), source)
 
 
-def _answer_file(found: AngleStream, data: Path, out: str | None) -> None:
+def _answer_file(found: AngleStream, data: Path, answers: _Answers) -> None:
     """Answer a file piece by piece; nothing is written where one of them is wrong."""
     read = parquet_blocks if data.suffix == ".parquet" else csv_blocks
-    with _output(out) as target:
-        writer = JsonRows(target, found.answers) if _is_sent(out) else writer_named(_path(out), target, found.answers)
+    with _output(answers.out) as target:
+        writer = answers.writer(found.answers, target)
         for readings in read(data, found.needed, found.optional):
             writer.write(Rows.of(found.answer(readings)))
-            if _is_sent(out):
+            if _is_sent(answers.out):
                 target.flush()
         writer.write(Rows.of(found.finish()))
         writer.close()

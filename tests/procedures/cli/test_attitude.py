@@ -23,6 +23,7 @@ from ams.exports.formats import export_set
 from ams.inference.inference import inference
 from ams.inputs.number_blocks import csv_blocks
 from procedures.cli import attitude_lines, attitude_rows, attitude_stream
+from procedures.cli.attitude_plot import PlottedRows
 from procedures.cli.attitude_source import package_of
 from procedures.cli.attitude_view import ViewedRows
 from rig.clock import VirtualClock
@@ -450,3 +451,29 @@ def test_an_alignment_is_solved_stored_and_used(
     level.write_text("x_v,y_v,z_v\n" + ",".join(repr(output_v(a, TRUTH[a], 10.0, 0.0)) for a in "xyz") + "\n")
     (row,) = rows_of(call(capsys, "attitude", stored, level, "--alignment", out).out)
     assert float(row["pitch_deg"]) == pytest.approx(12.0, abs=1e-6)
+
+
+def test_a_picture_of_many_rows_holds_so_many_that_it_shows(stored: Path, tmp_path: Path) -> None:
+    found = inference(package_of(stored, None, "--axis", ""))
+    pitch = np.linspace(-80.0, 80.0, 50_000)
+    block = np.array([output_v(axis, TRUTH[axis], 0.0, 0.0) for axis in "xyz"])[:, None].repeat(pitch.size, axis=1)
+    rows = attitude_rows.Rows.of(found.answer(dict(zip(("x_v", "y_v", "z_v"), block, strict=True))))
+    plot, written = tmp_path / "a.svg", io.BytesIO()
+    writer = PlottedRows("TP1", plot, attitude_rows.CsvRows(written, found.answers))
+    for _ in range(3):
+        writer.write(rows)
+    writer.close()
+    assert written.getvalue().count(b"\n") == 150_001
+    picture = plot.read_bytes()
+    assert picture.startswith(b"<?xml")
+    assert len(picture) < 400_000
+
+
+def test_a_picture_of_a_file_is_drawn_beside_the_answers(
+    stored: Path, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = call(capsys, "attitude", stored, data, "--plot", tmp_path / "a.svg")
+    assert (told.status, len(rows_of(told.out))) == (0, len(ATTITUDES))
+    assert (tmp_path / "a.svg").read_bytes().startswith(b"<?xml")
+    wrong = call(capsys, "attitude", stored, data, "--plot", tmp_path / "a.jpg")
+    assert (wrong.status, "the name must end in .svg" in wrong.err) == (2, True)
