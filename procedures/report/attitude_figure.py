@@ -1,4 +1,4 @@
-"""Attitudes as pictures: each angle along the rows with its band, as CR has them, and its spread along pitch, as TP has.
+"""Attitudes as pictures: each angle along the rows with its band, as CR has them, and its spread along pitch, as TP.
 
 The left panels show an angle over the rows with two standard deviations about it, rows with a flag marked below; the
 right ones its standard deviation against pitch, which is where the singular attitudes show. Source: CR figures 6 to 10
