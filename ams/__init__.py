@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ams.inputs.table_uncertainty import TableUncertainty as TableUncertainty
     from ams.observations import Observations as Observations
     from ams.sets.apply import apply as apply
+    from ams.sets.apply import sensed_level as sensed_level
     from ams.sets.coefficients import build_set as build_set
     from ams.sets.provenance import Provenance as Provenance
 
@@ -49,6 +50,7 @@ _HOME = {
     "load_gyros": "ams.in_use",
     "load_set": "ams.exports.formats",
     "read_csv": "ams.inputs.observations_csv",
+    "sensed_level": "ams.sets.apply",
     "to_document": "ams.calibration.document",
     "verify": "ams.exports.verify",
 }
@@ -72,6 +74,7 @@ __all__ = [
     "load_gyros",
     "load_set",
     "read_csv",
+    "sensed_level",
     "to_document",
     "verify",
 ]

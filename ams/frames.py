@@ -39,6 +39,14 @@ class Attitude:
     """(N,) label of the mounting; None: the last."""
 
 
+@dataclass(frozen=True)
+class Exposure(Attitude):
+    """What a coefficient set is applied at: an attitude or, for straight lines, the quantity itself."""
+
+    package_level: FloatArray | None = None
+    """(…, 3) along package axes, in the unit of the set, whatever the attitude."""
+
+
 def attitude_from_degrees(
     pitch_deg: object, roll_deg: object = 0.0, temperature_degc: object | None = None
 ) -> Attitude:

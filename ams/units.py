@@ -13,6 +13,14 @@ ARCSEC_PER_RAD = ARCSEC_PER_DEG * 180.0 / math.pi
 RAD_PER_ARCSEC = math.radians(1.0 / ARCSEC_PER_DEG)
 
 
+_STORED = {"v": "V", "g": "g", "dps": "deg/s", "ut": "uT", "counts": "counts", "mps2": "m/s^2"}
+"""Units of readings and of what is sensed, as a file writes them; of two, one is per the other."""
+
+
+def _per(unit: str, divisor: str) -> str:
+    return f"{unit if unit.isalpha() else f'({unit})'}/{divisor if divisor.isalpha() else f'({divisor})'}"
+
+
 UNITS: Mapping[str, str] = {
     "v_per_g3": "V/g^3",
     "v_per_g2": "V/g^2",
@@ -21,12 +29,14 @@ UNITS: Mapping[str, str] = {
     "v_per_dps": "V/(deg/s)",
     "v_per_degc": "V/degC",
     "v_per_h": "V/h",
-    "g_per_v": "g/V",
+    **{f"{one}_per_{other}": _per(_STORED[one], _STORED[other]) for one in _STORED for other in _STORED},
     "per_degc": "1/degC",
     "degc": "degC",
     "deg": "deg",
     "dps": "deg/s",
     "mps2": "m/s^2",
+    "counts": "counts",
+    "ut": "uT",
     "v": "V",
     "g": "g",
     "s": "s",
@@ -43,6 +53,7 @@ _PRINTED = {
     "dps": "°/s",
     "radps": "rad/s",
     "ut": "µT",
+    "counts": "counts",
     "degc": "°C",
     "degc2": "°C²",
     "deg": "°",

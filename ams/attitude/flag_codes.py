@@ -1,7 +1,7 @@
 """What is wrong with an inferred attitude, as bits of one small integer a row; words only when they are written."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from ams.arrays import IntArray
 
 Codes = NDArray[np.uint32]
+AnswerCodes = NDArray[np.unsignedinteger[Any]]
+"""Of an answer: the bits of the attitude, and above them those of what was done to the readings before."""
 
 NOT_FINITE: Final = 1
 BEYOND_ONE_G: Final = 2
@@ -46,6 +48,10 @@ SUSPECTS: Final = (SUSPECT_X, SUSPECT_Y, SUSPECT_Z)
 MODEL_SUSPECTS: Final = (SUSPECT_MODEL_X, SUSPECT_MODEL_Y, SUSPECT_MODEL_Z)
 TWO_PACKAGES: Final = 1 << 31
 """A suspect is said with its package."""
+TRANSIENT: Final = 1 << 32
+FILTER_BRIDGED: Final = 1 << 33
+DISAGREE: Final = 1 << 34
+NOT_COMPARED: Final = 1 << 35
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -80,6 +86,14 @@ WORDS: Final[Mapping[int, str]] = {
 """In the order in which they are said."""
 
 
+FILTER_WORDS: Final[Mapping[int, str]] = {
+    FILTER_BRIDGED: "reading missing: bridged by the filter",
+    TRANSIENT: "filter not settled",
+}
+MONITOR_WORDS: Final[Mapping[int, str]] = {
+    DISAGREE: "accelerometers and gyros disagree",
+    NOT_COMPARED: "not compared with the gyros",
+}
 ONE_AXIS_WORDS: Final[Mapping[int, str]] = {
     **WORDS,
     BEYOND_ONE_G: "output beyond one g",
@@ -87,13 +101,13 @@ ONE_AXIS_WORDS: Final[Mapping[int, str]] = {
 }
 
 
-def words(codes: Codes, reasons: Mapping[int, str] = WORDS) -> tuple[str, ...]:
+def words(codes: AnswerCodes, reasons: Mapping[int, str] = WORDS) -> tuple[str, ...]:
     """Return the flag of every row, empty where all is well; several reasons are parted by a semicolon."""
     said, places = distinct_words(codes, reasons)
     return tuple(said[place] for place in places.tolist())
 
 
-def distinct_words(codes: Codes, reasons: Mapping[int, str] = WORDS) -> tuple[list[str], IntArray]:
+def distinct_words(codes: AnswerCodes, reasons: Mapping[int, str] = WORDS) -> tuple[list[str], IntArray]:
     """Return the flags that there are, each once, and the place among them of every row's."""
     places = np.zeros(codes.size, dtype=np.int64)
     rows = np.flatnonzero(codes)

@@ -14,7 +14,8 @@ import numpy as np
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import Document, to_document
 from ams.calibration.findings_document import findings_document
-from ams.errors import ObservationsError
+from ams.calibration_result import Calibration
+from ams.errors import DesignError, ObservationsError
 from ams.inputs.csv_table import CsvTable, labels, numbers, parse_csv, refuse_missing_columns
 from ams.inputs.request import CalibrationRequest
 from ams.models.linear import fit_line
@@ -52,6 +53,28 @@ def linear_document(levels: Mapping[str, Levels], request: CalibrationRequest) -
     axes = {axis: _axis_document(axis, found, request) for axis, found in levels.items()}
     is_reserved = any(document["warnings"] for document in axes.values())
     return {"axes": axes, "verdict": "usable" if is_reserved else "sound"}
+
+
+def calibrated_levels(levels: Mapping[str, Levels], request: CalibrationRequest) -> Calibration:
+    """Return the solution of all axes as one calibration, which a coefficient set is made of.
+
+    Raises: DesignError for two levels once, which leave nothing to tell an uncertainty from.
+    """
+    for axis, found in levels.items():
+        if found.observations.rows == 2:
+            raise DesignError(
+                f"{found.observations.source}: axis {axis}: two levels once: the line passes through both and nothing "
+                "tells its uncertainty: no set can be made of it; add readings"
+            )
+    solved = [_calibrated(axis, found, request) for axis, found in levels.items()]
+    axes = {axis: one for part in solved for axis, one in part.axes.items()}
+    texts = dict.fromkeys(text for part in solved for text in part.warnings)
+    remarks = dict.fromkeys(text for part in solved for text in part.remarks)
+    return Calibration(axes, "linear", "SR", tuple(texts), tuple(remarks))
+
+
+def _calibrated(axis: str, levels: Levels, request: CalibrationRequest) -> Calibration:
+    return calibrate(levels.observations, replace(request, nominal_axes={axis: axis}, models={axis: levels.model}))
 
 
 def _levels(table: CsvTable, axis: str, column: str) -> Levels:
@@ -126,8 +149,7 @@ def _axis_document(axis: str, levels: Levels, request: CalibrationRequest) -> Do
     if levels.observations.rows == 2 and request.temperature == "none":
         return _two_levels(levels)
 
-    own = replace(request, nominal_axes={axis: axis}, models={axis: levels.model})
-    calibration = calibrate(levels.observations, own)
+    calibration = _calibrated(axis, levels, request)
     solved = to_document(calibration)["axes"][axis]  # type: ignore[index]
     measured, (gain, offset) = levels.model.measured_unit, levels.model.parameter_names
     document = {key: value for key, value in solved.items() if not key.endswith(("_v", "_per_g"))}

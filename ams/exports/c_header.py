@@ -26,26 +26,27 @@ from ams.exports.embedded import document_from
 from ams.exports.format import Format
 from ams.exports.plain_values import check_same
 from ams.models.extended import TERM_NAMES
+from ams.models.sensor_model import SetForm
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import AxisNumbers
 from ams.sets.instructions import polarity
-from ams.sets.sensed_quantity import FIELDS
-from ams.sets.vectors import INVERSE_STEPS, is_package, is_straight
+from ams.sets.vectors import INVERSE_STEPS, is_package, is_straight, outputs_key
+from ams.units import UNITS
 
 HEAD = "calrig coefficient set as C header, floating point, version 1"
 CHECKSUM_LINE = c_checksum_line("C header", HEAD)
 FUNCTION_TEXT = [
-    "Functions: PREFIX_force(INPUTS, f) gives what the sensors sense; PREFIX_AXIS_v(f, temperature_degc) the "
-    "output in volts (temperature_degc is ignored where the set has no temperature coefficients); of a package also "
+    "Functions: PREFIX_force(INPUTS, f) gives what the sensors sense; PREFIX_AXIS_UNIT(f, temperature_degc) the "
+    "output in OUTPUT (temperature_degc is ignored where the set has no temperature coefficients); of a package also "
     "PREFIX_angles(outputs_v, temperature_degc, pitch_deg, roll_deg). PREFIX_self_test() must return at most 1e-12. "
     "No function checks the validity: compare with the PREFIX_..._MIN and _MAX macros.",
 ]
 OUTPUT = """
-static inline double @p@_@a@_offset_v(double temperature_degc)
+static inline double @p@_@a@_offset_@u@(double temperature_degc)
 {
     (void)temperature_degc;
-    return @P@_@A@_OFFSET_V@offset@;
+    return @P@_@A@_@OFFSET@@offset@;
 }
 
 static inline double @p@_@a@_gain(double temperature_degc)
@@ -54,14 +55,14 @@ static inline double @p@_@a@_gain(double temperature_degc)
     return 1.0@gain@;
 }
 
-static inline double @p@_@a@_v(const double f[3], double temperature_degc)
+static inline double @p@_@a@_@u@(const double f[3], double temperature_degc)
 {
     const double sensed_v = @P@_@A@_@KX@ * f[0] + @P@_@A@_@KY@ * f[1] + @P@_@A@_@KZ@ * f[2]@q@;
-    return @p@_@a@_offset_v(temperature_degc) + @p@_@a@_gain(temperature_degc) * sensed_v;
+    return @p@_@a@_offset_@u@(temperature_degc) + @p@_@a@_gain(temperature_degc) * sensed_v;
 }
 """
 OWN_OUTPUT = """
-static inline double @p@_@a@_v(const double f[3], double temperature_degc)
+static inline double @p@_@a@_@u@(const double f[3], double temperature_degc)
 {
     (void)temperature_degc;
     return @c@;
@@ -153,23 +154,29 @@ static inline double @p@_self_test(void)
 }
 """
 CHECK = """
-        error = fabs(@p@_@a@_v(f, vector[@temperature@]) - vector[@column@]) / @P@_@A@_SCALE_V;
+        error = fabs(@p@_@a@_@u@(f, vector[@temperature@]) - vector[@column@]) / @P@_@A@_SCALE_@U@;
         largest = error > largest || error != error ? error : largest; /* once not a number, always */
 """
 
 
 def to_c_header(coefficients: CoefficientSet) -> bytes:
     """Return a set as the bytes of a C header. Raises: SetError where C has no form of the equations here."""
-    model = _model(coefficients)
+    form = _form(coefficients)
     prefix = prefix_of(coefficients)
-    words = {"PREFIX": prefix, "INPUTS": ", ".join(FIELDS[model].inputs)}
+    unit = form.measured_unit
+    words = {
+        "PREFIX": prefix,
+        "INPUTS": ", ".join(form.inputs),
+        "UNIT": unit,
+        "OUTPUT": "volts" if unit == "v" else UNITS.get(unit, unit),
+    }
     guard = f"{prefix}_h".upper()
     lines = [
         *opening(coefficients, HEAD, [_worded(text, words) for text in FUNCTION_TEXT]),
         *(f"#ifndef {guard}", f"#define {guard} 1", "#include <math.h>", ""),
         *_macros(coefficients, prefix),
         *_tables(coefficients, prefix),
-        *_functions(coefficients, prefix, model),
+        *_functions(coefficients, prefix, form),
         f"#endif /* {guard} */",
         *closing(coefficients),
     ]
@@ -190,8 +197,8 @@ def from_c_header(content: bytes, where: str) -> CoefficientSet:
     return coefficients
 
 
-def _model(coefficients: CoefficientSet) -> str:
-    """Return the one model of all axes. Raises: SetError where they have several, or one that C has no form of here."""
+def _form(coefficients: CoefficientSet) -> SetForm:
+    """Return the one form of all axes. Raises: SetError where they have several, or one that C has no form of here."""
     models = sorted({numbers.model for numbers in coefficients.axes.values()})
     check_names(coefficients)
     if len(models) != 1 or models[0] not in models_in_c():
@@ -199,7 +206,7 @@ def _model(coefficients: CoefficientSet) -> str:
             f"{coefficients.sensor}: C header: has no form of this set: got the models {', '.join(models)}, allowed is "
             f"one of {', '.join(models_in_c())} for all axes; nothing was written; export another format"
         )
-    return models[0]
+    return next(iter(coefficients.axes.values())).form
 
 
 def _worded(text: str, words: Mapping[str, str]) -> str:
@@ -220,18 +227,19 @@ def _macros(coefficients: CoefficientSet, prefix: str) -> list[str]:
             lines.append(defined(f"{prefix}_{quantity}_{end}_{unit_text}", number(value)))
     for numbers in coefficients.axes.values():
         lines.append(defined(f"{prefix}_{numbers.axis}_polarity", polarity(numbers)))
-        lines.append(defined(f"{prefix}_{numbers.axis}_scale_v", numbers.scale_v))
+        lines.append(defined(f"{prefix}_{numbers.axis}_scale_{numbers.form.measured_unit}", numbers.scale_v))
         lines.extend(primary_lines(prefix, numbers))
     return [*lines, ""]
 
 
 def _tables(coefficients: CoefficientSet, prefix: str) -> list[str]:
     inputs = _columns(coefficients)
-    axes = ", ".join([*inputs, *(f"{name}_v" for name in coefficients.axes)])
+    unit = _form(coefficients).measured_unit
+    axes = ", ".join([*inputs, *(f"{name}_{unit}" for name in coefficients.axes)])
     vectors = [
         [
             *(number(vector.get(name, 0.0)) for name in inputs),
-            *(number(table(vector["outputs_v"])[name]) for name in coefficients.axes),
+            *(number(table(vector[outputs_key(coefficients.axes)])[name]) for name in coefficients.axes),
         ]
         for vector in (table(entry) for entry in listed(coefficients.test_vectors["forward"]))
     ]
@@ -245,7 +253,7 @@ def _tables(coefficients: CoefficientSet, prefix: str) -> list[str]:
 
 def _columns(coefficients: CoefficientSet) -> list[str]:
     """Return inputs in the table of vectors: those of the model, then the temperature (0 where the set needs none)."""
-    return [*FIELDS[next(iter(coefficients.axes.values())).model].inputs, "temperature_degc"]
+    return [*_form(coefficients).inputs, "temperature_degc"]
 
 
 def _covariance(coefficients: CoefficientSet, prefix: str, axis: str) -> list[str]:
@@ -259,16 +267,17 @@ def _or_nan(entry: object) -> float:
     return float(entry) if isinstance(entry, int | float) else float("nan")
 
 
-def _functions(coefficients: CoefficientSet, prefix: str, model: str) -> list[str]:
-    names = {"p": prefix, "P": prefix.upper()}
-    lines = field_function(prefix, model)
+def _functions(coefficients: CoefficientSet, prefix: str, form: SetForm) -> list[str]:
+    unit = form.measured_unit
+    names = {"p": prefix, "P": prefix.upper(), "u": unit, "U": unit.upper(), "OFFSET": form.offset.upper()}
+    lines = field_function(prefix, form)
     for numbers in coefficients.axes.values():
         here = {**names, "a": numbers.axis, "A": numbers.axis.upper()}
         lines += ["", *filled(_output(numbers), here)]
     if is_package(coefficients.axes):
         angles = ANGLES if is_straight(coefficients.axes) else BENT_ANGLES
         lines += ["", *filled("\n".join(filled(angles, _package(coefficients))), names)]
-    count = len(FIELDS[model].inputs)
+    count = len(form.inputs)
     checks = [
         line
         for column, axis in enumerate(coefficients.axes, count + 1)
@@ -295,7 +304,7 @@ def _terms(numbers: AxisNumbers) -> dict[str, str]:
     ]
     if numbers.centring is not None:
         bent.append("\n        + @P@_@A@_SENSED_CONSTANT_V")
-    k = zip(("KX", "KY", "KZ"), FIELDS[numbers.model].directions, strict=True)
+    k = zip(("KX", "KY", "KZ"), numbers.form.directions, strict=True)
     return {
         **{place: name.upper() for place, name in k},
         "offset": OFFSET if numbers.needs_temperature else "",
@@ -309,11 +318,11 @@ def _package(coefficients: CoefficientSet) -> dict[str, str]:
     determinant = np.linalg.det(np.stack([numbers.direction_v_per_g for numbers in axes]))
     k = [", ".join(f"@P@_{n.axis.upper()}_K_{c}_V_PER_G" for c in "XYZ") for n in axes]
     sensed = [
-        f"(outputs_v[{i}] - @p@_{n.axis}_offset_v(temperature_degc)) / @p@_{n.axis}_gain(temperature_degc)"
+        f"(outputs_v[{i}] - @p@_{n.axis}_offset_@u@(temperature_degc)) / @p@_{n.axis}_gain(temperature_degc)"
         for i, n in enumerate(axes)
     ]
     left = [
-        f"(outputs_v[{i}] - @p@_{n.axis}_v(f, temperature_degc)) / @p@_{n.axis}_gain(temperature_degc)"
+        f"(outputs_v[{i}] - @p@_{n.axis}_@u@(f, temperature_degc)) / @p@_{n.axis}_gain(temperature_degc)"
         for i, n in enumerate(axes)
     ]
     return {

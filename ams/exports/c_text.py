@@ -15,7 +15,6 @@ from ams.exports.statement import statement
 from ams.models.extended import TERM_NAMES
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers
-from ams.sets.sensed_quantity import FIELDS
 
 COMMENT = " * "
 Rows = Sequence[Sequence[float]]
@@ -104,7 +103,7 @@ def primary_lines(prefix: str, numbers: AxisNumbers) -> list[str]:
     if numbers.centring is not None:
         off = numbers.taken_off
         given["sensed_constant_v"] = -off[0]
-        for place, name in enumerate(FIELDS[numbers.model].directions):
+        for place, name in enumerate(numbers.form.directions):
             given[name] = numbers.direction[place] - off[1 + place]
     return [defined(f"{prefix}_{numbers.axis}_{name}", float(value or 0.0)) for name, value in given.items()]
 
@@ -114,7 +113,7 @@ def _names(numbers: AxisNumbers) -> Iterable[str]:
         return numbers.own_output.primary_names
     extended = () if numbers.is_linear else TERM_NAMES[: 5 if numbers.centring is None else len(numbers.centring)]
     temperature = (*TEMPERATURE_NAMES, "reference_temperature_degc") if numbers.needs_temperature else ()
-    return ("offset_v", *FIELDS[numbers.model].directions, *extended, *temperature)
+    return (numbers.form.offset, *numbers.form.directions, *extended, *temperature)
 
 
 def filled(template: str, values: Mapping[str, object]) -> list[str]:

@@ -5,24 +5,52 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
+from ams.units import UNITS
+
 NAMESPACES = {"dcc": "https://ptb.de/dcc", "si": "https://ptb.de/si"}
 NOT_STATED = "not stated"
-D_SI = {
+_KEYS = ("v", "g", "dps", "ut", "counts", "mps2")
+_BASE = {
     "V": r"\volt",
-    "V/g": r"\volt",
+    "g": r"\one",
+    "deg/s": r"\degree\second\tothe{-1}",
+    "uT": r"\micro\tesla",
+    "counts": r"\one",
+    "m/s^2": r"\metre\second\tothe{-2}",
+}
+_INVERSE = {
+    "V": r"\volt\tothe{-1}",
+    "g": r"\one",
+    "deg/s": r"\second\degree\tothe{-1}",
+    "uT": r"\micro\tesla\tothe{-1}",
+    "counts": r"\one",
+    "m/s^2": r"\metre\tothe{-1}\second\tothe{2}",
+}
+
+
+def _ratio(unit: str, divisor: str) -> str:
+    """Return one unit per another; what is of dimension one is left out beside what is not."""
+    if unit == divisor:
+        return r"\one"
+    return product(_BASE[unit], _INVERSE[divisor])
+
+
+def product(*units: str) -> str:
+    """Return units in D-SI one behind the other, without those of dimension one."""
+    return "".join(unit for unit in units if unit != r"\one") or r"\one"
+
+
+D_SI = {
+    **{UNITS[f"{a}_per_{b}"]: _ratio(UNITS[a], UNITS[b]) for a in _KEYS for b in _KEYS},
+    **_BASE,
     "V/g^2": r"\volt",
     "V/g^3": r"\volt",
     "V/degC": r"\volt\degreecelsius\tothe{-1}",
-    "V/(deg/s)": r"\volt\second\degree\tothe{-1}",
     "1/degC": r"\degreecelsius\tothe{-1}",
     "degC": r"\degreecelsius",
     "deg": r"\degree",
-    "deg/s": r"\degree\second\tothe{-1}",
     "V/h": r"\volt\hour\tothe{-1}",
-    "g/V": r"\volt\tothe{-1}",
-    "g": r"\one",
     "s": r"\second",
-    "m/s^2": r"\metre\second\tothe{-2}",
     "": r"\one",
     "1": r"\one",
 }

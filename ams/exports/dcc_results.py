@@ -16,12 +16,14 @@ from ams.exports.dcc_elements import (
     identification,
     interval,
     numbers,
+    product,
     quantity,
     real,
 )
 from ams.exports.plain_values import columns, numeric
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.vectors import outputs_key
 from ams.statistics.distributions import student_t_quantile
 
 COVERAGE_QUANTILE = 0.975
@@ -141,7 +143,7 @@ def _covariance(axis: str, title: str, matrix: Json, primary: Document) -> Eleme
     return [
         quantity(
             f"{title}: row {name}",
-            numbers(row.tolist(), [f"{unit}{other}" for other in units]),
+            numbers(row.tolist(), [product(unit, other) for other in units]),
             f"{axis}.{title}.{name}",
             f"in the order {', '.join(order)}",
         )
@@ -152,10 +154,11 @@ def _covariance(axis: str, title: str, matrix: Json, primary: Document) -> Eleme
 def _test_vectors(coefficients: CoefficientSet) -> Element:
     section = coefficients.test_vectors
     found = columns(section["forward"]) or {}
-    outputs = found.pop("outputs_v")
+    key = outputs_key(coefficients.axes)
+    outputs = found.pop(key)
     data = [content("dcc:text", "inputs and expected outputs", section["tolerance_text"])]
-    data += [_column(key, values.tolist(), unit_below({}, key, "")) for key, values in found.items()]
-    data += [_column(f"output of {axis}", values.tolist(), "V") for axis, values in outputs.items()]
+    data += [_column(name, values.tolist(), unit_below({}, name, "")) for name, values in found.items()]
+    data += [_column(f"output of {axis}", values.tolist(), unit_below({}, key, "")) for axis, values in outputs.items()]
     return Element("dcc:result", [content("dcc:name", "test vectors"), Element("dcc:data", data)])
 
 

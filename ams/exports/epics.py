@@ -122,8 +122,11 @@ def _vector(name: str, vector: Document) -> Iterator[tuple[str, float, str, str]
     for key, value in vector.items():
         if not isinstance(value, dict):
             yield f"{name}:{_pv(key)}", number(value), unit_below({}, key, ""), f"test vector: {key}"
-    for axis, value in table(vector["outputs_v"]).items():
-        yield f"{name}:{_pv(axis)}_V", number(value), "V", f"test vector: output of {axis}"
+        else:
+            outputs = key.removeprefix("outputs_")
+            for axis, output in value.items():
+                what = f"test vector: output of {axis}"
+                yield f"{name}:{_pv(axis)}_{_pv(outputs)}", number(output), unit_below({}, key, ""), what
 
 
 def _if_known(name: str, value: Json, unit: str, what: str) -> Iterator[tuple[str, float, str, str]]:

@@ -2,7 +2,8 @@
 
 Of v = b + k·f it keeps what lies along the nominal axis e: A = 1/k_e in local g per volt, B = −b/k_e in local g, their
 covariance by propagation. What it neglects (cross axes, the quadratic terms, the temperature over its range) is
-bounded for each axis, in g and as an angle where the axis is most sensitive to it.
+bounded for each axis, in g and as an angle where the axis is most sensitive to it. Straight lines have this form by
+themselves, each name in their own units; what a line of three components neglects is bounded over the set's levels.
 Source: SR's linear calibrations (real = A measured + B).
 """
 
@@ -22,10 +23,13 @@ from ams.exports.format import Format
 from ams.exports.json_text import parsed
 from ams.exports.plain_values import check_same
 from ams.exports.statement import statement
+from ams.models.sensor_model import SetForm
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet, from_document
 from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers
 from ams.sets.instructions import polarity
+from ams.sets.vectors import outputs_key
+from ams.units import UNITS
 
 HEAD = "# calrig coefficient set in linear form, version 1"
 CHECKSUM_LINE = ChecksumLine("linear form", f"{HEAD}\n".encode(), b"# sha256 of all bytes above this line: ", b"\n")
@@ -37,14 +41,14 @@ LOSES = (
 
 @dataclass(frozen=True)
 class LinearAxis:
-    """One axis as real_g = a_g_per_v * measured_v + b_g."""
+    """One axis as real = gain * measured + offset, in local g and volts or in the units of a straight line."""
 
-    a_g_per_v: float
-    b_g: float
+    gain: float
+    offset: float
     covariance: FloatArray
-    """(2, 2) of A and B; NaN where the set does not know it."""
-    largest_error_g: float
-    """What the neglected terms amount to at most, for |f| = 1 and within the validity."""
+    """(2, 2) of gain and offset; NaN where the set does not know it."""
+    largest_error: float
+    """What the neglected terms amount to at most, for |f| = 1 or the levels of the set, and within the validity."""
 
 
 def to_linear_form(coefficients: CoefficientSet) -> bytes:
@@ -52,7 +56,7 @@ def to_linear_form(coefficients: CoefficientSet) -> bytes:
 
     Raises: SetError for an equation or an axis that has no linear form.
     """
-    check_accelerometers(coefficients, "linear form")
+    _check_form(coefficients, "linear form")
     comment = comment_lines([f"Loses: {LOSES}.", *statement(coefficients)])
     lines = [HEAD, *(f"# {line}" for line in comment), *_toml(coefficients)]
     return CHECKSUM_LINE.append_to(("\n".join(lines) + "\n").encode("ascii"))
@@ -71,9 +75,15 @@ def from_linear_form(content: bytes, where: str) -> CoefficientSet:
     except (ValueError, KeyError) as error:
         raise SetError(f"{where}: is no TOML file with the key document_json: {error}; {INTACT}") from error
     coefficients = from_document(parsed(document.encode(), f"{where}: document_json"), where)
-    check_accelerometers(coefficients, f"{where}: linear form")
+    _check_form(coefficients, f"{where}: linear form")
     check_same(_comparable(read), _comparable(tomllib.loads("\n".join(_toml(coefficients)))), "numbers", where)
     return coefficients
+
+
+def _check_form(coefficients: CoefficientSet, what: str) -> None:
+    """Refuse a set that is neither of accelerometers of pitch and roll nor of straight lines. Raises: SetError."""
+    if not all(numbers.form.senses_level for numbers in coefficients.axes.values()):
+        check_accelerometers(coefficients, what)
 
 
 def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
@@ -83,17 +93,18 @@ def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
     """
     numbers = coefficients.axes[name]
     along = "xyz".index(numbers.nominal_axis)
-    k = numbers.direction_v_per_g
+    form, k = numbers.form, numbers.direction
     if abs(k[along]) < 0.5 * float(np.linalg.norm(k)):
+        per = UNITS.get(f"{form.measured_unit}_per_{form.unit}", "")
         raise SetError(
-            f"{coefficients.sensor}: axis {name}: linear form: got {k[along]:.6g} V/g along the nominal axis "
-            f"{numbers.nominal_axis} of {float(np.linalg.norm(k)):.6g} V/g, allowed at least half of it; nothing was "
+            f"{coefficients.sensor}: axis {name}: linear form: got {k[along]:.6g} {per} along the nominal axis "
+            f"{numbers.nominal_axis} of {float(np.linalg.norm(k)):.6g} {per}, allowed at least half of it; nothing was "
             "written; the sensor does not sense along its nominal axis: export another format"
         )
-    offset_v, k_along = numbers.primary["offset_v"], float(k[along])
+    offset_v, k_along = numbers.primary[form.offset], float(k[along])
     jacobian = np.array([[0.0, -1.0 / k_along**2], [-1.0 / k_along, offset_v / k_along**2]])
     covariance = jacobian @ _covariance(coefficients, name, along) @ jacobian.T
-    cross = math.hypot(*np.delete(k, along))
+    cross = math.hypot(*(np.delete(k, along) * _largest_across(coefficients, form, along)))
     quadratic = _largest_term_v(numbers)
     warming_v = _temperature_error_v(coefficients, numbers, float(np.linalg.norm(k)) + quadratic)
     error_g = (cross + quadratic + warming_v) / abs(k_along)
@@ -114,8 +125,19 @@ def _covariance(coefficients: CoefficientSet, name: str, along: int) -> FloatArr
     rows = [
         [math.nan if entry is None else number(entry) for entry in listed(row)] for row in listed(primary["covariance"])
     ]
-    places = [order.index("offset_v"), order.index(f"k_{'xyz'[along]}_v_per_g")]
+    form = coefficients.axes[name].form
+    places = [order.index(form.offset), order.index(form.directions[along])]
     return np.array(rows)[np.ix_(places, places)]
+
+
+def _largest_across(coefficients: CoefficientSet, form: SetForm, along: int) -> FloatArray:
+    """Return (2,) how large what is sensed along the two other package axes may be: a force of 1, else the levels."""
+    levels = coefficients.validity.levels
+    if not form.senses_level:
+        return np.ones(2)
+    widest = max((abs(end) for limits in levels.values() for end in limits), default=1.0)
+    reached = [max(map(abs, levels[name]), default=widest) if name in levels else widest for name in form.inputs]
+    return np.delete(np.array(reached), along)
 
 
 def _temperature_error_v(coefficients: CoefficientSet, numbers: AxisNumbers, largest_sensed_v: float) -> float:
@@ -132,6 +154,7 @@ def _temperature_error_v(coefficients: CoefficientSet, numbers: AxisNumbers, lar
 
 def _toml(coefficients: CoefficientSet) -> list[str]:
     document = coefficients.document
+    words = _Words.of(coefficients)
     lines = [
         *_keys(
             sensor=coefficients.sensor,
@@ -139,36 +162,69 @@ def _toml(coefficients: CoefficientSet) -> list[str]:
             status=coefficients.status,
             convention=coefficients.convention,
             gravity_mps2=number(table(document["acceleration_unit"])["value_mps2"]),
-            equation="real_g = a_g_per_v * measured_v + b_g; g is the local g",
+            equation=f"{words.real} = {words.gain} * {words.measured} + {words.offset}"
+            f"{'; g is the local g' if words.unit == 'g' else ''}",
             loses=LOSES,
             document_json=json.dumps(document, separators=(",", ":"), allow_nan=False),
         ),
     ]
     axes = {name: linear_axis(coefficients, name) for name in coefficients.axes}
     for name, axis in axes.items():
-        lines += ["", f"[axes.{json.dumps(name)}]", *_axis_keys(coefficients.axes[name], axis)]
+        lines += ["", f"[axes.{json.dumps(name)}]", *_axis_keys(coefficients.axes[name], axis, words)]
     for vector in listed(coefficients.test_vectors["forward"]):
-        outputs_v = table(table(vector)["outputs_v"])
+        outputs = table(table(vector)[outputs_key(coefficients.axes)])
         lines += ["", "[[test_vectors]]"]
         for name, axis in axes.items():
-            measured_v = number(outputs_v[name])
-            real_g = axis.a_g_per_v * measured_v + axis.b_g
-            lines.append(f"{json.dumps(name)} = {{ measured_v = {measured_v!r}, real_g = {real_g!r} }}")
+            measured = number(outputs[name])
+            real = axis.gain * measured + axis.offset
+            lines.append(f"{json.dumps(name)} = {{ {words.measured} = {measured!r}, {words.real} = {real!r} }}")
     return lines
 
 
-def _axis_keys(numbers: AxisNumbers, axis: LinearAxis) -> list[str]:
+@dataclass(frozen=True)
+class _Words:
+    """The file's keys in the units of a set."""
+
+    measured_unit: str
+    unit: str
+
+    @classmethod
+    def of(cls, coefficients: CoefficientSet) -> "_Words":
+        form = next(iter(coefficients.axes.values())).form
+        return cls(form.measured_unit, form.unit)
+
+    @property
+    def gain(self) -> str:
+        return f"a_{self.unit}_per_{self.measured_unit}"
+
+    @property
+    def offset(self) -> str:
+        return f"b_{self.unit}"
+
+    @property
+    def measured(self) -> str:
+        return f"measured_{self.measured_unit}"
+
+    @property
+    def real(self) -> str:
+        return f"real_{self.unit}"
+
+
+def _axis_keys(numbers: AxisNumbers, axis: LinearAxis, words: _Words) -> list[str]:
+    stated: dict[str, object] = {
+        "nominal_axis": numbers.nominal_axis,
+        "polarity": polarity(numbers),
+        words.gain: axis.gain,
+        words.offset: axis.offset,
+        "covariance": axis.covariance.tolist(),
+        f"largest_error_{words.unit}": axis.largest_error,
+    }
+    if words.unit == "g":
+        stated["largest_error_deg"] = math.degrees(axis.largest_error)
+    order = f"{words.gain}, {words.offset}"
     return [
-        *_keys(
-            nominal_axis=numbers.nominal_axis,
-            polarity=polarity(numbers),
-            a_g_per_v=axis.a_g_per_v,
-            b_g=axis.b_g,
-            covariance=axis.covariance.tolist(),
-            largest_error_g=axis.largest_error_g,
-            largest_error_deg=math.degrees(axis.largest_error_g),
-        ),
-        "# covariance in the order a_g_per_v, b_g; largest errors: of the neglected terms, within the validity",
+        *_keys(**stated),
+        f"# covariance in the order {order}; largest errors: of the neglected terms, within the validity",
     ]
 
 

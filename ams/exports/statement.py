@@ -5,6 +5,7 @@ import json
 from ams.sets.canonical import Document, Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.instructions import use_of
+from ams.sets.vectors import LEVEL
 
 
 def statement(coefficients: CoefficientSet) -> list[str]:
@@ -18,12 +19,21 @@ def statement(coefficients: CoefficientSet) -> list[str]:
         f"{coefficients.provenance['created_utc']}",
         f"convention {coefficients.convention}: {table(document['convention'])['text']}",
         f"acceleration unit: local g = {unit['value_mps2']} m/s^2 ({unit['source']}); units are the ends of the names",
-        f"valid: pitch {validity['pitch_deg']} deg, roll {validity['roll_deg']} deg, temperature "
-        f"{_flat(validity['temperature_degc'])} degC",
+        _valid(validity),
         *(_axis(name, table(section)) for name, section in table(document["axes"]).items()),
         *_use(document),
         *(f"warning: {warning}" for warning in listed(document["warnings"])),
     ]
+
+
+def _valid(validity: Document) -> str:
+    levels = [f"{name} {_flat(limits)}" for name, limits in validity.items() if name.startswith(LEVEL)]
+    if levels:
+        return f"valid: {', '.join(levels)}"
+    return (
+        f"valid: pitch {validity['pitch_deg']} deg, roll {validity['roll_deg']} deg, temperature "
+        f"{_flat(validity['temperature_degc'])} degC"
+    )
 
 
 def _axis(name: str, section: Document) -> str:

@@ -20,9 +20,11 @@ from ams.attitude.kalman import Estimate, GyroNoise
 from ams.attitude.rate_errors import turns_by_angle
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
+from ams.inference.calibrated import calibration_gravity_mps2
 from ams.inference.inference import Package
-from ams.inference.rates import ANSWERS, GyroPackage, Motion, SampleClock, answer_of
-from ams.sets.vectors import inferred_force, is_package
+from ams.inference.rates import ANSWERS, GyroPackage, Motion, answer_of
+from ams.inference.sample_clock import SampleClock
+from ams.sets.vectors import inferred_force, resolves
 
 LEAST_FORCE_SD_G: Final = 1e-4
 UNSTATED_TILT_SD_DEG: Final = 5.0
@@ -58,14 +60,22 @@ class AidedAngles:
 
     def __init__(self, gyros: GyroPackage, accelerometers: Package, motion: Motion, aiding: Aiding) -> None:
         coefficients = accelerometers.coefficients
-        if tuple(accelerometers.columns) != tuple(coefficients.axes) or not is_package(coefficients.axes):
+        senses_force = all(own.form.unit == "g" and not own.form.is_gravity for own in coefficients.axes.values())
+        all_columns = tuple(accelerometers.columns) == tuple(coefficients.axes)
+        if not (all_columns and senses_force and resolves(coefficients.axes)):
             raise OutsideValidity(
                 f"{coefficients.sensor}: got the axes {', '.join(accelerometers.columns)} by {accelerometers.model}, "
-                "needed three accelerometers in TP's convention that determine the force; nothing was computed"
+                "needed three accelerometers in TP's convention, or straight lines in g, that determine the force; "
+                "nothing was computed"
             )
         if motion.rest_s:
             raise OutsideValidity(
                 "at rest: the filter finds the zeros of the gyros by itself; nothing was computed; leave the rest out"
+            )
+        if motion.earth is not None:
+            raise OutsideValidity(
+                "Earth rate: the filter takes it for a zero of the gyros and finds it by itself; nothing was computed; "
+                "leave the latitude out"
             )
         self.gyros, self.accelerometers, self.motion, self.aiding = gyros, accelerometers, motion, aiding
         self._clock = SampleClock(motion.rate_hz)
@@ -145,7 +155,9 @@ class AidedAngles:
         package = self.accelerometers
         outputs = {axis: readings[column] for axis, column in package.columns.items()}
         temperature = readings.get("temperature_degc") if package.coefficients.needs_temperature else None
-        return np.ascontiguousarray(inferred_force(package.coefficients.axes, outputs, temperature).T)
+        force = np.ascontiguousarray(inferred_force(package.coefficients.axes, outputs, temperature).T)
+        site = package.site_gravity_mps2
+        return force if site is None else force * (calibration_gravity_mps2(package.coefficients) / site)
 
     def _started(self, force: FloatArray) -> AttitudeFilter:
         assert self._clock.interval_s is not None

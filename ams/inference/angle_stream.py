@@ -16,7 +16,7 @@ class Answer:
 
     columns: Mapping[str, FloatArray]
     """(N,) degrees by name, in order."""
-    codes: flag_codes.Codes
+    codes: flag_codes.AnswerCodes
     reasons: Mapping[int, str] = field(default_factory=lambda: flag_codes.WORDS)
     """What the codes mean."""
 

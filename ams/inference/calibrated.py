@@ -14,8 +14,9 @@ from ams.arrays import Centring, FloatArray
 from ams.attitude.spread import Part
 from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
-from ams.models.extended import Q_NAMES, TERM_NAMES, centred_basis, quadratic_basis
+from ams.models.extended import CUBIC_NAME, Q_NAMES, TERM_NAMES, centred_basis, quadratic_basis
 from ams.models.thermal import TEMPERATURE_NAMES
+from ams.sets.axis_section import standard_error_of
 from ams.sets.canonical import Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.package_section import package_of
@@ -125,7 +126,10 @@ class CalibratedPackage:
 
 
 def package_of_set(
-    coefficients: CoefficientSet, axes: Sequence[str], sensors: Sequence[CalibratedSensor]
+    coefficients: CoefficientSet,
+    axes: Sequence[str],
+    sensors: Sequence[CalibratedSensor],
+    site_gravity_mps2: float | None = None,
 ) -> CalibratedPackage | None:
     """Return the package that some axes of a set make; None where the set does not state what they have in common."""
     section = package_of(coefficients.document)
@@ -134,14 +138,18 @@ def package_of_set(
     order = [str(name) for name in listed(section["order"])]
     wanted = [f"{axis}.{name}" for axis, sensor in zip(axes, sensors, strict=True) for name in sensor.names]
     places = [order.index(name) for name in wanted]
-    sense = np.concatenate([_senses(coefficients, sensor.names) for sensor in sensors])
+    sense = np.concatenate([_senses(coefficients, sensor.names, site_gravity_mps2) for sensor in sensors])
     return CalibratedPackage(sensors, _components(table(section["components"]), places, sense))
 
 
 def sensor_of_set(
-    coefficients: CoefficientSet, axis: str, reading_sd_v: float | None, temperature_degc: FloatArray | None
+    coefficients: CoefficientSet,
+    axis: str,
+    reading_sd_v: float | None,
+    temperature_degc: FloatArray | None,
+    site_gravity_mps2: float | None = None,
 ) -> CalibratedSensor:
-    """Return one axis of a set as a sensor.
+    """Return one axis of a set as a sensor, at the site's g where it is another than the calibration's.
 
     Without a reading's standard deviation that of the calibration's rows stands for it.
 
@@ -149,25 +157,53 @@ def sensor_of_set(
     """
     section = table(table(coefficients.document["axes"])[axis])
     primary = table(section["primary"])
-    names = [str(name) for name in listed(primary["order"])]
-    values = np.array([number(table(primary["values"])[name]) for name in names])
-    sense = _senses(coefficients, names)
+    names = _line_names(coefficients, axis, [str(name) for name in listed(primary["order"])])
+    values = np.array([number(table(primary["values"])[str(name)]) for name in listed(primary["order"])])
+    sense = _senses(coefficients, names, site_gravity_mps2)
+    ratio = _gravity_ratio(coefficients, site_gravity_mps2)
     covariance = _matrix(primary["covariance"]) * np.outer(sense, sense)
     return CalibratedSensor(
         names, values * sense, covariance, _reading_sd_v(coefficients, axis, section, reading_sd_v),
         _rise_degc(coefficients, axis, section, temperature_degc),
         _components(table(primary["components"]), list(range(len(names))), sense),
-        coefficients.axes[axis].nominal_axis, _centring(coefficients.axes[axis].centring),
+        coefficients.axes[axis].nominal_axis, _centring(coefficients.axes[axis].centring, ratio),
     )  # fmt: skip
 
 
-def _centring(rows: FloatArray | None) -> Centring:
-    return () if rows is None else tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in rows)
+def _line_names(coefficients: CoefficientSet, axis: str, names: Sequence[str]) -> list[str]:
+    """Return the names with b and k called as those of accelerometers are, whatever unit the set's own have."""
+    form = coefficients.axes[axis].form
+    plain = dict(zip((form.offset, *form.directions), ("offset_v", *PER_G), strict=True))
+    return [plain.get(name, name) for name in names]
 
 
-def _senses(coefficients: CoefficientSet, names: Sequence[str]) -> FloatArray:
-    """Return the signs of the parameters: CR's sets sense gravity, so their k change sign."""
-    return np.array([-1.0 if coefficients.convention == "CR" and name in PER_G else 1.0 for name in names])
+def _gravity_ratio(coefficients: CoefficientSet, site_gravity_mps2: float | None) -> float:
+    return 1.0 if site_gravity_mps2 is None else site_gravity_mps2 / calibration_gravity_mps2(coefficients)
+
+
+def _centring(rows: FloatArray | None, ratio: float) -> Centring:
+    """Return what is taken off each term: a term that grows by r² takes a constant of r⁻² and a slope of r⁻¹ of it."""
+    if rows is None:
+        return ()
+    powers = np.array([3 if place == len(Q_NAMES) else 2 for place in range(len(rows))])
+    grown = rows / np.stack([ratio**powers, *[ratio ** (powers - 1)] * 3], axis=-1)
+    return tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in grown)
+
+
+def _senses(coefficients: CoefficientSet, names: Sequence[str], site_gravity_mps2: float | None = None) -> FloatArray:
+    """Return what the parameters are multiplied by: CR's sets sense gravity, so their k change sign.
+
+    At another g than the calibration's every term grows with as many powers of it as it has of the force.
+    """
+    ratio = _gravity_ratio(coefficients, site_gravity_mps2)
+    sense = -1.0 if coefficients.convention == "CR" else 1.0
+    powers = {**dict.fromkeys(PER_G, sense * ratio), **dict.fromkeys(Q_NAMES, ratio**2), CUBIC_NAME: ratio**3}
+    return np.array([powers.get(name, 1.0) for name in names])
+
+
+def calibration_gravity_mps2(coefficients: CoefficientSet) -> float:
+    """Return the local g that a set's unit of acceleration is."""
+    return number(table(coefficients.document["acceleration_unit"])["value_mps2"])
 
 
 def _components(stated: Mapping[str, Json], places: Sequence[int], sense: FloatArray) -> tuple[VarianceComponent, ...]:
@@ -188,13 +224,13 @@ def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:
 def _reading_sd_v(
     coefficients: CoefficientSet, axis: str, section: Mapping[str, Json], reading_sd_v: float | None
 ) -> float:
-    stated = section["standard_error_v"] if reading_sd_v is None else reading_sd_v
+    stated = standard_error_of(section, coefficients.axes[axis]) if reading_sd_v is None else reading_sd_v
     if stated is None:
         raise OutsideValidity(
             f"{coefficients.sensor}: axis {axis}: the set states no standard error; nothing was computed; "
             "give the standard deviation of a reading"
         )
-    return number(stated)
+    return stated
 
 
 def _rise_degc(

@@ -14,10 +14,12 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.attitude import flag_codes
+from ams.attitude.spread import PackageErrors
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.attitude.three_axes import AttitudeColumns
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
+from ams.inference.alignment import AlignedPackage, AlignedSensor, Alignment
 from ams.inference.angle_stream import Answer, nothing
 from ams.inference.by_inverse import pitch_by_inverse
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
@@ -26,10 +28,12 @@ from ams.inference.packages import SpreadAngles, angles_from_packages, angles_fr
 from ams.models.registry import MODELS
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.sensed_quantity import FIELDS
+from ams.units import printed
 
 STING: Final = "pitch-yaw-roll-sting"
 MODEL: Final = "pitch-yaw-roll-model"
 ROUNDING_DEG: Final = 1e-6
+LEAST_GRAVITY_MPS2, LARGEST_GRAVITY_MPS2 = 9.7, 9.9
 _ROUNDS: Final = 30
 
 
@@ -40,18 +44,75 @@ class Package:
     coefficients: CoefficientSet
     columns: Mapping[str, str]
     """Axis to column; a set may be used with fewer axes than it has."""
+    site_gravity_mps2: float | None = None
+    """The g where the set is used; None: that of the calibration."""
+    alignment: Alignment | None = None
+    """How the package sits in the model; None: angles are those of the package."""
+
+    def __post_init__(self) -> None:
+        self._check_alignment()
+        site = self.site_gravity_mps2
+        if site is None:
+            return
+        if not LEAST_GRAVITY_MPS2 <= site <= LARGEST_GRAVITY_MPS2:
+            raise OutsideValidity(
+                f"{self.coefficients.sensor}: gravity at use: got {site:g} m/s², allowed {LEAST_GRAVITY_MPS2:g} to "
+                f"{LARGEST_GRAVITY_MPS2:g} m/s²; nothing was computed"
+            )
+        if any(numbers.form.unit != "g" or numbers.own_output for numbers in self.coefficients.axes.values()):
+            raise OutsideValidity(
+                f"{self.coefficients.sensor}: gravity at use: belongs to accelerometers of the form v = b + k·f; "
+                "nothing was computed; leave it out"
+            )
+
+    def _check_alignment(self) -> None:
+        if self.alignment is None:
+            return
+        name, own = self.coefficients.sensor, self.coefficients.axes
+        if self.alignment.sensor != name:
+            raise OutsideValidity(
+                f"{name}: alignment: is that of {self.alignment.sensor}; nothing was computed; solve this sensor's"
+            )
+        is_fit = all(
+            one.form.unit == "g" and not one.form.is_gravity and one.own_output is None for one in own.values()
+        )
+        if len(self.columns) != 3 or not is_fit:
+            raise OutsideValidity(
+                f"{name}: alignment: turns three accelerometers of pitch and roll: got {len(self.columns)} axes by "
+                f"{self.model}; nothing was computed; leave the alignment out"
+            )
 
     @property
     def model(self) -> str:
         return next(iter(self.coefficients.axes.values())).model
 
+    @property
+    def senses_rates(self) -> bool:
+        """Whether its axes are gyros, by whatever model."""
+        return all(numbers.form.unit == "dps" for numbers in self.coefficients.axes.values())
+
+    def in_model_axes(self, sensors: Sequence[CalibratedSensor]) -> list[CalibratedSensor | AlignedSensor]:
+        """Return the sensors as the model that carries them has them."""
+        if self.alignment is None:
+            return list(sensors)
+        return [AlignedSensor(sensor, self.alignment.rotation) for sensor in sensors]
+
+    def errors_together(self, sensors: Sequence[CalibratedSensor]) -> PackageErrors | None:
+        """Return what is not known of the axes together: their calibrations, and the alignment."""
+        together = self.together(sensors)
+        if self.alignment is None:
+            return together
+        aligned = [AlignedSensor(sensor, self.alignment.rotation) for sensor in sensors]
+        return AlignedPackage(aligned, together, self.alignment)
+
     def sensors(self, readings: Mapping[str, FloatArray], reading_sd_v: float | None) -> list[CalibratedSensor]:
         temperature = readings.get("temperature_degc")
-        return [sensor_of_set(self.coefficients, axis, reading_sd_v, temperature) for axis in self.columns]
+        site = self.site_gravity_mps2
+        return [sensor_of_set(self.coefficients, axis, reading_sd_v, temperature, site) for axis in self.columns]
 
     def together(self, sensors: Sequence[CalibratedSensor]) -> CalibratedPackage | None:
         """Return what the calibrations of the axes have in common, where the set states it."""
-        return package_of_set(self.coefficients, tuple(self.columns), sensors)
+        return package_of_set(self.coefficients, tuple(self.columns), sensors, self.site_gravity_mps2)
 
     def outputs_v(self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]) -> FloatArray:
         """Return the (N, A) readings brought to the reference temperature."""
@@ -139,6 +200,7 @@ class Inference:
     def _kernel(self) -> Kernel | None:
         """What solves sensors that stay the same from row to row; None where they do not, or more is asked for."""
         is_plain = self.model_package is None and FIELDS[self.package.model].output is None
+        is_plain = is_plain and self.package.alignment is None
         if not is_plain or self.intervals or self.package.model == STING or self.package.coefficients.needs_temperature:
             return None
         sensors = self.package.sensors({}, self.reading_sd_v)
@@ -164,14 +226,15 @@ class Inference:
         if self.package.model == STING:
             alone = angles_from_sting(sensors, outputs, self.package.together(sensors))
             return replace(alone, codes=alone.codes | np.uint32(flag_codes.NO_ROLL))
-        return _unbent(sensors, outputs, self._geometry(sensors, readings))
+        return _unbent(self.package.in_model_axes(sensors), outputs, self._geometry(sensors, readings))
 
     def _geometry(
         self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]
     ) -> Callable[[FloatArray], Angles]:
-        together = self.package.together(sensors)
+        together = self.package.errors_together(sensors)
         if len(sensors) == 3:
-            return lambda outputs: pitch_roll_from_three(sensors, outputs, together)
+            turned = self.package.in_model_axes(sensors)
+            return lambda outputs: pitch_roll_from_three(turned, outputs, together)
         if len(sensors) == 2:
             return lambda outputs: pitch_roll_from_two(
                 sensors, outputs, upright=self.upright, right_wing_down=self.right_wing_down, package=together
@@ -190,7 +253,10 @@ class Inference:
     ) -> flag_codes.Codes:
         """Return the codes of where a set is used beyond its calibration."""
         validity = self.package.coefficients.validity
-        checked = [(flag_codes.OUTSIDE_PITCH, np.rad2deg(found.pitch_rad), validity.pitch_deg)]
+        # A straight line is valid over levels, which reach over all attitudes; its run has a few positions alone.
+        checked = (
+            [] if validity.levels else [(flag_codes.OUTSIDE_PITCH, np.rad2deg(found.pitch_rad), validity.pitch_deg)]
+        )
         if isinstance(found, SpreadAngles) and validity.yaw_deg is not None:
             checked.append((flag_codes.OUTSIDE_YAW, np.rad2deg(found.yaw_rad), validity.yaw_deg))
         if validity.temperature_degc is not None and "temperature_degc" in readings:
@@ -215,11 +281,17 @@ def inference(
         raise OutsideValidity(f"standard deviation of a reading: got {reading_sd_v!r} V, allowed 0 V or more")
     _check_axes(package)
     name, model, axes = package.coefficients.sensor, package.model, len(package.columns)
-    if model == "gyro":
+    form = package.coefficients.axes[next(iter(package.columns))].form
+    if form.unit == "dps":
         raise OutsideValidity(
             f"{name}: gyros sense rates, not attitude: nothing was computed; integrate them with ams.load_gyros"
         )
-    own = FIELDS[model].output
+    if form.unit != "g":
+        raise OutsideValidity(
+            f"{name}: senses {printed(form.unit)}, which tells no attitude by itself; nothing was computed; "
+            "ams.sensed_level gives the quantity itself"
+        )
+    own = form.output
     if own is not None and own.pitch_rad is None:
         raise OutsideValidity(f"{name}: model {model}: brings no inverse: angles cannot be told; nothing was computed")
     needed = 1 if own is not None else {STING: 3, "pitch-only": 1}.get(model, axes)
@@ -256,7 +328,7 @@ def _check_pair(sting: Package, model: Package) -> None:
 
 
 def _unbent(
-    sensors: Sequence[CalibratedSensor], outputs_v: FloatArray, solve: Callable[[FloatArray], Angles]
+    sensors: Sequence[CalibratedSensor | AlignedSensor], outputs_v: FloatArray, solve: Callable[[FloatArray], Angles]
 ) -> Angles:
     """Solve for angles with the quadratic terms taken off at the angles themselves, until they stand still."""
     found = solve(outputs_v)

@@ -14,12 +14,15 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.attitude import flag_codes
+from ams.attitude.earth_rate import EarthRate
 from ams.attitude.gyro import quaternion_of_cr
-from ams.attitude.rate_errors import ErrorGrowth, RateErrors, angle_sds, cr_angles
+from ams.attitude.rate_errors import ErrorGrowth, RateErrors, angle_sds, cr_angles, rotation_matrices
 from ams.attitude.rate_scan import Interpolation, RateScan
 from ams.attitude.three_axes import LARGEST_SD_RAD
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
+from ams.inference.sample_clock import SampleClock
+from ams.sets.axis_section import standard_error_of
 from ams.sets.canonical import Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.package_section import package_of
@@ -45,7 +48,7 @@ class GyroPackage:
 
     def __post_init__(self) -> None:
         name, axes = self.coefficients.sensor, tuple(self.columns)
-        if len(axes) != 3 or any(self.coefficients.axes[axis].model != "gyro" for axis in axes):
+        if len(axes) != 3 or any(self.coefficients.axes[axis].form.unit != "dps" for axis in axes):
             raise OutsideValidity(f"{name}: got the axes {', '.join(axes)}, needed three gyros; nothing was computed")
         if self.coefficients.needs_temperature:
             raise OutsideValidity(
@@ -62,7 +65,8 @@ class GyroPackage:
 
     @property
     def offset_v(self) -> FloatArray:
-        return np.array([self.coefficients.axes[axis].primary["offset_v"] for axis in self.columns])
+        axes = [self.coefficients.axes[axis] for axis in self.columns]
+        return np.array([own.primary[own.form.offset] for own in axes])
 
     def outputs_v(self, readings: Mapping[str, FloatArray]) -> FloatArray:
         """Return (3, n) volts."""
@@ -87,38 +91,43 @@ class GyroPackage:
         return np.asarray(turn @ self._parameter_covariance() @ turn.T)
 
     def _parameter_covariance(self) -> FloatArray:
-        """Return (12, 12) of offset and k per rad/s of every axis in turn."""
-        names = [f"{axis}.{name}" for axis in self.columns for name in self._names(axis)]
+        """Return (12, 12) of offset and k per rad/s of every axis in turn; what a line lacks is zero and exact."""
+        own = {axis: self._places(axis) for axis in self.columns}
         section = package_of(self.coefficients.document)
+        covariance = np.zeros((12, 12))
         if section is not None:
             order = [str(name) for name in listed(section["order"])]
-            places = [order.index(name) for name in names]
+            stated = [order.index(f"{axis}.{name}") for axis, names in own.items() for name in names]
             parts = [_matrix(table(part)["covariance"]) for part in table(section["components"]).values()]
-            covariance = np.sum(parts, axis=0)[np.ix_(places, places)]
+            places = [4 * first + place for first, names in enumerate(own.values()) for place in names.values()]
+            covariance[np.ix_(places, places)] = np.sum(parts, axis=0)[np.ix_(stated, stated)]
         else:
-            covariance = np.zeros((12, 12))
-            for place, axis in enumerate(self.columns):
+            for first, (axis, names) in enumerate(own.items()):
                 primary = table(table(table(self.coefficients.document["axes"])[axis])["primary"])
                 order = [str(name) for name in listed(primary["order"])]
-                own = [order.index(name) for name in self._names(axis)]
-                block = slice(4 * place, 4 * place + 4)
-                covariance[block, block] = _matrix(primary["covariance"])[np.ix_(own, own)]
+                stated = [order.index(name) for name in names]
+                places = [4 * first + place for place in names.values()]
+                covariance[np.ix_(places, places)] = _matrix(primary["covariance"])[np.ix_(stated, stated)]
         scale = np.tile([1.0, *np.rad2deg(np.ones(3))], 3)
         return np.asarray(covariance * np.outer(scale, scale))
 
-    def _names(self, axis: str) -> list[str]:
-        return ["offset_v", *(name for name in self.coefficients.axes[axis].primary if name.startswith("k_"))]
+    def _places(self, axis: str) -> dict[str, int]:
+        """Return the primary parameters that an axis has, each with its place among offset, k_x, k_y and k_z."""
+        numbers = self.coefficients.axes[axis]
+        names = (numbers.form.offset, *numbers.form.directions)
+        return {name: place for place, name in enumerate(names) if name in numbers.primary}
 
     def _reading_sd(self) -> FloatArray:
         if self.reading_sd_v is not None:
             return np.full(3, self.reading_sd_v)
-        stated = [table(table(self.coefficients.document["axes"])[axis])["standard_error_v"] for axis in self.columns]
+        sections = table(self.coefficients.document["axes"])
+        stated = [standard_error_of(table(sections[axis]), self.coefficients.axes[axis]) for axis in self.columns]
         if None in stated:
             raise OutsideValidity(
                 f"{self.coefficients.sensor}: the set states no standard error; nothing was computed; give the "
                 "standard deviation of a reading"
             )
-        return np.array([number(one) for one in stated])
+        return np.array(stated, dtype=float)
 
 
 @dataclass(frozen=True)
@@ -134,6 +143,8 @@ class Motion:
     """None: of a start that is not stated and that accelerometers correct, 5°; else 0."""
     rest_s: float = 0.0
     """At the beginning, over which nothing turned: the mean of the outputs is their zero."""
+    earth: EarthRate | None = None
+    """None: the Earth's turn is left in the angles."""
 
     def __post_init__(self) -> None:
         if self.rate_hz is not None and not self.rate_hz > 0.0:
@@ -152,49 +163,6 @@ class Motion:
     def start_covariance(self) -> FloatArray:
         """Return the (3, 3) covariance of the turn by which a stated start is wrong, in reference axes."""
         return np.asarray(np.deg2rad(self.start_sd_deg or 0.0) ** 2 * np.eye(3))
-
-
-class SampleClock:
-    """The places of rows among evenly spaced samples, by the column time_s where there is one."""
-
-    def __init__(self, rate_hz: float | None) -> None:
-        self.interval_s = None if rate_hz is None else 1.0 / rate_hz
-        self._last_s: float | None = None
-
-    def steps(self, time_s: FloatArray | None, rows: int) -> IntArray:
-        """Return how many samples each row is behind the one before, 0 where it is not after it, -1 without a time.
-
-        Raises: OutsideValidity where neither a rate nor times tell the interval.
-        """
-        if self.interval_s is None:
-            self.interval_s = self._interval_of(time_s)
-        if time_s is None:
-            return np.ones(rows, dtype=np.int64)
-        steps = np.empty(rows, dtype=np.int64)
-        last_s = self._last_s
-        if last_s is None:
-            last_s = float(time_s[np.argmax(np.isfinite(time_s))]) - self.interval_s
-        before = np.concatenate([[last_s], time_s[:-1]])
-        with np.errstate(invalid="ignore"):
-            found = np.rint((time_s - before) / self.interval_s)
-        if np.all(found >= 1.0):
-            self._last_s = float(time_s[-1])
-            return np.asarray(found, dtype=np.int64)
-        for row, own in enumerate(time_s.tolist()):
-            steps[row] = max(round((own - last_s) / self.interval_s), 0) if np.isfinite(own) else 0
-            last_s = own if steps[row] else last_s
-        self._last_s = last_s
-        return steps
-
-    def _interval_of(self, time_s: FloatArray | None) -> float:
-        between = np.empty(0) if time_s is None else np.diff(time_s[np.isfinite(time_s)])
-        between = between[between > 0.0]
-        if not between.size:
-            raise OutsideValidity(
-                "gyros: the interval between samples is not known; nothing was computed; give the sampling rate, or a "
-                "column time_s"
-            )
-        return float(np.median(between))
 
 
 @dataclass
@@ -295,11 +263,19 @@ class GyroAngles:
                 f"{self.package.coefficients.sensor}: at rest: got {good.shape[1]} readings, needed two or more; "
                 "nothing was computed; let it rest longer"
             )
-        self._offset_v, self._rest = good.mean(axis=1), []
+        self._offset_v, self._rest = good.mean(axis=1) - self._earth_v(), []
         calibration = self._errors.calibration.copy()
         calibration[:3, :], calibration[:, :3] = 0.0, 0.0
         calibration[:3, :3] = self._errors.reading / good.shape[1]
         self._errors = replace(self._errors, calibration=calibration)
+
+    def _earth_v(self) -> FloatArray:
+        """Return the (3,) volts that gyros at rest at the start read of the Earth's turn."""
+        if self.motion.earth is None:
+            return np.zeros(3)
+        start = quaternion_of_cr(np.deg2rad(self.motion.stated_start_deg))
+        turned = rotation_matrices(start[:, None])[0].T @ self.motion.earth.rate_rad_s
+        return np.asarray(self.package.k_v_per_rad_s @ turned)
 
     def _start(self, rows: int) -> Answer:
         """Return the attitude of the start for rows at rest."""
@@ -347,6 +323,10 @@ class GyroAngles:
         rates, self._rates = self._rates[:, :samples], self._rates[:, samples:]
         covariance = self._growth.covariance(quaternion, rates, is_bridged)
         first, self._settled = self._settled, self._settled + samples
+        if self.motion.earth is not None:
+            assert self._clock.interval_s is not None
+            time_s = np.asarray((first + np.arange(samples)) * self._clock.interval_s, dtype=float)
+            quaternion = self.motion.earth.against_earth(quaternion, time_s)
         rows = self._pending.taken_before(self._settled)
         own = np.where(rows.is_used, rows.sample - first, 0)
         if not own.size:

@@ -67,7 +67,7 @@ def shared_columns(
 def reaches(error: SharedError, model: Model) -> bool:
     """Return whether the model has anything for the error to act on."""
     if error.effect in LEVELS:
-        return any(name.startswith("slope_") for name in model.primary_names)
+        return _slope_of(model) is not None
     if error.effect == "temperature":
         return TEMPERATURE_NAMES[0] in model.primary_names
     return error.effect in ("reading", "gain") or any(name.endswith("_v_per_g") for name in model.primary_names)
@@ -75,12 +75,19 @@ def reaches(error: SharedError, model: Model) -> bool:
 
 def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
     if error.effect in LEVELS:
-        slopes = [value for name, value in zip(model.primary_names, primary, strict=True) if name.startswith("slope_")]
-        return (
-            None if rows.level_errors is None or not slopes else slopes[0] * rows.level_errors[:, list(error.columns)]
-        )
+        slope = _slope_of(model)
+        if rows.level_errors is None or slope is None:
+            return None
+        return np.asarray(primary[slope] * rows.level_errors[:, list(error.columns)])
     effect = _effect(error.effect, model, primary, rows)
     return None if effect is None else effect[:, None]
+
+
+def _slope_of(model: Model) -> int | None:
+    """Return the place of k along the nominal axis in a model of known levels; None for every other model."""
+    if not model.primary_names[0].startswith("zero_level_"):
+        return None
+    return next(place for place, name in enumerate(model.primary_names) if name.startswith(f"k_{model.nominal_axis}_"))
 
 
 def _effect(effect: Effect, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:

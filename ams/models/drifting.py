@@ -6,7 +6,7 @@ evaluated without a time it stands at t0. Source: TP 8 (drift over time), recomm
 keep time orthogonal to pitch).
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -90,7 +90,12 @@ def at_reference_time(axis: AxisCalibration) -> AxisCalibration:
     """
     if DRIFT_NAME not in axis.primary_names:
         return axis
-    kept = np.array([place for place, name in enumerate(axis.primary_names) if name != DRIFT_NAME])
+    return with_primary(axis, [name for name in axis.primary_names if name != DRIFT_NAME])
+
+
+def with_primary(axis: AxisCalibration, names: Sequence[str]) -> AxisCalibration:
+    """Return the solution with these primary parameters alone, in their order."""
+    kept = np.array([axis.primary_names.index(name) for name in names])
     square = np.ix_(kept, kept)
     return replace(
         axis,

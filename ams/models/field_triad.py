@@ -43,7 +43,7 @@ class FieldTriad(LinearModel):
 
     @property
     def primary_names(self) -> tuple[str, ...]:
-        across = tuple(f"across_{axis}_{self.measured_unit}_per_{self.unit}" for axis in self._others)
+        across = tuple(f"k_{axis}_{self.measured_unit}_per_{self.unit}" for axis in self._others)
         beside = () if self.sensitive_axis is None else (f"surroundings_{self.measured_unit}",)
         return (*self._line.primary_names, *across, *beside)
 

@@ -122,5 +122,6 @@ GYRO = SensorModel(
         along=along_cr,
         c_field=_C_RATES,
         senses_rates=True,
+        unit="dps",
     ),
 )

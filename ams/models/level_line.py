@@ -16,7 +16,6 @@ from ams.arrays import FloatArray
 from ams.frames import AXES, Attitude
 from ams.models.model import LinearModel, Stimulus
 from ams.models.pitch_yaw_roll import PitchYawRoll
-from ams.models.sensor_model import SensorModel
 from ams.models.straight_line import StraightLine
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
@@ -72,8 +71,3 @@ class LevelLine(LinearModel):
 def _with_yaw(stimulus: Stimulus) -> Attitude:
     yaw = np.zeros_like(stimulus.pitch_rad) if stimulus.yaw_rad is None else stimulus.yaw_rad
     return Attitude(stimulus.pitch_rad, stimulus.roll_rad, yaw)
-
-
-LINEAR_ACCELEROMETER = SensorModel(
-    name="linear-accelerometer", make=LevelLine, has_misalignment=False, is_asked_for=False
-)

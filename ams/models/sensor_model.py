@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ams.arrays import FloatArray
-from ams.frames import Attitude
+from ams.frames import Exposure
 from ams.models.model import Model
 
 PER_G = ("k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
@@ -46,12 +46,12 @@ class SetForm:
     """
 
     convention: str
-    """``TP`` or ``CR``."""
+    """``TP``, ``CR`` or ``SR``."""
     symbol: str
     """Of the field in the printed equations."""
     inputs: tuple[str, ...]
     """What the equation takes, as named in test vectors, temperature apart."""
-    field: Callable[[Attitude], FloatArray]
+    field: Callable[[Exposure], FloatArray]
     """Asked for only with the yaw and the rates that ``inputs`` name."""
     equation: Callable[[str], Equation | None]
     """Of a nominal axis; None where the model has none for it."""
@@ -72,6 +72,23 @@ class SetForm:
     senses_roll: bool = True
     senses_rates: bool = False
     output: OwnOutput | None = None
+    offset: str = "offset_v"
+    """Name of b among the primary parameters."""
+    measured_unit: str = "v"
+    """Of the outputs, as it is written in a key."""
+    unit: str = "g"
+    """Of the field that is sensed, as it is written in a key."""
+    in_units: Callable[[str, str], "SetForm"] | None = None
+    """The same form for another unit of the outputs and of the field; None: its names have their units."""
+    gain: str | None = None
+    """The derived parameter 1/k along the nominal axis, of straight lines turned round."""
+    of_the_place: tuple[str, ...] = ()
+    """How primary parameters begin that tell of the place and not of the sensor: a set's equation is without them."""
+
+    @property
+    def senses_level(self) -> bool:
+        """Whether the inputs are the field itself along the package's axes, and no attitude."""
+        return self.inputs[0].startswith("level_")
 
     @property
     def sensitivity(self) -> str:

@@ -34,7 +34,7 @@ class StraightLine(LinearModel):
 
     @property
     def primary_names(self) -> tuple[str, ...]:
-        return f"zero_level_{self.measured_unit}", f"slope_{self.measured_unit}_per_{self.unit}"
+        return f"zero_level_{self.measured_unit}", f"k_{self.nominal_axis}_{self.measured_unit}_per_{self.unit}"
 
     @property
     def parameter_names(self) -> tuple[str, ...]:

@@ -4,19 +4,21 @@ The set is used where it is valid, with the inputs its equation needs, or not at
 unless the caller says that he knows.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
-from ams.frames import Attitude
+from ams.frames import Exposure
+from ams.models.sensor_model import SetForm
 from ams.sets.applicability import Serials, check_applicability
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import predicted_v
-from ams.sets.sensed_quantity import FIELDS, field_at
-from ams.sets.vectors import inferred_force, is_package
+from ams.sets.sensed_quantity import field_at
+from ams.sets.vectors import inferred_force, is_package, resolves
 
 ROUNDING_DEG = 1e-9
 """Degrees to radians and back may move an angle this far beyond an end of the range."""
@@ -24,37 +26,56 @@ ROUNDING_DEG = 1e-9
 
 def apply(
     coefficients: CoefficientSet,
-    pitch_rad: ArrayLike,
-    roll_rad: ArrayLike,
+    pitch_rad: ArrayLike = 0.0,
+    roll_rad: ArrayLike = 0.0,
     temperature_degc: ArrayLike | None = None,
     *,
     yaw_rad: ArrayLike | None = None,
     euler_rate_rad_s: ArrayLike | None = None,
+    level: ArrayLike | None = None,
     beyond_validity: bool = False,
     chain_serial: Serials | None = None,
     site_gravity_mps2: float | None = None,
 ) -> dict[str, FloatArray]:
     """Return the outputs in volts per axis, of the shape that the inputs broadcast to.
 
-    CR's sets need ``yaw_rad``, its gyros also the rates of pitch, yaw and roll, (…, 3), ``euler_rate_rad_s``.
+    Sets of straight lines take ``level``, (…, 3): the quantity itself along the package's axes, in the set's unit, and
+    give outputs in the unit of their readings. CR's sets need ``yaw_rad``, its gyros also the rates of pitch, yaw and
+    roll, (…, 3), ``euler_rate_rad_s``.
 
     ``chain_serial`` (of every channel, or channel to serial) and ``site_gravity_mps2`` say where the set is used; what
     was calibrated with another chain or at another g is refused.
 
-    Raises: OutsideValidity for an attitude or temperature outside the set's validity (unless ``beyond_validity``),
-    for a missing temperature, for an input that is not finite, and for another chain or site.
+    Raises: OutsideValidity for an attitude, level or temperature outside the set's validity (unless
+    ``beyond_validity``), for a missing temperature, for an input that is not finite, and for another chain or site.
     """
     check_applicability(coefficients, chain_serial, site_gravity_mps2)
     attitude = _attitude(coefficients, pitch_rad, roll_rad, yaw_rad, euler_rate_rad_s)
+    if level is not None:
+        attitude = replace(attitude, package_level=_level(coefficients, level))
     temperature = _temperature(coefficients, temperature_degc)
     _check_finite(coefficients, {"temperature": temperature})
-    fields = {numbers.model: field_at(numbers.model, attitude) for numbers in coefficients.axes.values()}
+    named = {(numbers.model, numbers.units): numbers.form for numbers in coefficients.axes.values()}
+    fields = {name: (form, field_at(*name, attitude)) for name, form in named.items()}
     if not beyond_validity:
-        _check_attitude(coefficients, attitude, fields)
+        _check_attitude(coefficients, attitude, list(fields.values()))
         _check_temperature(coefficients, temperature)
     return {
-        name: predicted_v(numbers, fields[numbers.model], temperature) for name, numbers in coefficients.axes.items()
+        name: predicted_v(numbers, fields[numbers.model, numbers.units][1], temperature)
+        for name, numbers in coefficients.axes.items()
     }
+
+
+def _level(coefficients: CoefficientSet, level: ArrayLike) -> FloatArray:
+    """Return the (…, 3) level. Raises: OutsideValidity for another shape, or a value that is not finite."""
+    found = np.asarray(level, dtype=float)
+    if found.ndim == 0 or found.shape[-1] != 3:
+        raise OutsideValidity(
+            f"{coefficients.sensor}: level: got an array of shape {found.shape}, needed (…, 3) along the package's "
+            "axes; nothing was computed"
+        )
+    _check_finite(coefficients, {"level": found})
+    return found
 
 
 def _attitude(
@@ -63,7 +84,7 @@ def _attitude(
     roll_rad: ArrayLike,
     yaw_rad: ArrayLike | None,
     euler_rate_rad_s: ArrayLike | None,
-) -> Attitude:
+) -> Exposure:
     """Return the attitude from the angles and rates given.
 
     Raises: OutsideValidity for a value that is not finite, or a yaw that the set's model would ignore.
@@ -78,7 +99,30 @@ def _attitude(
             "was computed; use a set of the model pitch-yaw-roll"
         )
     yaw = None if yaw_rad is None else angles["yaw"]
-    return Attitude(angles["pitch"], angles["roll"], yaw, euler_rate_rad_s=rates)
+    return Exposure(angles["pitch"], angles["roll"], yaw, euler_rate_rad_s=rates)
+
+
+def sensed_level(
+    coefficients: CoefficientSet, outputs: Mapping[str, ArrayLike], *, chain_serial: Serials | None = None
+) -> FloatArray:
+    """Return what three straight lines sense, (…, 3) along the package's axes, in the set's unit.
+
+    Raises: OutsideValidity where the set is no three of them, an output is missing, or for another chain.
+    """
+    check_applicability(coefficients, chain_serial, None)
+    if not (_is_of_levels(coefficients) and resolves(coefficients.axes)) or set(outputs) != set(coefficients.axes):
+        raise OutsideValidity(
+            f"{coefficients.sensor}: a level in all directions cannot be told from {', '.join(outputs)}: the set has "
+            f"the axes {', '.join(coefficients.axes)} by {coefficients.model}, needed are three straight lines; "
+            "nothing was computed"
+        )
+    readings = {name: np.asarray(outputs[name], dtype=float) for name in coefficients.axes}
+    _check_finite(coefficients, {**readings})
+    return inferred_force(coefficients.axes, readings, None)
+
+
+def _is_of_levels(coefficients: CoefficientSet) -> bool:
+    return all(numbers.form.senses_level for numbers in coefficients.axes.values())
 
 
 def sensed_force(
@@ -126,13 +170,17 @@ def _check_finite(coefficients: CoefficientSet, inputs: Mapping[str, FloatArray 
             )
 
 
-def _check_attitude(coefficients: CoefficientSet, attitude: Attitude, fields: Mapping[str, FloatArray]) -> None:
+def _check_attitude(
+    coefficients: CoefficientSet, attitude: Exposure, fields: Sequence[tuple[SetForm, FloatArray]]
+) -> None:
+    if attitude.package_level is not None:
+        _check_levels(coefficients, attitude.package_level)
+        return
     validity, angles = coefficients.validity, {"pitch": np.degrees(attitude.pitch_rad)}
     if attitude.yaw_rad is not None and validity.yaw_deg is not None:
         angles["yaw"] = np.degrees(attitude.yaw_rad)
     ranges = {"pitch": validity.pitch_deg, "yaw": validity.yaw_deg}
-    forms = {model: FIELDS[model] for model in fields}
-    turning = [fields[model] for model, form in forms.items() if form.senses_rates]
+    turning = [field for form, field in fields if form.senses_rates]
     if turning:
         _check_rates(coefficients, turning[0])
         return
@@ -140,12 +188,21 @@ def _check_attitude(coefficients: CoefficientSet, attitude: Attitude, fields: Ma
         limits = ranges[name]
         assert limits is not None
         _check_range(coefficients, name, "deg", angle_deg, limits, (angle_deg - limits[0], limits[1] - angle_deg))
-    if not all(form.senses_roll for form in forms.values()):
+    if not all(form.senses_roll for form, _ in fields):
         return
     low, high = validity.roll_deg
     roll_deg = np.degrees(attitude.roll_rad)
     above = (roll_deg - low + ROUNDING_DEG) % 360.0 - ROUNDING_DEG
     _check_range(coefficients, "roll", "deg", roll_deg, (low, high), (above, high - low - above))
+
+
+def _check_levels(coefficients: CoefficientSet, level: FloatArray) -> None:
+    for place, name in enumerate(next(iter(coefficients.axes.values())).form.inputs):
+        limits = coefficients.validity.levels.get(name)
+        if limits is not None:
+            quantity, unit = name.rsplit("_", 1)
+            along = level[..., place]
+            _check_range(coefficients, quantity, unit, along, limits, (along - limits[0], limits[1] - along))
 
 
 def _check_rates(coefficients: CoefficientSet, rate_dps: FloatArray) -> None:

@@ -7,9 +7,10 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication, TpReplication
 from ams.errors import SetError
-from ams.models.drifting import at_reference_time
+from ams.models.drifting import at_reference_time, with_primary
 from ams.sets.canonical import Document, Json, listed, number, plain, table
 from ams.sets.equations import AxisNumbers, equation_of
+from ams.sets.sensed_quantity import FIELDS, Units, units_in
 from ams.units import UNITS, unit_of
 
 
@@ -21,7 +22,7 @@ def axis_section(axis: AxisCalibration, sensor: str) -> Document:
             f"{dict(zip(axis.primary_names, axis.primary.tolist(), strict=True))}; no set was built; "
             "a set needs every coefficient of its equation: add the missing design points"
         )
-    axis = at_reference_time(axis)
+    axis = without_place(at_reference_time(axis))
     section: Document = {
         "nominal_axis": axis.nominal_axis,
         "equation": {},
@@ -37,13 +38,49 @@ def axis_section(axis: AxisCalibration, sensor: str) -> Document:
         "findings": plain([finding.to_document() for finding in axis.findings], f"{sensor}: {axis.axis}: findings"),
         "notes": plain(axis.notes, f"{sensor}: axis {axis.axis}: notes"),
     }
-    section["equation"] = _equation(axis, axis_numbers(axis.axis, section, axis.model))
-    return section
+    units = units_in(axis.model, axis.primary_names)
+    section["equation"] = _equation(axis, axis_numbers(axis.axis, section, axis.model, units))
+    return section if units is None else _of_lines(section, units[0])
 
 
-def axis_numbers(axis: str, section: Mapping[str, Json], model: str | None = None) -> AxisNumbers:
+def _of_lines(section: Document, measured_unit: str) -> Document:
+    """Return the section with every figure of the output keyed by its own unit; a line has no direction in V/g."""
+    kept = {key: value for key, value in section.items() if key != "sensitive_axis_v_per_g"}
+    replication = section["replication"]
+    if isinstance(replication, dict):
+        tp = _keyed(table(replication["tp"]), measured_unit)
+        kept["replication"] = {**_keyed(replication, measured_unit), "tp": tp}
+    return _keyed(kept, measured_unit)
+
+
+def _keyed(entries: Document, measured_unit: str) -> Document:
+    return {f"{key[:-1]}{measured_unit}" if key.endswith("_v") else key: value for key, value in entries.items()}
+
+
+def standard_error_of(section: Mapping[str, Json], axis: AxisNumbers) -> float | None:
+    """Return S_E of an axis, in the unit of its output; None where the set states none."""
+    stated = section[f"standard_error_{axis.form.measured_unit}"]
+    return None if stated is None else number(stated)
+
+
+def without_place(axis: AxisCalibration) -> AxisCalibration:
+    """Return the solution without primary parameters that tell of the place, such as the field beside a coil.
+
+    They stay among the parameters, with their uncertainty; what they leave uncertain is in the others' covariance.
+    """
+    beginnings = FIELDS[axis.model].of_the_place if axis.model in FIELDS else ()
+    kept = [name for name in axis.primary_names if not name.startswith(beginnings)] if beginnings else []
+    return with_primary(axis, kept) if kept and len(kept) < len(axis.primary_names) else axis
+
+
+def axis_numbers(
+    axis: str, section: Mapping[str, Json], model: str | None = None, units: Units | None = None
+) -> AxisNumbers:
     """Return what the equation takes, read from the section of a checked document."""
-    centring = table(section["equation"]).get("centring")
+    equation = table(section["equation"])
+    centring = equation.get("centring")
+    if "unit" in equation:
+        units = str(equation["measured_unit"]), str(equation["unit"])
     return AxisNumbers(
         axis=axis,
         model=str(table(section["equation"])["name"]) if model is None else model,
@@ -51,6 +88,7 @@ def axis_numbers(axis: str, section: Mapping[str, Json], model: str | None = Non
         primary={name: number(value) for name, value in table(table(section["primary"])["values"]).items()},
         parameters={name: _value(table(entry)) for name, entry in table(section["parameters"]).items()},
         centring=None if centring is None else np.array([[number(c) for c in listed(row)] for row in listed(centring)]),
+        units=units,
     )
 
 
@@ -59,13 +97,16 @@ def _value(parameter: Document) -> float | None:
 
 
 def _equation(axis: AxisCalibration, numbers: AxisNumbers) -> Document:
-    equation = equation_of(axis.model, axis.nominal_axis, numbers.needs_temperature, len(axis.centring))
+    terms = len(axis.centring)
+    equation = equation_of(axis.model, axis.nominal_axis, numbers.needs_temperature, terms, numbers.units)
     section: Document = {
         "name": equation.name,
         "source": equation.source,
         "primary": equation.primary,
         "derived": equation.derived,
     }
+    if numbers.units is not None:
+        section["measured_unit"], section["unit"] = numbers.units
     if axis.centring:
         section["centring"] = [list(row) for row in axis.centring]
     return section

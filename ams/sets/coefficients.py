@@ -20,7 +20,8 @@ from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
 from ams.sets.schema import FORMAT, VERSION, check_identity, check_schema
 from ams.sets.sensed_quantity import FIELDS
-from ams.sets.vectors import Validity, VectorAgreement, check_vectors, make_vectors
+from ams.sets.triad_section import check_triad, triad_section
+from ams.sets.vectors import LEVEL, Validity, VectorAgreement, check_vectors, make_vectors, outputs_key
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,7 @@ class CoefficientSet:
 
     def check_vectors(self, where: str) -> VectorAgreement:
         """Recompute the test vectors. Raises: VectorsDisagree."""
+        check_triad(self.axes, self.document, where)
         return check_vectors(self.axes, self.test_vectors, where)
 
     def _repr_html_(self) -> str:
@@ -125,6 +127,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
         "method_version": METHOD_VERSION,
         "axes": dict(axes),
         **({} if calibration.package is None else {"package": package_section(calibration.package)}),
+        **triad_section(numbers),
         "test_vectors": make_vectors(numbers, _validity_of(provenance)),
         "warnings": plain((*calibration.warnings, *calibration.remarks), "warnings"),
         **record_sections(provenance),
@@ -161,6 +164,7 @@ def _checked(document: Document, where: str, *, is_built: bool) -> CoefficientSe
     _check_convention(coefficients, where)
     for numbers in axes.values():
         check_numbers(numbers, where)
+    _check_one_unit(coefficients, where)
     _check_vector_axes(coefficients, where)
     return coefficients
 
@@ -175,7 +179,7 @@ def _check_temperature_range(axes: Mapping[str, AxisNumbers], provenance: Proven
 
 
 def _inputs(axes: Mapping[str, AxisNumbers]) -> Json:
-    named = [name for numbers in axes.values() for name in FIELDS[numbers.model].inputs]
+    named = [name for numbers in axes.values() for name in numbers.form.inputs]
     temperature = any(numbers.needs_temperature for numbers in axes.values())
     return [*dict.fromkeys(named), *(["temperature_degc"] if temperature else [])]
 
@@ -187,6 +191,7 @@ def _validity_of(provenance: Provenance) -> Validity:
         provenance.temperature_range_degc,
         provenance.yaw_range_deg,
         provenance.rate_range_dps,
+        provenance.level_ranges,
     )
 
 
@@ -199,6 +204,7 @@ def _read_validity(document: Document) -> Validity:
         None if temperature is None else _as_range(temperature),
         _as_range(section["yaw_deg"]) if "yaw_deg" in section else None,
         _as_range(section["rate_dps"]) if "rate_dps" in section else None,
+        {name: _as_range(limits) for name, limits in section.items() if name.startswith(LEVEL)},
     )
 
 
@@ -208,7 +214,7 @@ def _as_range(value: object) -> tuple[float, float]:
 
 
 def _check_convention(coefficients: CoefficientSet, where: str) -> None:
-    needed = {FIELDS[numbers.model].convention for numbers in coefficients.axes.values() if numbers.model in FIELDS}
+    needed = {numbers.form.convention for numbers in coefficients.axes.values() if numbers.model in FIELDS}
     if needed and needed != {coefficients.convention}:
         raise SetError(
             f"{where}: convention: does not go with the equations of this set: got {coefficients.convention}, "
@@ -217,10 +223,20 @@ def _check_convention(coefficients: CoefficientSet, where: str) -> None:
         )
 
 
+def _check_one_unit(coefficients: CoefficientSet, where: str) -> None:
+    units = {(numbers.form.measured_unit, numbers.form.unit) for numbers in coefficients.axes.values()}
+    if len(units) > 1:
+        named = " and ".join(f"{measured} for {unit}" for measured, unit in sorted(units))
+        raise SetError(
+            f"{where}: axes: read in different units: got {named}, allowed is one unit of all outputs and one of what "
+            "they sense; nothing was built; declare the axes as sensors of their own"
+        )
+
+
 def _check_vector_axes(coefficients: CoefficientSet, where: str) -> None:
     section = coefficients.test_vectors
     for vector in [*listed(section["forward"]), *listed(section["inverse"])]:
-        axes = set(table(table(vector)["outputs_v"]))
+        axes = set(table(table(vector)[outputs_key(coefficients.axes)]))
         if axes != set(coefficients.axes):
             raise SetError(
                 f"{where}: test_vectors: are for other axes: got {', '.join(sorted(axes))}, the set has "

@@ -15,13 +15,17 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import SetError
 from ams.models.extended import CUBIC_NAME, Q_NAMES, TERM_NAMES
-from ams.models.sensor_model import Equation, OwnOutput
-from ams.sets.sensed_quantity import FIELDS, PER_G
+from ams.models.sensor_model import Equation, OwnOutput, SetForm
+from ams.sets.sensed_quantity import FIELDS, PER_G, Units, form_of
 
 CONVENTIONS = {
     "TP": (
         "Package axes: x forward, y right, z down. Pitch alpha (nose up) about y, then roll R (right wing down) about "
         "x; no yaw. f = (sin alpha, -cos alpha sin R, -cos alpha cos R) in local g. Source: NASA/TP-1999-209835."
+    ),
+    "SR": (
+        "Package axes: x forward, y right, z down. h is the quantity itself along them: specific force in local g "
+        "(level and at rest -1 along z), angular velocity, field. Source: EQUIS science report, 4.1."
     ),
     "CR": (
         "Axes: x forward, y right, z down; after half a turn about y, pitch T about y, then yaw P about the new z, "
@@ -61,6 +65,13 @@ class AxisNumbers:
     parameters: Mapping[str, float | None]
     centring: FloatArray | None = None
     """(t, 4) what is taken off each term of the extended model; None: nothing."""
+    units: Units | None = None
+    """Of output and field, where the model alone does not tell them."""
+
+    @property
+    def form(self) -> SetForm:
+        """How a set has the model of this axis, in its units. Raises: SetError where no model of that name is known."""
+        return form_of(self.model, self.units)
 
     @property
     def direction_v_per_g(self) -> FloatArray:
@@ -69,8 +80,8 @@ class AxisNumbers:
 
     @property
     def direction(self) -> FloatArray:
-        """(3,) k per unit of the field that the model senses: V/g, or V/(deg/s) for gyros."""
-        names = FIELDS[self.model].directions if self.model in FIELDS else DIRECTION_NAMES
+        """(3,) k per unit of the field that the model senses: V/g, V/(deg/s) for gyros, whatever lines have."""
+        names = self.form.directions if self.model in FIELDS else DIRECTION_NAMES
         return np.array([self.primary.get(name, 0.0) for name in names])
 
     @property
@@ -127,7 +138,7 @@ class AxisNumbers:
         """|offset| + |k_x| + |k_y| + |k_z|, volts: what a relative tolerance is relative to."""
         if self.own_output is not None:
             return sum(abs(value) for name, value in self.primary.items() if name.endswith(("_v", "_v_per_g")))
-        return abs(self.primary["offset_v"]) + float(np.abs(self.direction).sum())
+        return abs(self.primary[self.form.offset]) + float(np.abs(self.direction).sum())
 
     @property
     def needs_temperature(self) -> bool:
@@ -136,7 +147,7 @@ class AxisNumbers:
     def offset_v(self, temperature_degc: FloatArray | None) -> FloatArray:
         """Return the offset at the temperature."""
         return np.asarray(
-            self.primary["offset_v"] + self._coefficient("offset_tc_v_per_degc") * self._above(temperature_degc)
+            self.primary[self.form.offset] + self._coefficient("offset_tc_v_per_degc") * self._above(temperature_degc)
         )
 
     def gain(self, temperature_degc: FloatArray | None) -> FloatArray:
@@ -171,8 +182,16 @@ def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArra
 
 
 def derived_direction(numbers: AxisNumbers) -> FloatArray | None:
-    """Return (3,) k from sensitivity and angles; None where one of them is null, or the model has no such angles."""
-    form = FIELDS[numbers.model]
+    """Return (3,) k from the derived parameters; None where one of them is null, or the model has none for it.
+
+    The gain of a straight line tells the component along its nominal axis, the others are as they are.
+    """
+    form = numbers.form
+    gain = None if form.gain is None else numbers.parameters.get(form.gain)
+    if gain is not None:
+        k = numbers.direction
+        k["xyz".index(numbers.nominal_axis)] = 1.0 / gain
+        return k
     sensitivity = numbers.parameters.get(form.sensitivity)
     angles_deg = [numbers.parameters.get(name) for name in form.angles]
     if form.along is None or sensitivity is None or any(angle is None for angle in angles_deg):
@@ -180,9 +199,11 @@ def derived_direction(numbers: AxisNumbers) -> FloatArray | None:
     return np.asarray(sensitivity * form.along(numbers.nominal_axis, np.radians(np.array(angles_deg, dtype=float))))
 
 
-def equation_of(model: str, nominal_axis: str, with_temperature: bool, centred_terms: int = 0) -> PrintedEquation:
+def equation_of(
+    model: str, nominal_axis: str, with_temperature: bool, centred_terms: int = 0, units: Units | None = None
+) -> PrintedEquation:
     """Return the printed equation. Raises: SetError for a model or an axis that no set has an equation for."""
-    found = _printed(model, nominal_axis, centred_terms)
+    found = _printed(model, nominal_axis, centred_terms, units)
     if found is None:
         raise SetError(
             f"model {model!r}, nominal axis {nominal_axis!r}: no set of this version has its equation: known are "
@@ -193,10 +214,10 @@ def equation_of(model: str, nominal_axis: str, with_temperature: bool, centred_t
     return PrintedEquation(model, found.source, found.primary + suffix, found.derived)
 
 
-def _printed(model: str, nominal_axis: str, centred_terms: int) -> Equation | None:
-    form = FIELDS.get(model)
-    if form is None:
+def _printed(model: str, nominal_axis: str, centred_terms: int, units: Units | None) -> Equation | None:
+    if model not in FIELDS:
         return None
+    form = form_of(model, units)
     if centred_terms:
         return None if form.centred_equation is None else form.centred_equation(nominal_axis, centred_terms)
     return form.equation(nominal_axis)
@@ -204,17 +225,18 @@ def _printed(model: str, nominal_axis: str, centred_terms: int) -> Equation | No
 
 def check_numbers(numbers: AxisNumbers, where: str) -> None:
     """Refuse numbers that the equation does not take. Raises: SetError."""
-    equation_of(numbers.model, numbers.nominal_axis, numbers.needs_temperature, len(numbers.centred_terms))
-    form = FIELDS[numbers.model]
+    terms = len(numbers.centred_terms)
+    equation_of(numbers.model, numbers.nominal_axis, numbers.needs_temperature, terms, numbers.units)
+    form = numbers.form
     if form.output is not None:
         allowed, complete = set(form.output.primary_names), set(form.output.primary_names) <= set(numbers.primary)
     else:
-        own = {"offset_v", *form.directions, *(numbers.centred_terms or form.quadratic)}
+        own = {form.offset, *form.directions, *(numbers.centred_terms or form.quadratic)}
         allowed = own | {*TEMPERATURE_NAMES, "reference_temperature_degc"}
-        needed_names = {"offset_v", *numbers.centred_terms}
+        needed_names = {form.offset, *numbers.centred_terms}
         complete = needed_names <= set(numbers.primary) and bool(set(form.directions) & set(numbers.primary))
     if set(numbers.primary) - allowed or not complete:
-        needed = "all of them" if form.output is not None else "offset_v and at least one k"
+        needed = "all of them" if form.output is not None else f"{form.offset} and at least one k"
         raise SetError(
             f"{where}: axis {numbers.axis}: the equation {numbers.model!r} does not take these primary parameters: got "
             f"{', '.join(numbers.primary)}, allowed are {', '.join(sorted(allowed))} with {needed}; "

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 
 from ams.sets.canonical import Document, Json, plain, table
 from ams.sets.equations import AxisNumbers
-from ams.sets.sensed_quantity import FIELDS
 
 POLARITY_TEXT = (
     "sign along the nominal axis: +1 where the output rises as that axis is turned upwards (gyros: as the package "
@@ -30,7 +29,10 @@ CORRECTIONS_TEXT = (
     "tc_per_degc (T - degc)), T the load resistor's temperature: correct readings so before the set is applied"
 )
 TEMPERATURE_TEXT = "T in degC = offset_degc + slope_degc_per_v * volts of the channel"
-REZERO_TERMS = ("offset_v",)
+LEVEL_REZERO_TEXT = (
+    "{offset} may be set anew at a known level: {offset} = output - k.level; no other term may be adjusted without a "
+    "calibration"
+)
 
 
 def use_section(
@@ -52,8 +54,14 @@ def use_section(
         "chain_serials": {str(name): _serial(declared) for name, declared in (chain or {}).items()},
         **_corrections(chain or {}),
         "temperature_conversion": None if conversion is None else {**table(conversion), "text": TEMPERATURE_TEXT},
-        "wind_off_rezero": {"terms": list(REZERO_TERMS), "text": REZERO_TEXT},
+        "wind_off_rezero": _rezero(axes),
     }
+
+
+def _rezero(axes: Mapping[str, AxisNumbers]) -> Document:
+    form = next(iter(axes.values())).form
+    text = LEVEL_REZERO_TEXT.format(offset=form.offset) if form.senses_level else REZERO_TEXT
+    return {"terms": [form.offset], "text": text}
 
 
 def use_of(document: Document) -> Document | None:
@@ -67,9 +75,9 @@ def polarity(numbers: AxisNumbers) -> int:
 
     CR's accelerometers sense gravity, which points the other way than the specific force that a turn upwards makes.
     """
-    sensitivity = numbers.parameters.get(FIELDS[numbers.model].sensitivity)
+    sensitivity = numbers.parameters.get(numbers.form.sensitivity)
     along = float(numbers.direction["xyz".index(numbers.nominal_axis)])
-    sense = -1 if FIELDS[numbers.model].is_gravity else 1
+    sense = -1 if numbers.form.is_gravity else 1
     return -sense if (along if sensitivity is None else sensitivity) < 0.0 else sense
 
 

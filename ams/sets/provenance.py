@@ -4,8 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime
 
+from ams.calibration_result import Calibration
 from ams.errors import SetError
 from ams.sets.canonical import Document, plain
+from ams.sets.sensed_quantity import FIELDS, form_of, units_in
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class Provenance:
     """For models that know yaw."""
     rate_range_dps: tuple[float, float] | None = None
     """For gyros: of the angular velocity along each package axis."""
+    level_ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """For straight lines: ``level_x_ut`` and so on, what each axis was exposed to along its direction."""
     serial: str | None = None
     sensor_model: str | None = None
     operator: str | None = None
@@ -77,6 +81,8 @@ class Provenance:
             limits = getattr(self, name)
             if limits is not None:
                 _check_range(self.sensor, name, limits)
+        for name, limits in self.level_ranges.items():
+            _check_range(self.sensor, name, limits)
 
 
 def _check_range(sensor: str, name: str, limits: tuple[float, float]) -> None:
@@ -85,6 +91,23 @@ def _check_range(sensor: str, name: str, limits: tuple[float, float]) -> None:
             f"{sensor}: provenance: {name} is no range: got {limits[0]!r} to {limits[1]!r}, "
             "needed are two finite numbers, the lower first; nothing was built"
         )
+
+
+def level_ranges(calibration: Calibration) -> dict[str, tuple[float, float]]:
+    """Return what every straight line was exposed to along its axis, by its input; nothing for other models."""
+    ranges = {}
+    for axis in calibration.axes.values():
+        if axis.model not in FIELDS:
+            continue
+        form = form_of(axis.model, units_in(axis.model, axis.primary_names))
+        if not form.senses_level:
+            continue
+        primary = dict(zip(axis.primary_names, axis.primary.tolist(), strict=True))
+        place = "xyz".index(axis.nominal_axis)
+        # A fitted output turned round: whatever stood along the axis is in it, a field beside the coil as well.
+        levels = (axis.fitted_v - primary[form.offset]) / primary[form.directions[place]]
+        ranges[form.inputs[place]] = (round(float(levels.min()), 9), round(float(levels.max()), 9))
+    return ranges
 
 
 def utc_text(moment: datetime) -> str:
@@ -119,7 +142,8 @@ def origin_sections(provenance: Provenance) -> Document:
 
 def _further_ranges(provenance: Provenance) -> Document:
     ranges = {"yaw_deg": provenance.yaw_range_deg, "rate_dps": provenance.rate_range_dps}
-    return {name: plain(limits, name) for name, limits in ranges.items() if limits is not None}
+    known = {name: limits for name, limits in ranges.items() if limits is not None}
+    return {name: plain(limits, name) for name, limits in {**known, **provenance.level_ranges}.items()}
 
 
 def record_sections(provenance: Provenance) -> Document:

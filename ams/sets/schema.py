@@ -16,12 +16,13 @@ if TYPE_CHECKING:
     from jsonschema.protocols import Validator
 
 FORMAT = "calrig coefficient set"
-VERSION = 3
-"""The version that is written: 1 held TP's models, 2 also CR's, with yaw and rates among the inputs, 3 the findings."""
+VERSION = 4
+"""The version that is written: 1 held TP's models, 2 also CR's, with yaw and rates among the inputs, 3 the findings,
+4 straight lines in units of their own."""
 
 
 def check_identity(value: Json, where: str) -> Document:
-    """Return the value as a document of version 1 to 3.
+    """Return the value as a document of version 1 to 4.
 
     Raises: SetError where it is something else, newer or damaged.
     """

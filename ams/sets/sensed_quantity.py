@@ -4,15 +4,17 @@ Every equation of a set is v = b + k·h with h this field in package axes, or a 
 a set needs no more than the name of its model to be evaluated.
 """
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 
 from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
-from ams.frames import Attitude
+from ams.frames import Exposure
 from ams.models.registry import MODELS
 from ams.models.sensor_model import PER_G as PER_G
 from ams.models.sensor_model import SetForm
 
+_K_NAME = re.compile(r"k_[xyz]_(?P<measured>.+)_per_(?P<unit>.+)")
 RATE_INPUTS = ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")
 
 
@@ -35,12 +37,35 @@ class _Forms(Mapping[str, SetForm]):
 FIELDS: Mapping[str, SetForm] = _Forms()
 
 
-def field_at(model: str, attitude: Attitude) -> FloatArray:
-    """Return the (…, 3) field in package axes: local g, or °/s for gyros.
+Units = tuple[str, str]
+"""Of the output and of what is sensed, as they are written in keys."""
 
-    Raises: OutsideValidity where the model needs a yaw or rates that are not given.
-    """
+
+def form_of(model: str, units: Units | None) -> SetForm:
+    """Return the form of a model, in the units given where its names depend on them."""
     form = FIELDS[model]
+    return form if units is None or form.in_units is None else form.in_units(*units)
+
+
+def units_in(model: str, primary_names: Sequence[str]) -> Units | None:
+    """Return the units that the names of the primary parameters end in; None where the model fixes them."""
+    if model not in FIELDS or FIELDS[model].in_units is None:
+        return None
+    found = next((match for name in primary_names if (match := _K_NAME.fullmatch(name))), None)
+    return None if found is None else (found["measured"], found["unit"])
+
+
+def field_at(model: str, units: Units | None, attitude: Exposure) -> FloatArray:
+    """Return the (…, 3) field in package axes: local g, °/s for gyros, the unit of straight lines.
+
+    Raises: OutsideValidity where the model needs a yaw, rates or levels that are not given.
+    """
+    form = form_of(model, units)
+    if form.senses_level and attitude.package_level is None:
+        raise OutsideValidity(
+            f"model {model}: the level is missing: straight lines take the quantity itself along the package's axes; "
+            f"nothing was computed; give level, (…, 3) in {form.unit}"
+        )
     if "yaw_deg" in form.inputs and attitude.yaw_rad is None:
         raise OutsideValidity(f"model {model}: yaw is missing: the set knows yaw; nothing was computed; give yaw_rad")
     if form.senses_rates and attitude.euler_rate_rad_s is None:

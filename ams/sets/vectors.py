@@ -5,20 +5,23 @@ where three axes together determine the specific force: f = K⁻¹(v − b), the
 order bend an output by so little that f ← f + K⁻¹(v − v̂(f)) finds the force in a few steps.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import VectorsDisagree
-from ams.frames import Attitude
+from ams.frames import Exposure
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.equations import AxisNumbers, derived_direction, predicted_v
-from ams.sets.sensed_quantity import FIELDS, RATE_INPUTS, field_at
+from ams.sets.sensed_quantity import RATE_INPUTS, field_at
+from ams.units import UNITS
 
 TOLERANCE_RELATIVE = 1e-12
 TOLERANCE_TEXT = "outputs: of |offset_v| + |k_x| + |k_y| + |k_z| of the axis; angles: of 180 degrees"
+INVERSE_TOLERANCE_RELATIVE = 1e-10
+"""Of levels out of outputs, whose zero may be many times what the level makes."""
 DERIVED_TOLERANCE_RELATIVE = 1e-9
 """Derived parameters come from k by square roots and arc tangents, in degrees."""
 INVERSE_TEXT = (
@@ -30,10 +33,19 @@ BENT_INVERSE_TEXT = (
     "differences divided by the factor of temperature, until f stays as it is; "
     "pitch = atan2(f_x, sqrt(f_y^2 + f_z^2)); roll = atan2(-f_y, -f_z)"
 )
+LEVEL_INVERSE_TEXT = (
+    "K has one row (k_x, k_y, k_z) for each axis; level = K^-1 (outputs - zero levels), along x, y, z of the package"
+)
+LEVEL = "level_"
+"""How the inputs of straight lines begin, and their validity: level_x_ut."""
 RATES_IN_RANGE = 0.4
 """Rates of the angles are drawn from this part of the range, so that they add up inside it along every axis."""
 NO_INVERSE_TEXT = (
     "none: it takes three axes in TP's convention, nearly linear in the specific force, that together determine it"
+)
+NO_LEVEL_INVERSE_TEXT = "none for all three directions: it takes three axes; along one axis level = A*output + B"
+LEVEL_TOLERANCE_TEXT = (
+    "outputs: of |zero level| + |k_x| + |k_y| + |k_z| of the axis; levels: of the largest of a vector"
 )
 LARGEST_CONDITION_NUMBER = 30.0
 LARGEST_CONTRACTION = 0.05
@@ -65,6 +77,8 @@ class Validity:
     yaw_deg: tuple[float, float] | None = None
     rate_dps: tuple[float, float] | None = None
     """Of the angular velocity along each package axis."""
+    levels: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """``level_x_ut`` and so on: what each straight line was exposed to along its axis."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +98,10 @@ def make_vectors(axes: Mapping[str, AxisNumbers], validity: Validity) -> Documen
     inverse = [vector for vector in forward if _is_invertible(axes, vector)]
     return {
         "tolerance_relative": TOLERANCE_RELATIVE,
-        "tolerance_text": TOLERANCE_TEXT,
+        "tolerance_text": LEVEL_TOLERANCE_TEXT if _of_levels(axes) else TOLERANCE_TEXT,
         "forward": list(forward),
         "inverse": list(inverse) or None,
-        "inverse_text": _inverse_text(axes) if inverse else NO_INVERSE_TEXT,
+        "inverse_text": _inverse_text(axes, has_inverse=bool(inverse)),
     }
 
 
@@ -138,9 +152,13 @@ def angles_of(f: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def is_package(axes: Mapping[str, AxisNumbers]) -> bool:
     """Return whether three axes in TP's convention determine the specific force: well conditioned, and hardly bent."""
+    return all(numbers.form.convention == "TP" for numbers in axes.values()) and resolves(axes)
+
+
+def resolves(axes: Mapping[str, AxisNumbers]) -> bool:
+    """Return whether three axes determine what they sense in all directions: well conditioned, and hardly bent."""
     return (
         len(axes) == 3
-        and all(FIELDS[numbers.model].convention == "TP" for numbers in axes.values())
         and all(numbers.own_output is None for numbers in axes.values())
         and bool(np.linalg.cond(_matrix(axes)) < LARGEST_CONDITION_NUMBER)
         and _contraction(axes) <= LARGEST_CONTRACTION
@@ -152,22 +170,39 @@ def _contraction(axes: Mapping[str, AxisNumbers]) -> float:
     return float(np.linalg.norm(np.linalg.inv(_matrix(axes)), 2) * np.linalg.norm(bends))
 
 
-def _inverse_text(axes: Mapping[str, AxisNumbers]) -> str:
+def outputs_key(axes: Mapping[str, AxisNumbers]) -> str:
+    """Return the key of the outputs in a vector, ``outputs_v`` or in the unit that a set's outputs have."""
+    return f"outputs_{next(iter(axes.values())).form.measured_unit}"
+
+
+def _of_levels(axes: Mapping[str, AxisNumbers]) -> bool:
+    return all(numbers.form.senses_level for numbers in axes.values())
+
+
+def _inverse_text(axes: Mapping[str, AxisNumbers], *, has_inverse: bool) -> str:
+    if _of_levels(axes):
+        return LEVEL_INVERSE_TEXT if has_inverse else NO_LEVEL_INVERSE_TEXT
+    if not has_inverse:
+        return NO_INVERSE_TEXT
     return INVERSE_TEXT if is_straight(axes) else BENT_INVERSE_TEXT
 
 
 def _matrix(axes: Mapping[str, AxisNumbers]) -> FloatArray:
-    return np.stack([numbers.direction_v_per_g for numbers in axes.values()])
+    return np.stack([numbers.direction for numbers in axes.values()])
 
 
 def _forward(
     axes: Mapping[str, AxisNumbers], validity: Validity, fractions: tuple[float, float, float], with_temperature: bool
 ) -> Document:
-    vector: Document = {
+    inputs = {name: None for numbers in axes.values() for name in numbers.form.inputs}
+    if _of_levels(axes):
+        vector: Document = _levels(inputs, validity, fractions)
+        vector[outputs_key(axes)] = {name: _output_v(numbers, vector) for name, numbers in axes.items()}
+        return vector
+    vector = {
         "pitch_deg": _between(validity.pitch_deg, fractions[0]),
         "roll_deg": _between(validity.roll_deg, fractions[1]),
     }
-    inputs = {name for numbers in axes.values() for name in FIELDS[numbers.model].inputs}
     if "yaw_deg" in inputs:
         vector["yaw_deg"] = _between(validity.yaw_deg or (0.0, 0.0), fractions[2])
     for name, fraction in zip(RATE_INPUTS, fractions, strict=True):
@@ -179,19 +214,30 @@ def _forward(
     return vector
 
 
+def _levels(inputs: Iterable[str], validity: Validity, fractions: tuple[float, float, float]) -> Document:
+    """Return a level along every package axis; one without a sensor of its own takes the widest range of the others."""
+    widest = max(validity.levels.values(), key=lambda limits: limits[1] - limits[0], default=(-1.0, 1.0))
+    pairs = zip(inputs, fractions, strict=True)
+    return {name: _between(validity.levels.get(name, widest), fraction) for name, fraction in pairs}
+
+
 def _between(limits: tuple[float, float], fraction: float) -> float:
     """Return a point of the range, rounded to a micro-unit but never beyond an end."""
     return min(max(round(limits[0] + fraction * (limits[1] - limits[0]), 6), limits[0]), limits[1])
 
 
 def _output_v(numbers: AxisNumbers, vector: Mapping[str, Json]) -> float:
-    return float(predicted_v(numbers, field_at(numbers.model, _exposure(vector)), _temperature(vector)))
+    field_there = field_at(numbers.model, numbers.units, _exposure(vector))
+    return float(predicted_v(numbers, field_there, _temperature(vector)))
 
 
-def _exposure(vector: Mapping[str, Json]) -> Attitude:
+def _exposure(vector: Mapping[str, Json]) -> Exposure:
+    levels = [number(value) for name, value in vector.items() if name.startswith(LEVEL)]
+    if levels:
+        return Exposure(np.zeros(()), np.zeros(()), package_level=np.array(levels))
     angles = {name: np.radians(number(vector[name])) for name in ("pitch_deg", "roll_deg", "yaw_deg") if name in vector}
     rates = [np.radians(number(vector[name])) for name in RATE_INPUTS if name in vector]
-    return Attitude(
+    return Exposure(
         angles["pitch_deg"],
         angles["roll_deg"],
         angles.get("yaw_deg"),
@@ -204,6 +250,8 @@ def _temperature(vector: Mapping[str, Json]) -> FloatArray | None:
 
 
 def _is_invertible(axes: Mapping[str, AxisNumbers], vector: Mapping[str, Json]) -> bool:
+    if _of_levels(axes):
+        return resolves(axes)
     return is_package(axes) and abs(number(vector["pitch_deg"])) <= LARGEST_INVERSE_PITCH_DEG
 
 
@@ -220,19 +268,23 @@ def _check_derived(numbers: AxisNumbers, where: str) -> None:
 
 
 def _forward_error(numbers: AxisNumbers, vector: Mapping[str, Json], where: str) -> float:
-    expected_v, got_v = number(table(vector["outputs_v"])[numbers.axis]), _output_v(numbers, vector)
+    unit = numbers.form.measured_unit
+    expected_v, got_v = number(table(vector[f"outputs_{unit}"])[numbers.axis]), _output_v(numbers, vector)
     error = abs(got_v - expected_v) / numbers.scale_v
+    printed = UNITS.get(unit, unit)
     if not error <= TOLERANCE_RELATIVE:
         raise VectorsDisagree(
             f"{where}: axis {numbers.axis}: test vector at {_attitude(vector)} is not reproduced by the coefficients: "
-            f"got {got_v!r} V, expected {expected_v!r} V, relative difference {error:.1e}, allowed "
+            f"got {got_v!r} {printed}, expected {expected_v!r} {printed}, relative difference {error:.1e}, allowed "
             f"{TOLERANCE_RELATIVE:.0e}; do not use this set; it was assembled wrongly or for another convention"
         )
     return error
 
 
 def _inverse_error(axes: Mapping[str, AxisNumbers], vector: Mapping[str, Json], where: str) -> float:
-    outputs_v = {name: np.asarray(number(value)) for name, value in table(vector["outputs_v"]).items()}
+    outputs_v = {name: np.asarray(number(value)) for name, value in table(vector[outputs_key(axes)]).items()}
+    if _of_levels(axes):
+        return _level_error(vector, inferred_force(axes, outputs_v, None), where)
     pitch_rad, roll_rad = angles_of(inferred_force(axes, outputs_v, _temperature(vector)))
     turn_deg = float(np.degrees(roll_rad)) - number(vector["roll_deg"])
     errors = (float(np.degrees(pitch_rad)) - number(vector["pitch_deg"]), (turn_deg + 180.0) % 360.0 - 180.0)
@@ -246,11 +298,23 @@ def _inverse_error(axes: Mapping[str, AxisNumbers], vector: Mapping[str, Json], 
     return error
 
 
+def _level_error(vector: Mapping[str, Json], found: FloatArray, where: str) -> float:
+    expected = np.array([number(value) for name, value in vector.items() if name.startswith(LEVEL)])
+    scale = float(np.abs(expected).max())
+    error = float(np.abs(found - expected).max()) / scale if scale > 0.0 else 0.0
+    if not error <= INVERSE_TOLERANCE_RELATIVE:
+        raise VectorsDisagree(
+            f"{where}: inverse test vector at {_attitude(vector)} is not reproduced by the coefficients: got "
+            f"{', '.join(map(repr, found.tolist()))}; do not use this set; it was assembled wrongly"
+        )
+    return error
+
+
 def _attitude(vector: Mapping[str, Json]) -> str:
     parts = [
         f"{name.rsplit('_', 1)[0]} {value} {name.rsplit('_', 1)[1]}"
         for name, value in vector.items()
-        if name != "outputs_v"
+        if not name.startswith("outputs_")
     ]
     return ", ".join(parts)
 

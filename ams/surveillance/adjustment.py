@@ -12,7 +12,7 @@ Decision rules, U being the expanded uncertainty of the error (95 %):
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Literal
 
@@ -23,6 +23,9 @@ from ams.observations import Observations
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.surveillance.attitude_errors import AngleErrors, errors_of
+from ams.surveillance.level_errors import LevelErrors, is_of_lines, level_errors_of
+from ams.surveillance.level_errors import from_document as read_level_errors
+from ams.surveillance.level_errors import to_document as level_errors_document
 
 Verdict = Literal["pass", "conditional", "fail"]
 Rule = Literal["guard-band", "simple"]
@@ -78,6 +81,8 @@ class Condition:
     set_created_utc: datetime
     errors: Mapping[str, AngleErrors]
     judgements: tuple[Judgement, ...]
+    level_errors: Mapping[str, LevelErrors] = field(default_factory=dict)
+    """Of straight lines, by axis, in the unit of what they sense: a declared limit is an angle and judges none."""
 
     @property
     def verdict(self) -> Verdict | None:
@@ -115,6 +120,8 @@ def adjust(
     """Judge a sensor as found by the previous set and as left by the new one, both on the data of the new run.
 
     ``run_at_fault``: why this run says nothing of how a sensor was found, such as a table that turned.
+
+    Of straight lines the errors are those of what they sense.
 
     Raises: OutsideValidity where even the new set tells no angle (gyros, CR's packages).
     """
@@ -185,6 +192,8 @@ def _condition(
     acceptance: Acceptance,
     usage_pitch_deg: tuple[float, float] | None,
 ) -> Condition:
+    if is_of_lines(new):
+        return Condition(kind, applied.sha256, applied.created_utc, {}, (), level_errors_of(applied, new))
     errors = errors_of(applied, new, observations, usage_pitch_deg)
     judged = tuple(
         judge(errors[angle], limit, acceptance.rule)
@@ -225,11 +234,13 @@ def from_document(document: Document) -> Adjustment:
 
 
 def _condition_document(condition: Condition) -> Document:
+    levels: Document = {axis: level_errors_document(errors) for axis, errors in condition.level_errors.items()}
     return {
         "set_sha256": condition.set_sha256,
         "set_created_utc": condition.set_created_utc.isoformat(),
         "verdict": condition.verdict,
         "errors": {angle: _errors_document(errors) for angle, errors in condition.errors.items()},
+        **({"level_errors": levels} if levels else {}),
     }
 
 
@@ -249,7 +260,10 @@ def _read_condition(kind: Literal["as-found", "as-left"], document: Document, ac
         if angle in errors
     )
     created = datetime.fromisoformat(str(document["set_created_utc"]))
-    return Condition(kind, str(document["set_sha256"]), created, errors, judged)
+    levels = {
+        axis: read_level_errors(axis, table(entry)) for axis, entry in table(document.get("level_errors", {})).items()
+    }
+    return Condition(kind, str(document["set_sha256"]), created, errors, judged, levels)
 
 
 def _coverage_factors(document: Document, points: int) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

@@ -16,9 +16,9 @@ from itertools import combinations
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.models.sensor_model import SetForm
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.sensed_quantity import FIELDS
 
 REPEATED = ("table", "lack-of-fit", "temperature")
 """Parts of the covariance that the next run on the same table repeats: they do not scatter between runs."""
@@ -32,12 +32,22 @@ class PackageNumbers:
     axes: tuple[str, ...]
     """Nominal axes."""
     primary: FloatArray
-    """(n, A, 4): offset in volts and k per unit of the field."""
+    """(n, A, 4): offset and k per unit of the field."""
     covariance: FloatArray
     """(n, A, 4, 4)"""
     scatter: FloatArray
     """(n, A, 4, 4) the part of the covariance that is drawn anew in every run."""
     sensitivity_name: str = "sensitivity_v_per_g"
+
+    @property
+    def measured_unit(self) -> str:
+        """Of the outputs, such as ``v``."""
+        return self.sensitivity_name.removeprefix("sensitivity_").partition("_per_")[0]
+
+    @property
+    def unit(self) -> str:
+        """Of what is sensed, such as ``g``."""
+        return self.sensitivity_name.partition("_per_")[2]
 
     @property
     def k(self) -> FloatArray:
@@ -74,21 +84,24 @@ class Characteristics:
 def numbers_of(coefficients: CoefficientSet) -> PackageNumbers:
     """Return the primary parameters of one set, n = 1; a component that the model lacks is zero and exact."""
     axes = table(coefficients.document["axes"])
-    rows = [_axis_rows(table(section), coefficients.axes[name].model) for name, section in axes.items()]
+    rows = [_axis_rows(table(section), coefficients.axes[name].form) for name, section in axes.items()]
     primary, covariance, scatter = (np.stack(part)[None] for part in zip(*rows, strict=True))
     first, *_ = coefficients.axes.values()
     nominal = tuple(one.nominal_axis for one in coefficients.axes.values())
-    return PackageNumbers(nominal, primary, covariance, scatter, FIELDS[first.model].sensitivity)
+    return PackageNumbers(nominal, primary, covariance, scatter, first.form.sensitivity)
 
 
 def characteristics_of(numbers: PackageNumbers) -> Characteristics:
     """Return the offsets, sensitivities and angles between axes, with their standard uncertainties."""
     axes, size = numbers.axes, np.abs(numbers.sensitivity)
     units, n = numbers.directions, numbers.primary.shape[0]
-    names = [*(f"offset_v.{axis}" for axis in axes), *(f"{numbers.sensitivity_name}.{axis}" for axis in axes)]
+    offset_name = f"offset_{numbers.measured_unit}"
+    names = [*(f"{offset_name}.{axis}" for axis in axes), *(f"{numbers.sensitivity_name}.{axis}" for axis in axes)]
     values = [numbers.primary[..., 0], numbers.sensitivity]
     scales = [size, size]
-    pairs = list(combinations(range(len(axes)), 2))
+    # A line along its nominal axis knows nothing across it: the angle between two of them was not calibrated.
+    tells_direction = np.count_nonzero(numbers.k, axis=-1).max(axis=0) > 1
+    pairs = [(a, b) for a, b in combinations(range(len(axes)), 2) if tells_direction[a] and tells_direction[b]]
     if pairs:
         names += [f"angle_deg.{axes[a]}{axes[b]}" for a, b in pairs]
         values.append(np.stack([_angle_deg(units[:, a], units[:, b]) for a, b in pairs], axis=1))
@@ -119,10 +132,10 @@ def cross_matrices(vectors: FloatArray) -> FloatArray:
     return np.stack([np.stack(row, axis=-1) for row in ((zero, -z, y), (z, zero, -x), (-y, x, zero))], axis=-2)
 
 
-def _axis_rows(section: Document, model: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _axis_rows(section: Document, form: SetForm) -> tuple[FloatArray, FloatArray, FloatArray]:
     primary = table(section["primary"])
     order, values = [str(name) for name in listed(primary["order"])], table(primary["values"])
-    wanted = ("offset_v", *FIELDS[model].directions)
+    wanted = (form.offset, *form.directions)
     places = [(place, order.index(name)) for place, name in enumerate(wanted) if name in order]
     vector = np.zeros(_COLUMNS)
     for place, at in places:

@@ -10,7 +10,7 @@ history knows (:mod:`ams.surveillance.control_chart`).
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -74,6 +74,10 @@ class Comparison:
     direction_p_value: float | None
     """Chance of a larger one where nothing but a remount happened; None without degrees of freedom."""
     notes: tuple[str, ...]
+    measured_unit: str = "v"
+    """Of the outputs; ``offset_v`` and ``sensitivity_v_per_g`` of the axes are in the set's own units."""
+    unit: str = "g"
+    """Of what is sensed."""
 
 
 def compare(old: CoefficientSet, new: CoefficientSet) -> Comparison:
@@ -100,6 +104,8 @@ def compare(old: CoefficientSet, new: CoefficientSet) -> Comparison:
         direction_dof=fit.dof,
         direction_p_value=_chi_square_p(fit.chi_square, fit.dof),
         notes=tuple(_notes(old, new)),
+        measured_unit=after.measured_unit,
+        unit=after.unit,
     )
 
 
@@ -164,6 +170,7 @@ def _check_comparable(old: CoefficientSet, new: CoefficientSet) -> None:
     for name, was, now in (
         ("convention", old.convention, new.convention),
         ("axes", ", ".join(old.axes), ", ".join(new.axes)),
+        ("units", _units(old), _units(new)),
         ("nominal axes", _nominal(old), _nominal(new)),
     ):
         if was != now:
@@ -173,18 +180,28 @@ def _check_comparable(old: CoefficientSet, new: CoefficientSet) -> None:
             )
 
 
+def _units(coefficients: CoefficientSet) -> str:
+    form = next(iter(coefficients.axes.values())).form
+    return f"{form.measured_unit} per {form.unit}"
+
+
 def _nominal(coefficients: CoefficientSet) -> str:
     return ", ".join(one.nominal_axis for one in coefficients.axes.values())
 
 
 def _at_one_gravity(numbers: PackageNumbers, old: CoefficientSet, new: CoefficientSet) -> PackageNumbers:
     """Bring sensitivities per g to the g of the newer set; rates know no g."""
-    if numbers.sensitivity_name != "sensitivity_v_per_g":
+    if numbers.unit != "g":
         return numbers
     ratio = _gravity_mps2(new) / _gravity_mps2(old)
     scale = np.array([1.0, ratio, ratio, ratio])
     spread = np.outer(scale, scale)
-    return PackageNumbers(numbers.axes, numbers.primary * scale, numbers.covariance * spread, numbers.scatter * spread)
+    return replace(
+        numbers,
+        primary=numbers.primary * scale,
+        covariance=numbers.covariance * spread,
+        scatter=numbers.scatter * spread,
+    )
 
 
 def _gravity_mps2(coefficients: CoefficientSet) -> float:

@@ -95,7 +95,7 @@ class Population:
 
         A sensor that was calibrated at two sites has one sensitivity.
         """
-        if self.numbers.sensitivity_name != "sensitivity_v_per_g":
+        if self.numbers.unit != "g":
             return self.numbers
         gravity = np.array([label.gravity_mps2 for label in self.labels])
         last = np.append(self.starts[1:], len(self.labels)) - 1

@@ -85,7 +85,8 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
         yield "no standard is declared, so nothing is traceable ([standards] and standard = …)"
     yield from findings_of(grounds.coefficients)
     level = table(grounds.coefficients.provenance["level"] or {})
-    if grounds.coefficients.document["model"] != "gyro" and not (level.get("before") or level.get("after")):
+    senses_gravity = any(numbers.form.unit == "g" for numbers in grounds.coefficients.axes.values())
+    if senses_gravity and not (level.get("before") or level.get("after")):
         yield "the level of the base was not read ([level] before and after)"
     yield from (_overdue(standard, grounds) for standard in grounds.standards if _is_overdue(standard, grounds))
 

@@ -5,6 +5,9 @@ from datetime import UTC, datetime, time
 from pathlib import Path
 
 from ams.sets.canonical import Document, listed, number, table
+from ams.sets.vectors import LEVEL
+from ams.surveillance.level_errors import is_of_lines
+from ams.units import printed
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.certificate.results import angle_rows, coefficients_of, undetermined
 from procedures.numbers import angle, to_place
@@ -30,6 +33,7 @@ def certificate_page(grounds: Grounds) -> str:
         coefficients=list(coefficients_of(grounds.coefficients, capability_deg)),
         undetermined=list(undetermined(grounds.coefficients)),
         angles=list(angle_rows(errors, capability_deg)),
+        lines=is_of_lines(grounds.coefficients),
         capability=None if capability_deg is None else f"{capability_deg:g}",
         gaps=list(gaps_of(grounds)) if grounds.is_specimen else [],
         conditions=_conditions(grounds.coefficients.document),
@@ -64,7 +68,13 @@ def _conditions(document: Document) -> dict[str, str]:
         for name, one in table(document["environment"]).items()
     }
     gravity = f"{unit['value_mps2']} m/s²" + (f" ({unit['source']})" if unit["source"] else "")
-    return {**attitude_ranges, **(air or {"Temperature": "not measured"}), "Local gravity": gravity}
+    levels = {
+        f"{quantity.replace('_', ' ').capitalize()}": f"{to_place(number(low), -3)} to {to_place(number(high), -3)} "
+        f"{printed(unit)}"
+        for name, (low, high) in ((name, listed(ends)) for name, ends in validity.items() if name.startswith(LEVEL))
+        for quantity, unit in [name.rsplit("_", 1)]
+    }
+    return {**(levels or attitude_ranges), **(air or {"Temperature": "not measured"}), "Local gravity": gravity}
 
 
 def _began(grounds: Grounds) -> str:

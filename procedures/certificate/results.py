@@ -90,9 +90,9 @@ def _cross(found: AngleErrors) -> list[int]:
 
 
 def _size_of(section: Document) -> float | None:
-    """Return the size of k per g; None for a sensor that senses something else (gyros), of which it is null."""
-    values = list(table(section["sensitive_axis_v_per_g"]).values())
-    return None if None in values else hypot(*map(number, values))
+    """Return the size of k in V/g; None for a sensor of another unit, of which it is null or missing."""
+    values = list(table(section.get("sensitive_axis_v_per_g", {})).values())
+    return None if None in values or not values else hypot(*map(number, values))
 
 
 def _coefficient(axis: str, name: str, row: Document, floor: float) -> Coefficient:

@@ -13,7 +13,7 @@ from ams.surveillance.adjustment import Adjustment, Condition
 from ams.surveillance.check_chart import LEAST_DIFFERENCES, CheckHistory
 from ams.surveillance.compare import AxisChange, Change, Comparison
 from ams.surveillance.control_chart import Chart
-from ams.units import ARCSEC_PER_DEG
+from ams.units import ARCSEC_PER_DEG, printed
 
 
 def plain(value: Any) -> Any:
@@ -69,6 +69,12 @@ def _condition_lines(condition: Condition) -> Iterator[str]:
             f"(k = {errors.coverage_factor[place]:.2f}) at pitch {errors.pitch_deg[place]:g}°, roll "
             f"{errors.roll_deg[place]:g}°{left_out}"
         )
+    for level in condition.level_errors.values():
+        place, unit = level.worst, printed(level.unit)
+        yield (
+            f"  {level.axis}: at most {level.error[place]:+.3g} {unit} with U {level.expanded[place]:.2g} {unit} "
+            f"(k = {level.coverage_factor[place]:.2f}) at {level.level[place]:.4g} {unit}"
+        )
     yield from (f"  {one.sentence}" for one in condition.judgements)
 
 
@@ -97,15 +103,18 @@ def comparison_lines(found: Comparison) -> Iterator[str]:
     else:
         yield "a single axis: a change of its direction cannot be told from a remount"
     for axis in found.axes.values():
-        yield from _axis_lines(axis)
+        yield from _axis_lines(axis, found)
     yield f"the scatter from day to day is not in these uncertainties: calrig archive history {found.sensor} knows it"
 
 
-def _axis_lines(change: AxisChange) -> Iterator[str]:
+def _axis_lines(change: AxisChange, found: Comparison) -> Iterator[str]:
     offset, relative = change.offset_v, change.sensitivity_relative
     yield f"axis {change.axis}"
-    volts = f"{offset.value:+.3e} V (u {offset.standard_uncertainty:.1e})"
-    yield f"  offset       {volts}   {_arcsec(change.offset_arcsec)}"
+    unit = printed(found.measured_unit)
+    volts = f"{offset.value:+.3e} {unit} (u {offset.standard_uncertainty:.1e})"
+    yield (
+        f"  offset       {volts}   {_arcsec(change.offset_arcsec)}" if found.unit == "g" else f"  offset       {volts}"
+    )
     yield f"  sensitivity  {relative.value * 1e6:+.2f} ppm (u {relative.standard_uncertainty * 1e6:.2f})"
     across = "   ".join(f"{axis} {_arcsec(one)}" for axis, one in change.direction_arcsec.items())
     yield f"  direction    {across}"

@@ -112,7 +112,8 @@ class JsonRows:
 
         rounded = {name: nine_digits(values) for name, values in rows.columns.items()}
         frame = pd.DataFrame({**rounded, "flag": np.array(rows.words, dtype=object)[rows.places]})
-        frame.to_json(self.file, orient="records", lines=True, double_precision=15, force_ascii=False)
+        text = frame.to_json(orient="records", lines=True, double_precision=15, force_ascii=False)
+        self.file.write(text.encode())
 
     def close(self) -> None:
         """Nothing is held back."""

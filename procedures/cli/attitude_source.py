@@ -2,18 +2,71 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from cyclopts import Parameter
 
+from ams.attitude.earth_rate import EarthRate
 from ams.errors import OutsideValidity
 from ams.exports.formats import load_set
 from ams.inference.aided_rates import AidedAngles, Aiding
+from ams.inference.angle_stream import AngleStream
+from ams.inference.averaged import AveragedAngles
 from ams.inference.inference import Package
+from ams.inference.low_passed import LowPassedAngles, LowPassWish
+from ams.inference.monitored import MonitoredAngles
 from ams.inference.rates import GyroAngles, GyroPackage, Motion
 from procedures.errors import RequestError
 
+OF_AIDING: Final = ("accelerometers", "accelerometer_axis", "force_sd_g", "bias_walk_dps_per_sqrt_s")
+DEFAULT_AGREEMENT_DEG: Final = 0.1
 Named = Annotated[list[str] | None, Parameter(negative=())]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class OfSamples:
+    """What is done to samples before they become angles."""
+
+    rate_hz: float | None = None
+    """Gyros, filter and averages: samples a second; by default what the column time_s tells."""
+    low_pass_hz: float | None = None
+    """Filter every output first, Chebyshev type I with this cut-off; its delay is taken off, unsettled rows told."""
+    low_pass_order: int | None = None
+    """Order of that filter; by default 4."""
+    low_pass_ripple_db: float | None = None
+    """Ripple in its pass band; by default 0.1 dB."""
+    average_s: float | None = None
+    """Accelerometers: average the outputs over windows of this length, one answer a window with its time_s."""
+
+    def refuse_idle_rate(self) -> None:
+        """Refuse a rate where accelerometers are neither filtered nor averaged. Raises: RequestError."""
+        if self.rate_hz is not None and self.low_pass_hz is None and self.average_s is None:
+            raise RequestError(
+                "--rate-hz: belongs to a set of gyros, to --low-pass-hz or to --average-s: accelerometers at rest are "
+                "answered row by row"
+            )
+
+    def before(self, found: AngleStream) -> AngleStream:
+        """Return the angles of filtered and averaged samples. Raises: RequestError, OutsideValidity."""
+        for name in ("low_pass_order", "low_pass_ripple_db"):
+            if getattr(self, name) is not None and self.low_pass_hz is None:
+                raise RequestError(f"--{name.replace('_', '-')}: belongs to --low-pass-hz, which is missing")
+        if self.average_s is not None:
+            found = AveragedAngles(found, self.average_s, self.rate_hz)
+        if self.low_pass_hz is None:
+            return found
+        wish = LowPassWish(self.low_pass_hz)
+        order, ripple_db = self.low_pass_order, self.low_pass_ripple_db
+        return LowPassedAngles(
+            found,
+            LowPassWish(
+                wish.cutoff_hz,
+                wish.order if order is None else order,
+                wish.ripple_db if ripple_db is None else ripple_db,
+            ),
+            self.rate_hz,
+        )
 
 
 @Parameter(name="*")
@@ -21,8 +74,6 @@ Named = Annotated[list[str] | None, Parameter(negative=())]
 class OfGyros:
     """What belongs to a set of gyros, and to no other."""
 
-    rate_hz: float | None = None
-    """Gyros: samples a second; by default what the column time_s tells."""
     interpolation: Literal["cubic", "linear", "hold"] | None = None
     """Gyros: how the rate runs from sample to sample; by default cubic."""
     start_deg: Annotated[tuple[float, float, float] | None, Parameter(negative=())] = None
@@ -31,6 +82,10 @@ class OfGyros:
     """Gyros: standard deviation of the start."""
     rest_s: float | None = None
     """Gyros: seconds at the beginning over which nothing turns; the mean of the outputs is then their zero."""
+    latitude_deg: float | None = None
+    """Gyros: take the Earth's turn off, at this latitude (north positive)."""
+    heading_deg: float | None = None
+    """Gyros: with the latitude, where x points at zero yaw, degrees from north through east."""
     accelerometers: Path | None = None
     """Gyros: the set of accelerometers in the same package; its columns are accelerometer_x_v and so on."""
     accelerometer_axis: Named = None
@@ -40,6 +95,13 @@ class OfGyros:
     bias_walk_dps_per_sqrt_s: float | None = None
     """With accelerometers: how far the zero of a gyro wanders in a second; by default 0.0001 °/s."""
 
+    gyro_set: Path | None = None
+    """Accelerometers: the set of gyros beside them, columns gyro_x_v and so on; the answers are compared."""
+    gyro_axis: Named = None
+    """AXIS=COLUMN for these gyros."""
+    agreement_deg: float | None = None
+    """With --gyro-set: flag rows that differ by more than this beyond what both uncertainties explain; else 0.1."""
+
     def refuse_for(self, model: str) -> None:
         """Refuse what belongs to gyros where there are none. Raises: RequestError."""
         given = [name for name, value in vars(self).items() if value is not None]
@@ -47,7 +109,25 @@ class OfGyros:
             raise RequestError(f"--{given[0].replace('_', '-')}: belongs to a set of gyros, got the model {model}")
 
 
-def package_of(path: Path, pairs: list[str] | None, option: str, prefix: str) -> Package:
+def monitored(found: AngleStream, model: str, settings: OfGyros, rate_hz: float | None) -> AngleStream:
+    """Return the angles of accelerometers compared with those of gyros, where these are named. Raises: RequestError."""
+    if settings.gyro_set is None:
+        for name in ("gyro_axis", "agreement_deg"):
+            if getattr(settings, name) is not None:
+                raise RequestError(f"--{name.replace('_', '-')}: belongs to --gyro-set, which is missing")
+        settings.refuse_for(model)
+        return found
+    for name in OF_AIDING:
+        if getattr(settings, name) is not None:
+            raise RequestError(f"--{name.replace('_', '-')}: belongs to the filter, not to --gyro-set")
+    gyros = package_of(settings.gyro_set, settings.gyro_axis, "--gyro-axis", "gyro_")
+    limit_deg = DEFAULT_AGREEMENT_DEG if settings.agreement_deg is None else settings.agreement_deg
+    return MonitoredAngles(found, angles_of_gyros(gyros, None, settings, rate_hz), limit_deg)
+
+
+def package_of(
+    path: Path, pairs: list[str] | None, option: str, prefix: str, gravity_mps2: float | None = None
+) -> Package:
     """Return the set of a file with the columns of its axes.
 
     Raises: RequestError for a pair that is none; SetError.
@@ -55,17 +135,32 @@ def package_of(path: Path, pairs: list[str] | None, option: str, prefix: str) ->
     coefficients = load_set(path)
     coefficients.check_vectors(str(path))
     columns: dict[str, str] = {}
-    for pair in pairs or [f"{axis}={prefix}{axis}_v" for axis in coefficients.axes]:
+    unit = next(iter(coefficients.axes.values())).form.measured_unit
+    for pair in pairs or [f"{axis}={prefix}{axis}_{unit}" for axis in coefficients.axes]:
         name, _, column = pair.partition("=")
         if name not in coefficients.axes or not column or name in columns:
             raise RequestError(
                 f"{option} {pair}: allowed is AXIS=COLUMN, each of {', '.join(coefficients.axes)} at most once"
             )
         columns[name] = column
-    return Package(coefficients, columns)
+    return Package(coefficients, columns, gravity_mps2)
 
 
-def angles_of_gyros(package: Package, reading_sd_v: float | None, settings: OfGyros) -> GyroAngles | AidedAngles:
+def _earth_rate(settings: OfGyros) -> EarthRate | None:
+    if (settings.latitude_deg is None) != (settings.heading_deg is None):
+        raise RequestError("--latitude-deg, --heading-deg: the Earth's turn needs both; give both or none")
+    if settings.latitude_deg is None or settings.heading_deg is None:
+        return None
+    return EarthRate(settings.latitude_deg, settings.heading_deg)
+
+
+def angles_of_gyros(
+    package: Package,
+    reading_sd_v: float | None,
+    settings: OfGyros,
+    rate_hz: float | None,
+    gravity_mps2: float | None = None,
+) -> GyroAngles | AidedAngles:
     """Return what makes angles of gyros, with accelerometers where these are named.
 
     Raises: RequestError for an option that goes with accelerometers alone; OutsideValidity, SetError.
@@ -74,20 +169,24 @@ def angles_of_gyros(package: Package, reading_sd_v: float | None, settings: OfGy
         raise OutsideValidity(f"standard deviation of a reading: got {reading_sd_v!r} V, allowed 0 V or more")
     gyros = GyroPackage(package.coefficients, package.columns, reading_sd_v)
     motion = Motion(
-        settings.rate_hz,
+        rate_hz,
         settings.interpolation or "cubic",
         settings.start_deg,
         settings.start_sd_deg,
         settings.rest_s or 0.0,
+        _earth_rate(settings),
     )
     if settings.accelerometers is None:
-        for name in ("accelerometer_axis", "force_sd_g", "bias_walk_dps_per_sqrt_s"):
+        for name in OF_AIDING[1:]:
             if getattr(settings, name) is not None:
                 raise RequestError(f"--{name.replace('_', '-')}: belongs to --accelerometers, which is missing")
+        if gravity_mps2 is not None:
+            raise RequestError("--gravity-mps2: belongs to accelerometers, got gyros alone")
         return GyroAngles(gyros, motion)
     if settings.interpolation is not None:
         raise RequestError("--interpolation: the filter takes the rate's mean over an interval; leave it out")
-    force = package_of(settings.accelerometers, settings.accelerometer_axis, "--accelerometer-axis", "accelerometer_")
+    own, pairs = settings.accelerometers, settings.accelerometer_axis
+    force = package_of(own, pairs, "--accelerometer-axis", "accelerometer_", gravity_mps2)
     default = Aiding()
     walk, sd_g = settings.bias_walk_dps_per_sqrt_s, settings.force_sd_g
     aiding = Aiding(

@@ -6,7 +6,6 @@ they are answered, what is waiting is taken as one block.
 """
 
 import csv
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import IO, Final
@@ -31,13 +30,13 @@ _FEW: Final = 50
 def answer_stream(
     found: AngleStream,
     writer_of: Callable[[Sequence[str]], tuple[RowWriter, IO[bytes]]],
-    source: IO[bytes] | None = None,
+    source: IO[bytes],
 ) -> None:
     """Read a header and rows, write a header and answers, flushed whenever all that arrived is answered.
 
     Raises: RequestError where the header lacks a column.
     """
-    pieces = _pieces(sys.stdin.buffer if source is None else source)
+    pieces = _pieces(source)
     header, first = _header(found, pieces)
     writer, target = writer_of(found.answers)
     target.flush()

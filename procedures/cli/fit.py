@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from cyclopts import Parameter
 
 from ams.calibration.findings_document import full_document
-from ams.calibration.linear_levels import linear_document, read_levels
+from ams.calibration.linear_levels import calibrated_levels, linear_document, read_levels
 from ams.errors import DesignError
 from ams.inference.inference import Package
 from ams.inference.sting_reference import WARNING, read_with_sting
@@ -134,14 +134,14 @@ def fit(
     reference = sting_package(sting, sting_axis, name, is_joint=joint)
     if (prior or mount) and not joint:
         raise RequestError("--prior and --mount: belong to --joint, which is missing")
-    wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description, name)
+    wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description)
     try:
         if joint:
             stated = check_joint(request, description)
             document = fit_jointly(file, columns, stated, parse_priors(prior), mount, wish)
         elif name == "linear":
             _refuse_curvature(hessian)
-            document = _linear(file, columns, request)
+            document = _linear(file, columns, request, wish)
         else:
             document = _solved(file, columns, request, wish, reference, description, monte_carlo)
     except DesignError as error:
@@ -196,8 +196,14 @@ def _refuse_curvature(hessian: bool) -> None:
         raise RequestError("--hessian: a straight line has none; it belongs to the models of attitude and rates")
 
 
-def _linear(file: Path, columns: Mapping[str, str], request: CalibrationRequest) -> dict[str, Any]:
-    return {**linear_document(read_levels(file, columns), request), "model": "linear", "convention": "SR"}
+def _linear(
+    file: Path, columns: Mapping[str, str], request: CalibrationRequest, wish: WishedSet | None
+) -> dict[str, Any]:
+    levels = read_levels(file, columns)
+    if wish is not None:
+        first = next(iter(levels.values())).observations
+        write_set(wish, first, calibrated_levels(levels, request))
+    return {**linear_document(levels, request), "model": "linear", "convention": "SR"}
 
 
 def _refuse_shared(columns: Mapping[str, str]) -> None:

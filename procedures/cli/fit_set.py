@@ -14,7 +14,7 @@ from ams.exports.formats import export_set
 from ams.frames import body_rates_rad_s
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
-from ams.sets.provenance import Provenance
+from ams.sets.provenance import Provenance, level_ranges
 from procedures.errors import RequestError
 from rig.description.rig_file import RigDescription
 
@@ -32,15 +32,11 @@ class WishedSet:
     rig: str
 
 
-def wished_set(
-    path: Path, sensor: str | None, gravity_mps2: float | None, rig: RigDescription | None, model: str
-) -> WishedSet:
+def wished_set(path: Path, sensor: str | None, gravity_mps2: float | None, rig: RigDescription | None) -> WishedSet:
     """Return the set that is to be written.
 
     Raises: RequestError where the command does not say what a set must know.
     """
-    if model == "linear":
-        raise RequestError("--set: no coefficient set has straight lines; keep the JSON document of --json instead")
     if path.suffix != ".json":
         raise RequestError(f"--set {path}: a set is a JSON file: give a name that ends in .json")
     if not sensor:
@@ -61,10 +57,10 @@ def wished_set(
 
 def write_set(wish: WishedSet, observations: Observations, calibration: Calibration) -> None:
     """Write the set whole. Raises: ams.errors.SetError."""
-    export_set(build_set(calibration, _provenance(wish, observations, calibration.convention)), "json", wish.path)
+    export_set(build_set(calibration, _provenance(wish, observations, calibration)), "json", wish.path)
 
 
-def _provenance(wish: WishedSet, rows: Observations, convention: str) -> Provenance:
+def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -> Provenance:
     rates = None
     if rows.euler_rate_rad_s is not None:
         yaw = np.zeros(rows.rows) if rows.yaw_rad is None else rows.yaw_rad
@@ -76,8 +72,9 @@ def _provenance(wish: WishedSet, rows: Observations, convention: str) -> Provena
         gravity_source=wish.gravity_source,
         pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
         roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
-        yaw_range_deg=None if rows.yaw_rad is None or convention == "TP" else _range(np.rad2deg(rows.yaw_rad)),
+        yaw_range_deg=_yaw_range(rows, calibration),
         rate_range_dps=rates,
+        level_ranges=level_ranges(calibration),
         temperature_range_degc=None if rows.temperature_degc is None else _range(rows.temperature_degc),
         created_utc=datetime.now(UTC),
         software_version=version("calrig"),
@@ -86,6 +83,10 @@ def _provenance(wish: WishedSet, rows: Observations, convention: str) -> Provena
         simulated=False,
         serial=wish.sensor,
     )
+
+
+def _yaw_range(rows: Observations, calibration: Calibration) -> tuple[float, float] | None:
+    return None if rows.yaw_rad is None or calibration.convention == "TP" else _range(np.rad2deg(rows.yaw_rad))
 
 
 def _range(values: NDArray[Any]) -> tuple[float, float]:

@@ -38,7 +38,7 @@ def sensed_axes(sensors: Mapping[str, Sensor]) -> tuple[WatchedAxes, tuple[str, 
         (name, str(axis), channel, _declared(getattr(sensor.mount, axis), sensor.nominal_v_per_g(axis)))
         for name, sensor in sensors.items()
         for axis, channel in sensor.channels.items()
-        if sensor.nominal_v_per_g(axis)
+        if sensor.nominal_v_per_g(axis) and sensor.rolls  # what a sting carries turns with other axes
     ]
     axes = WatchedAxes(
         tuple(row[0] for row in rows),

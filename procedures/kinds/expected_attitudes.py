@@ -126,7 +126,7 @@ def _expected_on_gimbal(
         name: np.deg2rad([getattr(point, f"{name}_deg") for point in plan.design.points])
         for name in ("pitch", "yaw", "roll")
     }
-    model = model_named(model_name(plan.solve, serial), axis)
+    model = model_named(model_name(plan.solve, serial, rolls=plan.sensors[serial].rolls), axis)
     attitude = Attitude(angles["pitch"], angles["roll"], angles["yaw"])
     k = vector_from_angles(axis, sensor[0], radians(sensor[1]), radians(sensor[2]))
     primary = np.array([0.0, k["xyz".index(axis)]]) if plan.solve.model == "linear" else np.array([0.0, *-k])

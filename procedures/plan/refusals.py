@@ -116,6 +116,14 @@ def _unknown_packages(rig: RigDescription, procedure: ProcedureDescription) -> I
             yield procedure.error(
                 ("solve", "packages", name), f"the rig has no sensor {name} (it has: {', '.join(rig.sensors)})"
             )
+    for name, package in procedure.solve.packages.items():
+        stage = rig.sensors[name].stage if name in rig.sensors else None
+        if stage is not None and (package == "model") != ("roll" in stage):
+            yield procedure.error(
+                ("solve", "packages", name),
+                f'{name} is a "{package}" package here, but the rig file says that {", ".join(stage)} carry it '
+                f"(sensors.{name}.stage); say so in one place",
+            )
 
 
 def _undetermined(
@@ -195,7 +203,8 @@ def _rank_deficient(
     if model not in LINEAR_PARAMETERS:
         yield from _own_model_undetermined(sensors, procedure, design)
         return
-    package = "sting" if "sting" in procedure.solve.packages.values() else "model"
+    on_sting = "sting" in procedure.solve.packages.values() or not all(one.rolls for one in sensors.values())
+    package = "sting" if on_sting else "model"
     lost = _lost(basis(model, design.points, package), LINEAR_PARAMETERS[model])
     if not lost:
         return

@@ -11,6 +11,8 @@ from markupsafe import Markup, escape
 from ams.models.extended import TERM_NAMES
 from ams.parameter_words import words_of
 from ams.surveillance.attitude_errors import AngleErrors
+from ams.surveillance.level_errors import LevelErrors
+from ams.units import printed as printed_unit
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import (
     angle,
@@ -169,6 +171,21 @@ def largest_at(errors: AngleErrors) -> str:
     return attitude({"pitch": float(errors.pitch_deg[errors.worst]), "roll": float(errors.roll_deg[errors.worst])})
 
 
+def largest_level_error(errors: LevelErrors) -> str:
+    """Return the error in the unit of what is sensed, to the place of its uncertainty."""
+    place = errors.worst
+    value, _ = with_uncertainty(float(errors.error[place]), float(errors.expanded[place]))
+    return f"{_minus(value)} {printed_unit(errors.unit)}"
+
+
+def largest_level_expanded(errors: LevelErrors) -> str:
+    return f"{two_digits(float(errors.expanded[errors.worst]))} {printed_unit(errors.unit)}"
+
+
+def largest_level_at(errors: LevelErrors) -> str:
+    return f"{_minus(f'{errors.level[errors.worst]:.4g}')} {printed_unit(errors.unit)}"
+
+
 def _minus(text: str) -> str:
     return text.replace("-", "−", 1) if text.startswith("-") else text
 
@@ -198,6 +215,9 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "largest_error": largest_error,
     "largest_expanded": largest_expanded,
     "largest_at": largest_at,
+    "largest_level_error": largest_level_error,
+    "largest_level_expanded": largest_level_expanded,
+    "largest_level_at": largest_level_at,
     "grouped": grouped,
     "three": three_digits,
     "p": p_value,

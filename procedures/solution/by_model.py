@@ -7,6 +7,8 @@ same model, the same table and the same treatment of temperature.
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from ams.calibration.calibrate import calibrate
 from ams.calibration.mountings import calibrate_mountings
 from ams.calibration_result import Calibration
@@ -27,7 +29,15 @@ from rig.description.rig_file import RigDescription, Sensor
 def observed(item: SensorRows) -> Observations:
     """Return one row a dwell. Raises: JournalError."""
     temperature = temperature_source(item.rig, item.sensor)
-    return observations_of(item.dwells, item.channels, temperature, item.source, item.rig.chain)
+    rows = observations_of(item.dwells, item.channels, temperature, item.source, item.rig.chain)
+    return rows if item.sensor.rolls else on_the_sting(rows)
+
+
+def on_the_sting(rows: Observations) -> Observations:
+    """Return the rows of a sensor that roll does not carry: its own attitude has none."""
+    rates = rows.euler_rate_rad_s
+    still = None if rates is None else rates * np.array([1.0, 1.0, 0.0])
+    return replace(rows, roll_rad=np.zeros_like(rows.roll_rad), euler_rate_rad_s=still)
 
 
 def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor:
@@ -62,8 +72,6 @@ def _remarks(solve: Solve, rows: Sequence[DwellRecord]) -> Iterator[str]:
     if solve.time_term == "linear":
         first = min(rows, key=lambda row: row.step)
         yield f"time term: the run's times count from {first.started_utc:%Y-%m-%d %H:%M:%S} UTC, its first dwell"
-    if solve.model == "linear":
-        yield "straight lines make no coefficient set: take them from this document or the report"
 
 
 def _remarks_on_level(item: SensorRows) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.frames import body_rates_rad_s
-from ams.sets.provenance import Provenance, Standard
+from ams.sets.provenance import Provenance, Standard, level_ranges
 from procedures.journal.audit_trail import missing_in
 from procedures.records.dwells import DwellRecord
 from procedures.solution.record import RunRecord
@@ -30,6 +30,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
         yaw_range_deg=_yaw_range(solved),
         rate_range_dps=_rate_range(solved),
+        level_ranges={} if solved.calibration is None else level_ranges(solved.calibration),
         created_utc=record.measured_utc,
         software_version=record.versions["calrig"],
         rig=rig.rig.name,

@@ -99,6 +99,8 @@ def request_for(
     solve: Solve,
     table: TableUncertainty | None,
     shared: Mapping[str, tuple[SharedError, ...]] = MappingProxyType({}),
+    *,
+    rolls: bool = True,
 ) -> CalibrationRequest:
     """Return what a procedure's ``[solve]`` asks of one sensor, under the certificates of its rig."""
     axes = tuple(channels)
@@ -109,7 +111,7 @@ def request_for(
     }
     references = {item.reference_temperature_degc for item in known.values()}
     return CalibrationRequest(
-        model=model_name(solve, sensor_name),
+        model=model_name(solve, sensor_name, rolls=rolls),
         nominal_axes={axis: axis for axis in axes},
         temperature=solve.temperature,
         known_temperature={
@@ -136,10 +138,13 @@ def budgets_of(
     }
 
 
-def model_name(solve: Solve, sensor: str) -> str:
-    """Return what the mathematics calls the model of one sensor: CR's two packages are two models."""
+def model_name(solve: Solve, sensor: str, *, rolls: bool = True) -> str:
+    """Return what the mathematics calls the model of one sensor: CR's two packages are two models.
+
+    ``rolls``: whether roll carries the sensor, which tells the package where the procedure does not.
+    """
     if solve.model == "pitch-yaw-roll":
-        return f"pitch-yaw-roll-{solve.packages.get(sensor, 'model')}"
+        return f"pitch-yaw-roll-{solve.packages.get(sensor, 'model' if rolls else 'sting')}"
     return "linear-accelerometer" if solve.model == "linear" else solve.model
 
 
@@ -150,7 +155,7 @@ def request_of(
     source = temperature_source(rig, sensor)
     chamber = source if isinstance(source, str) else None
     errors = shared_errors(rig, sensor, chamber, calibrated_degc(solve, observations))
-    return request_for(name, sensor.channels, solve, table_uncertainty(rig), errors)
+    return request_for(name, sensor.channels, solve, table_uncertainty(rig), errors, rolls=sensor.rolls)
 
 
 def calibrated_degc(solve: Solve, observations: Observations) -> float | None:

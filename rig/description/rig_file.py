@@ -94,6 +94,10 @@ class SensorTemperature(StrictTable):
     slope_degc_per_v: float
 
 
+STAGES = (("pitch", "yaw"), ("pitch", "yaw", "roll"))
+"""Of a gimbal: what its sting carries, and its model."""
+
+
 class Sensor(StrictTable):
     """``[sensors.SERIAL]``: one package under calibration."""
 
@@ -104,6 +108,8 @@ class Sensor(StrictTable):
     nominal_sensitivity_v_per_g: float | dict[Literal["x", "y", "z"], float] = 0.0
     """Of accelerometers behind a readout, one for all axes or one for each; its sign declares the polarity."""
     mount: Mount = Mount()
+    stage: tuple[Literal["pitch", "yaw", "roll"], ...] | None = None
+    """The axes of a gimbal that carry it, from outside in; None: all. Pitch and yaw carry CR's sting package."""
     temperature: SensorTemperature | None = None
     use_temperature_degc: tuple[float, float] | None = None
     """Where the sensor will be used; None: where it was calibrated."""
@@ -113,7 +119,7 @@ class Sensor(StrictTable):
     check_sensor: bool = False
     """A permanent check sensor: calibrated with every run, never released."""
 
-    @field_validator("use_temperature_degc", mode="before")
+    @field_validator("use_temperature_degc", "stage", mode="before")
     @classmethod
     def _range_as_tuple(cls, value: object) -> object:
         return as_tuple(value)
@@ -133,6 +139,20 @@ class Sensor(StrictTable):
                 f"nominal_sensitivity_v_per_g has no meaning for a sensor that measures {self.measures}; remove it"
             )
         return self
+
+    @model_validator(mode="after")
+    def _stage_is_one(self) -> "Sensor":
+        if self.stage is not None and self.stage not in STAGES:
+            raise ValueError(
+                f"stage names the axes that carry the sensor, from outside in: got {list(self.stage)}, allowed are "
+                '["pitch", "yaw"] (the sting) and ["pitch", "yaw", "roll"] (the model)'
+            )
+        return self
+
+    @property
+    def rolls(self) -> bool:
+        """Whether roll carries it."""
+        return self.stage is None or "roll" in self.stage
 
     @model_validator(mode="after")
     def _use_has_a_range(self) -> "Sensor":
@@ -245,6 +265,17 @@ class RigDescription(StrictTable):
     interlocks: Interlocks = Interlocks()
     approved_by: str | None = None
     twin: TwinSection | None = None
+
+    @model_validator(mode="after")
+    def _a_stage_needs_a_gimbal(self) -> "RigDescription":
+        missing = [name for name in ("pitch", "yaw", "roll") if name not in self.axes]
+        for name, sensor in self.sensors.items():
+            if sensor.stage is not None and missing:
+                raise ValueError(
+                    f"sensors.{name}.stage: needs a gimbal with the axes pitch, yaw and roll; the rig has no "
+                    f"{' and no '.join(missing)}; remove stage, or add the axis"
+                )
+        return self
 
     @property
     def uses_twins(self) -> bool:

@@ -89,11 +89,18 @@ class World:
         self._senses = {
             channel: sensor.measures for sensor in description.sensors.values() for channel in sensor.channels.values()
         }
+        self._unrolled = {
+            channel
+            for sensor in description.sensors.values()
+            for channel in sensor.channels.values()
+            if not sensor.rolls
+        }
+        """Channels of sensors on the sting, which roll does not carry."""
         thermometers = (sensor.temperature for sensor in description.sensors.values())
         self._thermometers = {thermometer.channel: thermometer for thermometer in thermometers if thermometer}
         self._chains = ChainTruth(description)
         self._steady_v: dict[str, float] = {}
-        self._felt: tuple[tuple[str, str, float], Vector] | None = None
+        self._felt: tuple[tuple[str, str, bool, float], Vector] | None = None
         self._noise_v = {channel: sensor.noise_v for channel, sensor in self._sensors.items()}
 
     @property
@@ -192,34 +199,38 @@ class World:
         noise_deg = truth.noise_deg * self._chance.normal(f"angle.{readout}.{axis}") if truth.noise_deg else 0.0
         return self.attitude_deg(axis, now_s) + truth.error_deg + noise_deg
 
-    def stage_force_g(self, now_s: float) -> Vector:
+    def stage_force_g(self, now_s: float, *, rolls: bool = True) -> Vector:
         """Return the specific force in the axes of the stage that carries the packages.
 
-        Base, pitch, yaw, roll from outside in.
+        Base, pitch, yaw, roll from outside in; without roll that of the sting.
         """
         angles = {name: body.attitude_rad(now_s) for name, body in self.axes.items()}
         pitch = angles.get("pitch", 0.0)
         pitch -= self._base.droop_arcsec * ARCSEC_RAD * math.cos(pitch)
         yaw = angles.get("yaw", 0.0) + self._base.orthogonality_arcsec * ARCSEC_RAD
-        force_g: Vector = about_x(angles.get("roll", 0.0)) @ about_z(yaw) @ about_y(pitch) @ _tilt(self._base) @ UP
+        force_g: Vector = about_z(yaw) @ about_y(pitch) @ _tilt(self._base) @ UP
+        if rolls:
+            force_g = about_x(angles.get("roll", 0.0)) @ force_g
         return force_g
 
-    def stage_rate_dps(self, now_s: float) -> Vector:
+    def stage_rate_dps(self, now_s: float, *, rolls: bool = True) -> Vector:
         """Return the angular velocity of the stage in its own axes: pitch, yaw, roll from outside in."""
         roll, yaw = (self._angle_rad(name, now_s) for name in ("roll", "yaw"))
         pitch_dps, yaw_dps, roll_dps = (
             self.axes[name].attitude_rate_dps(now_s) if name in self.axes else 0.0 for name in ("pitch", "yaw", "roll")
         )
         by_pitch_and_yaw = about_z(yaw) @ np.array([0.0, pitch_dps, 0.0]) + np.array([0.0, 0.0, yaw_dps])
+        if not rolls:
+            return by_pitch_and_yaw
         rate_dps: Vector = about_x(roll) @ by_pitch_and_yaw + np.array([roll_dps, 0.0, 0.0])
         return rate_dps
 
-    def stage_field_ut(self, surroundings_ut: Vector, now_s: float) -> Vector:
+    def stage_field_ut(self, surroundings_ut: Vector, now_s: float, *, rolls: bool = True) -> Vector:
         """Return the magnetic field in stage axes: of the surroundings, in level axes, and what is applied."""
         roll, yaw, pitch = (self._angle_rad(name, now_s) for name in ("roll", "yaw", "pitch"))
         level_ut = sum(self._applied_ut.values(), surroundings_ut)
-        turned: Vector = about_x(roll) @ about_z(yaw) @ about_y(pitch) @ level_ut
-        return turned
+        turned: Vector = about_z(yaw) @ about_y(pitch) @ level_ut
+        return about_x(roll) @ turned if rolls else turned
 
     def apply_field(self, name: str, level_ut: Vector) -> None:
         """Switch the field of one coil or magnet, in level axes; zeros take it away."""
@@ -236,19 +247,20 @@ class World:
 
     def _sensed(self, channel: str, now_s: float) -> Vector:
         """Return what the sensors of one kind feel at one moment, worked out once."""
-        key = (self._senses[channel], channel.partition(".")[0], now_s)
+        key = (self._senses[channel], channel.partition(".")[0], channel in self._unrolled, now_s)
         if self._felt is None or self._felt[0] != key:
             self._felt = (key, self._felt_by(channel, now_s))
         return self._felt[1]
 
     def _felt_by(self, channel: str, now_s: float) -> Vector:
+        rolls = channel not in self._unrolled
         match self._senses[channel]:
             case "rate":
-                return self.stage_rate_dps(now_s)
+                return self.stage_rate_dps(now_s, rolls=rolls)
             case "field":
                 surroundings = self._twin.streams.get(channel.partition(".")[0], TwinStream())
-                return self.stage_field_ut(np.array(surroundings.field_ut), now_s)
-        return self.stage_force_g(now_s)
+                return self.stage_field_ut(np.array(surroundings.field_ut), now_s, rolls=rolls)
+        return self.stage_force_g(now_s, rolls=rolls)
 
     def _angle_rad(self, axis: str, now_s: float) -> float:
         return self.axes[axis].attitude_rad(now_s) if axis in self.axes else 0.0

@@ -153,7 +153,8 @@ def _at(document: Any, path: tuple[str, ...]) -> float:
 def test_a_stored_set_is_the_one_that_its_run_gives(case: StoredCase, tmp_path: Path) -> None:
     sets = sets_of(solve_run(case.copy("finished", tmp_path / "run")))
     stored = {path.stem: path for path in (case.folder / "finished" / "coefficients").glob("*.json")}
-    assert sets.keys() == stored.keys()
+    # Straight lines leave a set since version 4 of its form; what left one then leaves it now.
+    assert stored.keys() == {name for name, one in sets.items() if one.convention != "SR"}
     for name, path in stored.items():
         assert (
             _coefficients_moved(json.loads(path.read_text(encoding="utf-8"))["axes"], sets[name].document["axes"]) == []

@@ -44,7 +44,7 @@ def contradictions(name: str, sensor: Sensor, dwells: Sequence[DwellRecord]) -> 
     """
     if len(dwells) < FEWEST_ATTITUDES or not sensor.is_sensitivity_declared:
         return ()
-    force_g = _table_force_g(dwells)
+    force_g = _table_force_g(dwells, rolls=sensor.rolls)
     found = []
     for axis, channel in sensor.channels.items():
         outputs_v = np.array([dwell.readings[channel].mean for dwell in dwells])
@@ -86,10 +86,10 @@ def _along(force_g: FloatArray, axis: str) -> FloatArray:
     return sign * force_g[:, "xyz".index(axis[1])]
 
 
-def _table_force_g(dwells: Sequence[DwellRecord]) -> FloatArray:
-    """(K, 3) of specific force in table axes at the read-back attitudes, 1 g local gravity."""
+def _table_force_g(dwells: Sequence[DwellRecord], *, rolls: bool) -> FloatArray:
+    """(K, 3) of specific force in the axes of the stage at the read-back attitudes, 1 g local gravity."""
     pitch_deg, roll_deg = (
         np.array([dwell.measured_deg.get(axis, 0.0) for dwell in dwells]) for axis in ("pitch", "roll")
     )
-    force_g: FloatArray = specific_force(np.deg2rad(pitch_deg), np.deg2rad(roll_deg))
+    force_g: FloatArray = specific_force(np.deg2rad(pitch_deg), np.deg2rad(roll_deg) if rolls else 0.0 * roll_deg)
     return force_g

@@ -59,9 +59,9 @@ def test_no_attitude_and_no_temperature_exceeds_the_bound(make: object) -> None:
         worst = 0.0
         for temperature_degc in limits:
             measured_v = apply(coefficients, pitch, roll, temperature_degc)[name]
-            error = axis.a_g_per_v * measured_v + axis.b_g - f["xyz".index(name)]
+            error = axis.gain * measured_v + axis.offset - f["xyz".index(name)]
             worst = max(worst, float(np.abs(error).max()))
-        assert 0.6 * axis.largest_error_g < worst <= axis.largest_error_g * (1 + 1e-12)
+        assert 0.6 * axis.largest_error < worst <= axis.largest_error * (1 + 1e-12)
 
 
 def test_the_covariance_is_that_of_drawn_coefficients(package: CoefficientSet) -> None:

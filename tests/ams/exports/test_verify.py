@@ -125,8 +125,8 @@ def test_every_prefix_of_a_json_set_is_called_truncated(single: CoefficientSet) 
         (b'{"format": "calrig plan"}\n', "is not a coefficient set: got \"format\": 'calrig plan'"),
         (b'{"format": "calrig coefficient set"}\n', "version: is no version of a coefficient set: got None"),
         (
-            b'{"format": "calrig coefficient set", "version": 4}\n',
-            "version: was written by a newer calrig: got version 4",
+            b'{"format": "calrig coefficient set", "version": 5}\n',
+            "version: was written by a newer calrig: got version 5",
         ),
         (b'{"format": "calrig coefficient set", "version": 1}\n', "checksum: is missing"),
     ],

@@ -138,7 +138,12 @@ def of_line(_axis: str) -> Derived:
     return lambda p: np.array([1.0 / p[1], -p[0] / p[1]])
 
 
-DERIVED = {"pitch-only": of_pitch_only, "pitch-roll-extended": of_extended, "linear-accelerometer": of_line}
+DERIVED = {
+    "pitch-only": of_pitch_only,
+    "pitch-roll-extended": of_extended,
+    "linear-accelerometer": of_line,
+    "linear": of_line,
+}
 
 
 @pytest.mark.parametrize("name", named())

@@ -49,7 +49,7 @@ def test_a_set_of_cr_comes_back_from_every_format_and_verifies(tmp_path: Path, m
     export_set(coefficients, ending, path)
     assert verify(path).largest_relative_error <= 1e-12
     loaded = load_set(path)
-    assert (loaded.document["version"], loaded.convention, loaded.sha256) == (3, "CR", coefficients.sha256)
+    assert (loaded.document["version"], loaded.convention, loaded.sha256) == (4, "CR", coefficients.sha256)
 
 
 def test_test_vectors_are_reproduced_by_the_printed_equation_alone() -> None:
@@ -93,10 +93,10 @@ def test_version_1_holds_no_convention_of_cr(tmp_path: Path) -> None:
         load_set(path)
 
 
-def test_a_new_set_is_of_version_3_and_holds_its_findings() -> None:
+def test_a_new_set_is_of_version_4_and_holds_its_findings() -> None:
     observations = Campaign().observe(np.random.default_rng(4))
     document = build_set(calibrate(observations, CalibrationRequest()), provenance()).document
-    assert document["version"] == 3
+    assert document["version"] == 4
     kinds = {finding["kind"] for finding in document["axes"]["x"]["findings"]}
     assert {"wrong-dwell", "lack-of-fit", "drift", "quadratic"} <= kinds <= set(FINDING_KINDS)
     assert check_identity(document, "here") is document

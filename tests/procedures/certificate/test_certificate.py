@@ -8,6 +8,7 @@ from html import unescape
 import numpy as np
 import pytest
 from certificate_scene import JOB, LABORATORY, RELEASED, STANDARD
+from line_sets import line_set
 from solved import PARAMETERS, provenance, solved_package
 from solved_sets import gyro_set
 
@@ -53,6 +54,16 @@ def _grounds(**changes: object) -> Grounds:
 def _text(grounds: Grounds) -> str:
     page = re.sub(r"<style>.*?</style>", "", certificate_page(grounds), flags=re.DOTALL)
     return " ".join(unescape(re.sub(r"<[^>]+>", " ", page)).split())
+
+
+def test_straight_lines_are_certified_in_the_unit_of_what_they_sense() -> None:
+    """As found by hand: the line before told 0.3 µT too much everywhere."""
+    one, before = line_set({"x": (0.032, -0.4)}), line_set({"x": (0.032, -0.1)})
+    nothing = Observations(np.ones(0), np.ones(0), np.zeros(0), np.zeros(0), {})
+    text = _text(_grounds(coefficients=one, adjustment=adjust(before, one, nothing, Acceptance({}))))
+    for told in ("gain A µT/counts 0.032", "exposed to known levels of what it senses", "Level x -40.000 to 40.000 µT"):
+        assert told in text.replace("−", "-"), told
+    assert re.search(r"any adjustment \(set of .*\), at most: x 0\.30*\d* µT", text)
 
 
 def test_it_holds_what_clause_7_8_asks_for() -> None:

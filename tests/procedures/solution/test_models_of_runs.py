@@ -11,6 +11,7 @@ from procedures.errors import PlanError
 from procedures.kinds.expected_attitudes import expected_uncertainties
 from procedures.kinds.read import read_procedure
 from procedures.kinds.solve import solve_sensors
+from rig.errors import DescriptionError
 
 YAW = (
     "[readouts.dmm]",
@@ -48,6 +49,80 @@ def test_a_gimbal_run_recovers_the_truth_in_cr_terms(tmp_path: Path) -> None:
         assert found["sensitivity_v_per_g"][0] == pytest.approx(-truth[1], abs=6e-5)
         assert found["coning_deg"][0] == pytest.approx(truth[2], abs=2e-3)
         assert found["azimuth_deg"][0] == pytest.approx((truth[3] + 90.0 + 180.0) % 360.0 - 180.0, abs=0.3)
+
+
+STING = (
+    "[twin]\nseed",
+    '[readouts.second]\ndriver = "hp3458a"\nresource = "twin"\nnplc = 1\n'
+    "channels = { x = { scanner = 1, range_v = 10.0 }, y = { scanner = 2, range_v = 10.0 }, "
+    "z = { scanner = 3, range_v = 10.0 } }\n"
+    '[sensors.STING]\nmodel = "three-axis package"\nnominal_sensitivity_v_per_g = 2.5\n'
+    'channels = { x = "second.x", y = "second.y", z = "second.z" }\nstage = ["pitch", "yaw"]\n[twin]\nseed',
+)
+STING_TRUTH = (
+    "[twin.truth.SN1]",
+    "[twin.truth.STING]\n"
+    "x = { offset_v = 0.011, sensitivity_v_per_g = 2.45, coning_deg = 0.6, azimuth_deg = 50.0, noise_v = 2e-5 }\n"
+    "y = { offset_v = -0.007, sensitivity_v_per_g = 2.55, coning_deg = 0.4, azimuth_deg = -70.0, noise_v = 2e-5 }\n"
+    "z = { offset_v = 0.002, sensitivity_v_per_g = 2.51, coning_deg = 0.5, azimuth_deg = 120.0, noise_v = 2e-5 }\n"
+    "[twin.truth.SN1]",
+)
+
+
+def test_cr_s_sting_and_model_packages_are_calibrated_in_one_run(tmp_path: Path) -> None:
+    """CR: pitch and yaw carry the sting package, roll the model's as well; each comes back in its own terms."""
+    made = bench(tmp_path, (YAW, STING, STING_TRUTH), (GIMBAL, solve_table('model = "pitch-yaw-roll"')))
+    made.run(tmp_path / "run")
+    found = solve_sensors(dwells_of(tmp_path / "run"), made.rig, made.plan, "run")
+    told = {name: one.calibration.model for name, one in found.items() if one.calibration}
+    assert told == {"SN1": "pitch-yaw-roll-model", "STING": "pitch-yaw-roll-sting"}
+    truths = {
+        "SN1": {"x": (0.005, 2.5, 0.5, 35.0)},
+        "STING": {"x": (0.011, 2.45, 0.6, 50.0), "y": (-0.007, 2.55, 0.4, -70.0)},
+    }
+    for name, axes in truths.items():
+        calibration = found[name].calibration
+        assert calibration is not None
+        for axis, truth in axes.items():
+            got = values(calibration.axes[axis])
+            assert got["offset_v"][0] == pytest.approx(truth[0], abs=5e-5)
+            assert got["sensitivity_v_per_g"][0] == pytest.approx(-truth[1], abs=1e-4)
+            assert got["coning_deg"][0] == pytest.approx(truth[2], abs=4e-3)
+            assert got["azimuth_deg"][0] == pytest.approx((truth[3] + 270.0) % 360.0 - 180.0, abs=0.6)
+
+
+@pytest.mark.parametrize(
+    ("rig", "solve", "sentence"),
+    [
+        (
+            (YAW, STING, STING_TRUTH),
+            'packages = { STING = "model" }',
+            'is a "model" package here, but the rig file says that pitch, yaw',
+        ),
+        ((YAW, STING, STING_TRUTH), 'packages = { SN1 = "sting", STING = "sting" }', ""),
+    ],
+)
+def test_a_package_that_is_not_what_its_stage_says_is_refused(
+    tmp_path: Path, rig: tuple, solve: str, sentence: str
+) -> None:
+    changes = (GIMBAL, solve_table(f'model = "pitch-yaw-roll"\n{solve}'))
+    if not sentence:
+        assert bench(tmp_path, rig, changes).plan.sensors  # a stage that is not declared is the procedure's to say
+        return
+    with pytest.raises(PlanError, match=sentence):
+        bench(tmp_path, rig, changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ((STING,), "needs a gimbal with the axes pitch, yaw and roll; the rig has no yaw"),
+        ((YAW, (STING[0], STING[1].replace('"pitch", "yaw"', '"yaw"'))), r"got \['yaw'\], allowed are"),
+    ],
+)
+def test_a_stage_that_is_none_is_refused(tmp_path: Path, changes: tuple, sentence: str) -> None:
+    with pytest.raises(DescriptionError, match=sentence):
+        bench(tmp_path, changes, (solve_table('model = "pitch-roll"'),))
 
 
 def test_a_model_without_yaw_is_refused_for_a_design_with_yaw(tmp_path: Path) -> None:
@@ -98,21 +173,21 @@ def test_delivery_of_a_gimbal_run_leaves_a_set_with_its_yaw_range(tmp_path: Path
 
 
 @pytest.mark.thorough
-def test_straight_lines_leave_a_report_and_say_that_they_make_no_set(tmp_path: Path) -> None:
+def test_straight_lines_of_accelerometers_leave_a_report_and_a_set(tmp_path: Path) -> None:
     from procedures.delivery.deliver import deliver, sensors_document, solve_run
 
     made = bench(tmp_path, (), (solve_table('model = "linear"'),))
     made.run(tmp_path / "run")
     run = solve_run(tmp_path / "run")
     delivery = deliver(run, None)
-    assert not delivery.sets
+    document = json.loads(delivery.sets["SN1"].read_text(encoding="utf-8"))
+    assert (document["model"], document["convention"]["name"]) == ("linear-accelerometer", "SR")
+    assert document["validity"]["level_z_g"] == pytest.approx([-1.0, 1.0], abs=0.01)
     assert "g/V" in delivery.report.read_text(encoding="utf-8")
     axis = sensors_document(run)["SN1"]["axes"]["z"]
-    assert axis["remarks"][0] == "straight lines make no coefficient set: take them from this document or the report"
-    assert axis["remarks"][1].startswith("the level of the base is not declared")
+    assert axis["remarks"][0].startswith("the level of the base is not declared")
     (level,) = (one for one in axis["findings"] if one["kind"] == "level-undeclared")
-    assert (level["significant"], level["text"]) == (False, axis["remarks"][1])
-    assert any("SN1: straight lines make no coefficient set" in ground for ground in delivery.view.verdict.grounds)
+    assert (level["significant"], level["text"]) == (False, axis["remarks"][0])
 
 
 @pytest.mark.thorough

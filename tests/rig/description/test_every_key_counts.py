@@ -91,6 +91,7 @@ BY_NAME = {
 USED_WARM = {"sensors": {"SN1047": {"use_temperature_degc": [10.0, 35.0]}}}
 NOT_MODELLED = {"solve": {"temperature": "none"}}
 TRIALS = {
+    "sensors.*.stage": Trial(["pitch", "yaw"], job="levels"),
     "sensors.*.use_temperature_degc": Trial([10.0, 35.0], job="table"),
     "sensors.*.largest_offset_tc_v_per_degc": Trial(1e-5, job="table", rig=USED_WARM, procedure=NOT_MODELLED),
     "sensors.*.largest_sensitivity_tc_per_degc": Trial(1e-5, job="table", rig=USED_WARM, procedure=NOT_MODELLED),

@@ -1,0 +1,141 @@
+"""Readings low-pass filtered before they become angles, sample by sample, each answer at the time of its own reading.
+
+CR filters every output before it is averaged (V-B). The filter runs forwards only, so a stream never waits for its end.
+Slow changes come late by the group delay, which is taken off: a row is answered from the filter's answer so many
+samples later. What the filter says before it has forgotten its start, a missing reading or a stretch that never came is
+marked.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.attitude import flag_codes
+from ams.attitude.filters import LowPass, LowPassStream, delay_s, settling_samples
+from ams.inference.angle_stream import AngleStream, Answer, nothing
+from ams.inference.sample_clock import SampleClock
+
+NOT_FILTERED: Final = ("time_s", "roll_deg")
+
+
+@dataclass(frozen=True)
+class LowPassWish:
+    """What is asked of the filter, before the sampling rate is known."""
+
+    cutoff_hz: float
+    order: int = 4
+    ripple_db: float = 0.1
+
+    def at(self, rate_hz: float) -> LowPass:
+        """Return the filter's settings. Raises: ObservationsError where they are none."""
+        return LowPass(self.cutoff_hz, rate_hz, self.order, self.ripple_db, is_two_way=False)
+
+
+class LowPassedAngles:
+    """An :class:`ams.inference.angle_stream.AngleStream` before another one."""
+
+    def __init__(self, inner: AngleStream, wish: LowPassWish, rate_hz: float | None) -> None:
+        self.inner, self.wish = inner, wish
+        self._clock = SampleClock(rate_hz)
+        self._filter: LowPassStream | None = None
+        self._delay = self._settling = 0
+        self._kept: dict[str, FloatArray] = {}
+        """Columns as they were read, of rows that wait for the filter's answer."""
+        self._codes: flag_codes.AnswerCodes = np.empty(0, dtype=np.uint64)
+        """Of rows that were handed on and are not answered yet."""
+        self._since_bad = 0
+        """Samples since the last that was none; the first stands for all before it."""
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        return self.inner.needed
+
+    @property
+    def optional(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys((*self.inner.optional, "time_s")))
+
+    @property
+    def answers(self) -> tuple[str, ...]:
+        return self.inner.answers
+
+    @property
+    def answers_at_once(self) -> bool:
+        return False
+
+    def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
+        """Return the angles that further rows settle. Raises: OutsideValidity without a sampling rate."""
+        rows = next(iter(readings.values())).size
+        if not rows:
+            return nothing(self.answers)
+        steps = self._clock.steps(readings.get("time_s"), rows)
+        running = self._filter or self._started()
+        filtered = [name for name in self.needed if name not in NOT_FILTERED]
+        samples = np.stack([readings[name] for name in filtered], axis=-1)
+        is_whole = np.isfinite(samples).all(axis=1) & (steps == 1)
+        found = running.feed(samples)
+        codes = self._codes_of(is_whole, steps)
+        arrived = {**readings, **dict(zip(filtered, found.T, strict=True))}
+        return self._handed_on(arrived, codes)
+
+    def finish(self) -> Answer:
+        """Return the angles still due; the last rows, which the delay never reached, have none."""
+        rows = next(iter(self._kept.values())).size if self._kept else 0
+        if not rows:
+            return self._answered(self.inner.finish())
+        lost = {name: values if name in NOT_FILTERED else np.full(rows, np.nan) for name, values in self._kept.items()}
+        self._codes = np.concatenate([self._codes, np.full(rows, flag_codes.TRANSIENT, dtype=np.uint64)])
+        self._kept = {}
+        return joined(self._answered(self.inner.answer(lost)), self._answered(self.inner.finish()))
+
+    def _started(self) -> LowPassStream:
+        assert self._clock.interval_s is not None
+        settings = self.wish.at(1.0 / self._clock.interval_s)
+        self._filter = LowPassStream(settings)
+        self._delay = round(delay_s(settings) * settings.sample_rate_hz)
+        self._settling = settling_samples(settings) + 1
+        return self._filter
+
+    def _codes_of(self, is_whole: BoolArray, steps: IntArray) -> flag_codes.AnswerCodes:
+        """Return by filter's answer whether it still holds what was no sample, and whether its own was missing."""
+        places = np.arange(1, is_whole.size + 1)
+        last_bad = np.maximum.accumulate(np.where(is_whole, 0, places))
+        since = np.where(last_bad > 0, places - last_bad, places + self._since_bad)
+        self._since_bad = int(since[-1])
+        codes = np.where(since <= self._settling, flag_codes.TRANSIENT, 0).astype(np.uint64)
+        codes[~is_whole & (steps > 0)] |= np.uint64(flag_codes.FILTER_BRIDGED)
+        return codes
+
+    def _handed_on(self, arrived: Mapping[str, FloatArray], codes: flag_codes.AnswerCodes) -> Answer:
+        """Hand on rows whose answer of the filter is there: row n with the answer of row n + delay."""
+        held = "codes of the filter"
+        both = {**arrived, held: codes.astype(float)}
+        if self._kept:
+            both = {name: np.concatenate([self._kept[name], values]) for name, values in both.items()}
+        ready = max(both[held].size - self._delay, 0)
+        late = slice(self._delay, self._delay + ready)
+        rows = {
+            name: values[:ready] if name in NOT_FILTERED else values[late]
+            for name, values in both.items()
+            if name != held
+        }
+        own = both[held][late].astype(np.uint64) & np.uint64(flag_codes.TRANSIENT)
+        own |= both[held][:ready].astype(np.uint64) & np.uint64(flag_codes.FILTER_BRIDGED)
+        self._kept = {name: values[ready:] for name, values in both.items()}
+        if not ready:
+            return nothing(self.answers)
+        self._codes = np.concatenate([self._codes, own])
+        return self._answered(self.inner.answer(rows))
+
+    def _answered(self, found: Answer) -> Answer:
+        """Put the filter's codes beside those of the rows that are answered now."""
+        own, self._codes = self._codes[: found.codes.size], self._codes[found.codes.size :]
+        return Answer(found.columns, found.codes | own, {**found.reasons, **flag_codes.FILTER_WORDS})
+
+
+def joined(first: Answer, second: Answer) -> Answer:
+    """Return two answers as one."""
+    columns = {name: np.concatenate([values, second.columns[name]]) for name, values in first.columns.items()}
+    return Answer(columns, np.concatenate([first.codes, second.codes]), first.reasons)

@@ -1,0 +1,45 @@
+"""A set used at another g: outputs of the equation at so much more force become the angles that made them."""
+
+import numpy as np
+import pytest
+from line_sets import triad_set
+from solved_sets import PLACE, bent_set, gyro_set, tp_set
+
+from ams.errors import OutsideValidity
+from ams.frames import specific_force
+from ams.inference.inference import Inference, Package
+from ams.sets.coefficients import CoefficientSet
+from ams.sets.equations import predicted_v
+
+SITE_MPS2 = PLACE["gravity_mps2"] * 1.003  # type: ignore[operator]
+PITCH_DEG, ROLL_DEG = np.array([-35.0, 10.0, 60.0]), np.array([-120.0, 15.0, 40.0])
+
+
+def angles_of(coefficients: CoefficientSet, axes: str, site_mps2: float | None) -> dict[str, np.ndarray]:
+    """Infer what the set's own equation gives at 1.003 times the force of its calibration."""
+    force = 1.003 * specific_force(np.deg2rad(PITCH_DEG), np.deg2rad(ROLL_DEG))
+    readings = {f"{axis}_v": predicted_v(coefficients.axes[axis], force, None) for axis in axes}
+    package = Package(coefficients, {axis: f"{axis}_v" for axis in axes}, site_mps2)
+    return dict(Inference(package, reading_sd_v=1e-5).answer({**readings, "roll_deg": ROLL_DEG}).columns)
+
+
+@pytest.mark.parametrize(("make", "axes"), [(tp_set, "xyz"), (tp_set, "x"), (bent_set, "xyz")])
+def test_angles_at_another_site_are_those_that_made_the_outputs(make: object, axes: str) -> None:
+    coefficients = make()  # type: ignore[operator]
+    found = angles_of(coefficients, axes, SITE_MPS2)
+    assert found["pitch_deg"] == pytest.approx(PITCH_DEG, abs=1e-9)
+    if len(axes) > 1:
+        assert found["roll_deg"] == pytest.approx(ROLL_DEG, abs=1e-9)
+
+
+def test_one_axis_is_off_by_the_tangent_where_the_site_is_not_told() -> None:
+    off_deg = angles_of(tp_set(), "x", None)["pitch_deg"] - PITCH_DEG
+    assert off_deg == pytest.approx(np.rad2deg(0.003 * np.tan(np.deg2rad(PITCH_DEG))), rel=0.05)
+
+
+def test_what_knows_no_g_and_what_is_no_g_of_the_earth_is_refused() -> None:
+    for coefficients in (gyro_set(), triad_set()):
+        with pytest.raises(OutsideValidity, match="gravity at use: belongs to accelerometers"):
+            Package(coefficients, {"x": "x_v"}, 9.81)
+    with pytest.raises(OutsideValidity, match=r"got 1\.62 m/s², allowed 9\.7 to 9\.9"):
+        Package(tp_set(), {"x": "x_v"}, 1.62)
