@@ -66,7 +66,7 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
 
     with ExitStack() as opened:
         if is_virtual:
-            yield Attendance(opened.enter_context(shown_on(sys.stderr)), RunServices(begun=begun))
+            yield Attendance(opened.enter_context(shown_on(sys.stderr, run)), RunServices(begun=begun))
             return
         dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, opened)
         second_place = user_state_path("calrig") / "emergency"
@@ -78,7 +78,7 @@ def _dispatcher_and_pulse(
 ) -> tuple[AlertDispatcher, Pulse]:
     settings = read_alerts(alerts) if alerts is not None else default_alerts()
     refusal = opened.enter_context(awake(title))
-    screen = opened.enter_context(shown_on(sys.stderr))
+    screen = opened.enter_context(shown_on(sys.stderr, run))
     dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run))
     opened.callback(lambda: _tell_losses(dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]

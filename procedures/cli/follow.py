@@ -55,7 +55,7 @@ def attach_to(folder: Path, by: str, clock: Clock | None = None) -> int:
             f"{folder}: no process runs this run, it is {found.state}; nothing can be shown as it goes on; calrig "
             "status and calrig handover tell of it"
         )
-    with shown_on(sys.stderr) as observer, _keys(folder, by) as is_left:
+    with shown_on(sys.stderr, folder) as observer, _keys(folder, by) as is_left:
         return shown_until_left(folder, observer, is_left, clock)
 
 
@@ -96,11 +96,13 @@ def _progress(event: str, status: RunStatus, message: str) -> Progress:
         state=status.state,
         dwells_done=status.dwells_done,
         dwells_planned=status.dwells_planned,
-        replication=0,
-        replications=0,
+        replication=status.replication,
+        replications=status.replications,
         rate_per_min=None,
         eta_utc=status.eta_utc,
         message=message,
+        asked_by=status.asked_by,
+        rejected=status.rejected,
     )
 
 

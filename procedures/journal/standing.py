@@ -31,6 +31,15 @@ class RunStatus:
     """Why it stands still; empty where it goes on."""
     asked_by: str = ""
     """Who or what asked for that; empty where the run itself decided."""
+    replication: int = 0
+    """Of the newest design dwell that counts; 0 before the first."""
+    replications: int = 0
+    rejected: int = 0
+    """Dwells that do not count."""
+    state_sequence: int = 0
+    """Of the event with which it entered the state as written: what a request refers to."""
+    since_utc: datetime | None = None
+    """When it entered the state as written."""
 
     @property
     def why(self) -> str:
@@ -47,6 +56,10 @@ class RunStatus:
             "dwells_planned": self.dwells_planned,
             "eta_utc": None if self.eta_utc is None else self.eta_utc.isoformat(timespec="seconds"),
             "held_by": self.held_by,
+            "replication": self.replication,
+            "replications": self.replications,
+            "rejected": self.rejected,
+            "state_sequence": self.state_sequence,
             **still,
         }
 

@@ -13,7 +13,7 @@ class Progress:
     """One moment of a run."""
 
     event: str
-    """``state``, ``dwell``, ``rejected``, ``void``, ``soak`` or ``check``."""
+    """``state``, ``dwell``, ``rejected``, ``void``, ``soak``, ``check`` or ``refused`` (a request)."""
     state: State
     dwells_done: int
     """Accepted design dwells."""
@@ -26,6 +26,8 @@ class Progress:
     message: str
     asked_by: str = ""
     """Who or what asked for the state; empty where the run itself decided."""
+    rejected: int = 0
+    """Dwells that do not count."""
 
 
 class RunObserver(Protocol):
