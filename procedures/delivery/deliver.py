@@ -97,14 +97,25 @@ class Delivery:
         return {name: told for name, told in self.parts.items() if told != DONE and not told.startswith(NOT_DUE)}
 
 
-def solve_run(folder: Path) -> SolvedRun:
-    """Read a journal whole and solve every sensor of it. Raises: JournalError, PlanError, DescriptionError."""
+Tell = Callable[[str], None]
+
+
+def _tell_nobody(_step: str) -> None:
+    return None
+
+
+def solve_run(folder: Path, tell: Tell = _tell_nobody) -> SolvedRun:
+    """Read a journal whole and solve every sensor of it; ``tell`` hears of each.
+
+    Raises: JournalError, PlanError, DescriptionError.
+    """
+    tell("reading the journal")
     with JournalReader.open(folder) as reader:
         record = read_record(reader)
-    return SolvedRun(folder, record, solve_record(record))
+    return SolvedRun(folder, record, solve_record(record, tell))
 
 
-def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
+def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) -> Delivery:
     """Set, archive, exports, page and paper, in this order: what hinders one hinders no other, and nothing is raised.
 
     Only a finished run leaves sets; any run leaves a page and a paper.
@@ -117,6 +128,7 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
         parts.leave_out(("set", "archive", "exports"), _why_no_set(run))
     if built is None:
         parts.fail(("archive", "exports"), "there is no set")
+    tell("writing coefficient sets, archive and exports")
     paths = parts.made("set", lambda: _written_sets(run, sets)) if sets else {}
     crash_point(CrashPoint.SETS_WRITTEN)
     archived = None
@@ -128,11 +140,12 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
     crash_point(CrashPoint.PUBLISHED)
     exports = parts.made("exports", lambda: _exported(run, sets)) if sets else ()
     view = parts.made("html", lambda: view_of(run.record, run.sensors, _past(run, sets, archived, archive_url)))
-    drawn = None if view is None else parts.made("html", lambda: draw_report(view))
+    drawn = None if view is None else parts.made("html", lambda: draw_report(view, tell))
     if drawn is None:
         parts.fail(("pdf",), "there is no page to print")
     else:
         parts.made("html", lambda: write_screen(drawn, run.folder))
+        tell("setting the paper")
         parts.made("pdf", lambda: write_paper(drawn, run.folder, _attached(sets)))
     crash_point(CrashPoint.REPORTED)
     published_to = archive_url if archived is not None else None

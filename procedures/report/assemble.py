@@ -120,6 +120,7 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSen
             for axis, result in calibration.axes.items()
         ),
         section=section,
+        verdict="not usable" if calibration is None or failure else calibration.verdict,
     )
 
 

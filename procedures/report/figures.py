@@ -3,7 +3,7 @@
 The same view gives the same bytes, so a report can be compared with its reprint.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -28,10 +28,15 @@ class Figures:
         return (*self.run, *(figure for figures in self.sensors.values() for figure in figures))
 
 
-def draw_figures(view: RunView) -> Figures:
-    """Draw every figure that has something to show."""
+def draw_figures(view: RunView, tell: Callable[[str], None] = lambda _step: None) -> Figures:
+    """Draw every figure that has something to show; ``tell`` hears of each sensor."""
     with style():
-        return Figures(tuple(run_figures(view)), {sensor.name: _of_sensor(view, sensor) for sensor in view.sensors})
+        tell("drawing the run")
+        of_run, of_sensors = tuple(run_figures(view)), {}
+        for sensor in view.sensors:
+            tell(f"drawing {sensor.name} ({sensor.place} of {len(view.sensors)})")
+            of_sensors[sensor.name] = _of_sensor(view, sensor)
+        return Figures(of_run, of_sensors)
 
 
 def write_figures(figures: Figures, folder: Path) -> tuple[Path, ...]:

@@ -1,6 +1,6 @@
 """From a solved run to its report: the view, the page with its figures, and the paper."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot
 from pathlib import Path
@@ -35,9 +35,9 @@ class Drawn:
     page: str
 
 
-def draw_report(view: RunView) -> Drawn:
-    """Figures and page; nothing is written."""
-    figures = draw_figures(view)
+def draw_report(view: RunView, tell: Callable[[str], None] = lambda _step: None) -> Drawn:
+    """Draw figures and page; nothing is written. ``tell`` hears of each sensor."""
+    figures = draw_figures(view, tell)
     return Drawn(view, figures, render_page(view, figures))
 
 

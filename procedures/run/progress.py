@@ -8,7 +8,7 @@ from datetime import timedelta
 from pathlib import Path
 from typing import TextIO, cast
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Console, RenderableType
 from rich.live import Live as LiveDrawing
 from rich.progress_bar import ProgressBar
 from rich.table import Table
@@ -160,9 +160,11 @@ class RunScreen:
         if self._last is None:
             return Text("planned")
         live = None if self._run_dir is None else read_live(self._run_dir)
-        rows = Table.grid(padding=(0, 2))
+        bar = ProgressBar(self._last.dwells_planned or None, self._last.dwells_done)
+        rows = Table.grid(padding=(0, 2), expand=True)
         rows.add_column(style="dim", no_wrap=True)
-        rows.add_column(overflow="fold")
+        rows.add_column(overflow="fold", ratio=1)
         for name, told in rows_of(self._last, self._reason, live, self._clock.now_utc()):
             rows.add_row(Text(name), Text(told, style=COLOURS.get(self._last.state, "") if name == "state" else ""))
-        return Group(ProgressBar(self._last.dwells_planned or None, self._last.dwells_done), rows)
+        rows.add_row("", bar)
+        return rows

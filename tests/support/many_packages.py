@@ -56,22 +56,23 @@ def rig_text(packages: int, time: str = '"virtual"') -> str:
         f"{name.lower()}{axis} = {{ channel = {place}, range_v = 10.0 }}"
         for (name, axis), place in zip(axes, places, strict=True)
     )
-    meter = f'[readouts.daq]\ndriver = "scpi-daq"\nmodel = "34970A"\nresource = "twin"\nnplc = 1.0\nchannels = {{ {channels} }}\n'
+    meter = '[readouts.daq]\ndriver = "scpi-daq"\nmodel = "34970A"\nresource = "twin"\nnplc = 1.0\n'
+    meter += f"channels = {{ {channels} }}\n"
     sensors, truths = [], []
     for number in range(1, packages + 1):
         name = serial(number)
         wired = ", ".join(f'{axis} = "daq.{name.lower()}{axis}"' for axis in "xyz")
-        sensors.append(
-            f'[sensors.{name}]\nmodel = "three-axis package"\nchannels = {{ {wired} }}\nnominal_sensitivity_v_per_g = 2.5\n'
-        )
-        truths.append(f"[twin.truth.{name}]\n" + "".join(_truth(number, place, axis) for place, axis in enumerate("xyz")))
+        described = f'model = "three-axis package"\nchannels = {{ {wired} }}\nnominal_sensitivity_v_per_g = 2.5\n'
+        sensors.append(f"[sensors.{name}]\n{described}")
+        truths.append(f"[twin.truth.{name}]\n" + "".join(_truth(number, n, axis) for n, axis in enumerate("xyz")))
     return HEAD + meter + "".join(sensors) + f"[twin]\nseed = 7\ntime = {time}\n" + "".join(truths)
 
 
 def _truth(number: int, place: int, axis: str) -> str:
+    offset_v, azimuth_deg = 0.001 * (number - 4) + 0.002 * place, -170.0 + 37.0 * number + 20.0 * place
     return (
-        f"{axis} = {{ offset_v = {0.001 * (number - 4) + 0.002 * place:.4f}, sensitivity_v_per_g = {2.5 + 0.004 * number},"
-        f" coning_deg = {0.2 + 0.05 * number:.3f}, azimuth_deg = {-170.0 + 37.0 * number + 20.0 * place}, noise_v = 2e-5 }}\n"
+        f"{axis} = {{ offset_v = {offset_v:.4f}, sensitivity_v_per_g = {2.5 + 0.004 * number}, "
+        f"coning_deg = {0.2 + 0.05 * number:.3f}, azimuth_deg = {azimuth_deg}, noise_v = 2e-5 }}\n"
     )
 
 
