@@ -101,9 +101,9 @@ class LiveFile:
         if not self._is_new or (now_s := self._clock.monotonic_s()) < self._next_s:
             return
         self._is_new, self._next_s = False, now_s + EVERY_S
-        document = asdict(replace(self._live, written_utc=self._clock.now_utc()))
+        document = live_document(replace(self._live, written_utc=self._clock.now_utc()))
         with suppress(OSError):
-            self._partial.write_text(json.dumps(_strict(document), ensure_ascii=False), encoding="utf-8")
+            self._partial.write_text(json.dumps(document, ensure_ascii=False), encoding="utf-8")
             os.replace(self._partial, self._path)
 
     def remove(self) -> None:
@@ -124,13 +124,17 @@ def read_live(run_dir: Path) -> Live | None:
         return None
 
 
+def live_document(live: Live) -> dict[str, object]:
+    """Return it as it stands in the file: times as texts, what is not finite as null."""
+    return {name: _strict(value) for name, value in asdict(live).items()}
+
+
 @cache
 def _adapter() -> TypeAdapter[Live]:
     return TypeAdapter(Live)
 
 
 def _strict(value: object) -> object:
-    """Return it as JSON allows it: times as texts, what is not finite as null."""
     if isinstance(value, dict):
         return {key: _strict(part) for key, part in value.items()}
     if isinstance(value, datetime):

@@ -22,7 +22,7 @@ def rows_of(
         ("state", f"{str(progress.state).upper()}{f': {one_line(reason)}' if reason else ''}"),
         ("done", _done(progress)),
         *([("ends", at_both(progress.eta_utc, zone))] if progress.eta_utc is not None else []),
-        *([] if live is None else _live_rows(live, now_utc)),
+        *([] if live is None else live_rows(live, now_utc)),
     ]
 
 
@@ -53,7 +53,8 @@ def _done(progress: Progress) -> str:
     return ", ".join(parts)
 
 
-def _live_rows(live: Live, now_utc: datetime) -> Iterator[Row]:
+def live_rows(live: Live, now_utc: datetime) -> Iterator[Row]:
+    """Yield what the engine does at this moment."""
     if live.phase:
         since = "" if live.phase_since_utc is None else f" for {duration(_seconds(live.phase_since_utc, now_utc))}"
         waits = f", waiting for {one_line(live.waiting_for)}" if live.waiting_for else ""
