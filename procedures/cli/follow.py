@@ -18,7 +18,7 @@ from procedures.errors import ExitStatus, RequestError
 from procedures.journal.follower import Follower, News
 from procedures.journal.live import read_live
 from procedures.journal.spool import ask
-from procedures.journal.standing import RunStatus
+from procedures.journal.standing import RunStatus, progress_of
 from procedures.journal.standing_words import live_rows
 from procedures.journal.status import status
 from procedures.records.progress import Progress, RunObserver
@@ -118,23 +118,6 @@ def _told(news: News) -> Iterator[Progress]:
                 yield progress_of("refused", news.status, str(detail["refused"]))
             case "terminal" | "note" | "ack":
                 yield progress_of("void", news.status, f"{detail.get('by', '')}: {detail.get('text', '')}".lstrip(": "))
-
-
-def progress_of(event: str, status: RunStatus, message: str = "") -> Progress:
-    """Return what an observer is told of a run that another process runs."""
-    return Progress(
-        event=event,
-        state=status.state,
-        dwells_done=status.dwells_done,
-        dwells_planned=status.dwells_planned,
-        replication=status.replication,
-        replications=status.replications,
-        rate_per_min=None,
-        eta_utc=status.eta_utc,
-        message=message,
-        asked_by=status.asked_by,
-        rejected=status.rejected,
-    )
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from procedures.cli.choose_run import alive_or_latest, only_one
-from procedures.cli.follow import attach_to, progress_of, shown_until_left
+from procedures.cli.follow import attach_to, shown_until_left
 from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Operator, RunsFolder
 from procedures.cli.output import print_json, say
 from procedures.cli.places import login_name
@@ -19,6 +19,7 @@ from procedures.journal.live import live_document, read_live
 from procedures.journal.metrics import RunFigures, metrics_text
 from procedures.journal.run_list import ListedRun, RunList
 from procedures.journal.spool import ask
+from procedures.journal.standing import progress_of
 from procedures.journal.standing_words import rows_of
 from procedures.journal.status import status as look
 from procedures.records.states import RESUMABLE

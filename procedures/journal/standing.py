@@ -6,6 +6,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from procedures.journal.line_figures import LineFigures
+from procedures.records.progress import Progress
 from procedures.records.states import ACTIVE, STANDING_STILL, State, told_of_state
 
 _PLAN_WEIGHT = 5.0
@@ -73,3 +74,20 @@ def end_at_this_pace(since: datetime, last: datetime, done: int, left: int, plan
     """From the wall-clock pace since the check set of this epoch, blended with the plan's."""
     each_s = (_PLAN_WEIGHT * planned_s + (last - since).total_seconds()) / (_PLAN_WEIGHT + done)
     return last + timedelta(seconds=left * each_s)
+
+
+def progress_of(event: str, status: RunStatus, message: str = "") -> Progress:
+    """Return what an observer is told of a run that another process runs."""
+    return Progress(
+        event=event,
+        state=status.state,
+        dwells_done=status.dwells_done,
+        dwells_planned=status.dwells_planned,
+        replication=status.replication,
+        replications=status.replications,
+        rate_per_min=None,
+        eta_utc=status.eta_utc,
+        message=message,
+        asked_by=status.asked_by,
+        rejected=status.rejected,
+    )

@@ -1,13 +1,15 @@
 """From a solved run to its report: the view, the page with its figures, and the paper."""
 
+import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import hypot
 from pathlib import Path
 
 from ams.whole_file import write_whole
 from procedures.report.assemble import assemble_view
 from procedures.report.figures import Figures, draw_figures, write_figures
+from procedures.report.overview import overview_rows
 from procedures.report.page import render_page
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 from procedures.report.view import Past, RunView
@@ -18,6 +20,8 @@ from rig.description.rig_file import RigDescription
 
 REPORT_FILE = "report.html"
 PAPER_FILE = "report.pdf"
+VERDICT_FILE = "verdict.json"
+"""The verdict and a row a sensor, for screens that open no page."""
 FIGURES_FOLDER = "figures"
 
 
@@ -42,8 +46,10 @@ def draw_report(view: RunView, tell: Callable[[str], None] = lambda _step: None)
 
 
 def write_screen(drawn: Drawn, folder: Path) -> Path:
-    """``report.html`` and ``figures/``; returns the page's path. Raises: WriteFailed."""
+    """``report.html``, ``verdict.json`` and ``figures/``; returns the page's path. Raises: WriteFailed."""
     write_figures(drawn.figures, folder / FIGURES_FOLDER)
+    verdict = {**asdict(drawn.view.verdict), "sensors": [asdict(row) for row in overview_rows(drawn.view)]}
+    write_whole(folder / VERDICT_FILE, (json.dumps(verdict, ensure_ascii=False, indent=1) + "\n").encode("utf-8"))
     write_whole(folder / REPORT_FILE, drawn.page.encode("utf-8"))
     return folder / REPORT_FILE
 

@@ -8,9 +8,9 @@ from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import guard_told, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
+from procedures.journal.stop_advice import advice
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import ACTIVE, ANSWERED_FOR, State, told_of_state
-from procedures.run.stop_advice import advice
 from rig.plain_text import one_line
 
 _MOST = 8
