@@ -43,9 +43,9 @@ def solve(
     if json:
         print_json({"sensors": sensors_document(solved)})
     else:
-        tell(delivery)
         for line in _findings(solved):
             say(line)
+        tell(delivery)
     tell_failures(delivery)
     return ExitStatus.FAILED if solved.failures or delivery.failures else ExitStatus.DONE
 

@@ -27,9 +27,11 @@ from procedures.numbers import (
     with_uncertainty,
 )
 from procedures.report.canvas import Figure
+from procedures.report.figures import are_left_out
+from procedures.report.overview import overview_rows
 from procedures.report.view import AxisView, CheckComparison, ParameterRow, RunView
 
-URI_SAFE = " !$()*+,-./:;=?@_~"
+URI_SAFE = " !$'()*+,-./:;=?@_~"
 """What a data URI inside an attribute may hold as it is."""
 
 
@@ -115,6 +117,23 @@ def remarks_once(axes: Sequence[AxisView]) -> list[tuple[str, str]]:
     return [(text, "" if len(names) == len(axes) > 1 else ", ".join(names)) for text, names in found.items()]
 
 
+def shared_remarks(view: RunView) -> list[str]:
+    """Return what is remarked of every sensor of several, by the sensor or by each of its axes: it is said once."""
+    solved = [sensor for sensor in view.sensors if sensor.axes]
+    if len(solved) < 2 or len(solved) < len(view.sensors):
+        return []
+    said = [
+        [
+            *sensor.warnings,
+            *sensor.remarks,
+            *(text for text, _ in remarks_once(sensor.axes)),
+            *(text for axis in sensor.axes for text in axis.calibration.warnings),
+        ]
+        for sensor in solved
+    ]
+    return [text for text in dict.fromkeys(said[0]) if all(text in others for others in said[1:])]
+
+
 def as_stated(axes: Sequence[AxisView]) -> list[tuple[str, str, str]]:
     """Return source and what states it, said once for all axes; the axes where they are not all."""
     found: dict[tuple[str, str], list[str]] = {}
@@ -150,7 +169,7 @@ def run_duration(view: RunView) -> str:
 
 def data_uri(figure: Figure) -> str:
     """Percent-encoded: a picture inside the figure is base64 already and need not be so twice."""
-    return "data:image/svg+xml," + quote(figure.svg.replace(b"\n", b" "), safe=URI_SAFE)
+    return "data:image/svg+xml," + quote(figure.svg.replace(b"\n", b" ").replace(b'"', b"'"), safe=URI_SAFE)
 
 
 def largest_error(errors: AngleErrors) -> str:
@@ -195,6 +214,9 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "data_uri": data_uri,
     "attitude": attitude,
     "degrees": angle,
+    "overview_rows": overview_rows,
+    "are_figures_left_out": are_left_out,
+    "shared_remarks": shared_remarks,
     "largest_error": largest_error,
     "largest_expanded": largest_expanded,
     "largest_at": largest_at,

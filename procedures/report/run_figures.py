@@ -33,6 +33,10 @@ DRAWN_SCALE = {"V": (1e6, "µV"), "V/g": (1e6, "µV/g"), "°": (ARCSEC_PER_DEG, 
 """A parameter's unit to the factor and the unit in which its small changes are drawn."""
 
 
+MOST_LINES = 8
+"""Lines that can be told apart in one panel."""
+
+
 def run_figures(view: RunView) -> Iterator[Figure]:
     """Design map, temperature and reference attitude. Call inside ``canvas.style()``."""
     if view.design.points:
@@ -42,8 +46,7 @@ def run_figures(view: RunView) -> Iterator[Figure]:
             yield known
     if view.temperature:
         yield _temperature(view)
-    if view.reference:
-        yield from _references(view)
+    yield from reference_figures(view)
 
 
 def drift_figure(sensor: SensorView) -> Figure | None:
@@ -165,7 +168,7 @@ def _temperature(view: RunView) -> Figure:
     )
 
 
-def _references(view: RunView) -> Iterator[Figure]:
+def reference_figures(view: RunView) -> Iterator[Figure]:
     """Yield one figure a unit: angles where there are any, and what is no voltage of gravity as it was read."""
     by_unit: dict[str, list[tuple[ReferenceTrace, float]]] = {}
     for trace in view.reference:
@@ -177,6 +180,8 @@ def _references(view: RunView) -> Iterator[Figure]:
 
 def _reference(view: RunView, traces: Sequence[tuple[ReferenceTrace, float]], unit: str, name: str) -> Figure:
     is_angle = unit == "″"
+    if len(traces) > MOST_LINES:
+        return _reference_map(traces, unit, name, interruption_caption(view))
     figure = canvas(2.5)
     axes = figure.subplots()
     figure.subplots_adjust(left=0.085, right=0.985, top=0.88, bottom=0.18)
@@ -200,5 +205,36 @@ def _reference(view: RunView, traces: Sequence[tuple[ReferenceTrace, float]], un
         "Reference attitude over the run",
         f"Output at the reference attitude less that of its first visit{', as an angle (change / |S|)' * is_angle}."
         + interruption_caption(view),
+        to_svg(figure),
+    )
+
+
+def _reference_map(traces: Sequence[tuple[ReferenceTrace, float]], unit: str, name: str, caption: str) -> Figure:
+    """Draw a row a channel, a column a visit: what many lines hide shows as a stripe or a row."""
+    visits = max(trace.hours.size for trace, _ in traces)
+    values = np.full((len(traces), visits), np.nan)
+    for row, (trace, factor) in enumerate(traces):
+        values[row, : trace.change.size] = trace.change * factor
+    most = float(np.nanmax(np.abs(values))) or 1.0
+    row_in = min(0.16, 9.0 / len(traces))
+    height = 0.8 + row_in * len(traces)
+    figure = canvas(height)
+    axes = figure.subplots()
+    figure.subplots_adjust(left=0.17, right=0.88, top=1 - 0.12 / height, bottom=0.5 / height)
+    image = axes.imshow(values, aspect="auto", interpolation="nearest", cmap="RdBu_r", vmin=-most, vmax=most)
+    labelled = range(0, len(traces), max(1, -(-len(traces) // 60)))
+    axes.set_yticks(list(labelled), [traces[row][0].label for row in labelled], fontsize=min(7.5, 62.0 * row_in))
+    axes.set_xticks([0, visits - 1] if visits > 1 else [0])
+    axes.set_xticklabels([f"{traces[0][0].hours[place]:.1f} h" for place in ((0, visits - 1) if visits > 1 else (0,))])
+    axes.tick_params(length=0)
+    axes.set_xlabel(f"{visits} visits, in their order")
+    bar = figure.colorbar(image, cax=figure.add_axes((0.9, 0.5 / height, 0.014, 1 - 0.62 / height)))
+    bar.set_label(f"change ({'arc seconds' if unit == '″' else unit})")
+    bar.outline.set_linewidth(0.4)
+    return Figure(
+        name,
+        "Reference attitude over the run",
+        "Output at the reference attitude less that of its first visit, a row a channel"
+        f"{', as an angle (change / |S|)' * (unit == '″')}. The same stripe in every row is the table’s.{caption}",
         to_svg(figure),
     )
