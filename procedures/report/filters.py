@@ -134,6 +134,11 @@ def shared_remarks(view: RunView) -> list[str]:
     return [text for text in dict.fromkeys(said[0]) if all(text in others for others in said[1:])]
 
 
+def not_among_the_grounds(view: RunView, texts: Sequence[str]) -> list[str]:
+    """Return those texts that the verdict does not say already."""
+    return [text for text in texts if not any(ground.endswith(text) for ground in view.verdict.grounds)]
+
+
 def as_stated(axes: Sequence[AxisView]) -> list[tuple[str, str, str]]:
     """Return source and what states it, said once for all axes; the axes where they are not all."""
     found: dict[tuple[str, str], list[str]] = {}
@@ -217,6 +222,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "overview_rows": overview_rows,
     "are_figures_left_out": are_left_out,
     "shared_remarks": shared_remarks,
+    "not_among_the_grounds": not_among_the_grounds,
     "largest_error": largest_error,
     "largest_expanded": largest_expanded,
     "largest_at": largest_at,

@@ -29,10 +29,20 @@ from procedures.report.view import AxisView, DesignView, ParameterRow, Reference
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DRAWN_SCALE = {"V": (1e6, "µV"), "V/g": (1e6, "µV/g"), "°": (ARCSEC_PER_DEG, "″"), "V/°C": (1e6, "µV/°C")}
+DRAWN_SCALE = {
+    "V": (1e6, "µV"),
+    "V/g": (1e6, "µV/g"),
+    "°": (ARCSEC_PER_DEG, "″"),
+    "V/°C": (1e6, "µV/°C"),
+    "V/g²": (1e6, "µV/g²"),
+    "V/g³": (1e6, "µV/g³"),
+    "V/(g·°C)": (1e6, "µV/(g·°C)"),
+}
 """A parameter's unit to the factor and the unit in which its small changes are drawn."""
 
 
+MOST_PANELS_ABREAST = 5
+"""Wider, and the titles of small panels stand in one another."""
 MOST_LINES = 8
 """Lines that can be told apart in one panel."""
 
@@ -53,15 +63,17 @@ def drift_figure(sensor: SensorView) -> Figure | None:
     """Draw every parameter by replication; None where there was one replication."""
     if not any(axis.tests for axis in sensor.axes):
         return None
-    columns = max(len(axis.parameters) for axis in sensor.axes)
-    height = 0.75 + 1.3 * len(sensor.axes)
+    columns = min(max(len(axis.parameters) for axis in sensor.axes), MOST_PANELS_ABREAST)
+    rows = [(axis, start) for axis in sensor.axes for start in range(0, len(axis.parameters), columns)]
+    height = 0.75 + 1.3 * len(rows)
     figure = canvas(height)
-    panels = figure.subplots(len(sensor.axes), columns, squeeze=False)
+    panels = figure.subplots(len(rows), columns, squeeze=False)
     figure.subplots_adjust(left=0.075, right=0.99, top=1 - 0.3 / height, bottom=0.45 / height, hspace=0.55, wspace=0.42)
-    for row, axis in zip(panels, sensor.axes, strict=True):
-        for panel in row[len(axis.parameters) :]:
+    for row, (axis, start) in zip(panels, rows, strict=True):
+        parameters = axis.parameters[start : start + columns]
+        for panel in row[len(parameters) :]:
             panel.set_axis_off()
-        for panel, parameter in zip(row, axis.parameters, strict=False):
+        for panel, parameter in zip(row, parameters, strict=False):
             _parameter_panel(panel, axis, parameter)
     for panel in panels[-1]:
         panel.set_xlabel("replication")
