@@ -13,6 +13,7 @@ ALLOWED = {
     "own_meter": ("calrig.drivers", 3),  # device, twin, and what brings them together; SCPI has its codec
     "own_export": ("calrig.exports", 1),
     "own_design": ("calrig.designs", 1),
+    "own_observer": ("calrig.observers", 1),
     "own_section": ("calrig.sections", 1),
     "own_kind": ("calrig.kinds", 1),
 }
