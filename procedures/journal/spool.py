@@ -177,5 +177,5 @@ def ask(
     seen = entered.sequence if expects is None else expects
     request = Request(kind, by, now.isoformat(), text, seen, via, place or platform.node(), key)
     if complaint := request.complaint(entered.sequence):
-        raise RequestError(f"{run_dir}: {complaint} (it is {state} now)")
+        raise RequestError(f"{run_dir}: was asked in view of another state: {complaint}; it is {state} now")
     Spool(run_dir).submit(request)

@@ -73,6 +73,5 @@ def test_the_marks_stand_where_the_residuals_are() -> None:
         assert len(drawn) == 3
         for label, heights in enumerate(drawn, start=1):
             residuals_v = solution.residuals_v[rows.replication == label]
-            assert np.corrcoef(heights, residuals_v)[0, 1] == pytest.approx(
-                -1.0, abs=1e-5
-            )  # drawn to a tenth of a point
+            drawn_as = np.corrcoef(heights, residuals_v)[0, 1]
+            assert drawn_as == pytest.approx(-1.0, abs=1e-5), "drawn to a tenth of a point"
