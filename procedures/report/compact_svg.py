@@ -37,7 +37,7 @@ def compact_svg(svg: bytes) -> bytes:
     _simplify(root)
     _name_styles(root)
     root.set("xmlns", _NAMESPACE)
-    return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+    return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
 
 
 def _shorten_names(root: ElementTree.Element) -> None:
@@ -55,7 +55,7 @@ def _shorten_names(root: ElementTree.Element) -> None:
             element.set("id", short[name])
         elif name is not None:
             del element.attrib["id"]
-        if (target := element.get("href")) is not None and target.startswith("#"):
+        if (target := element.get("href", "")).startswith("#"):
             element.set("href", f"#{short[target[1:]]}")
         for key, value in element.attrib.items():
             if "url(#" in value:
