@@ -111,7 +111,7 @@ def make_app(console: Console, hosts: frozenset[str]) -> ASGIApp:
         Mount("/static", StaticFiles(directory=HERE / "static")),
     ]
     handlers = {HTTPException: pages.refused, ProcedureError: pages.failed, ArchiveError: pages.failed}
-    return Gate(Starlette(routes=routes, exception_handlers=handlers), console.sessions, hosts)  # type: ignore[arg-type]
+    return Gate(Starlette(routes=routes, exception_handlers=handlers), console.sessions, hosts)
 
 
 def environment() -> Environment:

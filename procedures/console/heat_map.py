@@ -54,7 +54,8 @@ def heat_map(dwells: Sequence[FollowedDwell], taken_back: frozenset[tuple[int, i
     design = np.column_stack([np.ones(len(known)), specific_force(pitch, roll)])
     channels = tuple(dict.fromkeys(name for dwell in known for name in dwell.mean))
     means = np.array([[dwell.mean.get(name, np.nan) for dwell in known] for name in channels])
-    rows, sizes = [], []
+    rows: list[tuple[float | None, ...]] = []
+    sizes: list[float | None] = []
     for values in means:
         used = counts & np.isfinite(values)
         if used.sum() < FEWEST:

@@ -25,8 +25,8 @@ CUT = """[...document.querySelectorAll('main *')].filter(one => {
   return box.width > 0 && (one.closest('.wide') === null && box.right > innerWidth + 0.5
     || style.overflow === 'hidden' && one.scrollWidth > one.clientWidth + 1);
 }).map(one => one.outerHTML.slice(0, 80))"""
-OVER = """(() => { const lines = [...document.querySelectorAll('main p, main dd, main dt, main li, main h1, main h2, main summary')]
-  .filter(one => one.getBoundingClientRect().width > 0);
+OVER = """(() => { const kinds = ['p', 'dd', 'dt', 'li', 'h1', 'h2', 'summary'].map(one => `main ${one}`).join();
+  const lines = [...document.querySelectorAll(kinds)].filter(one => one.getBoundingClientRect().width > 0);
   return lines.filter((one, n) => lines.slice(n + 1).some(other => {
     if (one.contains(other) || other.contains(one)) return false;
     const a = one.getBoundingClientRect(), b = other.getBoundingClientRect();

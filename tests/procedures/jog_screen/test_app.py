@@ -280,7 +280,9 @@ def test_a_defect_of_the_screen_stops_the_axes_and_is_told_like_any_other(tmp_pa
     assert '"kind": "end"' in (tmp_path / "actions.jsonl").read_text(encoding="utf-8").splitlines()[-1]
 
 
-@pytest.mark.parametrize("size", [(60, 20), (80, 24), (200, 50)])
+@pytest.mark.parametrize(
+    "size", [(60, 20), *(pytest.param(size, marks=pytest.mark.thorough) for size in ((80, 24), (200, 50)))]
+)
 def test_prompt_last_message_and_stop_are_in_view_at_any_size(tmp_path: Path, size: tuple[int, int]) -> None:
     """24 channels on two axes: what does not fit are readings, and they are paged."""
     path, _ = many_packages(tmp_path, 8)
