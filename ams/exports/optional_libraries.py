@@ -16,7 +16,10 @@ EXTRA_OF = {
     "psycopg": "postgres",
     "pyarrow": "export",
     "pyvisa": "visa",
+    "starlette": "console",
     "typst": "report",
+    "uvicorn": "console",
+    "websockets": "console",
     "xarray": "export",
 }
 """Library to the extra of the installation that brings it."""

@@ -8,6 +8,7 @@ import numpy as np
 from cyclopts import App
 
 from ams.archive.connection import migrate as migrate_archive
+from ams.archive.desk import SENSOR_EVERY_DAYS, due_list, search_runs
 from ams.archive.histories import history as history_of
 from ams.archive.refusals import without_password
 from ams.archive.runs import Override, adjustment_of
@@ -22,6 +23,8 @@ from ams.whole_file import write_whole
 from procedures.cli.archive_text import (
     adjustment_lines,
     comparison_lines,
+    due_lines,
+    found_lines,
     history_lines,
     plain,
     set_lines,
@@ -82,6 +85,58 @@ def list_(
         return
     say(f"{len(rows)} {'set' if len(rows) == 1 else 'sets'} in {without_password(url)}")
     for line in set_lines(rows):
+        say(line)
+
+
+@app.command
+def due(
+    *,
+    within_days: int | None = None,
+    sensor_every_days: int = SENSOR_EVERY_DAYS,
+    archive: Archive = None,
+    json: Json = False,
+) -> None:
+    """List standards and sensors by the day on which they are due.
+
+    Parameters
+    ----------
+    within_days
+        Only what is due within so many days from today, or overdue.
+    sensor_every_days
+        The interval after which a sensor is calibrated again.
+    """
+    url, today = archive or default_archive_url(), datetime.now(UTC).date()
+    found = [
+        one
+        for one in due_list(url, sensor_every_days)
+        if within_days is None or ((left := one.days_left(today)) is not None and left <= within_days)
+    ]
+    if json:
+        entries = [{**plain(asdict(one)), "days_left": one.days_left(today)} for one in found]
+        print_json({"archive": without_password(url), "due": entries})
+        return
+    for line in due_lines(found, today):
+        say(line)
+
+
+@app.command
+def search(*words: str, archive: Archive = None, json: Json = False) -> None:
+    """Find runs by any words that are known of them: title, operator, sensor, customer, order, standard, day.
+
+    The serial number of a standard finds what was measured with it.
+
+    Parameters
+    ----------
+    words
+        All of them must be known of the run; without any, every run is listed.
+    """
+    url = archive or default_archive_url()
+    found = search_runs(url, words)
+    if json:
+        print_json({"archive": without_password(url), "runs": [plain(asdict(one)) for one in found]})
+        return
+    say(f"{len(found)} {'run' if len(found) == 1 else 'runs'} in {without_password(url)}")
+    for line in found_lines(found):
         say(line)
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import date, datetime
 from typing import Any
 
+from ams.archive.desk import Due, FoundRun
 from ams.archive.histories import SensorHistory
 from ams.archive.sets import ArchivedSet
 from ams.archive.signatures import SignOff
@@ -42,6 +43,28 @@ def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
         judged = f", {', '.join(verdicts)}" if verdicts else ""
         judged += ", in quarantine" if row.quarantine else ""
         yield f"{row.sha256[:12]}  {row.sensor:<16} {row.created_utc:%Y-%m-%d %H:%M} UTC  {row.model}, {stamp}{judged}"
+
+
+def due_lines(found: Sequence[Due], today: date) -> Iterator[str]:
+    """Yield a line for what is due, the earliest first."""
+    for one in found:
+        left = one.days_left(today)
+        when = "no date" if left is None else f"{-left} days over" if left < 0 else f"in {left} days"
+        day = "—" if one.due is None else f"{one.due}"
+        yield f"{day:<10}  {when:<14} {one.kind:<9} {one.name} ({one.serial or 'no serial'}), {one.because}"
+    if not found:
+        yield "nothing is due"
+
+
+def found_lines(found: Sequence[FoundRun]) -> Iterator[str]:
+    """Yield a line for each run, the newest first."""
+    for one in found:
+        stamp = ", simulated" if one.run.simulated else ""
+        standards = f", with {', '.join(one.standards)}" if one.standards else ""
+        yield (
+            f"{one.run.started_utc:%Y-%m-%d %H:%M} UTC  {one.run.run_id}  {one.run.title}: {', '.join(one.sensors)}"
+            f"{standards}, by {one.run.operator}{stamp}"
+        )
 
 
 def adjustment_lines(adjustment: Adjustment | None) -> Iterator[str]:

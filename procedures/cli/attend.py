@@ -14,6 +14,7 @@ from procedures.cli.output import note
 from procedures.cli.places import login_name
 from procedures.errors import ProcedureError
 from procedures.journal.corrections import acknowledge, is_acknowledged
+from procedures.observers.audience import with_observers
 from procedures.records.progress import RunObserver
 from procedures.run.progress import shown_on
 from procedures.run.services import Pulse, RunServices
@@ -66,7 +67,8 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
 
     with ExitStack() as opened:
         if is_virtual:
-            yield Attendance(opened.enter_context(shown_on(sys.stderr)), RunServices(begun=begun))
+            screen = with_observers(opened.enter_context(shown_on(sys.stderr, run)), run, note)
+            yield Attendance(screen, RunServices(begun=begun))
             return
         second_place = user_state_path("calrig") / "emergency"
         dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, second_place / run.name, opened)
@@ -78,7 +80,7 @@ def _dispatcher_and_pulse(
 ) -> tuple[AlertDispatcher, Pulse]:
     settings = read_alerts(alerts) if alerts is not None else default_alerts()
     refusal = opened.enter_context(awake(title))
-    screen = opened.enter_context(shown_on(sys.stderr))
+    screen = with_observers(opened.enter_context(shown_on(sys.stderr, run)), run, note)
     dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run), str(second_place))
     opened.callback(lambda: _tell_losses(dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]

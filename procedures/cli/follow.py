@@ -16,8 +16,10 @@ from typing import Literal
 from procedures.cli.output import note
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.follower import Follower, News
+from procedures.journal.live import read_live
 from procedures.journal.spool import ask
-from procedures.journal.standing import RunStatus
+from procedures.journal.standing import RunStatus, progress_of
+from procedures.journal.standing_words import live_rows
 from procedures.journal.status import status
 from procedures.records.progress import Progress, RunObserver
 from procedures.records.states import ACTIVE, EXIT_STATUS
@@ -26,6 +28,9 @@ from rig.clock import Clock, SystemClock
 from rig.system_parts import module_here
 
 LOOK_S = 0.25
+SIGN_EVERY_S = 60.0
+DWELL_PHASES = ("", "moving", "settling", "reading")
+"""What the line of a dwell will tell soon."""
 Asked = Literal["pause", "continue", "stop", "abort"]
 KEYS: dict[str, Asked] = {"p": "pause", "c": "continue", "s": "stop", "a": "abort"}
 LEAVE = ("q", "\x04")
@@ -37,12 +42,35 @@ def follow(folder: Path, observer: RunObserver, is_left: Callable[[], bool], clo
     with closing(Follower(folder, with_dwells=False, clock=clock)) as follower:
         news = follower.poll()
         _tell_state(observer, news.status)
+        signs = _SignsOfLife(folder, clock)
         while news.status.state in ACTIVE and not is_left():
             clock.sleep(LOOK_S)
             news = follower.poll()
             for progress in _told(news):
                 observer.on_event(progress)
+            if sign := signs.due():
+                observer.on_event(progress_of("soak", news.status, sign))
         return news.status
+
+
+class _SignsOfLife:
+    """What a run is at where no dwell tells it: at once, and every minute while it lasts."""
+
+    def __init__(self, folder: Path, clock: Clock) -> None:
+        self._folder = folder
+        self._clock = clock
+        self._phase = ""
+        self._told_s = 0.0
+
+    def due(self) -> str:
+        """Return what is to be told now; empty where nothing is."""
+        live, now_s = read_live(self._folder), self._clock.monotonic_s()
+        phase = "" if live is None or live.phase in DWELL_PHASES else live.phase
+        if live is None or not phase or (phase == self._phase and now_s - self._told_s < SIGN_EVERY_S):
+            self._phase = phase
+            return ""
+        self._phase, self._told_s = phase, now_s
+        return "; ".join(f"{name} {told}" for name, told in live_rows(live, self._clock.now_utc()))
 
 
 def attach_to(folder: Path, by: str, clock: Clock | None = None) -> int:
@@ -55,7 +83,7 @@ def attach_to(folder: Path, by: str, clock: Clock | None = None) -> int:
             f"{folder}: no process runs this run, it is {found.state}; nothing can be shown as it goes on; calrig "
             "status and calrig handover tell of it"
         )
-    with shown_on(sys.stderr) as observer, _keys(folder, by) as is_left:
+    with shown_on(sys.stderr, folder) as observer, _keys(folder, by) as is_left:
         return shown_until_left(folder, observer, is_left, clock)
 
 
@@ -73,7 +101,7 @@ def shown_until_left(folder: Path, observer: RunObserver, is_left: Callable[[], 
 
 
 def _tell_state(observer: RunObserver, status: RunStatus) -> None:
-    observer.on_event(_progress("state", status, status.why))
+    observer.on_event(progress_of("state", status, status.why))
 
 
 def _told(news: News) -> Iterator[Progress]:
@@ -83,25 +111,13 @@ def _told(news: News) -> Iterator[Progress]:
             case "dwell":
                 reasons = detail.get("reasons")
                 told = "; ".join(map(str, reasons)) if isinstance(reasons, list) else ""
-                yield _progress("dwell" if detail.get("accepted") else "rejected", news.status, told)
+                yield progress_of("dwell" if detail.get("accepted") else "rejected", news.status, told)
             case "state":
-                yield _progress("state", news.status, news.status.why)
+                yield progress_of("state", news.status, news.status.why)
+            case "request" if detail.get("refused"):
+                yield progress_of("refused", news.status, str(detail["refused"]))
             case "terminal" | "lease" | "note" | "ack":
-                yield _progress("void", news.status, f"{detail.get('by', '')}: {detail.get('text', '')}".lstrip(": "))
-
-
-def _progress(event: str, status: RunStatus, message: str) -> Progress:
-    return Progress(
-        event=event,
-        state=status.state,
-        dwells_done=status.dwells_done,
-        dwells_planned=status.dwells_planned,
-        replication=0,
-        replications=0,
-        rate_per_min=None,
-        eta_utc=status.eta_utc,
-        message=message,
-    )
+                yield progress_of("void", news.status, f"{detail.get('by', '')}: {detail.get('text', '')}".lstrip(": "))
 
 
 @contextmanager

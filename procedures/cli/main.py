@@ -34,6 +34,7 @@ GROUPS = {
     "Steer": (
         ("status", "steer:status", "Look at a run, also from another process, or list all runs."),
         ("attach", "steer:attach", "Show a running run again, with its keys."),
+        ("console", "console:console", "Runs, the night and the archive as pages for a browser; nothing is steered."),
         ("handover", "people:handover", "The whole state of a run on one page."),
         ("pause", "steer:pause", "Pause a run after the dwell in progress."),
         ("continue", "steer:continue_", "Continue a paused or held run."),
@@ -51,7 +52,11 @@ GROUPS = {
         ("verify", "export:verify", "Read an exported file back and recompute its test vectors."),
     ),
     "Archive": (
-        ("archive", "archive:app", "The archive: list, show, compare, history, publish, sign, verify, demo."),
+        (
+            "archive",
+            "archive:app",
+            "The archive: search, due, list, show, compare, history, sign, verify and more.",
+        ),
         ("certificate", "certificate:certificate", "Issue the certificate of an approved set."),
         ("resolve", "resolve:resolve", "Solve archived runs again, in parallel; tell what changed."),
     ),

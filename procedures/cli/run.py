@@ -36,6 +36,7 @@ from procedures.cli.places import (
     shared_archive_url,
 )
 from procedures.cli.terminal import outlived
+from procedures.cli.working import working
 from procedures.delivery.deliver import DONE, Delivery, deliver, run_document, solve_run
 from procedures.delivery.publish import history_findings
 from procedures.errors import ExitStatus, RequestError
@@ -47,7 +48,7 @@ from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.lease.keeper import leased
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State
-from procedures.report.summary import print_summary, worst_uncertainty
+from procedures.report.summary import print_summary, print_verdict, worst_uncertainty
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.resume import resume as resume_run
@@ -55,6 +56,9 @@ from rig.assembly.open_rig import choose_clock, open_rig, unguarded_sentence
 from rig.clock import SystemClock, VirtualClock
 from rig.description.read import read_rig, rig_from_json
 from rig.description.rig_file import RigDescription
+
+MOST_FILES = 3
+"""Of one kind, each named; of more their folder is."""
 
 
 def run(
@@ -203,8 +207,10 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
     if outcome.reason:
         note(f"run {folder.name}: {outcome.state}: {outcome.reason}")
     try:
-        solved = solve_run(folder)
-        delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated))
+        with working() as told:
+            solved = solve_run(folder, told)
+            url = archive_of(folder, archive, is_simulated=solved.record.is_simulated)
+            delivery = deliver(solved, url, told)
     except BaseException as error:
         attendance.tell_end(f"{outcome.state}, and nothing delivered", f"{error}\ncalrig solve {folder} delivers it.")
         raise
@@ -253,16 +259,22 @@ def tell_failures(delivery: Delivery) -> None:
 
 def tell(delivery: Delivery) -> None:
     """Tell the outcome to a person: coefficients, verdict, and where everything is."""
+    console = Console()
     if delivery.view is not None:
-        print_summary(delivery.view, Console())
+        print_summary(delivery.view, console)
         say()
     if delivery.parts["html"] == DONE:
         say(f"report       {delivery.report}")
     if delivery.parts["pdf"] == DONE:
         say(f"on paper     {delivery.report.with_suffix('.pdf')}")
-    for name, path in delivery.sets.items():
-        say(f"coefficients {path}   ({name})")
-    for path in delivery.exports:
-        say(f"export       {path}")
+    for heading, paths in (("coefficients", list(delivery.sets.values())), ("export", list(delivery.exports))):
+        if len(paths) > MOST_FILES:
+            say(f"{heading:<12} {paths[0].parent}   ({len(paths)} files)")
+        else:
+            for path in paths:
+                say(f"{heading:<12} {path}")
     if delivery.archive_url is not None:
         say(f"archive      {without_password(delivery.archive_url)}")
+    if delivery.view is not None:
+        say()
+        print_verdict(delivery.view, console)

@@ -8,6 +8,7 @@ from procedures.cli.findings_text import check_trials, findings_lines
 from procedures.cli.options import RUNS, AnyRun, Archive, Json, RunsFolder
 from procedures.cli.output import note, print_json, say
 from procedures.cli.run import archive_of, tell, tell_failures
+from procedures.cli.working import working
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
 from procedures.errors import ExitStatus
 from procedures.solution.by_model import checked_by_monte_carlo
@@ -31,18 +32,20 @@ def solve(
     """
     check_trials(monte_carlo, is_possible=True)
     folder = alive_or_latest(run, out)
-    solved = solve_run(folder)
+    with working() as told:
+        solved = solve_run(folder, told)
     if monte_carlo:
         solved = _checked(solved, monte_carlo)
     for failure in solved.failures:
         note(failure)
-    delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated))
+    with working() as told:
+        delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated), told)
     if json:
         print_json({"sensors": sensors_document(solved)})
     else:
-        tell(delivery)
         for line in _findings(solved):
             say(line)
+        tell(delivery)
     tell_failures(delivery)
     return ExitStatus.FAILED if solved.failures or delivery.failures else ExitStatus.DONE
 

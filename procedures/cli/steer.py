@@ -15,8 +15,12 @@ from procedures.cli.places import login_name
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.corrections import Authorisation, close_run
 from procedures.journal.guard_record import guard_told, read_guard_record
+from procedures.journal.live import live_document, read_live
+from procedures.journal.metrics import RunFigures, metrics_text
 from procedures.journal.run_list import ListedRun, RunList
 from procedures.journal.spool import ask
+from procedures.journal.standing import progress_of
+from procedures.journal.standing_words import rows_of
 from procedures.journal.status import status as look
 from procedures.records.states import RESUMABLE
 from procedures.run.progress import PlainLines
@@ -32,6 +36,9 @@ def status(
         bool, Parameter(name="--all", negative=(), help="List every run of the folder of runs, the latest first.")
     ] = False,
     follow: Annotated[bool, Parameter(negative=(), help="Go on telling until the run ends; Ctrl-C leaves it.")] = False,
+    metrics: Annotated[
+        bool, Parameter(negative=(), help="Print every run of the folder as Prometheus text, for monitoring.")
+    ] = False,
     out: RunsFolder = RUNS,
     json: Json = False,
 ) -> int:
@@ -39,18 +46,22 @@ def status(
     if all_:
         _list(run, out, json=json)
         return ExitStatus.DONE
+    if metrics:
+        say(metrics_text(_figures(out)).rstrip("\n"))
+        return ExitStatus.DONE
     folder = alive_or_latest(run, out)
-    found = look(folder)
+    found, live = look(folder), read_live(folder)
     if json:
-        print_json(found.to_document())
+        doing = {} if live is None else {"live": live_document(live)}
+        print_json({**found.to_document(), **doing})
         return ExitStatus.DONE
     say(f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells")
-    if found.eta_utc is not None:
-        say(f"should end {found.eta_utc:%Y-%m-%d %H:%M} UTC")
     if found.held_by is not None:
         say(f"held by: {one_line(found.held_by)}")
     elif found.why:
         say(f"because: {one_line(found.why)}")
+    for name, told in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
+        say(f"{name}: {told}")
     if (guarded := read_guard_record(folder)) is not None:
         say(one_line(guard_told(guarded)))
     for name, line in found.lines.items():
@@ -118,6 +129,12 @@ def _list(run: str | None, runs: Path, *, json: bool) -> None:
     say(f"{len(listed)} {'run' if len(listed) == 1 else 'runs'} in {runs}")
     for line in _lines(listed):
         say(line)
+
+
+def _figures(runs: Path) -> Iterable[RunFigures]:
+    for one in RunList(runs).read():
+        if not one.trouble:
+            yield RunFigures(one.path.name, progress_of("state", look(one.path)), read_live(one.path), one.is_alive)
 
 
 def _lines(listed: Iterable[ListedRun]) -> Iterable[str]:

@@ -211,3 +211,18 @@ def _plateaus_of(plan: Plan) -> dict[int, int]:
         plateau = step.plateau if isinstance(step, Soak) else plateau
         found[step.step] = plateau
     return found
+
+
+def way_out(judged: Judged, plan: Plan) -> str:
+    """Name the dwells in doubt, and what takes them back."""
+    if not judged.doubtful:
+        return "calrig continue goes on, and compares with this visit from then on"
+    first, last = min(judged.doubtful), max(judged.doubtful)
+    in_doubt = set(judged.doubtful)
+    labels = sorted({dwell.replication for dwell in plan.design_dwells if dwell.step in in_doubt})
+    redone = " and ".join(f"calrig redo --replication {label}" for label in labels)
+    return (
+        f"in doubt are the {len(judged.doubtful)} dwells of steps {first} to {last}: to measure them again put the "
+        f"table right, calrig stop, then calrig void --from {first}, or {redone}, and calrig resume; "
+        "calrig continue keeps them and compares with this visit from then on"
+    )

@@ -32,7 +32,16 @@ from procedures.kinds.solve import solve_record
 from procedures.records.states import State
 from procedures.report.paper.pdf import Attachment
 from procedures.report.view import Past, RunView
-from procedures.report.write import REPORT_FILE, draw_report, view_of, write_paper, write_screen
+from procedures.report.write import (
+    REPORT_FILE,
+    Drawn,
+    draw_report,
+    own_document,
+    view_of,
+    write_own_document,
+    write_paper,
+    write_screen,
+)
 from procedures.solution.lines import lines_document
 from procedures.solution.provenance import provenance_of
 from procedures.solution.record import RunRecord, read_record
@@ -98,14 +107,25 @@ class Delivery:
         return {name: told for name, told in self.parts.items() if told != DONE and not told.startswith(NOT_DUE)}
 
 
-def solve_run(folder: Path) -> SolvedRun:
-    """Read a journal whole and solve every sensor of it. Raises: JournalError, PlanError, DescriptionError."""
+Tell = Callable[[str], None]
+
+
+def _tell_nobody(_step: str) -> None:
+    return None
+
+
+def solve_run(folder: Path, tell: Tell = _tell_nobody) -> SolvedRun:
+    """Read a journal whole and solve every sensor of it; ``tell`` hears of each.
+
+    Raises: JournalError, PlanError, DescriptionError.
+    """
+    tell("reading the journal")
     with JournalReader.open(folder) as reader:
         record = read_record(reader)
-    return SolvedRun(folder, record, solve_record(record))
+    return SolvedRun(folder, record, solve_record(record, tell))
 
 
-def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
+def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) -> Delivery:
     """Set, archive, exports, page and paper, in this order: what hinders one hinders no other, and nothing is raised.
 
     Only a finished run leaves sets; any run leaves a page and a paper.
@@ -118,6 +138,7 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
         parts.leave_out(("set", "archive", "exports"), _why_no_set(run))
     if built is None:
         parts.fail(("archive", "exports"), "there is no set")
+    tell("writing coefficient sets, archive and exports")
     paths = parts.made("set", lambda: _written_sets(run, sets)) if sets else {}
     crash_point(CrashPoint.SETS_WRITTEN)
     archived = None
@@ -128,17 +149,43 @@ def deliver(run: SolvedRun, archive_url: str | None) -> Delivery:
         parts.leave_out(("archive",), "no archive is asked for")
     crash_point(CrashPoint.PUBLISHED)
     exports = parts.made("exports", lambda: _exported(run, sets)) if sets else ()
-    view = parts.made("html", lambda: view_of(run.record, run.sensors, _past(run, sets, archived, archive_url)))
-    drawn = None if view is None else parts.made("html", lambda: draw_report(view))
+    past = parts.made("html", lambda: _past(run, sets, archived, archive_url))
+    view = parts.made("html", lambda: view_of(run.record, run.sensors, past))
+    drawn = None if view is None else parts.made("html", lambda: draw_report(view, tell))
     if drawn is None:
         parts.fail(("pdf",), "there is no page to print")
     else:
         parts.made("html", lambda: write_screen(drawn, run.folder))
-        parts.made("pdf", lambda: write_paper(drawn, run.folder, _attached(sets)))
+        tell("setting the paper")
+        parts.made("pdf", lambda: write_paper(drawn, run.folder, _attached(sets.values())))
+        _write_own_documents(run, drawn, sets, past, parts, tell)
     crash_point(CrashPoint.REPORTED)
     published_to = archive_url if archived is not None else None
     page = run.folder / REPORT_FILE
     return Delivery(run, parts.in_words(), view, page, paths or {}, exports or (), published_to, archived)
+
+
+def _write_own_documents(
+    run: SolvedRun,
+    drawn: Drawn,
+    sets: Mapping[str, CoefficientSet],
+    past: Past | None,
+    parts: "_Parts",
+    tell: Tell,
+) -> None:
+    """Of several sensors each has a document of its own, which shows no other: for its customer."""
+    names = list(run.sensors) if len(run.sensors) > 1 else []
+    for place, name in enumerate(names, start=1):
+        tell(f"document of {name} ({place} of {len(names)})")
+        attached = [sets[name]] if name in sets else []
+        parts.made("pdf", lambda: _write_own_document(run, drawn, past, name, _attached(attached)))  # noqa: B023
+
+
+def _write_own_document(
+    run: SolvedRun, drawn: Drawn, past: Past | None, name: str, attachments: Sequence[Attachment]
+) -> Path:
+    own = own_document(view_of(run.record, run.sensors, past, name), drawn.figures)
+    return write_own_document(own, run.folder, attachments)
 
 
 class _Parts:
@@ -200,8 +247,8 @@ def _exported(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> list[Path]:
     return paths
 
 
-def _attached(sets: Mapping[str, CoefficientSet]) -> list[Attachment]:
-    return [attached for one in sets.values() for attached in attachments(one)]
+def _attached(sets: Iterable[CoefficientSet]) -> list[Attachment]:
+    return [attached for one in sets for attached in attachments(one)]
 
 
 def _past(

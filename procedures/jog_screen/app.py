@@ -16,12 +16,13 @@ from typing import ClassVar
 from textual import events
 from textual.app import App, ComposeResult
 from textual.binding import Binding
+from textual.containers import Vertical
 from textual.widgets import Static
 
 from procedures.jog_screen import panels
 from procedures.jog_screen.heading import Heading
 from procedures.jog_screen.prompts import Prompt, prompt_for
-from procedures.jog_screen.values import AxisView, ClearStatistics, GoTo, Home, Snapshot
+from procedures.jog_screen.values import AxisView, BenchView, ClearStatistics, GoTo, Home, Snapshot
 from procedures.jog_screen.worker import Bench
 from rig.motion.jog_steps import nearest_step_deg
 from rig.system_parts import present
@@ -41,6 +42,8 @@ KEYS = (
     ("r", "rate"),
     ("p", "pulse"),
     ("c", "chamber"),
+    ("tab", "sensor"),
+    (", .", "page"),
     ("n", "clear"),
     ("s", "snapshot"),
     ("q", "quit"),
@@ -56,13 +59,16 @@ class JogApp(App[None]):
     #head { height: 2; padding: 0 1; background: #182028; }
     .panel { border: round #2c3844; border-title-color: #5fd7d7; padding: 0 1; height: auto; }
     #messages { border-subtitle-color: #9aa5b1; }
-    #messages { height: 1fr; min-height: 4; }
+    #messages { height: 1fr; min-height: 3; }
+    #around.left-out { display: none; }
+    #foot { dock: bottom; height: auto; }
     #prompt { display: none; height: 3; padding: 0 1; border: round #ffd75f; border-title-color: #ffd75f; }
     #prompt.asked { display: block; }
-    #keys { height: 2; padding: 0 1; background: #182028; }
+    #keys { height: auto; padding: 0 1; background: #182028; }
     """
     BINDINGS: ClassVar = [
         Binding("escape", "leave_prompt", priority=True),
+        Binding("tab", "watch_next", priority=True),
     ]
 
     def __init__(self, bench: Bench, heading: Heading) -> None:
@@ -74,6 +80,9 @@ class JogApp(App[None]):
         self._heading = heading
         self._prompt: Prompt | None = None
         self._typed = ""
+        self._watched = ""
+        """The sensor whose readings are shown; empty for all."""
+        self._page = 0
         self._stopped_at = 0.0
         self._drawn: tuple[object, ...] = ()
         self._commands: dict[str, Callable[[], object]] = {
@@ -90,6 +99,8 @@ class JogApp(App[None]):
             "r": lambda: self._ask("rate"),
             "p": lambda: self._ask("pulse"),
             "c": lambda: self._ask("chamber"),
+            ",": lambda: self._turn_page(-1),
+            ".": lambda: self._turn_page(1),
             "h": lambda: bench.ask(Home(self.selected)),
             "n": lambda: bench.ask(ClearStatistics()),
             "s": lambda: bench.ask(Snapshot()),
@@ -108,8 +119,9 @@ class JogApp(App[None]):
             panel = Static(id=name, classes="panel")
             panel.border_title = title
             yield panel
-        yield Static(id="prompt")
-        yield Static(id="keys")
+        with Vertical(id="foot"):
+            yield Static(id="prompt")
+            yield Static(id="keys")
 
     def on_mount(self) -> None:
         self._loop_of_screen = asyncio.get_running_loop()
@@ -207,6 +219,15 @@ class JogApp(App[None]):
         else:
             self._prompt, self._typed = prompt, ""
 
+    def action_watch_next(self) -> None:
+        """Show the readings of the next sensor; after the last one those of all."""
+        names = ["", *self._heading.sensors]
+        self._watched, self._page = names[(names.index(self._watched) + 1) % len(names)], 0
+        self._draw()
+
+    def _turn_page(self, way: int) -> None:
+        self._page = max(self._page + way, 0)  # no farther than the last page when it is drawn
+
     def _set_held_rate(self, rate_dps: float) -> None:
         self.held_rate_dps = abs(rate_dps)
 
@@ -227,24 +248,39 @@ class JogApp(App[None]):
 
     def _draw(self) -> None:
         view = self.bench.view
-        now = (view, self.selected, self.step_deg, self.size, self._prompt, self._typed)
+        now = (view, self.selected, self.step_deg, self.size, self._prompt, self._typed, self._watched, self._page)
         if now == self._drawn or not self.query("#keys"):  # nothing is there any more when the screen closes
             return
         self._drawn = now
         field = self.query_one("#prompt", Static)
         field.set_class(self._prompt is not None, "asked")
         field.border_title = self._prompt.title if self._prompt else ""
+        width, room = self.size.width, self._room(view)
+        keys = panels.keys_lines(KEYS, width - 2, panels.MOST_KEY_LINES if self.size.height >= panels.TALL else 2)
+        watched = self._heading.sensors.get(self._watched)
+        channels = [one for one in view.channels if watched is None or one.name in watched]
+        page = panels.page_of(channels, room.channels, self._page)
+        self._page = page.number
+        self.query_one("#around", Static).set_class(not room.has_surroundings, "left-out")
+        readings = self.query_one("#channels", Static)
+        readings.border_title = f"readings of {self._watched}" if self._watched else "readings"
+        readings.border_subtitle = panels.sweep_told(view.channels) or page.told
+        messages = self.query_one("#messages").size
         drawn: dict[str, Callable[[], object]] = {
             "#head": lambda: panels.head(self._heading, view),
-            "#axes": lambda: panels.axes_panel(view, self.selected, self.step_deg, self.size.width),
-            "#channels": lambda: panels.channels_panel(view),
+            "#axes": lambda: panels.axes_panel(view, self.selected, self.step_deg, width),
+            "#channels": lambda: panels.channels_panel(page.channels, width),
             "#around": lambda: panels.surroundings_panel(view),
-            "#messages": lambda: panels.messages_panel(view.messages, self.query_one("#messages").size.height),
+            "#messages": lambda: panels.messages_panel(view.messages, messages.height, messages.width),
             "#prompt": lambda: panels.prompt_line(self._typed),
-            "#keys": lambda: panels.keys_lines(KEYS, self.size.width - 2),
+            "#keys": lambda: keys,
         }
         for place, text in drawn.items():
             self.query_one(place, Static).update(text())  # type: ignore[arg-type]
+
+    def _room(self, view: BenchView) -> panels.Room:
+        key_lines = panels.MOST_KEY_LINES if self.size.height >= panels.TALL else 2
+        return panels.room_of(view, self.size.height, key_lines, is_asked=self._prompt is not None)
 
 
 def is_hung_up() -> bool:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from rich.console import Group
 from rich.table import Table
@@ -14,7 +15,54 @@ from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, Cham
 ACCENT, GOOD, WARM, BAD, QUIET, FAINT = "#5fd7d7", "#87d787", "#ffd75f", "#ff5f5f", "#9aa5b1", "#5b6672"
 TONES = {"done": GOOD, "refused": WARM, "failed": BAD, "stopped": BAD, "note": QUIET}
 _BLOCKS = "▁▂▃▄▅▆▇█"
-_GAUGE, _SMALL_GAUGE, _WIDE = 25, 11, 100
+_GAUGE, _SMALL_GAUGE, _WIDE, _NARROW = 25, 11, 100, 80
+_SPARK, _SMALL_SPARK = 24, 12
+TALL = 30
+"""Lines from which the panels need not be sparing."""
+MOST_KEY_LINES = 4
+_HEAD, _BORDER, _PROMPT, _FEWEST_MESSAGES = 2, 2, 3, 1
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """What fits on a screen of some height beside what must always be seen."""
+
+    channels: int
+    """Lines of readings."""
+    has_surroundings: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """Some of the channels."""
+
+    channels: tuple[ChannelView, ...]
+    number: int
+    told: str
+    """Which page of how many; empty where one holds them all."""
+
+
+def room_of(view: BenchView, height: int, key_lines: int, *, is_asked: bool) -> Room:
+    """Return the room for readings: head, axes, last message, prompt and keys come first."""
+    kept = _HEAD + len(view.axes) + _BORDER + _FEWEST_MESSAGES + _BORDER + key_lines + _PROMPT * is_asked
+    around = len(view.chambers) + (view.attitude is not None) or 1
+    left = height - kept - _BORDER - 1  # the line of headings
+    has_surroundings = left - around - _BORDER >= min(len(view.channels), 4)
+    return Room(max(left - (around + _BORDER) * has_surroundings, 1), has_surroundings)
+
+
+def page_of(channels: Sequence[ChannelView], lines: int, number: int) -> Page:
+    """Return a page of so many lines; the last one where there are fewer pages."""
+    pages = max(-(-len(channels) // lines), 1)
+    number = min(number, pages - 1)
+    shown = tuple(channels[number * lines : (number + 1) * lines])
+    return Page(shown, number, f"page {number + 1} of {pages}" if pages > 1 else "")
+
+
+def sweep_told(channels: Sequence[ChannelView]) -> str:
+    """Tell how far the first sweep over all channels is; empty once each was read."""
+    seen = sum(channel.count > 0 or bool(channel.silence) for channel in channels)
+    return "" if seen == len(channels) else f"first sweep: {seen} of {len(channels)} channels read"
 
 
 def head(heading: Heading, view: BenchView) -> Group:
@@ -31,13 +79,16 @@ def _apart(left: Text, right: Text) -> Table:
     return table
 
 
-def keys_lines(keys: Sequence[tuple[str, str]], width: int) -> Text:
-    """Keys and what they do, a key never apart from its meaning."""
+def keys_lines(keys: Sequence[tuple[str, str]], width: int, lines: int = MOST_KEY_LINES) -> Text:
+    """Keys and what they do in at most so many lines, a key never apart from its meaning; the stop comes first."""
     text = Text.assemble((" SPACE ", "bold white on #d70000"), (" stops everything", f"bold {BAD}"))
     used = len(text)
     for key, meaning in keys:
         length = len(key) + len(meaning) + 3
         is_full = used + length > width
+        lines -= is_full
+        if lines < 1:
+            break
         used = length if is_full else used + length
         text.append("\n " if is_full else "  ").append(key, f"bold {ACCENT}").append(f" {meaning}", QUIET)
     return text
@@ -59,7 +110,8 @@ def _activity(view: BenchView) -> Text:
 def axes_panel(view: BenchView, selected: str, step_deg: float, width: int) -> Table:
     table = Table.grid(expand=True, padding=(0, 1))
     gauge_width = _GAUGE if width >= _WIDE else _SMALL_GAUGE
-    for column, justify in ((9, "left"), (12, "right"), (12, "left"), (gauge_width + 10, "left")):
+    has_gauge = width >= _NARROW
+    for column, justify in ((9, "left"), (12, "right"), (12, "left"), (gauge_width + 10, "left"))[: 3 + has_gauge]:
         table.add_column(width=column, justify=justify)  # type: ignore[arg-type]
     table.add_column(ratio=1, no_wrap=True, overflow="ellipsis")
     for axis in view.axes:
@@ -69,7 +121,7 @@ def axes_panel(view: BenchView, selected: str, step_deg: float, width: int) -> T
             mark,
             _position(axis),
             _state(axis),
-            _between_limits(axis, gauge_width),
+            *([_between_limits(axis, gauge_width)] if has_gauge else []),
             _detail(axis, is_selected, step_deg),
         )
     return table
@@ -105,15 +157,19 @@ def sparkline(values: Sequence[float], width: int = 24) -> str:
     return "".join(_BLOCKS[min(int((value - low) / (high - low) * 8.0), 7)] for value in shown)
 
 
-def channels_panel(view: BenchView) -> Table:
+def channels_panel(channels: Sequence[ChannelView], width: int) -> Table:
+    """Return a row a channel; a narrow screen has no line of the last readings."""
     table = Table.grid(expand=True, padding=(0, 1))
-    for width, justify in ((14, "left"), (13, "right"), (9, "right"), (6, "right"), (25, "left")):
-        table.add_column(width=width, justify=justify, no_wrap=True)  # type: ignore[arg-type]
+    columns = [("channel", 14, "left"), ("mean", 13, "right"), ("deviation", 9, "right"), ("n", 6, "right")]
+    if width >= _NARROW:
+        columns.append(("last readings", _SPARK if width >= _WIDE else _SMALL_SPARK, "left"))
+    for _, wide, justify in columns:
+        table.add_column(width=wide, justify=justify, no_wrap=True)  # type: ignore[arg-type]
     table.add_column(ratio=1, no_wrap=True, overflow="ellipsis")
-    heads = ("channel", "mean", "deviation", "n", "last readings", "")
-    table.add_row(*(Text(head, FAINT) for head in heads))
-    for channel in view.channels:
-        table.add_row(*_channel(channel))
+    table.add_row(*(Text(name, FAINT) for name, _, _ in columns), Text(""))
+    for channel in channels:
+        cells = _channel(channel, _SPARK if width >= _WIDE else _SMALL_SPARK)
+        table.add_row(*cells[: len(columns)], cells[-1])
     return table
 
 
@@ -125,9 +181,21 @@ def surroundings_panel(view: BenchView) -> Text:
     return Text("\n").join(lines) if lines else Text("no chamber in this rig", FAINT)
 
 
-def messages_panel(messages: Sequence[ShownMessage], lines: int) -> Text:
+def messages_panel(messages: Sequence[ShownMessage], lines: int, width: int) -> Text:
+    """Return the newest messages that fit, folded to the width; of one that alone does not fit, its beginning."""
     text = Text(overflow="fold")
-    for line in messages[-lines:] if lines > 0 else ():
+    shown: list[ShownMessage] = []
+    left = lines
+    for line in reversed(messages):
+        needed = max(-(-(len(line.clock) + 1 + len(line.text)) // max(width, 1)), 1)
+        if needed > left:
+            if not shown and left > 0:
+                room = left * width - len(line.clock) - 2
+                shown.append(replace(line, text=f"{line.text[: max(room, 0)]}…"))
+            break
+        shown.append(line)
+        left -= needed
+    for line in reversed(shown):
         text.append(f"{line.clock} ", FAINT)
         text.append(f"{line.text}\n", TONES[line.tone])
     text.right_crop(1)
@@ -200,7 +268,7 @@ def _detail(axis: AxisView, is_selected: bool, step_deg: float) -> Text:
     return Text("  ").join(parts)
 
 
-def _channel(channel: ChannelView) -> tuple[Text, ...]:
+def _channel(channel: ChannelView, spark_width: int) -> tuple[Text, ...]:
     note = Text(f"{channel.overloads} overloads" if channel.overloads else "", BAD)
     if channel.silence:
         note = Text(channel.silence, BAD)
@@ -209,7 +277,7 @@ def _channel(channel: ChannelView) -> tuple[Text, ...]:
         Text(reading_text(channel.mean, channel.unit), "bold white"),
         Text(spread(channel.standard_deviation, channel.unit), QUIET),
         Text(str(channel.count), QUIET),
-        Text(sparkline(channel.recent), ACCENT),
+        Text(sparkline(channel.recent, spark_width), ACCENT),
         note,
     )
 

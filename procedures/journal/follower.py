@@ -62,6 +62,8 @@ class _Known:
     """The newest event of a state."""
     accepted: dict[Key, int] = field(default_factory=dict)
     """Dwells that count, to their step."""
+    seen: int = 0
+    """Dwells, whether they count or not."""
     last_dwell: Event | None = None
     paced: int = 0
     """Accepted since the state was entered."""
@@ -73,6 +75,7 @@ class _Known:
                 self.state, self.since, self.paced = State(str(event.detail["to"])), event, 0
             case "dwell":
                 self.last_dwell = event
+                self.seen += 1
                 if event.detail["accepted"]:
                     step, attempt, epoch = (int(str(event.detail[part])) for part in ("step", "attempt", "epoch"))
                     self.accepted[step, attempt, epoch] = step
@@ -94,7 +97,9 @@ class Follower:
         self._rung_ns = -1
         self._sequence = self._number = 0
         self._known = _Known()
-        self._design: frozenset[int] = frozenset()
+        self._design: Mapping[int, int] = {}
+        """Step to its replication."""
+        self._replications = 0
         self._each_s = 0.0
         self._reader: JournalReader | None = None
 
@@ -121,7 +126,8 @@ class Follower:
     def _open(self) -> JournalReader:
         self._reader = JournalReader.open(self._run_dir)
         plan = self._reader.header.plan
-        self._design = frozenset(dwell.step for dwell in plan.design_dwells)
+        self._design = {dwell.step: dwell.replication for dwell in plan.design_dwells}
+        self._replications = plan.replications
         self._each_s = plan.expected.p50_s / max(len(self._design), 1)
         return self._reader
 
@@ -148,7 +154,8 @@ class Follower:
     def _status(self, is_alive: bool) -> RunStatus:
         known, since = self._known, self._known.since
         state = derived_state(known.state, is_alive=is_alive)
-        done = len(self._design & set(known.accepted.values()))
+        counted = self._design.keys() & set(known.accepted.values())
+        done, last = len(counted), next((step for step in reversed(known.accepted.values()) if step in counted), None)
         reason, by = ("", "") if since is None else (str(since.detail.get(key, "")) for key in ("reason", "by"))
         is_stop = state in STANDING_STILL
         return RunStatus(
@@ -161,6 +168,11 @@ class Follower:
             lines=known.lines.figures(),
             reason=reason if is_stop else "",
             asked_by=by if is_stop else "",
+            replication=0 if last is None else self._design[last],
+            replications=self._replications,
+            rejected=known.seen - len(known.accepted),
+            state_sequence=0 if since is None else since.sequence,
+            since_utc=None if since is None else since.utc,
         )
 
     def _eta_utc(self, left: int) -> datetime | None:

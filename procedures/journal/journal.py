@@ -35,12 +35,22 @@ from rig.crash_points import CrashPoint, crash_point
 class Journal:
     """An open journal that can be appended to. Made by :meth:`create` or :meth:`open_for_append`."""
 
-    def __init__(self, path: Path, connection: apsw.Connection, run_id: str, chain: tuple[int, str], dwells: int):
+    def __init__(
+        self,
+        path: Path,
+        connection: apsw.Connection,
+        run_id: str,
+        chain: tuple[int, str],
+        dwells: int,
+        state_sequence: int,
+    ) -> None:
         self.path = path
         self._connection = connection
         self._run_id = run_id
         self._last_sequence, self._last_sha256 = chain
         self._dwells = dwells
+        self.state_sequence = state_sequence
+        """Of the newest event of a state: what a request that was made in view of that state refers to."""
         self._count = CommittedCount(path)
 
     @staticmethod
@@ -56,14 +66,14 @@ class Journal:
         document = header.to_json()
         new_file = path.with_name(path.name + ".new")
         new_file.unlink(missing_ok=True)
-        begun = Journal(new_file, make_file(new_file), header.run_id, (0, sha256(document)), 0)
+        begun = Journal(new_file, make_file(new_file), header.run_id, (0, sha256(document)), 0, 0)
         with begun._transaction():
             begun._connection.execute(SCHEMA)
             begun._connection.execute("INSERT INTO header VALUES (1, ?, ?)", (document, sha256(document)))
             chain = begun._insert_event("state", {"to": State.PLANNED, "by": header.operator, "reason": ""}, clock)
         fold(new_file, begun._connection)
         put_in_place(new_file, path)
-        journal = Journal(path, open_for_writing(path), header.run_id, chain, 0)
+        journal = Journal(path, open_for_writing(path), header.run_id, chain, 0, chain[0])
         journal._committed(chain, 0)
         return journal
 
@@ -73,18 +83,21 @@ class Journal:
         require_journal_file(path)
         with JournalReader.open(path) as reader:
             reader.verify()
-            header, last = reader.header, reader.last_event()
+            header, last, state = reader.header, reader.last_event(), reader.last_event("state")
             dwells = reader.committed_dwells()
         connection = open_for_writing(path)
         require_our_schema(path, connection)
         assert last is not None
-        return Journal(path, connection, header.run_id, (last.sequence, last.sha256), dwells)
+        entered = 0 if state is None else state.sequence
+        return Journal(path, connection, header.run_id, (last.sequence, last.sha256), dwells, entered)
 
     def append_event(self, kind: str, detail: Mapping[str, object], clock: Clock) -> None:
         """Append one line of the audit trail, on the disk when this returns. Raises: StorageFailed."""
         with self._transaction():
             chain = self._insert_event(kind, detail, clock)
         self._committed(chain, self._dwells)
+        if kind == "state":
+            self.state_sequence = chain[0]
 
     def commit_dwell(self, record: DwellRecord, clock: Clock) -> DwellRecord:
         """Store a judged dwell with its event; returns it with its SHA-256.

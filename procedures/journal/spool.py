@@ -2,10 +2,15 @@
 
 The engine looks at every slice of every wait, so a look at a quiet folder is one ``stat``. Whatever is taken is
 journalled before its file is removed.
+
+Every request says in view of which state it was made: ``expects`` is the sequence number of the event of that state.
+Where the run has gone to another state meanwhile the engine refuses it and says so in the journal, because who asked
+did not know what he was asking. Only what makes the rig stand still (stop, abort) and a note are taken as they come.
 """
 
 import json
 import os
+import platform
 import re
 import secrets
 from collections.abc import Mapping
@@ -22,6 +27,8 @@ from procedures.records.states import ACTIVE
 from rig.clock import Clock, SystemClock
 
 Kind = Literal["pause", "continue", "stop", "abort", "note", "ack"]
+AS_THEY_COME: tuple[Kind, ...] = ("stop", "abort", "note")
+"""Taken whatever the asker expects: two that make the rig stand still, and words."""
 FOLDER = "requests"
 _SUFFIX = ".json"
 _MAX_BYTES = 65_536
@@ -37,6 +44,30 @@ class Request:
     by: str
     at_utc: str
     text: str = ""
+    expects: int | None = None
+    """Sequence number of the event of the state that the asker saw."""
+    via: str = ""
+    """By what it was asked: ``command``, ``attach``, ``console`` or a name of somebody else's program."""
+    place: str = ""
+    """From where: a machine or an address."""
+    key: str = ""
+    """Of the one act: a request that is sent again with the same key is taken once."""
+
+    def complaint(self, state_sequence: int) -> str:
+        """Say why a run that is in the state of this event does not take it; empty where it does."""
+        if self.kind in AS_THEY_COME or self.expects == state_sequence:
+            return ""
+        if self.expects is None:
+            return f"{self.kind} does not say in view of which state it was asked (expects); nothing was done"
+        return (
+            f"{self.kind} was asked in view of the state of event {self.expects}, the run has since gone to that of "
+            f"event {state_sequence}; nothing was done; look again, then ask again"
+        )
+
+    def to_document(self) -> dict[str, object]:
+        """Return what stands in its file and in the journal: fields that say nothing are left out."""
+        always = ("kind", "by", "at_utc", "text")
+        return {name: value for name, value in asdict(self).items() if name in always or value not in (None, "")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +80,7 @@ class Taken:
 
     def detail(self) -> Mapping[str, object]:
         """Return what the journal keeps of it."""
-        request_fields = {} if self.request is None else asdict(self.request)
+        request_fields = {} if self.request is None else self.request.to_document()
         return {"file": self.file, **request_fields, **({"refused": self.complaint} if self.complaint else {})}
 
 
@@ -67,7 +98,7 @@ class Spool:
         target = self.folder / f"{stamp}-{secrets.token_hex(4)}-{request.kind}{_SUFFIX}"
         try:
             self.folder.mkdir(exist_ok=True)
-            replace_file(target, json.dumps(asdict(request), ensure_ascii=False).encode("utf-8"))
+            replace_file(target, json.dumps(request.to_document(), ensure_ascii=False).encode("utf-8"))
         except FolderNotSynced:
             pass  # the engine finds it there: only a power cut could take it back, and that ends the run as well
         except OSError as error:
@@ -105,20 +136,46 @@ class Spool:
 
 def _request(document: object) -> Request:
     """Return a document as a request. Raises: ValueError for what is no request."""
-    if not isinstance(document, dict) or not all(isinstance(value, str) for value in document.values()):
-        raise ValueError("expected an object of texts")
+    if not isinstance(document, dict):
+        raise ValueError("expected an object")
+    expects = document.pop("expects", None)
+    if expects is not None and (isinstance(expects, bool) or not isinstance(expects, int)):
+        raise ValueError(f"expects: got {expects!r}, allowed is the number of an event")
+    if not all(isinstance(value, str) for value in document.values()):
+        raise ValueError("expected an object of texts, and expects as a number")
     if document.get("kind") not in get_args(Kind):
         raise ValueError(f"kind: got {document.get('kind')!r}, allowed {', '.join(get_args(Kind))}")
     if missing := {"by", "at_utc"} - document.keys():
         raise ValueError(f"{', '.join(sorted(missing))} is missing")
-    return Request(document["kind"], document["by"], document["at_utc"], document.get("text", ""))
+    optional = {name: document[name] for name in ("text", "via", "place", "key") if name in document}
+    return Request(document["kind"], document["by"], document["at_utc"], expects=expects, **optional)
 
 
-def ask(run_dir: Path, kind: Kind, by: str, now: datetime, text: str = "") -> None:
-    """Ask something of a run that another process runs. Raises: RequestError where nobody would take the request."""
+def ask(
+    run_dir: Path,
+    kind: Kind,
+    by: str,
+    now: datetime,
+    text: str = "",
+    *,
+    expects: int | None = None,
+    via: str = "command",
+    place: str = "",
+    key: str = "",
+) -> None:
+    """Ask something of a run that another process runs.
+
+    ``expects``: of the state that the asker saw; without it that of the state in which the run is now.
+    Raises: RequestError where nobody would take the request, or the run is in another state than the asker saw.
+    """
     with JournalReader.open(run_dir) as reader:
-        state = reader.state()
+        state, entered = reader.state(), reader.last_event("state")
     if state not in ACTIVE or not is_owned(run_dir):
         reason = f"it is {state}" if state not in ACTIVE else "its process is gone; calrig resume continues it"
         raise RequestError(f"{run_dir}: cannot {kind}: no process runs this run: {reason}; nothing was asked")
-    Spool(run_dir).submit(Request(kind, by, now.isoformat(), text))
+    assert entered is not None  # it has a state
+    seen = entered.sequence if expects is None else expects
+    request = Request(kind, by, now.isoformat(), text, seen, via, place or platform.node(), key)
+    if complaint := request.complaint(entered.sequence):
+        raise RequestError(f"{run_dir}: was asked in view of another state: {complaint}; it is {state} now")
+    Spool(run_dir).submit(request)

@@ -6,6 +6,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from procedures.journal.line_figures import LineFigures
+from procedures.records.progress import Progress
 from procedures.records.states import ACTIVE, STANDING_STILL, State, told_of_state
 
 _PLAN_WEIGHT = 5.0
@@ -31,6 +32,15 @@ class RunStatus:
     """Why it stands still; empty where it goes on."""
     asked_by: str = ""
     """Who or what asked for that; empty where the run itself decided."""
+    replication: int = 0
+    """Of the newest design dwell that counts; 0 before the first."""
+    replications: int = 0
+    rejected: int = 0
+    """Dwells that do not count."""
+    state_sequence: int = 0
+    """Of the event with which it entered the state as written: what a request refers to."""
+    since_utc: datetime | None = None
+    """When it entered the state as written."""
 
     @property
     def why(self) -> str:
@@ -47,6 +57,10 @@ class RunStatus:
             "dwells_planned": self.dwells_planned,
             "eta_utc": None if self.eta_utc is None else self.eta_utc.isoformat(timespec="seconds"),
             "held_by": self.held_by,
+            "replication": self.replication,
+            "replications": self.replications,
+            "rejected": self.rejected,
+            "state_sequence": self.state_sequence,
             **still,
         }
 
@@ -60,3 +74,20 @@ def end_at_this_pace(since: datetime, last: datetime, done: int, left: int, plan
     """From the wall-clock pace since the check set of this epoch, blended with the plan's."""
     each_s = (_PLAN_WEIGHT * planned_s + (last - since).total_seconds()) / (_PLAN_WEIGHT + done)
     return last + timedelta(seconds=left * each_s)
+
+
+def progress_of(event: str, status: RunStatus, message: str = "") -> Progress:
+    """Return what an observer is told of a run that another process runs."""
+    return Progress(
+        event=event,
+        state=status.state,
+        dwells_done=status.dwells_done,
+        dwells_planned=status.dwells_planned,
+        replication=status.replication,
+        replications=status.replications,
+        rate_per_min=None,
+        eta_utc=status.eta_utc,
+        message=message,
+        asked_by=status.asked_by,
+        rejected=status.rejected,
+    )

@@ -1,6 +1,6 @@
 """From dwells to solved sensors, for runs of every kind."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from ams.errors import AmsError
 from procedures.kinds.registry import KINDS
@@ -12,20 +12,30 @@ from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.run_findings import of_sensor, run_findings, with_run_findings
 from rig.description.rig_file import RigDescription, Sensor
 
+Tell = Callable[[str], None]
 
-def solve_record(record: RunRecord) -> dict[str, SolvedSensor]:
-    """Solve every sensor of a run from its accepted dwells, as its procedure asks."""
-    solved = solve_sensors(record.dwells, record.rig, record.plan, f"run {record.run_id}")
+
+def solve_record(record: RunRecord, tell: Tell = lambda _step: None) -> dict[str, SolvedSensor]:
+    """Solve every sensor of a run from its accepted dwells, as its procedure asks; ``tell`` hears of each."""
+    solved = solve_sensors(record.dwells, record.rig, record.plan, f"run {record.run_id}", tell)
     findings = run_findings(record)
     return {name: with_run_findings(one, of_sensor(findings, name)) for name, one in solved.items()}
 
 
 def solve_sensors(
-    dwells: Iterable[DwellRecord], rig: RigDescription, plan: Plan, source: str
+    dwells: Iterable[DwellRecord],
+    rig: RigDescription,
+    plan: Plan,
+    source: str,
+    tell: Tell = lambda _step: None,
 ) -> dict[str, SolvedSensor]:
     """Solve every sensor of a plan; a sensor that cannot be solved says why and hinders no other."""
     rows = tuple(design_dwells(dwells))
-    return {name: _solve_sensor(name, sensor, rows, rig, plan, source) for name, sensor in plan.sensors.items()}
+    solved = {}
+    for place, (name, sensor) in enumerate(plan.sensors.items(), start=1):
+        tell(f"solving {name} ({place} of {len(plan.sensors)})")
+        solved[name] = _solve_sensor(name, sensor, rows, rig, plan, source)
+    return solved
 
 
 def _solve_sensor(

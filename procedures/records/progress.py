@@ -16,7 +16,7 @@ class Progress:
     """One moment of a run."""
 
     event: str
-    """``state``, ``dwell``, ``rejected``, ``void``, ``soak`` or ``check``, or the kind of another event."""
+    """``state``, ``dwell``, ``rejected``, ``void``, ``soak``, ``check``, ``refused`` (a request), or another kind."""
     state: State
     dwells_done: int
     """Accepted design dwells."""
@@ -29,6 +29,8 @@ class Progress:
     message: str
     asked_by: str = ""
     """Who or what asked for the state; empty where the run itself decided."""
+    rejected: int = 0
+    """Dwells that do not count."""
 
 
 class RunObserver(Protocol):

@@ -22,7 +22,7 @@ from procedures.report.verdict import judge
 from procedures.report.view import AxisFindings, Counts, DesignView, Past, RejectedDwell, RunView, SensorView
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
-from procedures.solution.run_findings import run_findings
+from procedures.solution.run_findings import of_sensor, run_findings
 from rig.description.rig_file import Sensor
 
 UNFINISHED = ("running", "checking", "planned")
@@ -33,8 +33,9 @@ def assemble_view(
     solved: Mapping[str, SolvedSensor],
     table_arcsec: float | None = None,
     past: Past | None = None,
+    only: str | None = None,
 ) -> RunView:
-    """Assemble the run as every screen draws it.
+    """Assemble the run as every screen draws it, or as the document of the sensor ``only`` does: without the others.
 
     ``solved``: sensor name to its solution. ``table_arcsec``: standard uncertainty of one attitude of the table.
     ``past``: what the archive says of the sensors.
@@ -47,7 +48,9 @@ def assemble_view(
             history=known.histories.get(name),
         )
         for place, (name, sensor) in enumerate(record.plan.sensors.items(), start=1)
+        if only in (None, name)
     )
+    findings = run_findings(record)
     labels = _labels(record, sensors)
     dwells = sorted(record.dwells, key=lambda dwell: (dwell.epoch, dwell.started_s))
     counts = _counts(record)
@@ -68,7 +71,13 @@ def assemble_view(
         started_utc=started_utc,
         ended_utc=_ended_utc(record),
         verdict=judge(
-            record.state, counts, sensors, interruptions, restart_steps(checks), table_arcsec, run_findings(record)
+            record.state,
+            counts,
+            sensors,
+            interruptions,
+            restart_steps(checks),
+            table_arcsec,
+            findings if only is None else of_sensor(findings, only),
         ),
         design=_design_view(record),
         counts=counts,
@@ -120,6 +129,7 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSen
             for axis, result in calibration.axes.items()
         ),
         section=section,
+        verdict="not usable" if calibration is None or failure else calibration.verdict,
     )
 
 

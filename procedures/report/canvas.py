@@ -9,6 +9,7 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from ams.arrays import FloatArray
+from procedures.report.compact_svg import compact_svg
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,7 +89,7 @@ def to_svg(figure: "Canvas") -> bytes:
     figure.set_dpi(DPI)
     # print_figure draws everything once more to learn a layout that these figures have fixed; the bytes are the same
     FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
-    return buffer.getvalue()
+    return compact_svg(buffer.getvalue())
 
 
 def plain_axes(axes: "Axes", *, zero_line: bool = False) -> None:

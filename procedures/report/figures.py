@@ -3,7 +3,7 @@
 The same view gives the same bytes, so a report can be compared with its reprint.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,9 +12,29 @@ from procedures.report.angle_figures import angle_error_figure
 from procedures.report.canvas import Figure, style
 from procedures.report.history_figure import history_figure
 from procedures.report.residual_figures import residual_figures
-from procedures.report.run_figures import drift_figure, run_figures
+from procedures.report.run_figures import drift_figure, reference_figures, run_figures
 from procedures.report.section_figures import section_figures
 from procedures.report.view import RunView, SensorView
+
+MOST_WITH_ALL = 4
+"""Sensors whose figures all stand on one page; of more some stand in each sensor's own document."""
+IN_OWN_DOCUMENT = ("drift", "distribution")
+
+
+def are_left_out(view: RunView) -> bool:
+    """Whether some figures of each sensor are not on this page."""
+    return len(view.sensors) > MOST_WITH_ALL
+
+
+def for_page(view: RunView, figures: "Figures") -> "Figures":
+    """Return what the page of this view shows."""
+    if not are_left_out(view):
+        return figures
+    kept = {
+        name: tuple(one for one in of_sensor if one.name.rpartition("-")[2] not in IN_OWN_DOCUMENT)
+        for name, of_sensor in figures.sensors.items()
+    }
+    return Figures(figures.run, kept)
 
 
 @dataclass(frozen=True)
@@ -28,10 +48,22 @@ class Figures:
         return (*self.run, *(figure for figures in self.sensors.values() for figure in figures))
 
 
-def draw_figures(view: RunView) -> Figures:
-    """Draw every figure that has something to show."""
+def draw_figures(view: RunView, tell: Callable[[str], None] = lambda _step: None) -> Figures:
+    """Draw every figure that has something to show; ``tell`` hears of each sensor."""
     with style():
-        return Figures(tuple(run_figures(view)), {sensor.name: _of_sensor(view, sensor) for sensor in view.sensors})
+        tell("drawing the run")
+        of_run, of_sensors = tuple(run_figures(view)), {}
+        for sensor in view.sensors:
+            tell(f"drawing {sensor.name} ({sensor.place} of {len(view.sensors)})")
+            of_sensors[sensor.name] = _of_sensor(view, sensor)
+        return Figures(of_run, of_sensors)
+
+
+def figures_of_one(view: RunView, whole: Figures) -> Figures:
+    """Return the figures of a view that holds one sensor of those of the whole: what shows others is drawn anew."""
+    with style():
+        of_run = (*(one for one in whole.run if not one.name.startswith("reference")), *reference_figures(view))
+    return Figures(of_run, {sensor.name: whole.sensors[sensor.name] for sensor in view.sensors})
 
 
 def write_figures(figures: Figures, folder: Path) -> tuple[Path, ...]:

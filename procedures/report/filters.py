@@ -29,9 +29,11 @@ from procedures.numbers import (
     with_uncertainty,
 )
 from procedures.report.canvas import Figure
+from procedures.report.figures import are_left_out
+from procedures.report.overview import overview_rows
 from procedures.report.view import AxisView, CheckComparison, ParameterRow, RunView
 
-URI_SAFE = " !$()*+,-./:;=?@_~"
+URI_SAFE = " !$'()*+,-./:;=?@_~"
 """What a data URI inside an attribute may hold as it is."""
 
 
@@ -117,6 +119,28 @@ def remarks_once(axes: Sequence[AxisView]) -> list[tuple[str, str]]:
     return [(text, "" if len(names) == len(axes) > 1 else ", ".join(names)) for text, names in found.items()]
 
 
+def shared_remarks(view: RunView) -> list[str]:
+    """Return what is remarked of every sensor of several, by the sensor or by each of its axes: it is said once."""
+    solved = [sensor for sensor in view.sensors if sensor.axes]
+    if len(solved) < 2 or len(solved) < len(view.sensors):
+        return []
+    said = [
+        [
+            *sensor.warnings,
+            *sensor.remarks,
+            *(text for text, _ in remarks_once(sensor.axes)),
+            *(text for axis in sensor.axes for text in axis.calibration.warnings),
+        ]
+        for sensor in solved
+    ]
+    return [text for text in dict.fromkeys(said[0]) if all(text in others for others in said[1:])]
+
+
+def not_among_the_grounds(view: RunView, texts: Sequence[str]) -> list[str]:
+    """Return those texts that the verdict does not say already."""
+    return [text for text in texts if not any(ground.endswith(text) for ground in view.verdict.grounds)]
+
+
 def as_stated(axes: Sequence[AxisView]) -> list[tuple[str, str, str]]:
     """Return source and what states it, said once for all axes; the axes where they are not all."""
     found: dict[tuple[str, str], list[str]] = {}
@@ -152,7 +176,7 @@ def run_duration(view: RunView) -> str:
 
 def data_uri(figure: Figure) -> str:
     """Percent-encoded: a picture inside the figure is base64 already and need not be so twice."""
-    return "data:image/svg+xml," + quote(figure.svg.replace(b"\n", b" "), safe=URI_SAFE)
+    return "data:image/svg+xml," + quote(figure.svg.replace(b"\n", b" ").replace(b'"', b"'"), safe=URI_SAFE)
 
 
 def largest_error(errors: AngleErrors) -> str:
@@ -212,6 +236,10 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "data_uri": data_uri,
     "attitude": attitude,
     "degrees": angle,
+    "overview_rows": overview_rows,
+    "are_figures_left_out": are_left_out,
+    "shared_remarks": shared_remarks,
+    "not_among_the_grounds": not_among_the_grounds,
     "largest_error": largest_error,
     "largest_expanded": largest_expanded,
     "largest_at": largest_at,

@@ -29,8 +29,22 @@ from procedures.report.view import AxisView, DesignView, ParameterRow, Reference
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DRAWN_SCALE = {"V": (1e6, "µV"), "V/g": (1e6, "µV/g"), "°": (ARCSEC_PER_DEG, "″"), "V/°C": (1e6, "µV/°C")}
+DRAWN_SCALE = {
+    "V": (1e6, "µV"),
+    "V/g": (1e6, "µV/g"),
+    "°": (ARCSEC_PER_DEG, "″"),
+    "V/°C": (1e6, "µV/°C"),
+    "V/g²": (1e6, "µV/g²"),
+    "V/g³": (1e6, "µV/g³"),
+    "V/(g·°C)": (1e6, "µV/(g·°C)"),
+}
 """A parameter's unit to the factor and the unit in which its small changes are drawn."""
+
+
+MOST_PANELS_ABREAST = 5
+"""Wider, and the titles of small panels stand in one another."""
+MOST_LINES = 8
+"""Lines that can be told apart in one panel."""
 
 
 def run_figures(view: RunView) -> Iterator[Figure]:
@@ -42,23 +56,24 @@ def run_figures(view: RunView) -> Iterator[Figure]:
             yield known
     if view.temperature:
         yield _temperature(view)
-    if view.reference:
-        yield from _references(view)
+    yield from reference_figures(view)
 
 
 def drift_figure(sensor: SensorView) -> Figure | None:
     """Draw every parameter by replication; None where there was one replication."""
     if not any(axis.tests for axis in sensor.axes):
         return None
-    columns = max(len(axis.parameters) for axis in sensor.axes)
-    height = 0.75 + 1.3 * len(sensor.axes)
+    columns = min(max(len(axis.parameters) for axis in sensor.axes), MOST_PANELS_ABREAST)
+    rows = [(axis, start) for axis in sensor.axes for start in range(0, len(axis.parameters), columns)]
+    height = 0.75 + 1.3 * len(rows)
     figure = canvas(height)
-    panels = figure.subplots(len(sensor.axes), columns, squeeze=False)
+    panels = figure.subplots(len(rows), columns, squeeze=False)
     figure.subplots_adjust(left=0.075, right=0.99, top=1 - 0.3 / height, bottom=0.45 / height, hspace=0.55, wspace=0.42)
-    for row, axis in zip(panels, sensor.axes, strict=True):
-        for panel in row[len(axis.parameters) :]:
+    for row, (axis, start) in zip(panels, rows, strict=True):
+        parameters = axis.parameters[start : start + columns]
+        for panel in row[len(parameters) :]:
             panel.set_axis_off()
-        for panel, parameter in zip(row, axis.parameters, strict=False):
+        for panel, parameter in zip(row, parameters, strict=False):
             _parameter_panel(panel, axis, parameter)
     for panel in panels[-1]:
         panel.set_xlabel("replication")
@@ -165,7 +180,7 @@ def _temperature(view: RunView) -> Figure:
     )
 
 
-def _references(view: RunView) -> Iterator[Figure]:
+def reference_figures(view: RunView) -> Iterator[Figure]:
     """Yield one figure a unit: angles where there are any, and what is no voltage of gravity as it was read."""
     by_unit: dict[str, list[tuple[ReferenceTrace, float]]] = {}
     for trace in view.reference:
@@ -177,6 +192,8 @@ def _references(view: RunView) -> Iterator[Figure]:
 
 def _reference(view: RunView, traces: Sequence[tuple[ReferenceTrace, float]], unit: str, name: str) -> Figure:
     is_angle = unit == "″"
+    if len(traces) > MOST_LINES:
+        return _reference_map(traces, unit, name, interruption_caption(view))
     figure = canvas(2.5)
     axes = figure.subplots()
     figure.subplots_adjust(left=0.085, right=0.985, top=0.88, bottom=0.18)
@@ -200,5 +217,36 @@ def _reference(view: RunView, traces: Sequence[tuple[ReferenceTrace, float]], un
         "Reference attitude over the run",
         f"Output at the reference attitude less that of its first visit{', as an angle (change / |S|)' * is_angle}."
         + interruption_caption(view),
+        to_svg(figure),
+    )
+
+
+def _reference_map(traces: Sequence[tuple[ReferenceTrace, float]], unit: str, name: str, caption: str) -> Figure:
+    """Draw a row a channel, a column a visit: what many lines hide shows as a stripe or a row."""
+    visits = max(trace.hours.size for trace, _ in traces)
+    values = np.full((len(traces), visits), np.nan)
+    for row, (trace, factor) in enumerate(traces):
+        values[row, : trace.change.size] = trace.change * factor
+    most = float(np.nanmax(np.abs(values))) or 1.0
+    row_in = min(0.16, 9.0 / len(traces))
+    height = 0.8 + row_in * len(traces)
+    figure = canvas(height)
+    axes = figure.subplots()
+    figure.subplots_adjust(left=0.17, right=0.88, top=1 - 0.12 / height, bottom=0.5 / height)
+    image = axes.imshow(values, aspect="auto", interpolation="nearest", cmap="RdBu_r", vmin=-most, vmax=most)
+    labelled = range(0, len(traces), max(1, -(-len(traces) // 60)))
+    axes.set_yticks(list(labelled), [traces[row][0].label for row in labelled], fontsize=min(7.5, 62.0 * row_in))
+    axes.set_xticks([0, visits - 1] if visits > 1 else [0])
+    axes.set_xticklabels([f"{traces[0][0].hours[place]:.1f} h" for place in ((0, visits - 1) if visits > 1 else (0,))])
+    axes.tick_params(length=0)
+    axes.set_xlabel(f"{visits} visits, in their order")
+    bar = figure.colorbar(image, cax=figure.add_axes((0.9, 0.5 / height, 0.014, 1 - 0.62 / height)))
+    bar.set_label(f"change ({'arc seconds' if unit == '″' else unit})")
+    bar.outline.set_linewidth(0.4)
+    return Figure(
+        name,
+        "Reference attitude over the run",
+        "Output at the reference attitude less that of its first visit, a row a channel"
+        f"{', as an angle (change / |S|)' * (unit == '″')}. The same stripe in every row is the table’s.{caption}",
         to_svg(figure),
     )

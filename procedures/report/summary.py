@@ -10,23 +10,45 @@ from rich.text import Text
 from ams.models.extended import TERM_NAMES
 from procedures.kinds.section import TextTable
 from procedures.numbers import with_uncertainty
+from procedures.report.overview import overview_rows
 from procedures.report.view import ParameterRow, RunView, SensorView
 
 VERDICT_COLOURS = {"sound": "green", "reserved": "yellow", "unusable": "red"}
 
 
 def print_summary(view: RunView, console: Console) -> None:
-    """Verdict, one table a sensor, and what a reader should know before using a number."""
+    """Coefficients of one or two sensors, a row for each of more, and what a reader should know before using them.
+
+    The verdict is :func:`print_verdict`'s, to be told last.
+    """
     if view.stamps:
         console.print(Text(" · ".join(view.stamps), style="bold red"))
-    for sensor in view.sensors:
+    is_listed = len(view.sensors) > MOST_IN_FULL
+    if is_listed:
+        console.print(overview_table(view), width=max(console.width, NARROWEST), crop=False)
+    for sensor in () if is_listed else view.sensors:
         if sensor.axes:
             console.print(sensor_table(view, sensor), width=max(console.width, NARROWEST), crop=False)
         for table in sensor.section.tables[:1] if sensor.section is not None else ():
             console.print(text_table(sensor.name, table), width=max(console.width, NARROWEST), crop=False)
-    console.print(Text(view.verdict.sentence, style=VERDICT_COLOURS[view.verdict.trust]))
     for ground in view.verdict.grounds:
         console.print(Text(f"  • {ground}"), highlight=False)
+
+
+def print_verdict(view: RunView, console: Console) -> None:
+    """Print what stands last in the terminal."""
+    console.print(Text(view.verdict.sentence, style=f"bold {VERDICT_COLOURS[view.verdict.trust]}"))
+
+
+def overview_table(view: RunView) -> Table:
+    """Return a row a sensor."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, title="95 % of the fitted angle, errors as found and as left")
+    for heading in ("sensor", "verdict", "angle", "as found", "as left", "findings"):
+        table.add_column(heading, overflow="fold")
+    for row in overview_rows(view):
+        cells = (row.sensor, row.verdict, row.angle, row.as_found, row.as_left, row.findings)
+        table.add_row(*(Text(cell) for cell in cells))
+    return table
 
 
 def worst_uncertainty(view: RunView) -> str:
@@ -49,6 +71,8 @@ def _value(rows: Sequence[ParameterRow], name: str) -> float | None:
     return next((row.value for row in rows if row.name.startswith(name)), None)
 
 
+MOST_IN_FULL = 2
+"""Sensors whose coefficients are printed; those of more stand in the report."""
 NARROWEST = 80
 """Tables are never made narrower: a terminal that is breaks their lines itself, and every digit is there."""
 WHOLE = 14

@@ -11,11 +11,10 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.findings import Finding, significant_texts
-from ams.observations import Observations
 from ams.surveillance.common_mode_words import turned_the_table
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
-from procedures.report.bands import band_along
+from procedures.report.overview import Statement, told_once, widest_arcsec
 from procedures.report.view import AxisView, Counts, SensorView, Verdict
 
 
@@ -39,7 +38,7 @@ def judge(
     doubts = [
         *_run_doubts(state, counts),
         *(f"{text[0].upper()}{text[1:]}." for text in said),
-        *(doubt for sensor in sensors for doubt in _sensor_doubts(sensor, said)),
+        *_doubts_of_sensors(sensors, said),
         *(f"A restart made a step: {step}." for step in restart_steps),
         *(doubt for sensor in sensors for doubt in _conformity_doubts(sensor)),
     ]
@@ -48,7 +47,7 @@ def judge(
         *_explained(sensors, table_arcsec),
         *_went_on(interruptions),
         *_rejected(counts),
-        *(remark for sensor in sensors for remark in _remarks(sensor)),
+        *told_once((remark for sensor in sensors for remark in _remarks(sensor)), [one.name for one in sensors]),
     ]
     results = [sensor.section.result for sensor in sensors if sensor.section is not None]
     result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])
@@ -78,16 +77,12 @@ def _result(sensors: Sequence[SensorView]) -> str:
         else f"{len(sensors)} sensors"
     )
     text = f"{names}: standard error of one dwell at most {two_digits(error)}″"
-    seen = [(axis, sensor.observations) for sensor in sensors for axis in sensor.axes if sensor.observations]
+    seen = [sensor.observations for sensor in sensors if sensor.observations]
     if not seen:
         return text
-    widest = max(_as_angle(axis, _widest_v(axis, observations)) for axis, observations in seen)
-    where = f"{_span('pitch', seen[0][1].pitch_rad)} and {_span('roll', seen[0][1].roll_rad)}"
+    widest = max(widest for sensor in sensors if (widest := widest_arcsec(sensor)) is not None)
+    where = f"{_span('pitch', seen[0].pitch_rad)} and {_span('roll', seen[0].roll_rad)}"
     return f"{text}; over {where} the fitted output is known to ±{two_digits(widest)}″ or better (95 %)"
-
-
-def _widest_v(axis: AxisView, observations: Observations) -> float:
-    return float(band_along(axis.calibration, observations, "pitch").confidence_v.max())
 
 
 def _as_angle(axis: AxisView, voltage_v: float) -> float:
@@ -107,27 +102,31 @@ def _run_doubts(state: str, counts: Counts) -> Iterable[str]:
         yield f"{missing} of {counts.design_planned} planned design dwells are missing."
 
 
-def _sensor_doubts(sensor: SensorView, said: Sequence[str]) -> Iterable[str]:
+def _doubts_of_sensors(sensors: Sequence[SensorView], said: Sequence[str]) -> Iterable[str]:
+    """Yield what speaks against sensors, each thing once with all of whom it is true."""
+    yield from (doubt for sensor in sensors if sensor.section is not None for doubt in sensor.section.doubts)
+    doubts = (doubt for sensor in sensors if sensor.section is None for doubt in _sensor_doubts(sensor, said))
+    yield from told_once(doubts, [sensor.name for sensor in sensors])
+
+
+def _sensor_doubts(sensor: SensorView, said: Sequence[str]) -> Iterable[Statement]:
     """Yield every warning of a sensor and its axes, significant findings among them; a failure is told already."""
-    if sensor.section is not None:
-        yield from sensor.section.doubts
-        return
     if any(not axis.tests for axis in sensor.axes):
-        yield f"{sensor.name}: one replication only, so lack of fit and drift could not be tested."
+        yield sensor.name, "", "one replication only, so lack of fit and drift could not be tested."
     yield from (
-        f"{sensor.name} {axis.axis}: {text}"
+        (sensor.name, axis.axis, text)
         for axis in sensor.axes
         for text in axis.calibration.warnings
         if text not in (sensor.failure or "") and text not in said
     )
-    yield from (f"{sensor.name}: {warning}" for warning in sensor.warnings if warning not in said)
+    yield from ((sensor.name, "", warning) for warning in sensor.warnings if warning not in said)
 
 
-def _remarks(sensor: SensorView) -> Iterable[str]:
+def _remarks(sensor: SensorView) -> Iterable[Statement]:
     """Yield what was asked for and what it means; nothing to hold against the result."""
-    yield from (f"{sensor.name}: {text}" for text in sensor.remarks)
+    yield from ((sensor.name, "", text) for text in sensor.remarks)
     of_axes = dict.fromkeys(text for axis in sensor.axes for text in axis.calibration.remarks)  # each is said once
-    yield from (f"{sensor.name}: {text}" for text in of_axes)
+    yield from ((sensor.name, "", text) for text in of_axes)
 
 
 def _conformity_doubts(sensor: SensorView) -> Iterable[str]:

@@ -10,7 +10,7 @@ from typing import Literal
 
 from ams.archive.histories import SensorHistory
 from ams.arrays import FloatArray, IntArray
-from ams.calibration_result import AxisCalibration
+from ams.calibration_result import AxisCalibration, SensorVerdict
 from ams.findings import Finding
 from ams.observations import Observations
 from ams.surveillance.adjustment import Adjustment
@@ -157,6 +157,8 @@ class SensorView:
     """Its calibrations up to this one; None where this is the first that the archive knows."""
     findings: tuple[AxisFindings, ...] = ()
     """Axis by axis; empty where nothing was solved."""
+    verdict: SensorVerdict = "not usable"
+    """Of this sensor alone; the run's own says more."""
     section: Section | None = None
     """Of a sensor that is told by its readings, not by angles; it has no ``axes`` then."""
 

@@ -1,13 +1,15 @@
 """From a solved run to its report: the view, the page with its figures, and the paper."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from math import hypot
 from pathlib import Path
 
 from ams.whole_file import write_whole
 from procedures.report.assemble import assemble_view
-from procedures.report.figures import Figures, draw_figures, write_figures
+from procedures.report.figures import Figures, draw_figures, figures_of_one, for_page, write_figures
+from procedures.report.overview import overview_rows
 from procedures.report.page import render_page
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 from procedures.report.view import Past, RunView
@@ -18,12 +20,21 @@ from rig.description.rig_file import RigDescription
 
 REPORT_FILE = "report.html"
 PAPER_FILE = "report.pdf"
+VERDICT_FILE = "verdict.json"
+"""The verdict and a row a sensor, for screens that open no page."""
 FIGURES_FOLDER = "figures"
+DOCUMENTS_FOLDER = "documents"
+"""Where the document of each sensor lies, where a run has several."""
 
 
-def view_of(record: RunRecord, solved: Mapping[str, SolvedSensor], past: Past | None = None) -> RunView:
-    """Return the run as every screen draws it; ``past``: what the archive says of the sensors."""
-    return assemble_view(record, solved, _table_arcsec(record.rig), past)
+def view_of(
+    record: RunRecord, solved: Mapping[str, SolvedSensor], past: Past | None = None, only: str | None = None
+) -> RunView:
+    """Return the run as every screen draws it; ``past``: what the archive says of the sensors.
+
+    ``only``: the sensor whose own document it is.
+    """
+    return assemble_view(record, solved, _table_arcsec(record.rig), past, only)
 
 
 @dataclass(frozen=True)
@@ -35,15 +46,32 @@ class Drawn:
     page: str
 
 
-def draw_report(view: RunView) -> Drawn:
-    """Figures and page; nothing is written."""
-    figures = draw_figures(view)
+def draw_report(view: RunView, tell: Callable[[str], None] = lambda _step: None) -> Drawn:
+    """Draw figures and page; nothing is written. ``tell`` hears of each sensor."""
+    figures = draw_figures(view, tell)
+    return Drawn(view, figures, render_page(view, for_page(view, figures)))
+
+
+def own_document(view: RunView, whole: Figures) -> Drawn:
+    """Draw the document of one sensor, of a view that holds no other; ``whole``: the figures of the run."""
+    figures = figures_of_one(view, whole)
     return Drawn(view, figures, render_page(view, figures))
 
 
+def write_own_document(drawn: Drawn, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:
+    """``documents/SENSOR.html`` and ``.pdf``; returns the page's path. Raises: WriteFailed."""
+    (folder / DOCUMENTS_FOLDER).mkdir(exist_ok=True)
+    path = folder / DOCUMENTS_FOLDER / f"{drawn.view.sensors[0].slug}.html"
+    write_whole(path, drawn.page.encode("utf-8"))
+    write_whole(path.with_suffix(".pdf"), paper_of(drawn.page, _imprint(drawn.view), attachments))
+    return path
+
+
 def write_screen(drawn: Drawn, folder: Path) -> Path:
-    """``report.html`` and ``figures/``; returns the page's path. Raises: WriteFailed."""
+    """``report.html``, ``verdict.json`` and ``figures/``; returns the page's path. Raises: WriteFailed."""
     write_figures(drawn.figures, folder / FIGURES_FOLDER)
+    verdict = {**asdict(drawn.view.verdict), "sensors": [asdict(row) for row in overview_rows(drawn.view)]}
+    write_whole(folder / VERDICT_FILE, (json.dumps(verdict, ensure_ascii=False, indent=1) + "\n").encode("utf-8"))
     write_whole(folder / REPORT_FILE, drawn.page.encode("utf-8"))
     return folder / REPORT_FILE
 

@@ -6,6 +6,7 @@ from math import inf
 
 from procedures.journal.line_figures import KIND as LINKS
 from procedures.journal.line_figures import link_detail
+from procedures.journal.live import LiveFile
 from procedures.journal.spool import Request
 from procedures.plan.plan import Plan
 from procedures.records.states import State
@@ -38,6 +39,7 @@ class RunContext:
     explain: Callable[[], None]
     """Write the page that says why the run stands still."""
     watchdogs: Watchdogs
+    live: LiveFile
     is_attended: bool
     """False in virtual time without a person's clock: whatever needs the outside world fails the run instead."""
     began_s: float = field(init=False)
@@ -98,6 +100,8 @@ class RunContext:
         """Stand still until ``is_over``, or until a person says continue where the alarm asks for one."""
         before = self.progress_log.state
         self.enter_held(alarm.cause, alarm.reason)
+        waiting_for = "a person to say continue" if alarm.response == "ask" else "its cause to be over"
+        self.live.tell("waiting", waiting_for=waiting_for)
         self.wait.continued = None
         by = self.stand_still(lambda: (alarm.response == "ask" and self.wait.continued is not None) or is_over())
         self.progress_log.enter(before, by=by)
@@ -128,5 +132,6 @@ class RunContext:
     def _pause(self, request: Request) -> None:
         self.progress_log.enter(State.PAUSED, request.text, request.by)
         crash_point(CrashPoint.PAUSED)
+        self.live.tell("waiting", waiting_for="a person to say continue")
         by = self.stand_still(lambda: self.wait.pause is None)
         self.progress_log.enter(State.RUNNING, by=by)

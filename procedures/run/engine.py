@@ -27,6 +27,7 @@ from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import LastWords, forget_last_words, keep_last_words, read_last_words
+from procedures.journal.live import LiveFile
 from procedures.journal.location import place_of
 from procedures.journal.owner import owned_since
 from procedures.journal.spool import Spool
@@ -101,7 +102,8 @@ def run(
     """
     history, services = history or History((), 1, None, None), services or RunServices()
     done = sum(dwell.accepted and dwell.purpose == "design" for dwell in history.dwells)
-    counts = (done, len(plan.design_dwells), plan.replications)
+    rejected = sum(not dwell.accepted for dwell in history.dwells)
+    counts = (done, rejected, len(plan.design_dwells), plan.replications)
     progress_log = ProgressLog(journal, rig.clock, observer or SilentObserver(), start.state, counts)
 
     unwritten: deque[tuple[str, Mapping[str, object]]] = deque()
@@ -118,11 +120,19 @@ def run(
             while unwritten:
                 progress_log.event(*unwritten[0])
                 unwritten.popleft()
+        live.look()
         return watchdogs.feed()
 
-    watchdogs = Watchdogs(rig, progress_log.event)
+    watchdogs, person_clock = Watchdogs(rig, progress_log.event), idle_clock or SystemClock()
+    live = LiveFile(progress_log.folder, person_clock)
     steering = Steering(
-        spool, rig.clock, idle_clock or SystemClock(), progress_log.request, pulse, progress_log.terminal_closed
+        spool,
+        rig.clock,
+        person_clock,
+        progress_log.request,
+        pulse,
+        progress_log.terminal_closed,
+        lambda: progress_log.state_sequence,
     )
     watch = Watch(rig, services.run_limits, steering, progress_log.event)
     is_attended = idle_clock is not None or not isinstance(rig.clock, VirtualClock)
@@ -130,7 +140,7 @@ def run(
     def tell_why() -> None:
         explain(progress_log.folder, positions_deg=resting_deg(rig), second_place=services.second_place)
 
-    context = RunContext(plan, rig, progress_log, steering, watch, services, tell_why, watchdogs, is_attended)
+    context = RunContext(plan, rig, progress_log, steering, watch, services, tell_why, watchdogs, live, is_attended)
     with signals_steer(steering):
         try:
             outcome = _closed(journal, _Engine(context, start, history))
@@ -138,6 +148,8 @@ def run(
             # A defect of ours: the rig is safe, the page tells of it, and it goes on its way.
             explain(progress_log.folder, second_place=services.second_place)
             raise
+        finally:
+            live.remove()
         if outcome.state is State.INTERRUPTED:
             words = LastWords(outcome.reason, rig.clock.now_utc())
             keep_last_words(progress_log.folder, services.second_place, words)
@@ -311,6 +323,7 @@ class _Engine:
         self._context.enter_held(lost.cause, lost.reason)
         pause_s, last_error = FIRST_PAUSE_S, ""
         while True:
+            self._context.live.tell("reconnecting", waiting_for="the lines to answer")
             self._context.stand_still(lambda: False, pause_s)
             try:
                 self._rig.reconnect()

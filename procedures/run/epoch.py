@@ -14,9 +14,8 @@ intent → move → arrival by read-back → settle → look, read, look → jud
 from collections import defaultdict, deque
 from itertools import count
 
-from procedures.common_mode.visit_watch import Judged, VisitWatch
+from procedures.common_mode.visit_watch import Judged, VisitWatch, way_out
 from procedures.journal.voids import DROPPED, void_detail
-from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Soak, Step
 from procedures.records.dwells import DwellRecord, Measurement
 from procedures.records.states import State
@@ -31,6 +30,7 @@ from procedures.run.judgement.history import History, agenda, plateaus_of, repli
 from procedures.run.judgement.judge import Band, Limits, judge_dwell
 from procedures.run.judgement.running_fit import Doubt
 from procedures.run.judgement.suspect_dwells import Suspects
+from procedures.run.live_dwells import LiveDwells
 from procedures.run.start_checks import require_declared_mounts, require_no_step
 from procedures.run.watch.device_identity import other_devices
 from procedures.run.watch.disk_space import needed_bytes
@@ -52,7 +52,7 @@ class Epoch:
     def __init__(self, context: RunContext, history: History, identities: dict[str, str] | None) -> None:
         self._context = context
         self._plan, self._rig, self._progress_log = context.plan, context.rig, context.progress_log
-        self._wait, self._watch = context.wait, context.watch
+        self._wait, self._watch, self._live = context.wait, context.watch, LiveDwells(context.live)
         self._history = history
         self._identities = identities
         self._noise = history.noise()
@@ -100,6 +100,7 @@ class Epoch:
         self._watch.forget_positions()
         self._context.watchdogs.arm(self._wait)
         for name in self._plan.axes:
+            self._live.homes(name)
             position_deg = home_and_arrive(self._rig.axes[name], self._rig.clock, self._wait)
             self._watch.rests_at({name: position_deg})
         self._warm_up()
@@ -116,6 +117,7 @@ class Epoch:
         self._watch.rests_at(move(self._rig, dwells[0], self._wait, self._again))
         self._announce(dwells[0], "warm-up")
         for gate in gates:
+            self._live.warms_up(gate.channel)
             self._progress_log.tell("check", f"{gate.channel}: warming up")
             self._progress_log.event("warm_up", warm_up(self._rig, gate, self._context.wait_unless_stopped))
 
@@ -130,7 +132,8 @@ class Epoch:
         self._rig.chance.announce(step.step, "soak", self._history.epoch, self._replications[step.step])
         self._progress_log.tell("soak", f"{step.environment} to {step.setpoint_degc:g} degC for {step.soak_s:g} s")
         environment = self._rig.environments[step.environment]
-        degc = soak(environment, step, self._rig.clock, self._context.wait_unless_stopped)
+        told = self._live.soaks(step)
+        degc = soak(environment, step, self._rig.clock, self._context.wait_unless_stopped, told)
         self._progress_log.event("soaked", {"step": step.step, "temperature_degc": degc})
         self._plateau = step
         self._suspects.forget()
@@ -204,7 +207,10 @@ class Epoch:
         intent = {"step": dwell.step, "purpose": dwell.purpose, "attempt": attempt, "epoch": self._history.epoch}
         self._progress_log.event("intent", intent | {"targets_deg": dict(dwell.targets_deg)})
         crash_point(CrashPoint.INTENT_COMMITTED)
-        self._watch.rests_at(move(self._rig, dwell, self._wait, self._again))
+        self._live.moves(dwell, self._left)
+        rest_deg = move(self._rig, dwell, self._wait, self._again)
+        self._watch.rests_at(rest_deg)
+        self._live.rests_at(rest_deg)
         crash_point(CrashPoint.IN_POSITION)
         clock = self._rig.clock
         started_utc, started_s = clock.now_utc(), clock.monotonic_s()
@@ -239,6 +245,7 @@ class Epoch:
             detail = void_detail(doubt.dubious, "", "; ".join(doubt.reasons), doubt.kind)
             self._progress_log.void_dwells(doubt.dubious, detail)
         self._watch.saw(measured, is_accepted=record.accepted)
+        self._live.saw(measured)
         stored = self._keep(self._progress_log.commit(record))
         if doubt is not None and doubt.kind != "unexplained":
             self._act_on(doubt)
@@ -266,7 +273,7 @@ class Epoch:
         self._progress_log.event(COMMON_MODE, {**detail, "doubtful": list(judged.doubtful)})
         self._progress_log.tell(COMMON_MODE, told)
         if judged.holds:
-            self._context.hold(Alarm("table", f"{told}; {_way_out(judged, self._plan)}", "ask"))
+            self._context.hold(Alarm("table", f"{told}; {way_out(judged, self._plan)}", "ask"))
 
     def _keep(self, record: DwellRecord) -> DwellRecord:
         """Later dwells are judged by accepted ones, in the order in which an uninterrupted run takes them."""
@@ -302,12 +309,17 @@ class Epoch:
 
         A check set that is measured again has chance of its own, and the drift of the moment.
         """
+        told = self._live.phase
         if dwell.purpose != "check":
-            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "read")
+            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "read", told)
         if self._is_first_check_set:
-            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "check")
+            return Announcement(
+                dwell.step, attempt, self._replications[dwell.step], "settle", "check", self._live.phase
+            )
         epoch = self._history.epoch
-        return Announcement(dwell.step, attempt, self._replications_so_far(), f"settle-{epoch}", f"check-{epoch}")
+        return Announcement(
+            dwell.step, attempt, self._replications_so_far(), f"settle-{epoch}", f"check-{epoch}", self._live.phase
+        )
 
     def _replications_so_far(self) -> float:
         steps = agenda(self._plan.steps, self._history.accepted_steps)
@@ -400,18 +412,3 @@ class Epoch:
 
     def _has_lost_plateau(self, dwell: Dwell) -> bool:
         return dwell.purpose != "check" and self._plateaus.get(dwell.step) != self._plateau
-
-
-def _way_out(judged: Judged, plan: Plan) -> str:
-    """Name the dwells in doubt, and what takes them back."""
-    if not judged.doubtful:
-        return "calrig continue goes on, and compares with this visit from then on"
-    first, last = min(judged.doubtful), max(judged.doubtful)
-    in_doubt = set(judged.doubtful)
-    labels = sorted({dwell.replication for dwell in plan.design_dwells if dwell.step in in_doubt})
-    redone = " and ".join(f"calrig redo --replication {label}" for label in labels)
-    return (
-        f"in doubt are the {len(judged.doubtful)} dwells of steps {first} to {last}: to measure them again put the "
-        f"table right, calrig stop, then calrig void --from {first}, or {redone}, and calrig resume; "
-        "calrig continue keeps them and compares with this visit from then on"
-    )

@@ -1,7 +1,7 @@
 """The whole state of a run on one page, for whoever takes over the shift."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from procedures.journal.audit_trail import clock_words
@@ -9,10 +9,10 @@ from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import guard_told, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
+from procedures.journal.stop_advice import advice
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE
 from procedures.records.states import ACTIVE, ANSWERED_FOR, State, told_of_state
-from procedures.run.stop_advice import advice
 from rig.plain_text import one_line
 
 _MOST = 8
@@ -37,6 +37,7 @@ def handover(run_dir: Path) -> str:
         f"mounting   {max((dwell.mounting for dwell in dwells), default=1)}",
         *_temperatures(dwells),
         *_rejected(dwells),
+        *_accepted(dwells),
         *[f"damaged    {name}" for name in quarantined],
         *_listed("stops", [event for event in events if _is_stop(event)]),
         *_listed("terminal", [event for event in events if event.kind == "terminal"]),
@@ -98,6 +99,18 @@ def _rejected(dwells: Iterable[DwellRecord]) -> Iterable[str]:
     if reasons:
         listed = "; ".join(f"{count} × {reason}" for reason, count in reasons.most_common(4))
         yield one_line(f"rejected   {sum(reasons.values())} dwells: {listed}")
+
+
+def _accepted(dwells: Sequence[DwellRecord]) -> Iterable[str]:
+    """Tell the newest steps that count: what ``calrig void --from`` is given."""
+    counted = [dwell for dwell in dwells if dwell.accepted]
+    if not counted:
+        return
+    yield f"accepted ({len(counted)}), the newest last; calrig void --from STEP takes back a step and all after it"
+    for dwell in counted[-_MOST:]:
+        angles = ", ".join(f"{name} {angle_deg:g}" for name, angle_deg in dwell.targets_deg.items())
+        told = f"{dwell.purpose}, replication {dwell.replication}" if dwell.replication else dwell.purpose
+        yield f"  {dwell.ended_utc:%m-%d %H:%M} step {dwell.step}: {told}, {angles}"
 
 
 def _kind(reason: str) -> str:

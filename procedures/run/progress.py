@@ -1,18 +1,27 @@
-"""How far a run is, told to whoever draws it: a Rich bar in a terminal, plain lines elsewhere."""
+"""How far a run is, told to whoever draws it: a live screen in a terminal, plain lines elsewhere."""
 
 import io
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import timedelta
+from pathlib import Path
 from typing import TextIO, cast
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
-from rich.progress import Progress as Bar
+from rich.console import Console, RenderableType
+from rich.live import Live as LiveDrawing
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
 
+from procedures.journal.live import read_live
+from procedures.journal.standing_words import rows_of
 from procedures.records.progress import Progress, RunObserver, line_of
+from procedures.records.states import State
+from rig.clock import Clock, SystemClock
 from rig.plain_text import one_line
+
+COLOURS = {State.HELD: "bold yellow", State.TRIPPED: "bold red", State.FAILED: "bold red", State.PAUSED: "yellow"}
 
 
 class SilentObserver:
@@ -105,33 +114,57 @@ class PlainLines:
 
 
 @contextmanager
-def shown_on(stream: TextIO) -> Iterator[RunObserver]:
-    """Yield an observer that draws on ``stream``: a live bar where it is a terminal, plain lines otherwise."""
+def shown_on(stream: TextIO, run_dir: Path | None = None, clock: Clock | None = None) -> Iterator[RunObserver]:
+    """Yield an observer that draws on ``stream``: a live screen where it is a terminal, plain lines otherwise.
+
+    ``run_dir``: whose ``live.json`` tells what happens between two commits.
+    """
     if not stream.isatty():
         yield PlainLines(Lines(stream))
         return
-    with _bar_on(stream) as observer:
+    with _screen_on(stream, run_dir, clock or SystemClock()) as observer:
         yield observer
 
 
 @contextmanager
-def _bar_on(stream: TextIO) -> Iterator[RunObserver]:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[told]}"))
+def _screen_on(stream: TextIO, run_dir: Path | None, clock: Clock) -> Iterator[RunObserver]:
     console = Console(file=cast(TextIO, Unbreakable(stream)))
-    with Bar(*columns, TimeElapsedColumn(), console=console, refresh_per_second=5) as bar:
-        task = bar.add_task("planned", total=None, told="")
+    screen = RunScreen(run_dir, clock)
+    with LiveDrawing(console=console, get_renderable=screen.drawn, refresh_per_second=4, transient=True) as drawing:
+        screen.write = lambda line: drawing.console.print(line, markup=False, highlight=False)
+        yield screen
+        drawing.refresh()
+    console.print(screen.drawn())
 
-        class Drawn:
-            def on_event(self, progress: Progress) -> None:
-                figures = line_of(progress).partition(" · ")[2]
-                bar.update(
-                    task,
-                    description=str(progress.state),
-                    total=progress.dwells_planned,
-                    completed=progress.dwells_done,
-                    told="" if progress.event in ("rejected", "void") else figures,
-                )
-                if progress.event in ("rejected", "void"):
-                    bar.console.print(one_line(progress.message), markup=False, highlight=False)
 
-        yield Drawn()
+class RunScreen:
+    """Where a run stands, drawn anew a few times a second; what happened goes by above it."""
+
+    def __init__(self, run_dir: Path | None, clock: Clock) -> None:
+        self._run_dir = run_dir
+        self._clock = clock
+        self._last: Progress | None = None
+        self._reason = ""
+        self.write: Callable[[str], None] = lambda _line: None
+
+    def on_event(self, progress: Progress) -> None:
+        """Keep what is told; what is no step forward is written above the screen."""
+        if progress.event == "state":
+            self._reason = progress.message
+        self._last = progress
+        if progress.event not in ("state", "dwell", "soak", "check") and progress.message:
+            self.write(one_line(progress.message))
+
+    def drawn(self) -> RenderableType:
+        """Return what stands on the screen now, for any width."""
+        if self._last is None:
+            return Text("planned")
+        live = None if self._run_dir is None else read_live(self._run_dir)
+        bar = ProgressBar(self._last.dwells_planned or None, self._last.dwells_done)
+        rows = Table.grid(padding=(0, 2), expand=True)
+        rows.add_column(style="dim", no_wrap=True)
+        rows.add_column(overflow="fold", ratio=1)
+        for name, told in rows_of(self._last, self._reason, live, self._clock.now_utc()):
+            rows.add_row(Text(name), Text(told, style=COLOURS.get(self._last.state, "") if name == "state" else ""))
+        rows.add_row("", bar)
+        return rows

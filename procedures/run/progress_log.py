@@ -22,13 +22,13 @@ class ProgressLog:
     """Writes to the journal first and tells the observer afterwards."""
 
     def __init__(
-        self, journal: Journal, clock: Clock, observer: RunObserver, state: State, counts: tuple[int, int, int]
+        self, journal: Journal, clock: Clock, observer: RunObserver, state: State, counts: tuple[int, int, int, int]
     ) -> None:
         self._journal = journal
         self._clock = clock
         self._observer = observer
         self.state = state
-        self.dwells_done, self.dwells_planned, self._replications = counts
+        self.dwells_done, self._rejected, self.dwells_planned, self._replications = counts
         self._replication = 0
         self._pace: Pace | None = None
         self.unsaved: DwellRecord | None = None
@@ -70,11 +70,15 @@ class ProgressLog:
     def request(self, taken: Taken) -> None:
         """Record a request that was taken; a note and an acknowledgement are events of their own."""
         request = taken.request
-        if request is not None and request.kind in ("note", "ack"):
-            self.event(request.kind, {"by": request.by, "text": request.text, "at_utc": request.at_utc})
+        if request is None or taken.complaint:
+            self.event("request", taken.detail())
+            self.tell("refused", taken.complaint)
+            return
+        if request.kind in ("note", "ack"):
+            self.event(request.kind, {name: told for name, told in request.to_document().items() if name != "kind"})
         else:
             self.event("request", taken.detail())
-        if request is not None and request.kind in ("ack", "continue"):
+        if request.kind in ("ack", "continue"):
             self.tell("ack", f"acknowledged by {request.by}")
 
     def commit(self, record: DwellRecord) -> DwellRecord:
@@ -84,11 +88,17 @@ class ProgressLog:
         self.unsaved = None
         counts = stored.accepted and stored.purpose == "design"
         self.dwells_done += counts
+        self._rejected += not stored.accepted
         self._replication = stored.replication or self._replication
         if self._pace is not None:
             self._pace.done += counts
         self.tell("dwell" if stored.accepted else "rejected", "; ".join(stored.reasons))
         return stored
+
+    @property
+    def state_sequence(self) -> int:
+        """Of the event with which the run entered its state."""
+        return self._journal.state_sequence
 
     @property
     def folder(self) -> Path:
@@ -124,5 +134,6 @@ class ProgressLog:
                 eta_utc=None if pace is None else self._clock.now_utc() + pace.remaining(left, now_s),
                 message=message,
                 asked_by=by,
+                rejected=self._rejected,
             )
         )

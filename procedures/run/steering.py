@@ -51,6 +51,7 @@ class Steering:
         record: Callable[[Taken], None],
         pulse: Callable[[], float] = lambda: inf,
         hung_up: Callable[[], None] = _nobody_is_told,
+        state_sequence: Callable[[], int] | None = None,
     ) -> None:
         self._spool = spool
         self._clock = clock
@@ -62,6 +63,10 @@ class Steering:
         self._pulse_within_s = inf
         self._hung_up = hung_up
         """Told, at the next look, that the terminal was closed."""
+        self._state_sequence = state_sequence
+        """Of the state in which the run is; None where no state is known and every request is taken."""
+        self._keys: set[str] = set()
+        """Of the requests that were obeyed."""
         self._signals: deque[int] = deque()
         self._interrupts = 0
         self.pause: Request | None = None
@@ -128,7 +133,10 @@ class Steering:
         self._signals.append(number)
 
     def _take(self, taken: Taken) -> None:
+        taken = self._judged(taken)
         self._record(taken)
+        if taken.complaint:
+            return
         match taken.request:
             case Request(kind="pause"):
                 self.pause = taken.request
@@ -139,6 +147,18 @@ class Steering:
                 self.stop = taken.request
             case Request(kind="abort"):
                 self.abort = taken.request
+
+    def _judged(self, taken: Taken) -> Taken:
+        """Return it with what speaks against it: asked in view of another state, or taken already."""
+        request = taken.request
+        if request is None or taken.complaint:
+            return taken
+        if request.key and request.key in self._keys:
+            return Taken(taken.file, request, f"{request.kind} with the key {request.key} was taken already")
+        complaint = "" if self._state_sequence is None else request.complaint(self._state_sequence())
+        if not complaint and request.key:
+            self._keys.add(request.key)
+        return Taken(taken.file, request, complaint)
 
     def _take_signal(self, number: signal.Signals) -> None:
         if number in HANG_UP:

@@ -15,11 +15,11 @@ from ams.units import ARCSEC_PER_DEG
 from ams.whole_file import write_whole
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.stop_advice import advice
 from procedures.pages import page_environment
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
 from procedures.run.sparkline import Sparkline, sparkline
-from procedures.run.stop_advice import advice
 from rig.clock import SystemClock
 from rig.plain_text import one_line
 

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asking import put
 from device_sets import RIGS, device_set
 from fault_scripts import Person
 from killing import Target, after, kill_and_resume, require_kept, run_child
 from small_run import resumed
 
-from procedures.journal.spool import Request, Spool
+from procedures.journal.spool import Spool
 from procedures.journal.status import status
 from procedures.records.progress import Progress, RunObserver
 from procedures.records.states import State
@@ -81,7 +82,7 @@ class Asks:
     def on_event(self, progress: Progress) -> None:
         self._seen.on_event(progress)
         if self._kind and progress.event == "dwell" and progress.dwells_done == 3:
-            self._spool.submit(Request(self._kind, "bert", "2026-03-01T13:00:00+00:00", "please"))  # type: ignore[arg-type]
+            put(self._spool, self._kind, "bert", "please")
 
 
 @pytest.mark.parametrize(

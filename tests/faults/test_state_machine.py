@@ -11,6 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
+from asking import put
 from device_sets import SHORTER, device_set
 from fault_scripts import require_inside_limits, require_rest
 from faulty_rig import FaultyRig
@@ -23,7 +24,7 @@ from small_run import Bench, dwells_of, measured
 
 from procedures.errors import RequestError
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Request, Spool
+from procedures.journal.spool import Spool
 from procedures.journal.status import status
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.progress import Progress
@@ -143,7 +144,7 @@ class RunAndRig(RuleBasedStateMachine):
         return status(self.run_dir).state if (self.run_dir / JOURNAL_FILE).exists() else None
 
     def ask(self, kind: str, now_utc: datetime) -> None:
-        Spool(self.run_dir).submit(Request(kind, "bert", now_utc.isoformat(), "please"))  # type: ignore[arg-type]
+        put(Spool(self.run_dir), kind, "bert", "please", now_utc.isoformat())
 
     def happen(self, what: str, now_utc: datetime, *, is_over: bool) -> None:
         """While the run runs. What is pressed when everything is measured stops nothing any more."""

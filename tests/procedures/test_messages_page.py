@@ -5,7 +5,7 @@ from pathlib import Path
 
 from raised_messages import messages_in
 
-from procedures.run.stop_advice import ADVICE
+from procedures.journal.stop_advice import ADVICE
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "messages.md").read_text(encoding="utf-8")

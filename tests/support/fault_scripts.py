@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from asking import put
 from journals import a_clock
 from small_run import Bench
 
 from procedures.delivery.deliver import sensors_document, solve_run
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Request, Spool
+from procedures.journal.spool import Spool
 from procedures.records.progress import Progress, RunObserver
 from procedures.records.states import State
 from procedures.run.begin import begin
@@ -61,7 +62,7 @@ class Person:
         self._looks += 1
         if self._looks % CONTINUES_EVERY == 0:
             kind = "stop" if self._looks % GIVES_UP_AFTER == 0 else "continue"
-            self._spool.submit(Request(kind, "ann", self.now_utc().isoformat(), "seen"))  # type: ignore[arg-type]
+            put(self._spool, kind, "ann", "seen", self.now_utc().isoformat())
 
     def monotonic_s(self) -> float:
         return self._clock.monotonic_s()

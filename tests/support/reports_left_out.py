@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 
-def _draw_nothing(view: object) -> object:
+def _draw_nothing(view: object, tell: object = None) -> object:
     return view
 
 
@@ -19,6 +19,10 @@ def _write_no_paper(drawn: object, folder: Path, attachments: object = ()) -> Pa
     return folder / "report.pdf"
 
 
+def _write_no_documents(*_: object) -> None:
+    return None
+
+
 @contextmanager
 def reports_left_out() -> Iterator[None]:
     """Deliver in this process without reports for the length of the context; everything else is as ever."""
@@ -26,4 +30,5 @@ def reports_left_out() -> Iterator[None]:
         patch.setattr("procedures.delivery.deliver.draw_report", _draw_nothing)
         patch.setattr("procedures.delivery.deliver.write_screen", _write_no_screen)
         patch.setattr("procedures.delivery.deliver.write_paper", _write_no_paper)
+        patch.setattr("procedures.delivery.deliver._write_own_documents", _write_no_documents)
         yield

@@ -4,12 +4,13 @@ from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
 
+from asking import put
 from faulty_rig import FaultyRig
 from journals import a_clock
 from small_run import Bench
 
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Request, Spool
+from procedures.journal.spool import Spool
 from procedures.records.dwells import Event
 from procedures.records.progress import Progress
 from procedures.run.begin import begin
@@ -65,8 +66,7 @@ class UnattendedRun:
 
 def asks(kind: str) -> Happening:
     """Somebody comes by and asks for it."""
-    request = Request(kind, "bert", "2026-03-01T13:00:00+00:00", f"please {kind}")  # type: ignore[arg-type]
-    return lambda unattended: unattended.spool.submit(request) and None
+    return lambda unattended: put(unattended.spool, kind, "bert", f"please {kind}")
 
 
 def run_unattended(

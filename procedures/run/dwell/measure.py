@@ -1,6 +1,6 @@
 """One attempt at one dwell: settle, look, read every channel, look again. Nothing is judged here."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -14,6 +14,10 @@ from rig.crash_points import CrashPoint, crash_point
 from rig.devices.abilities import Axis, Environment, Field, Readout, Stream, TwinChance, Wait
 from rig.link.counts import ExchangeCounts
 from rig.motion.move import Tell, move_and_arrive
+
+
+def _tell_nobody(_phase: str) -> None:
+    return None
 
 
 class OpenRig(Protocol):
@@ -47,11 +51,15 @@ class Announcement:
     replications: float
     settle_phase: str
     read_phase: str
+    tell: Callable[[str], None] = _tell_nobody
+    """Hears what is being done: ``settling``, then ``reading``."""
 
     def settle(self, chance: TwinChance) -> None:
+        self.tell("settling")
         chance.announce(self.step, self.settle_phase, self.attempt, self.replications)
 
     def read(self, chance: TwinChance) -> None:
+        self.tell("reading")
         chance.announce(self.step, self.read_phase, self.attempt, self.replications)
 
     def of_sweep(self, number: int) -> "Announcement":

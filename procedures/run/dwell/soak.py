@@ -1,5 +1,7 @@
 """Bring an environment to a plateau and keep it there: the time counts only while the temperature is in its band."""
 
+from collections.abc import Callable
+
 from procedures.plan.steps import Soak
 from rig.clock import Clock
 from rig.devices.abilities import Environment, Wait
@@ -10,8 +12,16 @@ _LIMIT_S = 6.0 * 3600.0
 """Longest way into the band; a soak itself may take as long as it is asked to."""
 
 
-def soak(environment: Environment, step: Soak, clock: Clock, wait: Wait) -> float:
+def soak(
+    environment: Environment,
+    step: Soak,
+    clock: Clock,
+    wait: Wait,
+    tell: Callable[[float, float], None] = lambda _degc, _left_s: None,
+) -> float:
     """Hold the setpoint until the band was kept for ``soak_s``; returns the last temperature, degC.
+
+    ``tell`` hears at every look how warm it is and how many seconds are left at the least.
 
     Raises: DeviceFault where the band is not reached, or lost for so long, within six hours; WaitEnded.
     """
@@ -31,4 +41,5 @@ def soak(environment: Environment, step: Soak, clock: Clock, wait: Wait) -> floa
                     f"{step.environment}: at {degc:.2f} degC, wanted {step.setpoint_degc:g} ± {step.band_degc:g} degC; "
                     f"not reached in {_LIMIT_S / 3600.0:g} h; it goes on holding its setpoint; look at the chamber"
                 )
+        tell(degc, step.soak_s - (0.0 if inside_since_s is None else now_s - inside_since_s))
         wait(look_s)

@@ -32,7 +32,7 @@ def test_fault_77_a_terminal_that_is_closed_ends_nothing(tmp_path: Path) -> None
     if child == 0:
         os.execv(sys.executable, words)
     shown = b""
-    while b"running" not in shown:
+    while b"RUNNING" not in shown:
         shown += os.read(terminal, 4096)
     os.close(terminal)
     _, left = os.waitpid(child, 0)

@@ -50,7 +50,7 @@ def test_a_part_that_cannot_be_delivered_costs_no_other_and_solve_makes_it(
     run = finished_job.copied_to(tmp_path)
     solved, url = solve_run(run), f"sqlite:///{tmp_path / 'other.sqlite'}"
     drawn = draw_report(view_of(solved.record, solved.sensors))
-    monkeypatch.setattr("procedures.delivery.deliver.draw_report", lambda _: drawn)
+    monkeypatch.setattr("procedures.delivery.deliver.draw_report", lambda *_: drawn)
     for (part, maker), error in zip(MAKERS.items(), cycle(ERRORS)):
         with monkeypatch.context() as broken:
             broken.setattr(f"procedures.delivery.deliver.{maker}", _raises(error))

@@ -79,7 +79,8 @@ def lettered(tmp_path_factory: pytest.TempPathFactory) -> Lettered:
         assert run_command(["resume", str(run), "--operator", text, "--reason", text]) == 0
     with pytest.MonkeyPatch.context() as patch:  # no text that somebody wrote stands in a figure
         patch.setattr(
-            "procedures.report.write.draw_figures", lambda view: Figures((), {one.name: () for one in view.sensors})
+            "procedures.report.write.draw_figures",
+            lambda view, _tell: Figures((), {one.name: () for one in view.sensors}),
         )
         assert run_command(["solve", str(run)]) == 0
     return Lettered(run, text, title)

@@ -8,6 +8,7 @@ from pathlib import Path
 from threading import Event
 
 import pytest
+from many_packages import many_packages, serial
 from table_bench import rig_file
 from textual.events import CursorPosition, Key
 from textual.pilot import Pilot
@@ -277,3 +278,39 @@ def test_a_defect_of_the_screen_stops_the_axes_and_is_told_like_any_other(tmp_pa
     with pytest.raises(ZeroDivisionError, match="way 1"):
         asyncio.run(act())
     assert '"kind": "end"' in (tmp_path / "actions.jsonl").read_text(encoding="utf-8").splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    "size", [(60, 20), *(pytest.param(size, marks=pytest.mark.thorough) for size in ((80, 24), (200, 50)))]
+)
+def test_prompt_last_message_and_stop_are_in_view_at_any_size(tmp_path: Path, size: tuple[int, int]) -> None:
+    """24 channels on two axes: what does not fit are readings, and they are paged."""
+    path, _ = many_packages(tmp_path, 8)
+    sensors = {serial(number): frozenset(f"daq.{serial(number).lower()}{axis}" for axis in "xyz") for number in (1, 8)}
+
+    async def look(bench: Bench) -> None:
+        app = JogApp(bench, Heading("a rig", "twins", "held by us", "actions.jsonl", sensors))
+        async with app.run_test(size=size) as pilot:
+            bench.refuse("roll: this axis only goes to positions")
+            await _until(pilot, lambda: bool(bench.view.messages))
+            _press(pilot, "g", "1", "0")
+            await _until(pilot, lambda: "10" in shown(app, "#prompt"))
+            height = size[1]
+            for place in ("#prompt", "#keys", "#messages", "#channels", "#axes"):
+                region = app.query_one(place).region
+                assert 0 <= region.y < region.bottom <= height, place
+            assert app.query_one("#messages").region.bottom <= app.query_one("#prompt").region.y
+            assert "stops everything" in shown(app, "#keys")
+            assert "only goes to positions" in shown(app, "#messages")
+            _press(pilot, "escape", "tab", "tab")
+            await _until(pilot, lambda: "readings of SN1048" in shown(app, "#channels"))
+            readings = shown(app, "#channels")
+            assert ("sn1048z" in readings, "sn1041x" in readings) == (True, False)
+
+    def shown(app: JogApp, place: str) -> str:
+        region = app.query_one(place).region
+        lines = ("".join(part.text for part in line) for line in app.screen._compositor.render_strips(app.screen.size))
+        return "\n".join(list(lines)[region.y : region.bottom])
+
+    with open_rig(read_rig(path), clock=ScaledClock(50.0), rig_file=path) as rig, _bench(tmp_path, rig) as bench:
+        asyncio.run(look(bench))

@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console, RenderableType
 
 from procedures.jog_screen import panels
-from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, ChannelView
+from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, ChannelView, ShownMessage
 from rig.devices.abilities import AxisState
 
 AXIS = AxisView("pitch", (-180.0, 180.0), (1.0, 5.0), 0.0)
@@ -77,12 +77,12 @@ def test_an_angle_that_the_outputs_do_not_tell_is_a_dash_with_its_reason() -> No
 
 def test_overloads_are_told() -> None:
     view = BenchView((), (ChannelView("dmm.x", count=3, mean=1.0, standard_deviation=0.1, overloads=2),), ())
-    assert "2 overloads" in _drawn(panels.channels_panel(view))
+    assert "2 overloads" in _drawn(panels.channels_panel(view.channels, 100))
 
 
 def test_a_channel_in_degrees_is_not_in_volts() -> None:
     view = BenchView((), (ChannelView("level.tilt", 3, unit="deg", mean=12.25, standard_deviation=0.001),), ())
-    text = _drawn(panels.channels_panel(view))
+    text = _drawn(panels.channels_panel(view.channels, 100))
     assert "+12.2500000 °" in text
     assert "3.6 ″" in text
 
@@ -92,3 +92,38 @@ def test_a_key_stands_beside_its_meaning_at_any_width(width: int) -> None:
     lines = panels.keys_lines((("g", "go to"), ("h", "home"), ("c", "chamber")) * 3, width).plain.splitlines()
     assert all(len(line) <= width for line in lines)
     assert sum(line.count("g go to") + line.count("c chamber") for line in lines) == 6
+
+
+def _channels(count: int, read: int) -> tuple[ChannelView, ...]:
+    return tuple(ChannelView(f"daq.{place}", count=place < read) for place in range(count))
+
+
+def test_every_channel_stands_on_one_page_and_no_page_is_empty() -> None:
+    channels = _channels(24, 24)
+    pages = [panels.page_of(channels, 5, number) for number in range(5)]
+    assert [one.name for page in pages for one in page.channels] == [one.name for one in channels]
+    assert [page.told for page in pages][-1] == "page 5 of 5"
+    assert panels.page_of(channels, 5, 99) == pages[-1]
+    assert panels.page_of(channels, 24, 0).told == ""
+
+
+def test_the_first_sweep_is_told_until_every_channel_was_read_or_is_silent() -> None:
+    assert panels.sweep_told(_channels(24, 7)) == "first sweep: 7 of 24 channels read"
+    assert panels.sweep_told((*_channels(2, 2), ChannelView("z", silence="no reply"))) == ""
+
+
+@pytest.mark.parametrize("lines", range(1, 5))
+@pytest.mark.parametrize("width", [20, 60])
+def test_the_newest_message_is_seen_whatever_fits(lines: int, width: int) -> None:
+    told = [ShownMessage("12:00:00", "note", f"message {place} " + "long " * place) for place in range(8)]
+    text = panels.messages_panel(told, lines, width).plain
+    assert "message 7" in text
+    assert sum(-(-len(line) // width) for line in text.splitlines()) <= lines
+
+
+@pytest.mark.parametrize("width", [40, 58, 78, 198])
+def test_the_stop_stands_first_among_the_keys_however_few_lines_there_are(width: int) -> None:
+    lines = panels.keys_lines((("g", "go to"), ("h", "home")) * 12, width, 2).plain.splitlines()
+    assert len(lines) <= 2
+    assert lines[0].startswith(" SPACE  stops everything")
+    assert all(len(line) <= width for line in lines)

@@ -24,7 +24,7 @@ def test_a_significant_finding_is_marked_and_its_sentence_stands_beside_it() -> 
     section = page[page.index('<h2 id="findings">') : page.index('<h2 id="run">')]
     assert section.count('<td class="s sig">drift of offset</td>') == 3
     assert section.count("offset changed by 12″") == 3
-    assert "SN1047 x: offset changed by 12″" in page[: page.index('<h2 id="findings">')]
+    assert "SN1047 x, y, z: offset changed by 12″" in page[: page.index('<h2 id="findings">')]
 
 
 def test_without_tests_there_is_no_section() -> None:

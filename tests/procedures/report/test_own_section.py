@@ -12,7 +12,18 @@ from procedures.report.page import render_page
 from procedures.report.section import SECTIONS, sections_in_order
 from procedures.report.view import RunView
 
-OWN = ["sensors", "findings", "run", "missing", "interruptions", "rejected", "equipment", "provenance", "signatures"]
+OWN = [
+    "overview",
+    "sensors",
+    "findings",
+    "run",
+    "missing",
+    "interruptions",
+    "rejected",
+    "equipment",
+    "provenance",
+    "signatures",
+]
 
 
 def page_of(view: RunView) -> str:
@@ -35,7 +46,7 @@ def test_before_it_is_installed_it_is_not_on_the_page() -> None:
 @pytest.mark.usefixtures("installed")
 def test_it_stands_where_its_order_says_and_in_the_contents() -> None:
     page = page_of(run_view(Scene()))
-    assert [section.name for section in sections_in_order()] == [*OWN[:3], "dwells", *OWN[3:]]
+    assert [section.name for section in sections_in_order()] == [*OWN[:4], "dwells", *OWN[4:]]
     assert page.index('id="run"') < page.index('id="dwells"') < page.index('id="interruptions"')
     assert '<a href="#dwells">Dwells</a>' in page
     assert "design dwells of" in page

@@ -23,7 +23,7 @@ def test_lack_of_fit_that_the_table_explains_is_no_reservation_but_is_said() -> 
     assert "no larger than the table's index errors explain" in _judged(explained, table_arcsec=1.2)[1]
     trust, text = _judged(run_view(Scene(tooth_arcsec=1.0)), table_arcsec=0.3)
     assert trust == "reserved"
-    assert "SN1047 x: the residuals repeat" in text
+    assert "SN1047 x, y, z: the residuals repeat" in text
     assert "index errors explain" not in text
 
 
@@ -42,7 +42,7 @@ def test_a_remark_is_said_and_is_no_reservation_where_a_warning_is_one() -> None
 
 
 def test_drift_one_replication_and_an_unfinished_run_are_reservations() -> None:
-    assert "SN1047 x: offset changed by 12″" in _judged(run_view(Scene(offset_drift_v=4e-6)))[1]
+    assert "SN1047 x, y, z: offset changed by 12″" in _judged(run_view(Scene(offset_drift_v=4e-6)))[1]
     assert "one replication only" in _judged(run_view(Scene(replications=1)))[1]
     assert "did not finish (state “aborted”)" in _judged(run_view(Scene(state="aborted")))[1]
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asking import put
 from faulty_rig import FaultyRig, noisier
 from journals import a_clock
 from small_run import Bench, bench, dwells_of, measured
@@ -37,7 +38,7 @@ class Asking:
         self.seen.append(progress)
         if progress.event == "dwell" and progress.dwells_done in self._requests:
             kind = self._requests.pop(progress.dwells_done)
-            self._spool.submit(Request(kind, "anna", "2026-03-01T12:00:00+00:00", f"please {kind}"))  # type: ignore[arg-type]
+            put(self._spool, kind, "anna", f"please {kind}")
 
 
 class Continuing:
@@ -52,7 +53,7 @@ class Continuing:
     def sleep(self, duration_s: float) -> None:
         self._left -= 1
         if self._left == 0:
-            self._spool.submit(Request(self._kind, "bert", "2026-03-01T13:00:00+00:00"))  # type: ignore[arg-type]
+            put(self._spool, self._kind, "bert")
 
     def monotonic_s(self) -> float:
         return self._clock.monotonic_s()

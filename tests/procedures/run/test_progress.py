@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from small_run import bench, in_child, killed_after
 
+from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
 from procedures.records.progress import Progress, line_of
 from procedures.records.states import State
@@ -54,12 +55,12 @@ def test_a_stream_that_is_no_terminal_gets_plain_lines() -> None:
     assert stream.getvalue() == line_of(MOMENT) + "\n"
 
 
-def test_a_terminal_gets_a_bar_and_the_rejections_above_it() -> None:
+def test_a_terminal_gets_a_screen_and_the_rejections_above_it() -> None:
     stream = Terminal()
     with shown_on(stream) as observer:
         observer.on_event(MOMENT)
         observer.on_event(replace(MOMENT, event="rejected", message="dmm.x: [noise]"))
-    assert "120/1482" in stream.getvalue()
+    assert "120 of 1482 dwells (8 %), replication 1 of 6" in stream.getvalue()
     assert "dmm.x: [noise]" in stream.getvalue()
 
 
@@ -75,9 +76,12 @@ def test_the_end_is_the_plans_at_first_and_the_measured_one_later() -> None:
 def test_the_status_of_a_finished_run_has_the_keys_of_the_command(tmp_path: Path) -> None:
     small, run_dir = bench(tmp_path), tmp_path / "run"
     small.run(run_dir)
+    with JournalReader.open(run_dir) as reader:
+        entered = reader.last_event("state")
+    assert entered is not None
     assert status(run_dir).to_document() == {
         "run": str(run_dir), "state": "finished", "dwells_done": 24, "dwells_planned": 24, "eta_utc": None,
-        "held_by": None,
+        "held_by": None, "replication": 2, "replications": 2, "rejected": 0, "state_sequence": entered.sequence,
     }  # fmt: skip
 
 

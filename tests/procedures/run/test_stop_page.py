@@ -9,9 +9,9 @@ from faulty_rig import FaultyRig, noisier
 from small_run import Bench, bench
 from unattended_run import UnattendedRun, asks, run_unattended
 
+from procedures.journal.stop_advice import ADVICE
 from procedures.records.states import State
 from procedures.run.sparkline import sparkline
-from procedures.run.stop_advice import ADVICE
 from procedures.run.watch.keep_awake import awake
 from rig.devices.abilities import Burst
 from rig.errors import LinkLost

@@ -1,0 +1,122 @@
+"""The night on one page: what ran since yesterday evening, what stood still and why, what a person must do first."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import date, datetime, timedelta, tzinfo
+
+from ams.archive.desk import Due, due_list
+from ams.errors import ArchiveError
+from procedures.console.watched_run import RunPage, read_verdict
+from procedures.errors import ProcedureError
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.run_list import ListedRun
+from procedures.journal.stop_advice import advice
+from procedures.records.dwells import Event
+from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, is_unasked, told_of_state
+
+EVENING_HOUR = 16
+DUE_WITHIN_DAYS = 30
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """A run stood still though nobody asked for it."""
+
+    utc: datetime
+    state: str
+    why: str
+    lasted_s: float | None
+    """None while it lasts."""
+
+
+@dataclass(frozen=True, slots=True)
+class NightRun:
+    """One run of the night."""
+
+    run: ListedRun
+    stops: tuple[Stop, ...]
+    verdict: str
+    trust: str
+    to_do: str
+    """What a person must do; empty where nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Night:
+    """The page."""
+
+    since_utc: datetime
+    runs: tuple[NightRun, ...]
+    """What waits for a person first, then the newest."""
+    due: tuple[Due, ...]
+    trouble: str
+    """Why the archive tells nothing."""
+
+
+def evening_before(now_utc: datetime, zone: tzinfo | None = None) -> datetime:
+    """Return when yesterday's evening began where the reader is."""
+    local = now_utc.astimezone(zone)
+    return (local - timedelta(days=1)).replace(hour=EVENING_HOUR, minute=0, second=0, microsecond=0)
+
+
+def night(listed: Iterable[ListedRun], archive_url: str, now_utc: datetime) -> Night:
+    """Return what the page tells."""
+    since_utc = evening_before(now_utc)
+    runs = [_night_run(run) for run in listed if run.is_alive or run.modified_utc >= since_utc]
+    due, trouble = _due(archive_url, now_utc.date())
+    return Night(since_utc, tuple(sorted(runs, key=lambda one: not one.to_do)), due, trouble)
+
+
+def _due(archive_url: str, today: date) -> tuple[tuple[Due, ...], str]:
+    try:
+        found = due_list(archive_url)
+    except ArchiveError as error:
+        return (), str(error)
+    soon = [one for one in found if (left := one.days_left(today)) is not None and left <= DUE_WITHIN_DAYS]
+    return tuple(soon), ""
+
+
+def _night_run(run: ListedRun) -> NightRun:
+    if run.trouble or run.state is None:
+        return NightRun(run, (), "", "", f"its journal cannot be read: {run.trouble}; calrig salvage {run.path.name}")
+    try:
+        with JournalReader.open(run.path) as reader:
+            states = list(reader.events("state"))
+    except ProcedureError as error:
+        return NightRun(run, (), "", "", str(error))
+    verdict = read_verdict(run.path) or {}
+    return NightRun(
+        run,
+        tuple(_stops(states)),
+        str(verdict.get("sentence", "")),
+        str(verdict.get("trust", "")),
+        _to_do(run, str(states[-1].detail.get("cause", ""))),
+    )
+
+
+def _stops(states: list[Event]) -> Iterable[Stop]:
+    for place, event in enumerate(states):
+        state, by = State(str(event.detail["to"])), str(event.detail.get("by", ""))
+        if not is_unasked(state, by):
+            continue
+        after = states[place + 1] if place + 1 < len(states) else None
+        lasted_s = None if after is None else (after.utc - event.utc).total_seconds()
+        yield Stop(event.utc, state, told_of_state(str(event.detail.get("reason", "")), by), lasted_s)
+
+
+def _to_do(run: ListedRun, cause: str) -> str:
+    name, state = run.path.name, run.state
+    if state in (State.HELD, State.TRIPPED):
+        return advice(cause).replace("RUN", name)
+    if state is State.PAUSED:
+        return f"it waits: calrig continue {name}"
+    if state in ANSWERED_FOR:
+        return f"calrig resume {name} --operator NAME --reason TEXT, or calrig close {name} --reason TEXT"
+    if state in RESUMABLE:
+        return f"calrig resume {name}, or calrig close {name} --reason TEXT"
+    return "look at the cause; begin a new run" if state is State.FAILED else ""
+
+
+def needs_a_person(page: RunPage) -> bool:
+    """Whether somebody must act before the run goes on."""
+    return page.is_unasked_stop or page.status.state is State.PAUSED

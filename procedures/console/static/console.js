@@ -1,0 +1,103 @@
+// The changing part of a run's page, and the picture of residuals. Everything here is comfort: the page is whole without.
+"use strict";
+(() => {
+  const place = document.getElementById("standing"), fresh = document.getElementById("fresh");
+  const picture = document.getElementById("picture"), canvas = document.getElementById("map");
+  const under = document.getElementById("under"), run = encodeURIComponent(place.dataset.run);
+  let heard = performance.now(), pause = 500, shown = -1, drawn = null, waits = 0, isDue = false;
+
+  const tell = () => {
+    const age = (performance.now() - heard) / 1000;
+    fresh.classList.toggle("stale", age > 5);
+    fresh.textContent = age > 5 ? `STALE for ${age.toFixed(0)} s, trying again` : "● live";
+  };
+
+  const listen = () => {
+    const socket = new WebSocket(`ws://${location.host}/live/${run}`);
+    socket.onmessage = (event) => {
+      heard = performance.now();
+      pause = 500;
+      const news = JSON.parse(event.data);
+      if (news.html !== undefined) {
+        const open = [...place.querySelectorAll("details")].map((one) => one.open);
+        place.innerHTML = news.html;
+        place.querySelectorAll("details").forEach((one, n) => { if (n in open) one.open = open[n]; });
+        const first = place.querySelector(".state b");
+        if (first) document.title = document.title.replace(/^[A-Z]+ /, `${first.textContent} `);
+        if (news.done !== shown) { shown = news.done; look(); }
+      }
+      tell();
+    };
+    socket.onclose = () => {
+      setTimeout(listen, pause);
+      pause = Math.min(2 * pause, 10000);
+      tell();
+    };
+  };
+
+  const look = () => {  // at most every five seconds, however fast dwells come
+    isDue = true;
+    if (waits) return;
+    waits = setTimeout(async () => {
+      isDue = false;
+      try {
+        const answer = await fetch(`/api/v1/runs/${run}/map`);
+        if (answer.ok) drawn = await answer.json();
+      } catch { /* the socket tells that nothing is heard */ }
+      draw();
+      setTimeout(() => { waits = 0; if (isDue) look(); }, 5000);
+    }, 50);
+  };
+
+  const draw = () => {
+    picture.hidden = !drawn;
+    if (!drawn) return;
+    const rows = drawn.arcsec.length, columns = drawn.steps.length, ratio = window.devicePixelRatio || 1;
+    const style = getComputedStyle(canvas), wide = canvas.clientWidth, label = Math.min(110, wide * 0.3);
+    const tall = Math.max(160, Math.min(26 * rows + 24, 640));
+    canvas.width = wide * ratio;
+    canvas.height = tall * ratio;
+    canvas.style.height = `${tall}px`;
+    const pen = canvas.getContext("2d");
+    pen.scale(ratio, ratio);
+    pen.clearRect(0, 0, wide, tall);
+    const sizes = drawn.arcsec.flatMap((row) => row.filter((one, n) => one !== null && drawn.marks[n] !== "x").map(Math.abs));
+    sizes.sort((a, b) => a - b);
+    const most = Math.max(sizes[Math.floor(0.98 * (sizes.length - 1))] || 1, 1e-6);
+    const height = (tall - 20) / rows, width = (wide - label) / columns;
+    pen.font = `${Math.min(13, Math.max(9, height - 4))}px system-ui, sans-serif`;
+    pen.textBaseline = "middle";
+    drawn.arcsec.forEach((row, r) => {
+      pen.fillStyle = style.color;
+      pen.fillText(drawn.channels[r].split(".").pop(), 2, (r + 0.5) * height, label - 6);
+      row.forEach((one, c) => {
+        if (one === null) return;
+        const share = Math.max(-1, Math.min(1, one / most)), strong = Math.sqrt(Math.abs(share));
+        pen.fillStyle = share < 0 ? `rgba(0,114,178,${strong})` : `rgba(213,94,0,${strong})`;
+        pen.fillRect(label + c * width, r * height + 0.5, Math.max(width - (width > 4 ? 0.5 : 0), 0.6), height - 1);
+      });
+    });
+    pen.fillStyle = style.color;
+    pen.font = "10px system-ui, sans-serif";
+    pen.textAlign = "center";
+    [...drawn.marks].forEach((mark, c) => {
+      const sign = { x: "✕", r: "●" }[mark];
+      if (sign) pen.fillText(sign, label + (c + 0.5) * width, tall - 9);
+    });
+    under.textContent = `${columns} dwells, steps ${drawn.steps[0]} to ${drawn.steps[columns - 1]}; full colour from ±${most.toPrecision(2)}″.`;
+  };
+
+  canvas.addEventListener("pointermove", (event) => {
+    if (!drawn) return;
+    const box = canvas.getBoundingClientRect(), label = Math.min(110, box.width * 0.3);
+    const c = Math.floor((event.clientX - box.left - label) / (box.width - label) * drawn.steps.length);
+    const r = Math.floor((event.clientY - box.top) / (box.height - 20) * drawn.channels.length);
+    const value = (drawn.arcsec[r] || [])[c];
+    if (value !== undefined) under.textContent = `${drawn.channels[r]}, step ${drawn.steps[c]}: ${value === null ? "no reading" : `${value}″`}`;
+  });
+  window.addEventListener("resize", draw);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  setInterval(tell, 1000);
+  listen();
+  look();
+})();

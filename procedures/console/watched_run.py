@@ -1,0 +1,172 @@
+"""One run as its page shows it: followed, never read anew, and shared by every browser that looks."""
+
+import hashlib
+import json
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from threading import Lock
+
+from procedures.console.heat_map import MOST_COLUMNS, HeatMap, heat_map
+from procedures.journal.event_words import event_words
+from procedures.journal.follower import FollowedDwell, Follower, News
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.live import Live, read_live
+from procedures.journal.standing import RunStatus, progress_of
+from procedures.journal.standing_words import Row, rows_of
+from procedures.journal.stop_advice import advice
+from procedures.journal.voids import KIND as VOIDED
+from procedures.journal.voids import Key, keys_in
+from procedures.records.dwells import Event
+from procedures.records.states import GOING, State
+from rig.clock import Clock
+
+NEWS_KEPT = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Happened:
+    """One line of what happened."""
+
+    utc: datetime
+    told: str
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelNow:
+    """One channel as it was last read."""
+
+    name: str
+    mean: float
+    standard_deviation: float
+    rms_arcsec: float | None
+
+
+@dataclass(frozen=True)
+class RunPage:
+    """What stands on the page of a run."""
+
+    run_id: str
+    title: str
+    operator: str
+    is_simulated: bool
+    sensors: tuple[str, ...]
+    status: RunStatus
+    is_alive: bool
+    rows: tuple[Row, ...]
+    live: Live | None
+    advice: str
+    """What a person should do; empty where nothing stands still by itself."""
+    happened: tuple[Happened, ...]
+    """The newest first."""
+    channels: tuple[ChannelNow, ...]
+    verdict: Mapping[str, object] | None
+    has_report: bool
+    version: str
+    """Another one where anything on the page is another."""
+
+    @property
+    def is_unasked_stop(self) -> bool:
+        return self.status.state in (State.HELD, State.TRIPPED, State.FAILED, State.INTERRUPTED)
+
+    @property
+    def is_going(self) -> bool:
+        return self.status.state in GOING
+
+
+@dataclass
+class WatchedRun:
+    """Follows one run for all who look; a look costs what has happened since the last."""
+
+    folder: Path
+    clock: Clock
+    _follower: Follower = field(init=False)
+    _lock: Lock = field(default_factory=Lock)
+    _happened: deque[Happened] = field(default_factory=lambda: deque(maxlen=NEWS_KEPT))
+    _dwells: deque[FollowedDwell] = field(default_factory=lambda: deque(maxlen=MOST_COLUMNS))
+    _taken_back: set[Key] = field(default_factory=set)
+    _cause: str = ""
+    _seen: int = 0
+    """Dwells and those taken back: the picture is another where this is."""
+    _map: tuple[int, HeatMap | None] = (0, None)
+
+    def __post_init__(self) -> None:
+        self._follower = Follower(self.folder, clock=self.clock)
+        with JournalReader.open(self.folder) as reader:
+            header = reader.header
+        self._title, self._operator, self._is_simulated = header.title, header.operator, header.is_simulated
+        self._sensors = tuple(header.plan.sensors)
+
+    def close(self) -> None:
+        self._follower.close()
+
+    def page(self) -> RunPage:
+        """Return what stands on the page now. Raises: JournalError."""
+        with self._lock:
+            news = self._follower.poll()
+            self._take(news)
+            status, live, picture = news.status, read_live(self.folder), self._picture()
+            last = self._dwells[-1] if self._dwells else None
+            sizes = {} if picture is None else dict(zip(picture.channels, picture.rms_arcsec, strict=True))
+            mark = (news.sequence, str(status.state), None if live is None else live.written_utc)
+            return RunPage(
+                run_id=self.folder.name,
+                title=self._title,
+                operator=self._operator,
+                is_simulated=self._is_simulated,
+                sensors=self._sensors,
+                status=status,
+                is_alive=news.is_alive,
+                rows=tuple(rows_of(progress_of("state", status), status.why, live, self.clock.now_utc())),
+                live=live,
+                advice=advice(self._cause).replace("RUN", self.folder.name)
+                if status.state in (State.HELD, State.TRIPPED)
+                else "",
+                happened=tuple(reversed(self._happened)),
+                channels=()
+                if last is None
+                else tuple(
+                    ChannelNow(name, mean, last.standard_deviation[name], sizes.get(name))
+                    for name, mean in last.mean.items()
+                ),
+                verdict=read_verdict(self.folder),
+                has_report=(self.folder / "report.html").is_file(),
+                version=hashlib.sha256(repr(mark).encode()).hexdigest()[:16],
+            )
+
+    def picture(self) -> HeatMap | None:
+        """Return the residuals so far. Raises: JournalError."""
+        with self._lock:
+            self._take(self._follower.poll())
+            return self._picture()
+
+    def _take(self, news: News) -> None:
+        for event in news.events:
+            self._hear(event)
+        self._dwells.extend(news.dwells)
+        self._seen += len(news.dwells)
+
+    def _hear(self, event: Event) -> None:
+        if told := event_words(event):
+            self._happened.append(Happened(event.utc, told))
+        if event.kind == "state":
+            self._cause = str(event.detail.get("cause", ""))
+        if event.kind == VOIDED:
+            self._taken_back.update(keys_in(event))
+            self._seen += 1
+
+    def _picture(self) -> HeatMap | None:
+        if self._map[0] != self._seen:
+            self._map = (self._seen, heat_map(list(self._dwells), frozenset(self._taken_back)))
+        return self._map[1]
+
+
+def read_verdict(folder: Path) -> Mapping[str, object] | None:
+    """Return what the report says in one sentence; None where there is no report."""
+    try:
+        document = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return document if isinstance(document, dict) else None

@@ -1,0 +1,144 @@
+"""``live.json`` in a run's folder: what happens between two commits, for screens; never part of the record.
+
+Renamed into place at most once a second while the engine looks around, and removed when the process ends orderly. It
+is not synced, and a disk that refuses it is not even told: it can hold no run. Who reads it asks first whether a living
+process runs the run, and how old it is.
+"""
+
+import json
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, replace
+from datetime import datetime
+from functools import cache
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from procedures.journal.owner import is_owned
+from rig.clock import Clock
+
+LIVE_FILE = "live.json"
+FORMAT = "calrig live 1"
+EVERY_S = 1.0
+_MAX_BYTES = 262_144
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One value that was read."""
+
+    value: float | None
+    """None where it was overloaded."""
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A dwell that is approached or comes next."""
+
+    step: int
+    purpose: str
+    replication: int
+    targets_deg: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Live:
+    """What the engine does at this moment."""
+
+    phase: str = ""
+    """Such as ``moving``, ``settling``, ``reading``, ``soaking``, ``homing``, ``warming up``, ``waiting``."""
+    phase_since_utc: datetime | None = None
+    now: Target | None = None
+    next: Target | None = None
+    positions_deg: Mapping[str, float] = field(default_factory=dict)
+    """As last read back."""
+    readings: Mapping[str, Figure] = field(default_factory=dict)
+    """Channel to the mean of its last burst."""
+    temperature_degc: Mapping[str, float] = field(default_factory=dict)
+    setpoint_degc: Mapping[str, float] = field(default_factory=dict)
+    soak_left_s: float | None = None
+    """At the least; it counts anew where the temperature leaves its band."""
+    waiting_for: str = ""
+    next_look_utc: datetime | None = None
+    written_utc: datetime | None = None
+    format: str = FORMAT
+
+
+class LiveFile:
+    """The engine's side: :meth:`tell` is cheap, :meth:`look` writes what was told when a second has passed."""
+
+    def __init__(self, run_dir: Path, clock: Clock) -> None:
+        """``clock``: a person's, also where the rig's time is virtual."""
+        self._path = run_dir / LIVE_FILE
+        self._partial = run_dir / f".{LIVE_FILE}.partial"
+        self._clock = clock
+        self._live = Live()
+        self._is_new = False
+        self._next_s = clock.monotonic_s()
+
+    def tell(self, phase: str | None = None, **known: Any) -> None:
+        """Tell what has changed; a new phase forgets what only the one before waited for."""
+        if phase is not None and phase != self._live.phase:
+            since_utc = self._clock.now_utc()
+            self._live = replace(
+                self._live,
+                phase=phase,
+                phase_since_utc=since_utc,
+                soak_left_s=None,
+                waiting_for="",
+                next_look_utc=None,
+            )
+        self._live = replace(self._live, **known)
+        self._is_new = True
+
+    def look(self) -> None:
+        """Write it where something is new and the last time was a second ago."""
+        if not self._is_new or (now_s := self._clock.monotonic_s()) < self._next_s:
+            return
+        self._is_new, self._next_s = False, now_s + EVERY_S
+        document = live_document(replace(self._live, written_utc=self._clock.now_utc()))
+        with suppress(OSError):
+            self._partial.write_text(json.dumps(document, ensure_ascii=False), encoding="utf-8")
+            os.replace(self._partial, self._path)
+
+    def remove(self) -> None:
+        """Leave nothing behind: what it told is over."""
+        for path in (self._path, self._partial):
+            with suppress(OSError):
+                path.unlink()
+
+
+def read_live(run_dir: Path) -> Live | None:
+    """Return what a living engine does now; None where none lives, or it has told nothing that can be read."""
+    try:
+        if not is_owned(run_dir):
+            return None
+        with open(run_dir / LIVE_FILE, "rb") as file:
+            return _adapter().validate_json(file.read(_MAX_BYTES))
+    except (OSError, ValidationError):
+        return None
+
+
+def live_document(live: Live) -> dict[str, object]:
+    """Return it as it stands in the file: times as texts, what is not finite as null."""
+    return {name: _strict(value) for name, value in asdict(live).items()}
+
+
+@cache
+def _adapter() -> TypeAdapter[Live]:
+    return TypeAdapter(Live)
+
+
+def _strict(value: object) -> object:
+    if isinstance(value, dict):
+        return {key: _strict(part) for key, part in value.items()}
+    if isinstance(value, datetime):
+        return value.isoformat()
+    if isinstance(value, float) and not isfinite(value):
+        return None
+    return value

@@ -1,0 +1,82 @@
+"""Where a run stands, in rows of words: the same in the terminal, in ``calrig status`` and on the console's page."""
+
+from collections.abc import Iterator, Mapping
+from datetime import datetime, tzinfo
+
+from procedures.journal.live import Live, Target
+from procedures.records.progress import Progress
+from rig.plain_text import one_line
+
+Row = tuple[str, str]
+"""What it is, and how it is."""
+
+
+def rows_of(
+    progress: Progress, reason: str, live: Live | None, now_utc: datetime, zone: tzinfo | None = None
+) -> list[Row]:
+    """Return the rows, the most important first; ``reason``: why the run is in its state, in full.
+
+    ``zone``: of the reader; by default that of this machine.
+    """
+    return [
+        ("state", f"{str(progress.state).upper()}{f': {one_line(reason)}' if reason else ''}"),
+        ("done", _done(progress)),
+        *([("ends", at_both(progress.eta_utc, zone))] if progress.eta_utc is not None else []),
+        *([] if live is None else live_rows(live, now_utc)),
+    ]
+
+
+def at_both(moment_utc: datetime, zone: tzinfo | None = None) -> str:
+    """``Sun 05:40 local (2026-03-01 04:40 UTC)``; once where the two are the same."""
+    local = moment_utc.astimezone(zone)
+    in_utc = f"{moment_utc:%Y-%m-%d %H:%M} UTC"
+    return in_utc if not local.utcoffset() else f"{local:%a %H:%M} local ({in_utc})"
+
+
+def duration(seconds: float) -> str:
+    """``8 s``, ``12 min``, ``3 h 05 min``."""
+    if seconds < 90.0:
+        return f"{max(seconds, 0.0):.0f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def _done(progress: Progress) -> str:
+    planned = progress.dwells_planned
+    share = f" ({100 * progress.dwells_done // planned} %)" if planned else ""
+    parts = [f"{progress.dwells_done} of {planned} dwells{share}"]
+    if progress.replication:
+        parts.append(f"replication {progress.replication} of {progress.replications}")
+    parts.append(f"{progress.rejected} rejected")
+    if progress.rate_per_min is not None:
+        parts.append(f"{progress.rate_per_min:.3g} a minute")
+    return ", ".join(parts)
+
+
+def live_rows(live: Live, now_utc: datetime) -> Iterator[Row]:
+    """Yield what the engine does at this moment."""
+    if live.phase:
+        since = "" if live.phase_since_utc is None else f" for {duration(_seconds(live.phase_since_utc, now_utc))}"
+        waits = f", waiting for {one_line(live.waiting_for)}" if live.waiting_for else ""
+        yield "now", f"{live.phase}{since}{waits}"
+    if live.now is not None:
+        yield "at", f"{_target(live.now)}; seen at {_angles(live.positions_deg) or 'no position yet'}"
+    if live.next is not None:
+        yield "next", _target(live.next)
+    for name, degc in live.temperature_degc.items():
+        setpoint = f", set to {live.setpoint_degc[name]:g}" if name in live.setpoint_degc else ""
+        yield one_line(name), f"{degc:.2f} degC{setpoint}"
+    if live.soak_left_s is not None:
+        yield "soak", f"{duration(live.soak_left_s)} left at the least"
+
+
+def _target(target: Target) -> str:
+    return f"step {target.step} ({target.purpose}), {_angles(target.targets_deg)}"
+
+
+def _angles(angles_deg: Mapping[str, float]) -> str:
+    return ", ".join(f"{one_line(name)} {angle_deg:+.4g}" for name, angle_deg in angles_deg.items())
+
+
+def _seconds(since_utc: datetime, now_utc: datetime) -> float:
+    return (now_utc - since_utc).total_seconds()

@@ -1,0 +1,100 @@
+"""A row a sensor: what a person reads first where a run has several."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from ams.observations import Observations
+from ams.surveillance.adjustment import Condition
+from procedures.numbers import arcsec, two_digits
+from procedures.report.bands import band_along
+from procedures.report.view import AxisView, RunView, SensorView
+
+FEWEST = 2
+"""Sensors of which a table of rows tells more than their own sections."""
+NONE = "—"
+
+
+@dataclass(frozen=True)
+class OverviewRow:
+    """One sensor in five words."""
+
+    sensor: str
+    anchor: str
+    verdict: str
+    """``sound``, ``usable`` or ``not usable``."""
+    angle: str
+    """The widest 95 % band of the fitted output over the attitudes measured, as an angle."""
+    as_found: str
+    as_left: str
+    findings: str
+
+
+def has_overview(view: RunView) -> bool:
+    return len(view.sensors) >= FEWEST
+
+
+def overview_rows(view: RunView) -> list[OverviewRow]:
+    """Return the rows in the order of the sensors."""
+    return [_row(sensor) for sensor in view.sensors]
+
+
+def widest_arcsec(sensor: SensorView) -> float | None:
+    """Return the widest 95 % band of the fitted output of any axis, as an angle; None where nothing was solved."""
+    observations = sensor.observations
+    if observations is None or not sensor.axes:
+        return None
+    return max(_widest_arcsec(axis, observations) for axis in sensor.axes)
+
+
+Statement = tuple[str, str, str]
+"""Sensor, axis (empty for all of it), and what is said of it."""
+
+
+def told_once(statements: Iterable[Statement], everyone: Sequence[str]) -> list[str]:
+    """Return each text once, with everybody whom it is about: ``SN1 x, y; SN2: text``, or ``all 8 sensors: text``."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for sensor, axis, text in statements:
+        axes = found.setdefault(text, {}).setdefault(sensor, [])
+        if axis and axis not in axes:
+            axes.append(axis)
+    return [f"{_subject(about, everyone)}: {text}" for text, about in found.items()]
+
+
+def _subject(about: Mapping[str, Sequence[str]], everyone: Sequence[str]) -> str:
+    """``about``: sensor to its axes, none of them where it is all of it."""
+    if len(everyone) > 1 and list(about) == list(everyone) and len(set(map(tuple, about.values()))) == 1:
+        axes = next(iter(about.values()))
+        return f"all {len(everyone)} sensors{f', {_listed(axes)}' if axes else ''}"
+    return "; ".join(f"{sensor} {_listed(axes)}".rstrip() for sensor, axes in about.items())
+
+
+def _listed(axes: Sequence[str]) -> str:
+    return ", ".join(axes)
+
+
+def _row(sensor: SensorView) -> OverviewRow:
+    widest = widest_arcsec(sensor)
+    adjustment = sensor.adjustment
+    found = (finding for axis in sensor.findings for finding in axis.findings)
+    significant = dict.fromkeys(one.kind.replace("-", " ") for one in found if one.is_significant)
+    return OverviewRow(
+        sensor=sensor.name,
+        anchor=f"sensor-{sensor.slug}",
+        verdict=sensor.verdict,
+        angle=NONE if widest is None else f"±{two_digits(widest)}″",
+        as_found=NONE if adjustment is None else _condition(adjustment.as_found),
+        as_left=NONE if adjustment is None else _condition(adjustment.as_left),
+        findings=", ".join(significant) or "none",
+    )
+
+
+def _condition(condition: Condition | None) -> str:
+    if condition is None or condition.largest_error_deg is None:
+        return NONE
+    error = f"{two_digits(condition.largest_error_deg)}°"
+    return f"{error}, {condition.verdict}" if condition.verdict else error
+
+
+def _widest_arcsec(axis: AxisView, observations: Observations) -> float:
+    widest_v = float(band_along(axis.calibration, observations, "pitch").confidence_v.max())
+    return arcsec(widest_v, axis.sensitivity_v_per_g)

@@ -1,0 +1,54 @@
+"""What an epoch is doing, in the words of ``live.json``."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from math import isfinite
+
+from procedures.journal.live import Figure, LiveFile, Target
+from procedures.plan.steps import Dwell, Soak, Step
+from procedures.records.dwells import Measurement
+
+
+@dataclass(frozen=True, slots=True)
+class LiveDwells:
+    """The epoch's side of the file: one method for each thing that it does."""
+
+    live: LiveFile
+
+    def phase(self, phase: str) -> None:
+        self.live.tell(phase)
+
+    def homes(self, axis: str) -> None:
+        self.live.tell("homing", waiting_for=f"{axis} to find its home")
+
+    def warms_up(self, channel: str) -> None:
+        self.live.tell("warming up", waiting_for=f"{channel} to come to rest")
+
+    def moves(self, dwell: Dwell, left: Iterable[Step]) -> None:
+        """``left``: what comes after the dwell."""
+        following = next((step for step in left if isinstance(step, Dwell)), None)
+        self.live.tell("moving", now=_target(dwell), next=None if following is None else _target(following))
+
+    def rests_at(self, positions_deg: Mapping[str, float]) -> None:
+        self.live.tell(positions_deg=dict(positions_deg))
+
+    def saw(self, measured: Measurement) -> None:
+        readings = {channel: Figure(_finite(one.mean), one.unit) for channel, one in measured.readings.items()}
+        self.live.tell(readings=readings, temperature_degc=dict(measured.after.temperature_degc))
+
+    def soaks(self, step: Soak) -> Callable[[float, float], None]:
+        """Return what hears the temperature and the seconds left."""
+        self.live.tell("soaking", setpoint_degc={step.environment: step.setpoint_degc}, soak_left_s=step.soak_s)
+
+        def tell(degc: float, left_s: float) -> None:
+            self.live.tell(temperature_degc={step.environment: degc}, soak_left_s=left_s)
+
+        return tell
+
+
+def _target(dwell: Dwell) -> Target:
+    return Target(dwell.step, dwell.purpose, dwell.replication, dict(dwell.targets_deg))
+
+
+def _finite(value: float) -> float | None:
+    return value if isfinite(value) else None

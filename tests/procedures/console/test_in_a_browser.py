@@ -1,0 +1,107 @@
+"""The pages in Chromium, in every size and both schemes: nothing is cut, small, foreign or dead."""
+
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from consoles import served_console
+from journals import a_clock
+from playwright.sync_api import Page, expect, sync_playwright
+from programs import require_program
+from run_folders import make_run
+
+from procedures.journal.journal import Journal
+from procedures.journal.storage import JOURNAL_FILE
+from procedures.records.states import State
+
+SIZES = [(390, 844), (820, 1180), (1440, 900)]
+STATES = (State.FINISHED, State.TRIPPED, State.STOPPED, State.FAILED, State.RUNNING, State.HELD)
+SMALL = """[...document.querySelectorAll('a, button, input, summary')].filter(one => !one.classList.contains('skip'))
+  .map(one => [one.textContent, one.getBoundingClientRect()])
+  .filter(([_, box]) => box.width > 0 && (box.height < 43.9 || box.width < 30)).map(([text]) => text)"""
+CUT = """[...document.querySelectorAll('main *')].filter(one => {
+  const style = getComputedStyle(one), box = one.getBoundingClientRect();
+  return box.width > 0 && (one.closest('.wide') === null && box.right > innerWidth + 0.5
+    || style.overflow === 'hidden' && one.scrollWidth > one.clientWidth + 1);
+}).map(one => one.outerHTML.slice(0, 80))"""
+OVER = """(() => { const kinds = ['p', 'dd', 'dt', 'li', 'h1', 'h2', 'summary'].map(one => `main ${one}`).join();
+  const lines = [...document.querySelectorAll(kinds)].filter(one => one.getBoundingClientRect().width > 0);
+  return lines.filter((one, n) => lines.slice(n + 1).some(other => {
+    if (one.contains(other) || other.contains(one)) return false;
+    const a = one.getBoundingClientRect(), b = other.getBoundingClientRect();
+    return Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1
+      && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1;
+  })).map(one => one.textContent.slice(0, 60)); })()"""
+"""Texts that stand on one another."""
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("console") / "runs"
+    for state in STATES:
+        make_run(folder / str(state), state, started_utc=datetime.now(UTC), dwells=9)
+    return folder
+
+
+@pytest.fixture
+def page(runs: Path, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[tuple[Page, list[str], list[str]]]:
+    """A page that has entered, what its browser complained of, and what it asked for."""
+    (width, height), scheme = request.param
+    complaints, asked = list[str](), list[str]()
+    with served_console(runs, tmp_path / "none.sqlite") as console, sync_playwright() as tools:
+        browser = tools.chromium.launch(executable_path=require_program("chromium"), args=["--no-sandbox"])
+        shown = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme).new_page()
+        shown.on("console", lambda told: complaints.append(told.text) if told.type == "error" else None)
+        shown.on("pageerror", lambda error: complaints.append(str(error)))
+        shown.on("request", lambda one: asked.append(one.url))
+        shown.goto(console.link())
+        shown.wait_for_url("**/")
+        yield shown, complaints, asked
+        browser.close()
+
+
+def _require_whole(page: Page) -> None:
+    assert page.evaluate("document.documentElement.scrollWidth") <= page.evaluate("innerWidth")
+    assert page.evaluate(CUT) == []
+    assert page.evaluate(OVER) == []
+    assert page.evaluate(SMALL) == []
+
+
+ONE = [((390, 844), "dark")]
+ALL = [(size, scheme) for size in SIZES for scheme in ("light", "dark")]
+
+
+@pytest.mark.parametrize("page", ONE, indirect=True, ids=str)
+def test_a_page_on_a_phone_is_whole_alive_and_asks_nobody_else(
+    page: tuple[Page, list[str], list[str]], runs: Path
+) -> None:
+    shown, complaints, asked = page
+    base = shown.url.rstrip("/")
+    shown.goto(f"{base}/run/tripped")
+    expect(shown.locator("#fresh")).to_have_text("● live")
+    _require_whole(shown)
+    journal = Journal.open_for_append(runs / "tripped" / JOURNAL_FILE)
+    journal.append_event("note", {"by": "anna", "text": "the door was open", "at_utc": "x"}, a_clock())
+    journal.close()
+    expect(shown.locator(".news li").first).to_contain_text("note by anna: the door was open", timeout=2000)
+    shown.keyboard.press("Tab")
+    expect(shown.locator(".skip")).to_be_focused()
+    assert complaints == []
+    assert [one for one in asked if not one.startswith((base, base.replace("http", "ws"), "data:"))] == []
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("page", ALL, indirect=True, ids=str)
+def test_every_page_in_every_state_is_whole(page: tuple[Page, list[str], list[str]]) -> None:
+    shown, complaints, _ = page
+    base = shown.url.rstrip("/")
+    for path in ("/night", *(f"/run/{state}" for state in STATES)):
+        shown.goto(f"{base}{path}")
+        _require_whole(shown)
+        shown.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
+        _require_whole(shown)
+    shown.set_viewport_size({"width": 195, "height": 422})  # a phone at 200 %
+    shown.goto(f"{base}/run/tripped")
+    assert shown.evaluate("document.documentElement.scrollWidth") <= 195
+    assert complaints == []

@@ -1,0 +1,132 @@
+"""What the pages say: where a run stands, what the night was, and names of any script as text."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta, timezone
+from pathlib import Path
+
+import numpy as np
+import pytest
+from journals import a_clock
+from run_folders import STARTED_UTC, make_run, stored_run
+from starlette.testclient import TestClient
+
+from ams.frames import specific_force
+from ams.units import ARCSEC_PER_RAD
+from procedures.console.app import Console, make_app
+from procedures.console.heat_map import heat_map
+from procedures.console.night import evening_before
+from procedures.console.sessions import Sessions
+from procedures.journal.follower import FollowedDwell
+from procedures.journal.journal import Journal
+from procedures.journal.run_list import RunList
+from procedures.journal.storage import JOURNAL_FILE
+from procedures.records.states import State
+
+HOST = "127.0.0.1:8600"
+NASTY = "<script>alert(1)</script>\"'&\u202e"
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    folder = tmp_path / "runs"
+    make_run(folder / "finished", State.FINISHED)
+    tripped = make_run(folder / "tripped", State.STOPPED, started_utc=STARTED_UTC + timedelta(hours=1))
+    with_note = Journal.open_for_append(tripped / JOURNAL_FILE)
+    clock = a_clock()
+    with_note.append_event("note", {"by": NASTY, "text": NASTY, "at_utc": "x"}, clock)
+    with_note.append_event("state", {"to": "tripped", "by": "", "reason": f"pitch: {NASTY}", "cause": "device"}, clock)
+    with_note.close()
+    verdict = {"trust": "reserved", "sentence": f"Usable, {NASTY}", "grounds": [], "sensors": []}
+    (folder / "finished" / "verdict.json").write_text(json.dumps(verdict))
+    (folder / "broken").mkdir()
+    (folder / "broken" / JOURNAL_FILE).write_bytes(b"no journal")
+    return folder
+
+
+@pytest.fixture
+def browser(runs: Path) -> Iterator[TestClient]:
+    clock = a_clock()
+    sessions = Sessions(clock)
+    console = Console(RunList(runs), f"sqlite:///{runs.parent / 'none.sqlite'}", clock, sessions)
+    client = TestClient(make_app(console, frozenset([HOST])), base_url=f"http://{HOST}")
+    client.get("/enter", params={"key": sessions.new_key()})
+    yield client
+    console.close()
+
+
+def test_the_first_page_is_the_latest_run_and_says_why_it_stands_still(browser: TestClient) -> None:
+    page = browser.get("/").text
+    assert "TRIPPED" in page
+    assert "What to do" in page
+    assert "A device reports a fault" in page
+    assert "calrig resume tripped" in page
+    assert "dwells (" in page
+
+
+def test_names_of_any_script_are_text_on_every_page(browser: TestClient) -> None:
+    for path in ("/", "/night", "/run/finished", "/run/tripped"):
+        page = browser.get(path).text
+        assert "<script>alert" not in page
+        assert "\u202e" not in page
+    assert "&lt;script&gt;alert(1)" in browser.get("/").text
+
+
+def test_the_night_begins_with_what_waits_for_a_person(browser: TestClient) -> None:
+    page = browser.get("/night").text
+    order = [page.index(words) for words in ("title of tripped", "title of finished")]
+    assert order == sorted(order)
+    assert page.count("To do:") == 2, "the tripped one and the one that cannot be read"
+    assert "Usable, &lt;script&gt;" in page
+    assert "there is no archive" in page
+
+
+def test_the_night_begins_yesterday_in_the_evening_of_the_reader() -> None:
+    morning = datetime(2026, 3, 2, 6, 0, tzinfo=UTC)
+    assert evening_before(morning, timezone(timedelta(hours=9))).isoformat() == "2026-03-01T16:00:00+09:00"
+
+
+def test_programs_are_told_the_same(browser: TestClient) -> None:
+    listed = browser.get("/api/v1/runs").json()["runs"]
+    assert {one["state"] for one in listed} == {"finished", "tripped", None}
+    one = browser.get("/api/v1/runs/tripped").json()
+    assert (one["state"], one["alive"], one["state_sequence"] > 0) == ("tripped", False, True)
+    assert 'calrig_run_state{run="tripped",state="tripped"} 1' in browser.get("/metrics").text
+
+
+def test_a_page_is_small(browser: TestClient) -> None:
+    sizes = [len(browser.get(path).content) for path in ("/", "/static/console.css", "/static/console.js")]
+    assert sum(sizes) < 60_000
+
+
+def test_residuals_are_those_of_a_line_through_the_dwells_that_count() -> None:
+    """Against the same line by the normal equations; a dwell that is off stands out in its own column alone."""
+    chance, attitudes = np.random.default_rng(3), [(p, r) for p in range(-60, 61, 30) for r in range(-180, 180, 60)]
+    pitch, roll = np.deg2rad(np.array(attitudes, dtype=float)).T
+    force = specific_force(pitch, roll)
+    sensitivity = np.array([2.5, 0.02, -0.01])
+    means = 0.003 + force @ sensitivity + 1e-5 * chance.normal(size=len(attitudes))
+    means[7] += 1e-3
+    dwells = [
+        _dwell(place, attitude, float(mean))
+        for place, (attitude, mean) in enumerate(zip(attitudes, means, strict=True))
+    ]
+    found = heat_map(dwells, frozenset([(7, 1, 1)]))
+    assert found is not None
+    kept = np.arange(len(attitudes)) != 7
+    design = np.column_stack([np.ones(kept.sum()), force[kept]])
+    solved = np.linalg.solve(design.T @ design, design.T @ means[kept])
+    residual_v = means - np.column_stack([np.ones(len(means)), force]) @ solved
+    expected = residual_v * ARCSEC_PER_RAD / np.linalg.norm(solved[1:])
+    assert np.array(found.arcsec[0], dtype=float) == pytest.approx(expected, abs=0.006)
+    assert (found.marks[7], set(found.marks) - {"x"}) == ("x", {"d"})
+
+
+def _dwell(step: int, attitude: tuple[float, float], mean: float) -> FollowedDwell:
+    _, dwells = stored_run()
+    record = replace(
+        dwells[0], step=step, attempt=1, epoch=1, accepted=True, purpose="design",
+        measured_deg={"pitch": attitude[0], "roll": attitude[1]},
+    )  # fmt: skip
+    return FollowedDwell(record, {"dmm.x": mean}, {"dmm.x": 1e-5})

@@ -1,0 +1,63 @@
+"""Where a run stands in words and for monitoring: a reader's own time beside UTC, and text that Prometheus takes."""
+
+import re
+from datetime import UTC, datetime, timedelta, timezone
+
+import pytest
+
+from procedures.journal.live import Live, Target
+from procedures.journal.metrics import RunFigures, metrics_text
+from procedures.journal.standing_words import at_both, duration, rows_of
+from procedures.records.progress import Progress
+from procedures.records.states import State
+
+NOW = datetime(2026, 3, 1, 4, 0, tzinfo=UTC)
+MOMENT = Progress("dwell", State.RUNNING, 1004, 1482, 5, 6, 7.43, NOW + timedelta(minutes=40), "", rejected=3)
+SOAKING = Live(
+    phase="soaking", phase_since_utc=NOW - timedelta(minutes=3), setpoint_degc={"air": 20.0},
+    temperature_degc={"air": 20.02}, soak_left_s=720.0, now=Target(7, "design", 2, {"pitch": -70.0, "roll": 90.0}),
+    next=Target(8, "design", 2, {"pitch": -70.0, "roll": 120.0}), positions_deg={"pitch": -70.0, "roll": 90.0},
+    written_utc=NOW,
+)  # fmt: skip
+BERLIN = timezone(timedelta(hours=1))
+LINE = re.compile(r'[a-z_]+\{(?:[a-z]+="(?:[^"\\\n]|\\["\\n])*",?)+\} [-+0-9.e]+')
+"""Of the exposition format: https://prometheus.io/docs/instrumenting/exposition_formats/."""
+
+
+def test_rows_tell_everything_that_a_person_asks_at_night() -> None:
+    assert dict(rows_of(MOMENT, "", SOAKING, NOW, BERLIN)) == {
+        "state": "RUNNING",
+        "done": "1004 of 1482 dwells (67 %), replication 5 of 6, 3 rejected, 7.43 a minute",
+        "ends": "Sun 05:40 local (2026-03-01 04:40 UTC)",
+        "now": "soaking for 3 min",
+        "at": "step 7 (design), pitch -70, roll +90; seen at pitch -70, roll +90",
+        "next": "step 8 (design), pitch -70, roll +120",
+        "air": "20.02 degC, set to 20",
+        "soak": "12 min left at the least",
+    }
+
+
+def test_a_reason_is_told_in_full() -> None:
+    reason = "environment.air: got 22.41 degC, allowed 19 to 22 degC " + "and more " * 40
+    assert rows_of(MOMENT, reason, None, NOW)[0][1] == f"RUNNING: {reason}"
+
+
+def test_where_the_reader_lives_by_utc_it_is_told_once() -> None:
+    assert at_both(NOW, UTC) == "2026-03-01 04:00 UTC"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"), [(-3.0, "0 s"), (89.0, "89 s"), (720.0, "12 min"), (11100.0, "3 h 05 min")]
+)
+def test_durations(seconds: float, told: str) -> None:
+    assert duration(seconds) == told
+
+
+def test_every_line_of_the_metrics_is_in_the_format_whatever_a_run_is_called() -> None:
+    text = metrics_text([RunFigures('a "night"\\\n', MOMENT, SOAKING, True), RunFigures("b", MOMENT, None, False)])
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    assert [line for line in lines if not LINE.fullmatch(line)] == []
+    assert 'calrig_run_dwells_done{run="b"} 1004' in lines
+    assert sum(line.startswith("calrig_run_state") and line.endswith(" 1") for line in lines) == 2
+    heads = [line.split()[2] for line in text.splitlines() if line.startswith("# TYPE")]
+    assert len(heads) == len(set(heads)), "one block a metric"
