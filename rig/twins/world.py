@@ -219,7 +219,7 @@ class World:
         pitch_dps, yaw_dps, roll_dps = (
             self.axes[name].attitude_rate_dps(now_s) if name in self.axes else 0.0 for name in ("pitch", "yaw", "roll")
         )
-        by_pitch_and_yaw = about_z(yaw) @ np.array([0.0, pitch_dps, 0.0]) + np.array([0.0, 0.0, yaw_dps])
+        by_pitch_and_yaw: Vector = about_z(yaw) @ np.array([0.0, pitch_dps, 0.0]) + np.array([0.0, 0.0, yaw_dps])
         if not rolls:
             return by_pitch_and_yaw
         rate_dps: Vector = about_x(roll) @ by_pitch_and_yaw + np.array([roll_dps, 0.0, 0.0])
