@@ -76,6 +76,7 @@ def to_document(report: CheckReport) -> dict[str, Any]:
         "model": plan.solve.model,
         "journal_bytes": report.journal_bytes,
         "advice": list(report.advice),
+        "reservations": list(report.forecast.reservations),
         **(_design_document(report) if report.forecast.design else _points_document(report)),
     }
 
@@ -98,6 +99,7 @@ def _design_document(report: CheckReport) -> dict[str, Any]:
             "noise_v": axis.noise_v,
             "noise_source": axis.noise_source,
             "parameters": dict(axis.standard_uncertainty),
+            "half_width_95": dict(axis.half_width_95),
         }
     return {
         "design": report.plan.design.kind,
@@ -108,6 +110,15 @@ def _design_document(report: CheckReport) -> dict[str, Any]:
         "usage_figure_of_merit_sqrt": figures.usage_figure_of_merit_sqrt,
         "time_correlation": figures.time_correlation,
         "expected_standard_uncertainty": expected,
+        "usage_pitch_deg": list(report.forecast.usage_pitch_deg or ()),
+        "expected_angle_half_width_deg": {
+            serial: {name: angle.u95_deg for name, angle in angles.items()}
+            for serial, angles in report.forecast.angles.items()
+        },
+        "expected_angle_shares_deg": {
+            serial: {name: dict(angle.shares_deg) for name, angle in angles.items()}
+            for serial, angles in report.forecast.angles.items()
+        },
     }
 
 

@@ -112,6 +112,8 @@ class Design(StrictTable):
     repeat_roll: bool = False
     """Adds +180° where the roll set ends before it."""
     usage_pitch_deg: tuple[Angle, Angle] | None = None
+    usage_noise_arcsec: Positive | None = None
+    """Standard deviation of one reading where the sensors are used; by default that of one dwell of the calibration."""
     order: Order = "there-and-back"
     seed: Annotated[int, Field(ge=0)] = 0
 
@@ -254,6 +256,12 @@ class Solve(StrictTable):
     """Standard deviation of a dwell, for the uncertainty expected beforehand."""
     time_term: Literal["none", "linear"] = "none"
     """``linear``: a drift of the offset with time through the run is estimated beside the parameters."""
+
+    def model_of(self, sensor: str) -> str:
+        """Return what the mathematics calls the model of one sensor: CR's two packages are two models."""
+        if self.model == "pitch-yaw-roll":
+            return f"pitch-yaw-roll-{self.packages.get(sensor, 'model')}"
+        return "linear-accelerometer" if self.model == "linear" else self.model
 
     @model_validator(mode="after")
     def _packages_are_of_cr(self) -> Self:

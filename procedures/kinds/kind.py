@@ -16,6 +16,7 @@ from procedures.plan.designs import Design
 from procedures.plan.order import Order
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Step
+from procedures.solution.expected import ExpectedAngle
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.rig_file import RigDescription, Sensor
@@ -79,6 +80,12 @@ class Forecast:
     """None where the points are no design over attitudes."""
     turns: Mapping[str, float] = field(default_factory=dict)
     """Axis to the most revolutions of one dwell."""
+    angles: Mapping[str, Mapping[str, ExpectedAngle]] = field(default_factory=dict)
+    """Sensor to the angles that it will tell at use."""
+    usage_pitch_deg: tuple[float, float] | None = None
+    """The pitch range that the angles are judged over."""
+    reservations: tuple[str, ...] = ()
+    """What the report will hold against the result, however well the run goes."""
 
 
 @runtime_checkable
