@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from procedures.description.procedure_file import ProcedureDescription
-from procedures.kinds.kind import Forecast
+from procedures.kinds.kind import Forecast, LearnsFromPilot
 from procedures.kinds.planner import make_plan
 from procedures.kinds.registry import KINDS
 from procedures.plan.order import travel_deg
@@ -13,6 +13,7 @@ from procedures.plan.plan import Plan
 from procedures.plan.profiles import range_deg
 from procedures.plan.steps import Dwell, Follow, Rest, Turn
 from procedures.run.watch.disk_space import needed_bytes
+from procedures.solution.beliefs import Pilot
 from rig.description.rig_file import RigDescription
 
 
@@ -44,10 +45,24 @@ class CheckReport:
         return self.forecast.advice
 
 
-def check(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: int | None = None) -> CheckReport:
-    """Plan and judge. Raises: PlanError for everything that the planner refuses."""
+def check(
+    rig: RigDescription,
+    procedure: ProcedureDescription,
+    fresh_seed: int | None = None,
+    pilot: Pilot | None = None,
+) -> CheckReport:
+    """Plan and judge, by what a pilot run showed where there is one.
+
+    Raises: PlanError for everything that the planner refuses, and for a pilot that its kind has no use for.
+    """
     plan = make_plan(rig, procedure, fresh_seed)
-    forecast = KINDS[plan.kind].forecast(rig, procedure, plan)
+    kind = KINDS[plan.kind]
+    if pilot is None:
+        forecast = kind.forecast(rig, procedure, plan)
+    elif isinstance(kind, LearnsFromPilot):
+        forecast = kind.forecast_after(pilot, rig, procedure, plan)
+    else:
+        raise procedure.error(("procedure", "kind"), f"{plan.kind!r} takes nothing from a pilot run; leave it out")
     return CheckReport(
         rig=rig.rig.name,
         plan=plan,

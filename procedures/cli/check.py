@@ -9,8 +9,9 @@ from rich.console import Console
 from procedures.check.check_report import check as check_plan
 from procedures.check.check_report import to_document
 from procedures.check.check_text import render
-from procedures.cli.options import RUNS, Json, Rig, RunsFolder
+from procedures.cli.options import RUNS, Json, PilotRun, Rig, RunsFolder
 from procedures.cli.output import print_json, say
+from procedures.cli.pilot import pilot_named
 from procedures.errors import ExitStatus
 from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
@@ -19,7 +20,9 @@ from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 
 
-def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS, json: Json = False) -> int:
+def check(
+    procedure: Path | None = None, /, *, rig: Rig, pilot: PilotRun = None, out: RunsFolder = RUNS, json: Json = False
+) -> int:
     """Validate a rig and a procedure; print the plan, its duration and the uncertainty to expect. Opens no port.
 
     Disk and place of the folder of runs are looked at, as `calrig run` would.
@@ -36,7 +39,7 @@ def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS,
         return _tell(before, json)
 
     procedure_description = read_procedure(procedure)
-    report = check_plan(described, procedure_description)
+    report = check_plan(described, procedure_description, pilot=pilot_named(pilot, out, described))
     before = _preflight(rig, described, report.plan, out)
     if json:
         print_json(to_document(report) | {"machines": _remarks(described)} | _document_of(before))

@@ -21,6 +21,7 @@ GROUPS = {
     "Prepare": (
         ("demo", "demo:demo", "The whole job on the twin: run, solve, archive, report, export."),
         ("design", "design:design", "Evaluate an experimental design."),
+        ("plan", "plan:plan", "From an accuracy or the hours there are to the shortest procedure."),
         ("check", "check:check", "Validate a rig and a procedure; print plan, duration and expected uncertainty."),
     ),
     "Run": (

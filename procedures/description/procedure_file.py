@@ -167,6 +167,8 @@ class DwellSettings(StrictTable):
 
     settle: Settle = Settle()
     settle_nplc: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
+    nplc: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
+    """Integration of the readings that are kept, power-line cycles; by default the readout's own."""
     samples: Annotated[int, Field(ge=2, le=100_000)] = 20
     max_noise_factor: Annotated[float, Field(gt=1.0)] = 3.0
     retries: Annotated[int, Field(ge=0, le=20)] = 2

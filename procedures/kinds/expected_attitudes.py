@@ -19,7 +19,7 @@ from procedures.kinds.kind import DesignFigures, Forecast
 from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
 from procedures.plan.specific_force import columns_of
-from procedures.solution.beliefs import AxisBelief, beliefs_of
+from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import ExpectedSensor, PlannedRows, Usage, expected_sensor
 from procedures.solution.type_b import level_remarks
 from rig.description.rig_file import RigDescription
@@ -36,12 +36,16 @@ _NO_PARAMETERS = (TRACELESS_NAME, REFERENCE_NAME, "reference_temperature_degc")
 
 
 def forecast_of_design(
-    rig: RigDescription, procedure: ProcedureDescription, plan: Plan, further: Iterable[str]
+    rig: RigDescription,
+    procedure: ProcedureDescription,
+    plan: Plan,
+    further: Iterable[str],
+    pilot: Pilot | None = None,
 ) -> Forecast:
     """Judge a design of attitudes and the uncertainties that it should reach. ``further``: advice of its kind."""
     judged = judge_design(plan.design, plan.usage_pitch_deg)
     usage = usage_of(procedure, plan)
-    believed = beliefs_of(rig, plan.solve, plan.dwell.samples, plan.replications, plan.sensors)
+    believed = beliefs_of(rig, plan.solve, plan.dwell.samples, plan.replications, plan.sensors, pilot)
     sensors = _expected_sensors(rig, procedure, plan, believed, usage)
     first = next(iter(next(iter(sensors.values())).solution.axes.values()))
     parameters = [item.name for item in first.parameters if item.name not in _NO_PARAMETERS]

@@ -16,6 +16,7 @@ from procedures.plan.designs import Design
 from procedures.plan.order import Order
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Step
+from procedures.solution.beliefs import Pilot
 from procedures.solution.expected import ExpectedAngle
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
@@ -127,3 +128,13 @@ class Kind(Protocol):
 
     def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
         """Return what the report says of one sensor; None where it is told as angles of attitude."""
+
+
+@runtime_checkable
+class LearnsFromPilot(Protocol):
+    """A kind whose forecast takes what a run before has shown."""
+
+    def forecast_after(
+        self, pilot: Pilot | None, rig: RigDescription, procedure: ProcedureDescription, plan: Plan
+    ) -> Forecast:
+        """Judge the plan beforehand, by a pilot where there is one."""

@@ -53,7 +53,7 @@ class _Reading:
 
     @classmethod
     def of(cls, rig: RigDescription, dwell: DwellSettings, channels: Sequence[str]) -> "_Reading":
-        seconds = {channel: dwell.samples * channel_reading_s(rig, channel) for channel in channels}
+        seconds = {channel: dwell.samples * channel_reading_s(rig, channel, dwell.nplc) for channel in channels}
         voltages = [channel for channel in channels if channel.partition(".")[0] in rig.readouts]
         return cls(
             sum(seconds[channel] for channel in voltages),

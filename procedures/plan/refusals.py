@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from pydantic import ValidationError
 
 from ams.arrays import FloatArray
 from ams.errors import DesignError
@@ -15,7 +16,7 @@ from ams.models.registry import MODELS, model_named
 from ams.parameter_words import words_of
 from procedures.description.procedure_file import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
-from procedures.plan.channels import temperature_source
+from procedures.plan.channels import channels_of, temperature_source
 from procedures.plan.designs import Design
 from procedures.plan.specific_force import columns_of
 from rig.description.rig_file import RigDescription, Sensor
@@ -38,6 +39,24 @@ def shared_refusals(
     yield from _unknown_packages(rig, procedure)
     yield from _temperature_terms(rig, procedure, sensors, environment)
     yield from _plateaus_beyond_limits(rig, procedure, environment)
+    yield from _integration_not_offered(rig, procedure, channels_of(rig, sensors))
+
+
+def _integration_not_offered(
+    rig: RigDescription, procedure: ProcedureDescription, channels: Sequence[str]
+) -> Iterator[PlanError]:
+    """Ask the readouts' own descriptions whether they would stand with the integration that the dwells ask for."""
+    cycles = procedure.dwell.nplc
+    names = dict.fromkeys(name for channel in channels if (name := channel.partition(".")[0]) in rig.readouts)
+    for name in names if cycles is not None else ():
+        settings = rig.readouts[name]
+        try:
+            type(settings).model_validate({**settings.model_dump(by_alias=True), "nplc": cycles})
+        except ValidationError as error:
+            why = error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
+            yield procedure.error(
+                ("dwell", "nplc"), f"readouts.{name} cannot integrate over {cycles:g} power-line cycles: {why}"
+            )
 
 
 def design_refusals(

@@ -48,6 +48,10 @@ class AxisBelief:
         """Return the standard deviation of the mean of a dwell."""
         return hypot(self.dwell_v, self.reading_v / sqrt(samples))
 
+    def integrated(self, cycles_over_own: float) -> "AxisBelief":
+        """Return the belief for readings of another integration time: their noise falls with its square root."""
+        return replace(self, reading_v=self.reading_v / sqrt(cycles_over_own))
+
     def belief(self, samples: int) -> Belief:
         """Return it as the mathematics takes it, by the names of primary parameters."""
         drift = {
@@ -56,15 +60,70 @@ class AxisBelief:
         return Belief(self.noise_v(samples), self.lack_of_fit_v, {"offset_v": self.offset_drift_v, **drift})
 
 
+@dataclass(frozen=True)
+class Shown:
+    """What one sensor axis showed in a run before, per sensitivity: another of its type may have it too."""
+
+    reading_g: float
+    """Standard deviation of one reading, local g."""
+    dwell_g: float
+    """What the mean of a dwell had of its own."""
+    lack_of_fit_g: float
+    offset_drift_g: float
+    sensitivity_drift: float
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """What a run of the same rig showed."""
+
+    told: str
+    """Its name, for the forecast."""
+    shown: Mapping[tuple[str, str], Shown]
+    """Sensor and axis."""
+    of_type: Mapping[tuple[str, str], Shown]
+    """Type of sensor (``sensors.NAME.model``) and axis: the largest that one of them showed."""
+
+
 def beliefs_of(
-    rig: RigDescription, solve: Solve, samples: int, replications: int, sensors: Mapping[str, Sensor]
+    rig: RigDescription,
+    solve: Solve,
+    samples: int,
+    replications: int,
+    sensors: Mapping[str, Sensor],
+    pilot: Pilot | None = None,
 ) -> dict[tuple[str, str], AxisBelief]:
     """Return what is believed of every axis of the sensors; ``samples`` of a dwell whose noise is stated."""
-    return {
+    beliefs = {
         (serial, str(axis)): _belief(rig, solve, samples, replications, (serial, str(axis)), sensor)
         for serial, sensor in sensors.items()
         for axis in sensor.channels
     }
+    if pilot is None:
+        return beliefs
+    return {
+        (serial, axis): _as_shown(one, serial, axis, sensors[serial].model, pilot)
+        for (serial, axis), one in beliefs.items()
+    }
+
+
+def _as_shown(belief: AxisBelief, serial: str, axis: str, model: str, pilot: Pilot) -> AxisBelief:
+    shown = pilot.shown.get((serial, axis))
+    told = pilot.told if shown is not None else f"{pilot.told}, its {model}"
+    shown = shown or pilot.of_type.get((model, axis))
+    if shown is None:
+        return belief
+    v_per_g = float(np.linalg.norm(belief.k_v_per_g))
+    return replace(
+        belief,
+        reading_v=shown.reading_g * v_per_g,
+        dwell_v=shown.dwell_g * v_per_g,
+        lack_of_fit_v=shown.lack_of_fit_g * v_per_g,
+        offset_drift_v=shown.offset_drift_g * v_per_g,
+        sensitivity_drift=shown.sensitivity_drift,
+        noise_source=told,
+        components_source=f"lack of fit and drift of {told}",
+    )
 
 
 def _belief(
