@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 
 from ams.units import ARCSEC_PER_DEG
-from procedures.check.candidates import IN_HAND, REFERENCE_EVERY, Candidate, Comparison, Target, model_for
+from procedures.check.candidate import Candidate, Comparison, Target
+from procedures.check.candidates import IN_HAND, REFERENCE_EVERY, model_for
 from procedures.check.procedure_text import Written, procedure_text
 
 

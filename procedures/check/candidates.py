@@ -5,13 +5,14 @@ the solver itself (:mod:`procedures.solution.expected`) and timed as a plan is (
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import ceil, floor, sqrt
 from pathlib import Path
 
 from ams.errors import AmsError
 from ams.statistics.distributions import f_quantile
 from ams.units import RAD_PER_ARCSEC
+from procedures.check.candidate import ORDER, Asked, Candidate, Comparison, Target
 from procedures.check.procedure_text import Written, procedure_text
 from procedures.description.procedure_file import DwellSettings, ProcedureDescription, Solve
 from procedures.errors import PlanError
@@ -23,92 +24,20 @@ from procedures.plan.channels import channels_of, sensors_that_measure
 from procedures.plan.designs import Design
 from procedures.plan.estimate import expected_duration
 from procedures.plan.steps import Dwell, Step
-from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
-from procedures.solution.expected import ExpectedSensor, PlannedRows, Usage, expected_sensor
+from procedures.solution.beliefs import AxisBelief, beliefs_of
+from procedures.solution.expected import ExpectedSensor, PlannedRows, expected_sensor
 from rig.description.device_settings import AxisSettings
 from rig.description.rig_file import RigDescription, Sensor
 from rig.toml_file import TomlFile
 
-GRIDS = ((5, 6), (7, 6), (7, 8), (9, 8), (9, 12), (13, 8), (13, 12), (19, 12), (37, 12))
-"""Pitch and roll values."""
-FRACTIONS = ((19, 12, 3), (37, 12, 3))
-"""Pitch values, roll values, and how much of the interior is left out."""
-REPLICATIONS = (3, 4, 6, 10, 15)
-SAMPLES = (2, 5, 10, 20)
 SHORT_NPLC = 1.0
 """Tried beside the readouts' own integration, with the most readings."""
 REFERENCE_EVERY = 25
 """Dwells between two visits of the reference attitudes."""
-ORDER = "there-and-back"
 STEEPEST_DEG = 90.0
 IN_HAND = 1.1
 """What is stated scatters from run to run: the choice leaves a tenth in hand."""
 _S_PER_H = 3600.0
-
-
-@dataclass(frozen=True)
-class Target:
-    """What is asked for: one of the three."""
-
-    half_width_deg: float | None = None
-    """U95 of the worst angle of the worst sensor."""
-    parameter: tuple[str, float] | None = None
-    """Name and 95 % half-width, in its unit, of the worst axis."""
-    hours: float | None = None
-    """The most that the run may take (p50)."""
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What is to be planned."""
-
-    rig: RigDescription
-    target: Target
-    usage: Usage
-    pilot: Pilot | None = None
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One calibration that could be made."""
-
-    design: Mapping[str, object]
-    """The table ``[design]`` of its procedure."""
-    points: int
-    replications: int
-    samples: int
-    nplc: float | None
-    """Of the readings; None: the readouts' own."""
-    hours: float
-    half_width_deg: float
-    """U95 of the worst angle of the worst sensor."""
-    calibration_deg: float
-    """What of it the calibration leaves, readings at use apart."""
-    parameters: Mapping[str, float]
-    """Parameter to the half-width of its 95 % interval, of the worst axis."""
-    sees_lack_of_fit_arcsec: float
-    """From which size on the test finds it in half of the runs."""
-    sees_drift_arcsec: float
-    """Of the offset, between replications, likewise."""
-    blind_to: tuple[str, ...]
-    """Terms of the sensor that its points do not determine."""
-    order: str = ORDER
-
-    def value(self, target: Target) -> float:
-        """Return what the target is about: an angle, or the parameter that it names."""
-        return self.half_width_deg if target.parameter is None else self.parameters[target.parameter[0]]
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """All candidates, the quickest first, and which is chosen."""
-
-    asked: Asked
-    candidates: tuple[Candidate, ...]
-    chosen: int
-    sensors: int
-    front: tuple[int, ...] = field(default=())
-    """Those that no other beats in hours and in what the target is about."""
 
 
 def compare(asked: Asked) -> Comparison:
@@ -203,10 +132,10 @@ def _candidates(asked: Asked, sensors: Mapping[str, Sensor]) -> Iterator[Candida
             schedule = KINDS["grid"].schedule(request)
         except PlanError:
             continue
-        for samples, nplc in _readings(rig, request.channels):
+        for samples, nplc in _readings(rig, request.channels, asked.space.samples):
             dwell = procedure.dwell.model_copy(update={"samples": samples, "nplc": nplc})
             timed = _timed(rig, schedule.steps, dwell, request.channels)
-            for replications in REPLICATIONS:
+            for replications in asked.space.replications:
                 found = _candidate(asked, solve, sensors, table, schedule.design, replications, samples, nplc, timed)
                 if found is not None:
                     yield found
@@ -220,7 +149,7 @@ def _tables(asked: Asked) -> Iterator[dict[str, object]]:
     middle, half = 0.5 * (low + high), 0.5 * (high - low) * CALIBRATION_OVER_USAGE
     pitch_range = _within(axes["pitch"], max(middle - half, -STEEPEST_DEG), min(middle + half, STEEPEST_DEG))
     seen = set()
-    for pitches, rolls, *fraction in (*GRIDS, *FRACTIONS):
+    for pitches, rolls, *fraction in (*asked.space.grids, *asked.space.fractions):
         pitch = _lattice(axes["pitch"], *pitch_range, pitches)
         roll = _circle(axes["roll"], rolls) if "roll" in axes else (0.0,)
         key = (pitch, roll, tuple(fraction))
@@ -262,12 +191,14 @@ def _circle(axis: AxisSettings, count: int) -> tuple[float, ...]:
     return _lattice(axis, low, high, count)
 
 
-def _readings(rig: RigDescription, channels: Sequence[str]) -> Iterator[tuple[int, float | None]]:
+def _readings(
+    rig: RigDescription, channels: Sequence[str], samples: Sequence[int]
+) -> Iterator[tuple[int, float | None]]:
     """Yield readings a dwell and their integration; a short one where every readout has a longer one of its own."""
-    yield from ((samples, None) for samples in SAMPLES)
+    yield from ((number, None) for number in samples)
     own = _own_nplc(rig, channels)
     if own is not None and own > SHORT_NPLC:
-        yield SAMPLES[-1], SHORT_NPLC
+        yield samples[-1], SHORT_NPLC
 
 
 def _own_nplc(rig: RigDescription, channels: Sequence[str]) -> float | None:
@@ -280,7 +211,7 @@ def _own_nplc(rig: RigDescription, channels: Sequence[str]) -> float | None:
 
 def procedure_of_table(table: Mapping[str, object], model: str) -> ProcedureDescription:
     """Return a procedure of two replications, from which every number of them is timed."""
-    text = procedure_text(Written("plan", table, 2, SAMPLES[-1], model, reference_every=REFERENCE_EVERY))
+    text = procedure_text(Written("plan", table, 2, 20, model, reference_every=REFERENCE_EVERY))
     return procedure_of(TomlFile(Path("plan"), text))
 
 
@@ -304,7 +235,7 @@ def _candidate(
 ) -> Candidate | None:
     """Return what is to be expected; None where the points do not determine a sensor."""
     own = _own_nplc(asked.rig, channels_of(asked.rig, sensors))
-    believed = beliefs_of(asked.rig, solve, SAMPLES[-1], replications, sensors, asked.pilot)
+    believed = beliefs_of(asked.rig, solve, asked.space.samples[-1], replications, sensors, asked.pilot)
     if nplc is not None and own is not None:
         believed = {name: one.integrated(nplc / own) for name, one in believed.items()}
     rows = PlannedRows(design.points, replications, None, timed.further_s)
@@ -363,9 +294,11 @@ def _alike(believed: Mapping[str, AxisBelief]) -> object:
 
 def _at_use_arcsec(asked: Asked, sensors: Mapping[str, Sensor]) -> float:
     """Return the noise of a reading at use, the same for all candidates: that of a dwell of twenty readings."""
-    believed = beliefs_of(asked.rig, Solve(), SAMPLES[-1], REPLICATIONS[0], sensors, asked.pilot)
+    believed = beliefs_of(
+        asked.rig, Solve(), asked.space.samples[-1], asked.space.replications[0], sensors, asked.pilot
+    )
     return (
-        max(one.noise_v(SAMPLES[-1]) / float(sum(one.k_v_per_g**2) ** 0.5) for one in believed.values())
+        max(one.noise_v(asked.space.samples[-1]) / float(sum(one.k_v_per_g**2) ** 0.5) for one in believed.values())
         / RAD_PER_ARCSEC
     )
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ams.units import ARCSEC_PER_DEG
-from procedures.check.candidates import Candidate, Comparison
+from procedures.check.candidate import Candidate, Comparison
 from procedures.check.design_map import FORMATS, write_picture
 from procedures.errors import RequestError
 from procedures.report import canvas

@@ -7,8 +7,8 @@ from rich.table import Table
 
 from ams.parameter_words import words_of
 from ams.units import ARCSEC_PER_DEG, small_unit
+from procedures.check.candidate import Candidate, Comparison
 from procedures.check.candidate_file import cannot_see, target_in_words
-from procedures.check.candidates import Candidate, Comparison
 
 SHOWN = ("offset_v", "sensitivity_v_per_g")
 MOST_ROWS = 14
@@ -37,7 +37,7 @@ def render_comparison(comparison: Comparison) -> Group:
     each = f", {chosen.hours / comparison.sensors:.2g} h each of {comparison.sensors}" if comparison.sensors > 1 else ""
     return Group(
         table,
-        f"{len(comparison.candidates)} calibrations compared, all there and back; shown are some that no other beats. →: "
+        f"{len(comparison.candidates)} calibrations compared, there and back; shown are some that no other beats. →: "
         f"{target_in_words(comparison.asked.target)}: {chosen.hours:.2f} h{each}",
         f"U95: rms of the 95 % half-width of one future angle over pitch {low:g}° to {high:g}° and every roll, at "
         f"{comparison.asked.usage.noise_arcsec:.2g}″ a reading; the worst angle of the worst sensor",

@@ -7,8 +7,9 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from ams.whole_file import write_whole
+from procedures.check.candidate import Asked, Comparison, Space, Target
 from procedures.check.candidate_file import chosen_procedure
-from procedures.check.candidates import Asked, Comparison, Target, compare
+from procedures.check.candidates import compare
 from procedures.check.candidates_picture import plot_comparison
 from procedures.check.candidates_text import comparison_document, render_comparison
 from procedures.check.check_report import check
@@ -22,6 +23,7 @@ from rig.description.read import read_rig
 from rig.toml_file import TomlFile
 
 DEFAULT_USAGE = "-60:60"
+SPACE = Space()
 
 
 def plan(
@@ -66,7 +68,7 @@ def plan(
     described = read_rig(rig)
     target = _target(half_width_deg, hours, parameter)
     usage = Usage(_range(usage_pitch), usage_noise_arcsec)
-    comparison = compare(Asked(described, target, usage, pilot_named(pilot, runs, described)))
+    comparison = compare(Asked(described, target, usage, pilot_named(pilot, runs, described), SPACE))
     text = chosen_procedure(comparison)
     check(described, procedure_of(TomlFile(out or Path("procedure.toml"), text)), pilot=comparison.asked.pilot)
     if plot is not None:

@@ -1,0 +1,24 @@
+"""How long `calrig plan` takes to compare two hundred calibrations of the example rig."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from bench.figure import Effort, Figure
+from procedures.check.candidate import Asked, Space, Target
+from procedures.check.candidates import compare
+from procedures.solution.expected import Usage
+from rig.description.read import read_rig
+
+RIG = Path(__file__).parents[1] / "examples" / "rig.toml"
+MANY = Space(replications=(3, 4, 6, 10))
+FEW = Space(grids=((7, 8),), fractions=(), replications=(3,), samples=(5,))
+
+
+def figures(effort: Effort) -> Iterator[Figure]:
+    """Time one comparison."""
+    asked = Asked(read_rig(RIG), Target(hours=50.0), Usage((-60.0, 60.0)), space=FEW if effort.is_tiny else MANY)
+    count = len(compare(asked).candidates)
+    spent_s = effort.best_s(lambda: compare(asked), repeats=1)
+    yield Figure(
+        "200 calibrations compared", 200.0 * spent_s / count, 10.0, "s", at_most=True, note=f"{count} compared"
+    )
