@@ -19,6 +19,4 @@ def figures(effort: Effort) -> Iterator[Figure]:
     asked = Asked(read_rig(RIG), Target(hours=50.0), Usage((-60.0, 60.0)), space=FEW if effort.is_tiny else MANY)
     count = len(compare(asked).candidates)
     spent_s = effort.best_s(lambda: compare(asked), repeats=1)
-    yield Figure(
-        "200 calibrations compared", 200.0 * spent_s / count, 10.0, "s", at_most=True, note=f"{count} compared"
-    )
+    yield Figure("200 calibrations compared", 200.0 * spent_s / count, "s", 10.0, at_most=True, note=f"of {count}")

@@ -8,8 +8,10 @@ Belief`) instead of those that observations show.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from ams.arrays import FloatArray
-from ams.calibration.columns import expect_linearised, plots_of
+from ams.calibration.columns import expect_linearised, plots_of, solve_linearised
 from ams.calibration.model_choice import asked_model, base_model
 from ams.calibration_result import PackageCovariance, ParameterEstimate
 from ams.inputs.request import CalibrationRequest
@@ -43,6 +45,41 @@ class Expectation:
     axes: Mapping[str, ExpectedSolution]
     package: PackageCovariance
     """Of the primary parameters of all axes, part by part."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What replications have shown of one axis without looking at its estimates."""
+
+    belief: Belief
+    """Precision inside the replications, and lack of fit."""
+    drifting: tuple[str, ...]
+    """Quantities whose drift is significant."""
+
+
+def shown(observations: Observations, request: CalibrationRequest) -> dict[str, Shown]:
+    """Return what the axes have shown in two replications or more.
+
+    Precision and lack of fit are independent of the spread between the replications, from which intervals are made: who
+    decides by them whether to go on leaves the intervals their coverage.
+
+    Raises: AmsError where the rows cannot be solved.
+    """
+    rows = corrected(observations, request.table)
+    layout = layout_of(rows)
+    found = {}
+    for label in request.axes_of(rows):
+        model, errors = asked_model(label, rows, layout, request), request.shared_errors.get(label, ())
+        problem = linearise([model], rows, layout, rows.outputs[label][:, None], None)
+        solved = solve_linearised(problem, layout, plots_of(model, rows, layout), request.table, errors)
+        precision, lack_of_fit = (
+            float(np.sqrt(np.nan_to_num(variance[0])))
+            for variance in (solved.mixed.precision_variance, solved.mixed.lack_of_fit_variance)
+        )
+        tests = {} if solved.replication is None else solved.replication.drift
+        drifting = tuple(name for name, test in tests.items() if test.of(0).is_significant)
+        found[label] = Shown(Belief(precision, lack_of_fit), drifting)
+    return found
 
 
 def expect(observations: Observations, request: CalibrationRequest, beliefs: Mapping[str, Belief]) -> Expectation:

@@ -16,13 +16,13 @@ from procedures.check.candidate import ORDER, Asked, Candidate, Comparison, Targ
 from procedures.check.procedure_text import Written, procedure_text
 from procedures.description.procedure_file import DwellSettings, ProcedureDescription, Solve
 from procedures.errors import PlanError
-from procedures.kinds.expected_attitudes import CALIBRATION_OVER_USAGE
 from procedures.kinds.kind import PlanRequest
 from procedures.kinds.read import procedure_of
 from procedures.kinds.registry import KINDS
 from procedures.plan.channels import channels_of, sensors_that_measure
 from procedures.plan.designs import Design
 from procedures.plan.estimate import expected_duration
+from procedures.plan.sequential import CALIBRATION_OVER_USAGE
 from procedures.plan.steps import Dwell, Step
 from procedures.solution.beliefs import AxisBelief, beliefs_of
 from procedures.solution.expected import ExpectedSensor, PlannedRows, expected_sensor

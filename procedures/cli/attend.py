@@ -18,6 +18,7 @@ from procedures.records.progress import RunObserver
 from procedures.run.progress import shown_on
 from procedures.run.services import Pulse, RunServices
 from procedures.run.watch.keep_awake import awake
+from procedures.solution.sufficient import sufficient
 from rig.clock import SystemClock
 
 
@@ -66,11 +67,13 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
 
     with ExitStack() as opened:
         if is_virtual:
-            yield Attendance(opened.enter_context(shown_on(sys.stderr)), RunServices(begun=begun))
+            yield Attendance(opened.enter_context(shown_on(sys.stderr)), RunServices(begun=begun, enough=sufficient))
             return
         dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, opened)
         second_place = user_state_path("calrig") / "emergency"
-        yield Attendance(dispatcher, RunServices(pulse=pulse, begun=begun, second_place=second_place), dispatcher)
+        yield Attendance(
+            dispatcher, RunServices(pulse=pulse, begun=begun, second_place=second_place, enough=sufficient), dispatcher
+        )
 
 
 def _dispatcher_and_pulse(

@@ -227,7 +227,22 @@ class CheckPlan(StrictTable):
 class StopRule(StrictTable):
     """``[stop]``: when the run ends by itself before its last step."""
 
-    max_duration_s: Positive
+    max_duration_s: Positive | None = None
+    half_width_deg: Positive | None = None
+    """Replications are measured until U95 of every angle at use is at most so much."""
+    least_replications: Annotated[int, Field(ge=2, le=1000)] | None = None
+    most_replications: Annotated[int, Field(ge=2, le=1000)] | None = None
+
+    @model_validator(mode="after")
+    def _a_rule_and_its_bounds(self) -> Self:
+        if self.max_duration_s is None and self.half_width_deg is None:
+            raise ValueError("give max_duration_s, or half_width_deg with least_replications and most_replications")
+        bounds = (self.least_replications, self.most_replications)
+        if (self.half_width_deg is None) is not (bounds == (None, None)) or bounds.count(None) == 1:
+            raise ValueError("half_width_deg, least_replications and most_replications go together: give all or none")
+        if self.least_replications is not None and self.least_replications > (self.most_replications or 0):
+            raise ValueError("least_replications must not exceed most_replications")
+        return self
 
 
 class KnownTemperature(StrictTable):
@@ -317,6 +332,12 @@ class ProcedureDescription(StrictTable):
         """Return the kind's own table of that form; None where this procedure has none."""
         tables = (getattr(self, name) for name in type(self).model_fields)
         return next((found for found in tables if isinstance(found, table)), None)
+
+    @property
+    def replications(self) -> int:
+        """How many replications are laid out, of every plateau: the most, where a rule may end them."""
+        most = None if self.stop is None else self.stop.most_replications
+        return self.procedure.replications if most is None else most
 
     @property
     def path(self) -> Path:

@@ -18,6 +18,7 @@ from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import DesignFigures, Forecast
 from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
+from procedures.plan.sequential import CALIBRATION_OVER_USAGE, usage_pitch_deg
 from procedures.plan.specific_force import columns_of
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import ExpectedSensor, PlannedRows, Usage, expected_sensor
@@ -26,8 +27,6 @@ from rig.description.rig_file import RigDescription
 
 LEAST_REPLICATIONS = 6
 """TP, recommendation 6."""
-CALIBRATION_OVER_USAGE = 1.5
-"""TP, recommendation 1."""
 FEW_REPLICATIONS = 4
 TIME_CONFOUNDED = 0.5
 """Correlation of time with a term of the model from which on a drift is said to pass for it."""
@@ -70,11 +69,7 @@ def forecast_of_design(
 
 def usage_of(procedure: ProcedureDescription, plan: Plan) -> Usage:
     """Return where the sensors will be used: as stated, else two thirds of the calibrated range."""
-    if plan.usage_pitch_deg is not None:
-        return Usage(plan.usage_pitch_deg, procedure.design.usage_noise_arcsec)
-    low, high = min(plan.design.pitch_values_deg), max(plan.design.pitch_values_deg)
-    middle, half = 0.5 * (low + high), 0.5 * (high - low) / CALIBRATION_OVER_USAGE
-    return Usage((middle - half, middle + half), procedure.design.usage_noise_arcsec)
+    return Usage(usage_pitch_deg(procedure, plan.design), procedure.design.usage_noise_arcsec)
 
 
 def _expected_sensors(
@@ -85,7 +80,7 @@ def _expected_sensors(
     usage: Usage,
 ) -> dict[str, ExpectedSensor]:
     plateaus = plan.environment.plateaus_degc if plan.environment is not None else ()
-    each = procedure.procedure.replications
+    each = procedure.replications
     rows = PlannedRows(
         plan.design.points,
         plan.replications,

@@ -154,10 +154,10 @@ def _undetermined(
             f"{len(attitudes)} different attitudes for {needed} parameters ({_listed(model)}) of model "
             f"{procedure.solve.model}; nothing can be solved; give at least {needed + 1}",
         )
-    elif procedure.procedure.replications * len(design.points) <= estimated:
+    elif procedure.replications * len(design.points) <= estimated:
         yield procedure.error(
             ("procedure", "replications"),
-            f"{procedure.procedure.replications} × {len(design.points)} dwells for {estimated} parameters leave no "
+            f"{procedure.replications} × {len(design.points)} dwells for {estimated} parameters leave no "
             "degree of freedom, so no uncertainty; give more replications or points",
         )
     else:

@@ -5,10 +5,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from procedures.journal.header import RunHeader
+from procedures.plan.plan import Plan
+from procedures.records.dwells import DwellRecord
+from procedures.records.sufficiency import Sufficiency
 from procedures.run.judgement.run_limits import RunLimits, run_limits_of
 from procedures.run.watch.disk_space import free_bytes
 from rig.description.read import rig_from_json
+from rig.description.rig_file import RigDescription
 
+Enough = Callable[[RigDescription, Plan, Sequence[DwellRecord]], Sufficiency]
+"""From the dwells of whole replications to what ``[stop] half_width_deg`` says of them."""
 Pulse = Callable[[], Sequence[Mapping[str, object]]]
 
 
@@ -34,8 +40,13 @@ class RunServices:
     """Called when nothing refuses the run any more: it is owned and its journal is open, and nothing has moved."""
     second_place: Path | None = None
     """Where an emergency copy of the journal goes when its own disk fails."""
+    enough: Enough | None = None
+    """None: every replication is measured, and a plan that has the rule is refused."""
+    described: RigDescription | None = None
+    """The rig as the journal has it."""
 
 
 def with_run_limits(services: RunServices | None, header: RunHeader) -> RunServices:
     """Return the services with what the journal's own rig description asks for."""
-    return replace(services or RunServices(), run_limits=run_limits_of(rig_from_json(header.rig_json)))
+    described = rig_from_json(header.rig_json)
+    return replace(services or RunServices(), run_limits=run_limits_of(described), described=described)

@@ -79,10 +79,12 @@ TRIALS = {
         procedure={"design": {"roll_deg": {"from": -180.0, "to": 90.0, "count": None, "step": 90.0}}}
     ),
     "design.usage_pitch_deg": Trial([-20.0, 20.0]),
+    "design.usage_noise_arcsec": Trial(3.0),
     "design.seed": Trial(procedure={"design": {"order": "seeded"}}),
     "dwell.settle.min_s": Trial(5.0),
     "dwell.settle.max_s": Trial(3.0, rig=RESTLESS),
     "dwell.max_noise_factor": Trial(1.001),
+    "dwell.nplc": Trial(1.0),
     "dwell.retries": Trial(procedure=NOISY),
     "environment.name": Trial("nowhere"),
     "environment.end_degc": Trial(21.0),
