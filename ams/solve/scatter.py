@@ -75,8 +75,8 @@ def expected_scatter(
     root = np.sqrt(weights)[:, None]
     q, _ = np.linalg.qr(root * basis)
     across = _across(q, root * common)
-    spread = np.linalg.eigvalsh(np.swapaxes(across, -1, -2) @ across)
-    spread = np.where(spread <= _NEGLIGIBLE * spread[:, -1:], np.inf, spread)
+    variances = np.linalg.eigvalsh(np.swapaxes(across, -1, -2) @ across)
+    spread = np.asarray(np.where(variances <= _NEGLIGIBLE * variances[:, -1:], np.inf, variances), dtype=np.float64)
     there = np.isfinite(spread)
     square = dof * variance + np.where(there, spread, 0.0).sum(axis=1)
     whole = Scatter(square / dof, np.full(size, float(dof)))

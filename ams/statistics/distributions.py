@@ -57,7 +57,7 @@ def normal_share(z: ArrayLike) -> FloatArray:
 
 def normal_density(z: ArrayLike) -> FloatArray:
     """Return the density of Z at ``z``."""
-    return np.exp(-0.5 * np.square(z)) / np.sqrt(2.0 * np.pi)
+    return np.asarray(np.exp(-0.5 * np.square(z)) / np.sqrt(2.0 * np.pi), dtype=np.float64)
 
 
 def f_quantile(probability: ArrayLike, numerator_dof: ArrayLike, denominator_dof: ArrayLike) -> FloatArray:

@@ -27,12 +27,8 @@ def sufficient(rig: RigDescription, plan: Plan, dwells: Sequence[DwellRecord]) -
     try:
         return _judged(rig, plan, dwells, replications)
     except AmsError as error:
-        return Sufficiency(
-            replications,
-            is_enough=False,
-            text=f"replication {replications}: not judged: {error}: one more",
-            half_width_deg={},
-        )
+        why = f"replication {replications}: not judged: {error}: one more"
+        return Sufficiency(replications, is_enough=False, text=why, half_width_deg={})
 
 
 def _judged(rig: RigDescription, plan: Plan, dwells: Sequence[DwellRecord], replications: int) -> Sufficiency:

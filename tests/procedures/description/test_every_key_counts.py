@@ -13,6 +13,10 @@ PENDING_VALUES = {"design.kind": ("optimal",)}
 """Nothing makes such a design yet; no other value may stand here."""
 STEPS = {"from": -30.0, "to": 30.0, "step": 30.0}
 COUNT = {"from": -30.0, "to": 30.0, "step": None, "count": 2}
+UNTIL_ENOUGH = {
+    "procedure": {"replications": None},
+    "stop": {"half_width_deg": 0.01, "least_replications": 2, "most_replications": 3},
+}
 GIMBAL = {
     "axes": {
         "yaw": {
@@ -91,6 +95,9 @@ TRIALS = {
     "check.pitch_deg": Trial(10.0),
     "check.roll_deg": Trial(10.0),
     "stop.max_duration_s": Trial(60.0),
+    "stop.half_width_deg": Trial(0.02, procedure=UNTIL_ENOUGH),
+    "stop.least_replications": Trial(3, procedure=UNTIL_ENOUGH),
+    "stop.most_replications": Trial(4, procedure=UNTIL_ENOUGH),
     "solve.model": Trial("pitch-yaw-roll", job="indexing-table", rig=GIMBAL),
     "solve.packages": Trial({"SN1047": "sting"}, job="indexing-table", rig=GIMBAL, procedure=YAW),
     "solve.temperature": Trial("estimate", job="table"),

@@ -1,4 +1,4 @@
-"""Laws of ``[stop] half_width_deg``: a run ends after the first whole replications that are enough, also after a kill."""
+"""Laws of ``[stop] half_width_deg``: a run ends after the first whole replications that are enough."""
 
 from pathlib import Path
 
