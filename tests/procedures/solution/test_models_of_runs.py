@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from installed_examples import install_example
 from small_run import Bench, bench, dwells_of
 
 from ams.calibration.calibrate import calibrate
@@ -24,6 +25,10 @@ YAW = (
 GIMBAL = ("roll_deg = {", "yaw_deg = [-30.0, 0.0, 30.0]\nroll_deg = {")
 
 CAMPAIGNS = 60
+OTHER_AXES = (
+    "y = { offset_v = -0.003, sensitivity_v_per_g = 2.48, coning_deg = 0.3, azimuth_deg = -110.0, noise_v = 2e-5 }",
+    "z = { offset_v = 0.008, sensitivity_v_per_g = 2.52, coning_deg = 0.4, azimuth_deg = 160.0, noise_v = 2e-5 }",
+)
 
 
 def solve_table(text: str) -> tuple[str, str]:
@@ -189,6 +194,42 @@ def test_what_to_expect_of_a_gimbal_is_what_its_solutions_state(tmp_path: Path, 
     assert dict(expected.standard_uncertainty) == pytest.approx(
         {name: np.sqrt(square) for name, square in squares.items()}, rel=0.2
     )
+
+
+def test_a_model_of_another_distribution_is_expected_as_it_is_solved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is not linear: what `check` says comes from its own Jacobian at its own solution."""
+    install_example("own_model", tmp_path / "site", monkeypatch)
+    single = (
+        ('"three-axis package"', '"single-axis package"'),
+        ('channels = { x = "dmm.x", y = "dmm.y", z = "dmm.z" }', 'channels = { x = "dmm.x" }'),
+        (OTHER_AXES[0], ""),
+        (OTHER_AXES[1], ""),
+    )
+    level = (
+        ("roll_deg = { from = -180.0, to = 90.0, step = 90.0 }\n", ""),
+        ("step = 30.0", "step = 5.0"),
+        solve_table('model = "stiffening-clinometer"'),
+    )
+    made = bench(tmp_path, single, level)
+    procedure = read_procedure(tmp_path / "procedure.toml")
+    (expected,) = forecast_of_design(made.rig, procedure, made.plan, ()).expected
+    chance, points = np.random.default_rng(4), made.plan.design.points
+    pitch, count = np.deg2rad([point.pitch_deg for point in points]), len(points)
+    coning, azimuth = np.deg2rad([0.5, 35.0])
+    k = 2.5 * np.array([np.cos(coning), np.sin(coning) * np.cos(azimuth), np.sin(coning) * np.sin(azimuth)])
+    clean = np.tile(felt(pitch, 0.0 * pitch, 0.0 * pitch) @ k, 2)
+    squares = dict.fromkeys(expected.standard_uncertainty, 0.0)
+    for _ in range(CAMPAIGNS):
+        output = clean + 2e-5 / np.sqrt(5) * chance.standard_normal(clean.size)
+        labels = np.repeat([1, 2], count), np.tile(np.arange(count), 2)
+        rows = Observations(*labels, np.tile(pitch, 2), np.zeros(2 * count), {"x": output})
+        request = request_of("SN1", made.rig, made.plan.sensors["SN1"], made.plan.solve, rows)
+        for name, (_, u) in values(calibrate(rows, request).axes["x"]).items():
+            squares[name] += u**2 / CAMPAIGNS
+    stated = {name: np.sqrt(square) for name, square in squares.items()}
+    assert dict(expected.standard_uncertainty) == pytest.approx(stated, rel=0.35)  # one degree of freedom each
 
 
 def felt(pitch: np.ndarray, yaw: np.ndarray, roll: np.ndarray) -> np.ndarray:
