@@ -88,6 +88,7 @@ def test_a_table_that_stops_at_few_angles_is_asked_for_no_others(tmp_path: Path)
         assert all(angle % 15.0 == 0.0 for angle in one.design["pitch_deg"])
 
 
+@pytest.mark.thorough
 def test_the_command_writes_file_picture_and_document(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,7 +12,11 @@ from procedures.check.new_files import PROCEDURE_SCHEMA, RIG_SCHEMA, schemas
 
 
 @pytest.mark.parametrize(
-    "options", [(), ("--axes", "xz", "--sensor", "QA-7", "--increment-deg", "5", "--name", 'the "old" rig')]
+    "options",
+    [
+        pytest.param((), marks=pytest.mark.thorough),
+        ("--axes", "xz", "--sensor", "QA-7", "--increment-deg", "5", "--name", 'the "old" rig'),
+    ],
 )
 def test_what_it_writes_passes_check(tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple) -> None:
     assert call(capsys, "new", tmp_path, *options).status == 0
@@ -59,6 +63,7 @@ def test_bad_answers_are_sentences(tmp_path: Path, capsys, option: str, value: s
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_at_a_terminal_it_asks_what_no_option_says(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

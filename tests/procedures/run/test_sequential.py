@@ -49,6 +49,7 @@ def test_a_run_ends_when_it_has_measured_enough_and_its_solution_says_so(tmp_pat
     assert any("sequential: 2 of at most 5 replications" in remark for remark in solved.calibration.remarks)
 
 
+@pytest.mark.thorough
 def test_what_is_never_enough_is_measured_to_the_last_replication(tmp_path: Path) -> None:
     outcome = sequential(tmp_path, 1e-6, most=3).run(tmp_path / "run", services=SERVICES)
     assert (outcome.state, _replications(tmp_path / "run")) == (State.FINISHED, 3)
@@ -64,6 +65,7 @@ def test_a_significant_drift_is_measured_to_the_last_replication(tmp_path: Path)
     assert "a drift is significant (SN1 x offset" in _told(tmp_path / "run")[0]["text"]
 
 
+@pytest.mark.thorough
 def test_without_anybody_who_can_judge_the_rule_is_not_forgotten(tmp_path: Path) -> None:
     outcome = sequential(tmp_path, 0.01).run(tmp_path / "run")
     assert outcome.state is State.FAILED
