@@ -12,7 +12,7 @@ from rig.description.read import rig_form
 from rig.description.rig_file import PACKAGES, RigDescription
 
 RIG_SCHEMA, PROCEDURE_SCHEMA = "rig.schema.json", "procedure.schema.json"
-FIRST = Space(grids=((13, 12),), fractions=(), replications=(6,), samples=(10,))
+FIRST = Space(grids=((13, 12),), fractions=(), optimal=(), replications=(6,), samples=(10,))
 """A grid that determines every term of a sensor and shows drift and lack of fit; `calrig plan` finds others."""
 
 

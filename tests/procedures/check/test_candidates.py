@@ -19,7 +19,7 @@ from procedures.solution.expected import Usage
 from rig.description.read import read_rig
 from rig.toml_file import TomlFile
 
-SMALL = Space(grids=((5, 6), (7, 8)), fractions=(), replications=(3, 6), samples=(5, 20))
+SMALL = Space(grids=((5, 6), (7, 8)), fractions=(), optimal=(), replications=(3, 6), samples=(5, 20))
 USAGE = Usage((-30.0, 30.0))
 
 

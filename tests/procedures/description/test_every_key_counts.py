@@ -9,8 +9,6 @@ from key_trials import Trial, marks_of, what_a_change_does
 from procedures.kinds.read import procedure_form
 
 FREE_TEXT = frozenset({"procedure.title"})
-PENDING_VALUES = {"design.kind": ("optimal",)}
-"""Nothing makes such a design yet; no other value may stand here."""
 STEPS = {"from": -30.0, "to": 30.0, "step": 30.0}
 COUNT = {"from": -30.0, "to": 30.0, "step": None, "count": 2}
 UNTIL_ENOUGH = {
@@ -125,4 +123,4 @@ def test_a_change_of_the_key_is_seen(key: str, tmp_path: Path) -> None:
 
 
 def test_every_key_that_is_named_is_a_key_of_the_form() -> None:
-    assert FREE_TEXT | PENDING_VALUES.keys() | TRIALS.keys() <= KEYS.keys()
+    assert FREE_TEXT | TRIALS.keys() <= KEYS.keys()

@@ -303,10 +303,6 @@ def test_a_file_of_points_stands_beside_the_procedure(tmp_path):
     assert "points.csv: the points cannot be read" in refusal(tmp_path, *changes)
 
 
-def test_optimal_designs_are_refused_as_not_there(tmp_path):
-    assert 'kind = "optimal" is not there yet' in refusal(tmp_path, ('"D1"', '"optimal"'))
-
-
 def test_a_tumble_with_angles_of_its_own_is_refused(tmp_path):
     text = refusal(tmp_path, ('kind = "grid"', 'kind = "tumble"'), ('kind = "D1"', 'kind = "T"'))
     assert '/procedure.toml:8: design.pitch_deg: kind = "T" has attitudes of its own' in text
