@@ -28,7 +28,7 @@ class Space:
     """Pitch and roll values."""
     fractions: tuple[tuple[int, int, int], ...] = ((19, 12, 3), (37, 12, 3))
     """Pitch values, roll values, and how much of the interior is left out."""
-    optimal: tuple[tuple[int, int, int], ...] = ((19, 12, 48), (19, 12, 72))
+    optimal: tuple[tuple[int, int, int], ...] = ((19, 12, 72),)
     """Pitch and roll values of a lattice, and how many of its points are taken (I-optimal)."""
     replications: tuple[int, ...] = (3, 4, 6, 10, 15)
     samples: tuple[int, ...] = (2, 5, 10, 20)

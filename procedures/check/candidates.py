@@ -164,8 +164,8 @@ def _tables(asked: Asked) -> Iterator[dict[str, object]]:
         roll = _circle(axes["roll"], rolls) if "roll" in axes else (0.0,)
         if len(pitch) * len(roll) > points:
             with_roll = {"roll_deg": roll} if "roll" in axes else {}
-            kind = {"kind": "optimal", "points": points, "criterion": "I"}
-            yield {**kind, "pitch_deg": pitch, **with_roll, "usage_pitch_deg": (low, high), "order": ORDER}
+            chosen = {"kind": "optimal", "points": points, "criterion": "I"}
+            yield {**chosen, "pitch_deg": pitch, **with_roll, "usage_pitch_deg": (low, high), "order": ORDER}
 
 
 def _within(axis: AxisSettings, low_deg: float, high_deg: float) -> tuple[float, float]:

@@ -1,8 +1,10 @@
 """``calrig new``: the first rig file and procedure of a laboratory, from a few answers. Opens no port."""
 
 import sys
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 from ams.whole_file import write_whole
 from procedures.check.check_report import check
@@ -83,7 +85,7 @@ def new(
     usage_deg
         It is used at pitch from minus to plus so much.
     """
-    given = {
+    given: dict[str, Any] = {
         "name": name, "gravity_mps2": gravity_mps2, "gravity_source": gravity_source, "pitch_port": pitch_port,
         "roll_port": roll_port, "increment_deg": increment_deg, "speed_dps": speed_dps,
         "uncertainty_arcsec": uncertainty_arcsec, "meter": meter, "sensor": sensor, "axes": axes,
@@ -106,7 +108,7 @@ def new(
     say(f"calrig check {paths['procedure.toml']} --rig {paths['rig.toml']}")
 
 
-def _complete(answers: Answers, given: dict[str, object]) -> Answers:
+def _complete(answers: Answers, given: Mapping[str, Any]) -> Answers:
     """Return the answers, those that are missing asked for at a terminal. Raises: RequestError for what cannot be."""
     if sys.stdin.isatty():
         for item in fields(Answers):
@@ -121,13 +123,13 @@ def _complete(answers: Answers, given: dict[str, object]) -> Answers:
     return answers
 
 
-def _asked(name: str, default: object) -> object:
+def _asked(name: str, default: Any) -> Any:
     """Ask until the answer is of the kind of the default; an empty one is the default."""
     while True:
         answer = input(f"{QUESTIONS[name]} [{default}]: ").strip()
         if not answer:
             return default
         try:
-            return type(default)(answer)  # type: ignore[call-arg]
+            return type(default)(answer)
         except ValueError:
             say(f"a number is needed, such as {default}")
