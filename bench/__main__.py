@@ -11,7 +11,19 @@ from importlib import import_module
 
 from bench.figure import Effort, Figure
 
-BENCHMARKS = ("fit", "engine", "rehearsal", "startup", "streams", "ports", "archive", "resolve", "attitude", "angles")
+BENCHMARKS = (
+    "fit",
+    "engine",
+    "rehearsal",
+    "startup",
+    "streams",
+    "ports",
+    "archive",
+    "resolve",
+    "attitude",
+    "angles",
+    "plan",
+)
 
 
 def main(arguments: Sequence[str]) -> int:

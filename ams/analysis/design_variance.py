@@ -1,4 +1,4 @@
-"""How good a design is before anything is measured: variance function, figures of merit, rank, expected uncertainties.
+"""How good a design is before anything is measured: variance function, figures of merit, rank.
 
 The variance of a predicted output over the variance of a reading is φᵀP⁻¹φ with φ = (1, sin α, −cos α sin R,
 −cos α cos R) and P the sum of φφᵀ over the points: free of the sensor's own parameters. Box's figure of merit V is K
@@ -6,7 +6,6 @@ times its mean over a box of angles; its square root is what is tabulated. Sourc
 IV and table 1, whose values hold for the whole roll circle.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +14,7 @@ from numpy.typing import NDArray
 from ams.arrays import FloatArray
 from ams.errors import DesignError
 from ams.frames import Attitude, specific_force
-from ams.inputs.table_uncertainty import TableUncertainty, index_columns
-from ams.models.accelerometer import PitchRoll, cyclic, vector_from_angles
+from ams.models.accelerometer import PitchRoll
 from ams.solve.linear_form import RANK_TOLERANCE, factor
 
 PITCH_ROLL_TERMS = 4
@@ -115,51 +113,6 @@ def evaluate_design(
         max_variance=max_variance(pitch_rad, roll_rad, calibration_box),
         rank=PITCH_ROLL_TERMS,
     )
-
-
-def expected_standard_uncertainty(
-    pitch_rad: FloatArray,
-    roll_rad: FloatArray,
-    replications: int,
-    noise_v: float,
-    sensitivity_v_per_g: float,
-    nominal_axis: str = "x",
-    coning_rad: float = 0.0,
-    azimuth_rad: float = 0.0,
-    table: TableUncertainty | None = None,
-) -> Mapping[str, float | None]:
-    """Return the standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading.
-
-    No lack of fit and no drift is assumed.
-
-    The table's index errors stay whatever the number of replications. Without coning the azimuth is None and
-    ``coning_deg`` is the uncertainty of the sensitive axis' direction.
-    """
-    model, attitude = PitchRoll(nominal_axis), Attitude(pitch_rad, roll_rad)
-    form = factor(model.basis(attitude), model.primary_names, attitude)
-    k = vector_from_angles(nominal_axis, sensitivity_v_per_g, coning_rad, azimuth_rad)
-    primary = np.concatenate([[0.0], k])
-    covariance = noise_v**2 / replications * form.unscaled_covariance
-    if table is not None:
-        slopes = model.angle_jacobian(primary, attitude)
-        columns = form.estimator @ index_columns(table, {"pitch": pitch_rad, "roll": roll_rad}, slopes)
-        covariance = covariance + columns @ columns.T
-    return _edge_uncertainties(model, primary, covariance)
-
-
-def _edge_uncertainties(model: PitchRoll, primary: FloatArray, covariance: FloatArray) -> Mapping[str, float | None]:
-    if not model.undetermined(primary, covariance):
-        rows = model.parameters_jacobian(primary)
-        values = np.sqrt(np.einsum("mi,ij,mj->m", rows, covariance, rows))
-        return dict(zip(model.parameter_names, map(float, values), strict=True))
-    i, j, m = (1 + index for index in cyclic(model.nominal_axis))
-    across = np.sqrt(max(covariance[j, j], covariance[m, m])) / abs(primary[i])
-    return {
-        "offset_v": float(np.sqrt(covariance[0, 0])),
-        "sensitivity_v_per_g": float(np.sqrt(covariance[i, i])),
-        "coning_deg": float(np.rad2deg(across)),
-        "azimuth_deg": None,
-    }
 
 
 def _inverse_moments(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:

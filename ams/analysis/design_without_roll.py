@@ -4,14 +4,11 @@ The variance function is φᵀP⁻¹φ with φ = (1, sin α, −cos α), a trigo
 Boxes are ranges of pitch alone. Source: TP 4.2, calibration without roll, and 5.3.1.
 """
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from ams.analysis.design_variance import DesignEvaluation
 from ams.arrays import FloatArray
 from ams.frames import Attitude
-from ams.inputs.table_uncertainty import TableUncertainty, index_columns
 from ams.models.accelerometer import PitchOnly
 from ams.solve.linear_form import factor
 
@@ -43,33 +40,6 @@ def evaluate_without_roll(
         max_variance=_largest(pitch_rad, calibration_range_rad),
         rank=_TERMS,
     )
-
-
-def expected_without_roll(
-    pitch_rad: FloatArray,
-    replications: int,
-    noise_v: float,
-    sensitivity_v_per_g: float,
-    nominal_axis: str = "x",
-    misalignment_rad: float = 0.0,
-    table: TableUncertainty | None = None,
-) -> Mapping[str, float | None]:
-    """Return the standard uncertainties to expect, in edge units, for ``noise_v`` volts a reading.
-
-    No lack of fit and no drift is assumed.
-    """
-    model, attitude = PitchOnly(nominal_axis), Attitude(pitch_rad, np.zeros_like(pitch_rad))
-    form = factor(model.basis(attitude), model.primary_names, attitude)
-    along, across = (sensitivity_v_per_g * part(misalignment_rad) for part in (np.cos, np.sin))
-    primary = np.array([0.0, along, across] if nominal_axis == "x" else [0.0, -across, along])
-    covariance = noise_v**2 / replications * form.unscaled_covariance
-    if table is not None:
-        slopes = {"pitch": model.angle_jacobian(primary, attitude)["pitch"]}
-        columns = form.estimator @ index_columns(table, {"pitch": pitch_rad}, slopes)
-        covariance = covariance + columns @ columns.T
-    rows = model.parameters_jacobian(primary)
-    values = np.sqrt(np.einsum("mi,ij,mj->m", rows, covariance, rows))
-    return dict(zip(model.parameter_names, map(float, values), strict=True))
 
 
 def _basis(pitch_rad: FloatArray) -> FloatArray:

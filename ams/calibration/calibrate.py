@@ -78,7 +78,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
             axes[label] = _axis(label, solved, row, observations, choices[label], found[row], asked=asked)
             parts[label] = SolvedAxis(label, models[row].primary_names, solved.components, row, shared[label])
     warnings = (*left_out, *_layout_warnings(layout, rows))
-    package = package_covariance([parts[label] for label in labels])
+    package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
     return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings, package=package)
 
 

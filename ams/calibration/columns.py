@@ -20,6 +20,7 @@ from ams.models.model import Model, Stimulus
 from ams.observations import Observations
 from ams.solve.components import Causes, ComponentColumns
 from ams.solve.derived import DerivedParameters, derive
+from ams.solve.expected import Belief, expected_estimates
 from ams.solve.layout import Layout, layout_of
 from ams.solve.linearised import Linearised, is_shared, linearise, shared_regressors
 from ams.solve.mixed_model import CommonErrors, MixedEstimates, estimate
@@ -107,13 +108,53 @@ def solve_linearised(
 ) -> SolvedColumns:
     """Estimate, covariance, derived parameters and tests; ``shared`` are errors that all rows of every axis share."""
     common = _common_errors(problem, table, shared)
-    # A straight line is drawn as it is: weights by what its levels are wrong by would move it. Those errors are added
-    # to its covariance; where they make rows across a field scatter, they are also taken out of the lack of fit.
-    is_line = problem.block.reference_level is not None
-    is_apart = is_line and not any(error.effect == "field" for error in shared)
-    within = [] if is_apart else common
+    within, is_line = _within(problem, common, shared)
     mixed = estimate(problem.form, problem.alone, layout, problem.outputs, within, plots, is_weighted=not is_line)
-    if is_apart:
+    return _told(problem, layout, mixed, common, within)
+
+
+def expect_linearised(
+    problem: Linearised,
+    layout: Layout,
+    plots: WholePlots,
+    beliefs: Sequence[Belief],
+    table: TableUncertainty | None,
+    shared: Sequence[SharedError] = (),
+) -> SolvedColumns:
+    """Return what :func:`solve_linearised` will tell on the average, from outputs without errors and one belief each.
+
+    Nothing is tested, since nothing was observed.
+    """
+    common = _common_errors(problem, table, shared)
+    within, is_line = _within(problem, common, shared)
+    own = [problem.model.primary_names[place] for place in problem.free[: problem.alone.basis.shape[1]]]
+    mixed = expected_estimates(
+        problem.form, problem.alone, layout, problem.outputs, own, beliefs, within, plots, is_weighted=not is_line
+    )
+    return _told(problem, layout, mixed, common, within)
+
+
+def _within(
+    problem: Linearised, common: Sequence[CommonErrors], shared: Sequence[SharedError]
+) -> tuple[Sequence[CommonErrors], bool]:
+    """Return the common errors that the estimate weighs by, and whether it is a straight line's.
+
+    A straight line is drawn as it is: weights by what its levels are wrong by would move it. Those errors are added to
+    its covariance; where they make rows across a field scatter, they are also taken out of the lack of fit.
+    """
+    is_line = problem.block.reference_level is not None
+    return ([] if is_line and not any(error.effect == "field" for error in shared) else common), is_line
+
+
+def _told(
+    problem: Linearised,
+    layout: Layout,
+    mixed: MixedEstimates,
+    common: Sequence[CommonErrors],
+    within: Sequence[CommonErrors],
+) -> SolvedColumns:
+    """Return the whole story of estimates; common errors that are not within them are added to their covariances."""
+    if within is not common:
         mixed = mixed.with_errors(problem.form, common)
     primary = problem.complete(mixed.estimate)
     components = _all_primary(problem, mixed, common)

@@ -70,6 +70,20 @@ def choose_model(label: str, rows: Observations, layout: Layout, request: Calibr
     return replace(choice, model=with_time(choice.model, rows)) if request.time_term else choice
 
 
+def asked_model(label: str, rows: Observations, layout: Layout, request: CalibrationRequest) -> Model:
+    """Return the model that is asked for whatever the outputs are: terms that a test decides on do not stand in it.
+
+    Raises: DesignError as :func:`choose_model` does.
+    """
+    base = base_model(label, rows, request)
+    model = (
+        _extended(rows, layout, base) if request.extended == "yes" and base.name == PitchRoll.name else None
+    ) or base
+    if request.temperature != "none":
+        model = _with_temperature(label, rows, request, model)
+    return with_time(model, rows) if request.time_term else model
+
+
 def _with_extension(
     label: str, rows: Observations, layout: Layout, request: CalibrationRequest, base: Model
 ) -> ModelChoice:

@@ -56,7 +56,7 @@ class MixedEstimates:
 
     def with_errors(self, form: LinearForm, common: Sequence[CommonErrors]) -> "MixedEstimates":
         """Return the same estimates with common errors added to their covariances, one entry an output or none."""
-        return replace(self, components=(*self.components, *_from_common(form, self.estimator, common)))
+        return replace(self, components=(*self.components, *from_common(form, self.estimator, common)))
 
     @property
     def covariance(self) -> FloatArray:
@@ -80,8 +80,7 @@ def estimate(
     where further parameters (temperature coefficients) are only seen across replications. ``common`` is empty, or has
     one entry for every output. Not weighted, the estimate is the ordinary one whatever is common.
     """
-    block_rows = layout.rows // form.repeats
-    joined = [np.hstack(list(blocks.values())) if blocks else np.zeros((block_rows, 0)) for blocks in common]
+    joined = joined_columns(form, layout, common)
     if plots.dof < 1:
         return _unreplicated(form, layout, outputs, common, joined, is_weighted=is_weighted)
     ordinary, own_v = _split(form, alone, outputs)
@@ -93,13 +92,19 @@ def estimate(
         ss_ordinary = _square(form, outputs - form.basis @ ordinary)
     precision, beyond, beyond_dof = _variances(alone, layout, sums, joined)
     typical = np.where(np.isnan(precision), ss_ordinary / max(layout.rows - form.basis.shape[1], 1), precision)
-    own = [_own_variance(form, layout, *pair) for pair in zip(typical, beyond, strict=True)] if joined else []
+    own = [own_variance(form, layout, *pair) for pair in zip(typical, beyond, strict=True)] if joined else []
     estimator, found = _weighted(form, outputs, ordinary, own, joined if is_weighted else [])
     components = [_spread(estimator, form, alone, layout, own_v, sums, plots)]
     if beyond.any():
         components.append(_lack_of_fit(estimator, layout, beyond, beyond_dof, sums.point_effects))
-    components += _from_common(form, estimator, common)
+    components += from_common(form, estimator, common)
     return MixedEstimates(found.T, tuple(components), estimator, precision, beyond, ordinary, ss_ordinary, sums)
+
+
+def joined_columns(form: LinearForm, layout: Layout, common: Sequence[CommonErrors]) -> list[FloatArray]:
+    """Return the common errors of every output side by side."""
+    block_rows = layout.rows // form.repeats
+    return [np.hstack(list(blocks.values())) if blocks else np.zeros((block_rows, 0)) for blocks in common]
 
 
 def _unreplicated(
@@ -129,7 +134,7 @@ def _unreplicated(
     spread = variance[:, None, None] * ((estimator / weights) @ np.swapaxes(estimator, -1, -2))
     residuals = np.sqrt(weights)[:, None] * (outputs - form.basis @ ordinary)
     causes = Causes(estimator / np.sqrt(weights), np.sqrt(variance), residuals)
-    components = (ComponentColumns("residuals", spread, dof, causes), *_from_common(form, estimator, common))
+    components = (ComponentColumns("residuals", spread, dof, causes), *from_common(form, estimator, common))
     unknown = np.full(variance.size, np.nan)
     return MixedEstimates(found.T, components, estimator, unknown, unknown, ordinary, ss_ordinary, None)
 
@@ -168,13 +173,18 @@ def _variances(
         return precision, np.maximum(0.0, beyond), np.full(size, float(sums.dof_lack_of_fit))
     readings = layout.sum_by_point(np.ones(layout.rows) if alone.weights is None else alone.weights)
     typical, basis = float(readings.mean()), layout.mean_by_point(alone.basis)
-    known = [columns if alone.repeats > 1 else layout.mean_by_point(columns) for columns in joined]
-    common = np.stack(known) if known else np.zeros((size, layout.points, 0))
+    common = common_of_points(alone, layout, joined, size)
     scatter = own_scatter(basis, sums.point_effects, common, readings / typical, FEW_POINTS)
     return precision, np.maximum(0.0, scatter.variance - precision / typical), scatter.dof
 
 
-def _own_variance(form: LinearForm, layout: Layout, precision: float, beyond: float) -> FloatArray:
+def common_of_points(alone: LinearForm, layout: Layout, joined: Sequence[FloatArray], outputs: int) -> FloatArray:
+    """Return (m, K, q) the common errors of the points, by output."""
+    known = [columns if alone.repeats > 1 else layout.mean_by_point(columns) for columns in joined]
+    return np.stack(known) if known else np.zeros((outputs, layout.points, 0))
+
+
+def own_variance(form: LinearForm, layout: Layout, precision: float, beyond: float) -> FloatArray:
     """Return the (N,) variance of each row for the weights, over the repeats.
 
     A point's lack of fit counts once, however often it was read.
@@ -193,11 +203,18 @@ def _weighted(
     """Return the estimator, and (P, m) estimates: the ordinary ones where no errors are common."""
     if not joined:
         return form.estimator, ordinary
-    basis = form.basis[: joined[0].shape[0]]
-    of_block = _generalised(basis, np.stack(own)[:, : basis.shape[0]], np.stack(joined))
-    estimator = np.tile(of_block / form.repeats, form.repeats)
+    estimator = weighted_estimator(form, own, joined)
     residuals = outputs - form.basis @ ordinary
     return estimator, ordinary + (estimator @ residuals.T[:, :, None])[..., 0].T
+
+
+def weighted_estimator(form: LinearForm, own: Sequence[FloatArray], joined: Sequence[FloatArray]) -> FloatArray:
+    """Return the estimator, (m, P, N) where errors are common: weights for (N,) own variances and those errors."""
+    if not joined:
+        return form.estimator
+    basis = form.basis[: joined[0].shape[0]]
+    of_block = _generalised(basis, np.stack(own)[:, : basis.shape[0]], np.stack(joined))
+    return np.tile(of_block / form.repeats, form.repeats)
 
 
 def _generalised(basis: FloatArray, own: FloatArray, joined: FloatArray) -> FloatArray:
@@ -313,7 +330,7 @@ def _lack_of_fit(
     return ComponentColumns("lack-of-fit", variance[:, None, None] * squares, dof, causes)
 
 
-def _from_common(form: LinearForm, estimator: FloatArray, common: Sequence[CommonErrors]) -> list[ComponentColumns]:
+def from_common(form: LinearForm, estimator: FloatArray, common: Sequence[CommonErrors]) -> list[ComponentColumns]:
     parts = []
     for name in common[0] if common else ():
         rows = common[0][name].shape[0]

@@ -38,10 +38,8 @@ class SolvedAxis:
         return own == others and not any(error.is_of_one_channel for error in own)
 
 
-def package_covariance(axes: Sequence[SolvedAxis]) -> PackageCovariance | None:
-    """Return the covariance of all axes of a package; None where there is one axis only."""
-    if len(axes) < 2:
-        return None
+def package_covariance(axes: Sequence[SolvedAxis]) -> PackageCovariance:
+    """Return the covariance of all axes of a package."""
     names = dict.fromkeys(part.name for axis in axes for part in axis.components)
     order = tuple((axis.label, name) for axis in axes for name in axis.primary_names)
     return PackageCovariance(order, tuple(_component(name, axes) for name in names))

@@ -13,11 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ams.arrays import FloatArray, IntArray
+from ams.arrays import BoolArray, FloatArray, IntArray
 
 _BISECTIONS = 60
 _NEGLIGIBLE = 1e-12
 _SMALLEST_DOF = 1.0
+_TINY = float(np.finfo(float).tiny)
 _TOLD_APART = 3.0
 """Degrees of freedom from which on the points' own variance can be told from that of the common errors."""
 FEW_POINTS = 20
@@ -58,8 +59,36 @@ def own_scatter(
     free = dof - directions
     rest = np.maximum(square - along.sum(axis=1), 0.0)
     variance = _balance(spread, along, rest, np.where(square > 0.0, square, 1.0), free)
-    told = np.sum((variance[:, None] / (variance[:, None] + spread)) ** 2, axis=1) + free
-    drowned = (told < _TOLD_APART) & (dof <= few_points) | (square == 0.0)
+    return _believed(variance, spread, whole, free, few_points, square == 0.0)
+
+
+def expected_scatter(
+    basis: FloatArray, variance: FloatArray, common: FloatArray, weights: FloatArray, few_points: float = np.inf
+) -> Scatter:
+    """Return what :func:`own_scatter` finds on the average where rows of unit weight have the (m,) variance."""
+    dof, size = basis.shape[0] - basis.shape[1], variance.size
+    if dof <= 0:
+        return Scatter(np.full(size, np.nan), np.full(size, np.nan))
+    whole = Scatter(variance, np.full(size, float(dof)))
+    if common.shape[-1] == 0:
+        return whole
+    root = np.sqrt(weights)[:, None]
+    q, _ = np.linalg.qr(root * basis)
+    across = _across(q, root * common)
+    variances = np.linalg.eigvalsh(np.swapaxes(across, -1, -2) @ across)
+    spread = np.asarray(np.where(variances <= _NEGLIGIBLE * variances[:, -1:], np.inf, variances), dtype=np.float64)
+    there = np.isfinite(spread)
+    square = dof * variance + np.where(there, spread, 0.0).sum(axis=1)
+    whole = Scatter(square / dof, np.full(size, float(dof)))
+    return _believed(variance, spread, whole, dof - there.sum(axis=1), few_points, square == 0.0)
+
+
+def _believed(
+    variance: FloatArray, spread: FloatArray, whole: Scatter, free: IntArray, few_points: float, nothing: BoolArray
+) -> Scatter:
+    """Return the points' own variance where it is told from that of the common errors, else the whole scatter."""
+    told = np.sum((variance[:, None] / np.maximum(variance[:, None] + spread, _TINY)) ** 2, axis=1) + free
+    drowned = (told < _TOLD_APART) & (whole.dof <= few_points) | nothing
     return Scatter(
         np.where(drowned, whole.variance, variance), np.where(drowned, whole.dof, np.maximum(told, _SMALLEST_DOF))
     )

@@ -50,6 +50,16 @@ def normal_quantile(probability: ArrayLike) -> FloatArray:
     return _called("ndtri", probability)
 
 
+def normal_share(z: ArrayLike) -> FloatArray:
+    """Return P(Z ≤ ``z``)."""
+    return _called("ndtr", z)
+
+
+def normal_density(z: ArrayLike) -> FloatArray:
+    """Return the density of Z at ``z``."""
+    return np.asarray(np.exp(-0.5 * np.square(z)) / np.sqrt(2.0 * np.pi), dtype=np.float64)
+
+
 def f_quantile(probability: ArrayLike, numerator_dof: ArrayLike, denominator_dof: ArrayLike) -> FloatArray:
     """Return f with P(F ≤ f) = ``probability``."""
     return _called("fdtri", numerator_dof, denominator_dof, probability)

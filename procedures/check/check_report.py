@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from procedures.description.procedure_file import ProcedureDescription
-from procedures.kinds.kind import Forecast
+from procedures.kinds.kind import Forecast, LearnsFromPilot
 from procedures.kinds.planner import make_plan
 from procedures.kinds.registry import KINDS
 from procedures.plan.order import travel_deg
@@ -13,6 +13,7 @@ from procedures.plan.plan import Plan
 from procedures.plan.profiles import range_deg
 from procedures.plan.steps import Dwell, Follow, Rest, Turn
 from procedures.run.watch.disk_space import needed_bytes
+from procedures.solution.beliefs import Pilot
 from rig.description.rig_file import RigDescription
 
 
@@ -44,10 +45,24 @@ class CheckReport:
         return self.forecast.advice
 
 
-def check(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: int | None = None) -> CheckReport:
-    """Plan and judge. Raises: PlanError for everything that the planner refuses."""
+def check(
+    rig: RigDescription,
+    procedure: ProcedureDescription,
+    fresh_seed: int | None = None,
+    pilot: Pilot | None = None,
+) -> CheckReport:
+    """Plan and judge, by what a pilot run showed where there is one.
+
+    Raises: PlanError for everything that the planner refuses, and for a pilot that its kind has no use for.
+    """
     plan = make_plan(rig, procedure, fresh_seed)
-    forecast = KINDS[plan.kind].forecast(rig, procedure, plan)
+    kind = KINDS[plan.kind]
+    if pilot is None:
+        forecast = kind.forecast(rig, procedure, plan)
+    elif isinstance(kind, LearnsFromPilot):
+        forecast = kind.forecast_after(pilot, rig, procedure, plan)
+    else:
+        raise procedure.error(("procedure", "kind"), f"{plan.kind!r} takes nothing from a pilot run; leave it out")
     return CheckReport(
         rig=rig.rig.name,
         plan=plan,
@@ -76,6 +91,7 @@ def to_document(report: CheckReport) -> dict[str, Any]:
         "model": plan.solve.model,
         "journal_bytes": report.journal_bytes,
         "advice": list(report.advice),
+        "reservations": list(report.forecast.reservations),
         **(_design_document(report) if report.forecast.design else _points_document(report)),
     }
 
@@ -98,6 +114,7 @@ def _design_document(report: CheckReport) -> dict[str, Any]:
             "noise_v": axis.noise_v,
             "noise_source": axis.noise_source,
             "parameters": dict(axis.standard_uncertainty),
+            "half_width_95": dict(axis.half_width_95),
         }
     return {
         "design": report.plan.design.kind,
@@ -108,6 +125,15 @@ def _design_document(report: CheckReport) -> dict[str, Any]:
         "usage_figure_of_merit_sqrt": figures.usage_figure_of_merit_sqrt,
         "time_correlation": figures.time_correlation,
         "expected_standard_uncertainty": expected,
+        "usage_pitch_deg": list(report.forecast.usage_pitch_deg or ()),
+        "expected_angle_half_width_deg": {
+            serial: {name: angle.u95_deg for name, angle in angles.items()}
+            for serial, angles in report.forecast.angles.items()
+        },
+        "expected_angle_shares_deg": {
+            serial: {name: dict(angle.shares_deg) for name, angle in angles.items()}
+            for serial, angles in report.forecast.angles.items()
+        },
     }
 
 

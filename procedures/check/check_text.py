@@ -6,8 +6,9 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from ams.models.extended import TERM_NAMES, TRACELESS_NAME
 from ams.parameter_words import words_of
-from ams.units import small_unit
+from ams.units import ARCSEC_PER_DEG, small_unit
 from procedures.check.check_report import CheckReport, steps_in_words
 from procedures.kinds.kind import DesignFigures
 
@@ -15,6 +16,7 @@ from procedures.kinds.kind import DesignFigures
 def render(report: CheckReport) -> "Group":
     """Return everything of the report, to be printed on a rich console."""
     advice = [Text(f"! {line}", style="yellow") for line in report.advice]
+    advice += [Text(f"reservation: {line}", style="yellow") for line in report.forecast.reservations]
     expected = _expected(report)
     steps: list[RenderableType] = [] if report.forecast.design else [_steps(report), ""]
     return Group(_facts(report), "", _axes(report), "", *steps, *expected, *advice)
@@ -76,7 +78,7 @@ def _expected(report: CheckReport) -> "list[RenderableType]":
     if not report.forecast.expected:
         return []
     if report.forecast.design is not None:
-        return [_expected_of_design(report), _noise(report)]
+        return [_expected_of_design(report), _noise(report), "", *_angles(report)]
 
     table = Table("sensor", "parameter", "u (noise alone)", box=None)
     for axis in report.forecast.expected:
@@ -88,7 +90,9 @@ def _expected(report: CheckReport) -> "list[RenderableType]":
 
 
 def _expected_of_design(report: CheckReport) -> "Table":
-    names = list(report.forecast.expected[0].standard_uncertainty)
+    names = [
+        name for name in report.forecast.expected[0].standard_uncertainty if name not in (*TERM_NAMES, TRACELESS_NAME)
+    ]
     headings = [f"u({words_of(name).label})\n({_small(name)[0]})" for name in names]
     table = Table("sensor", *headings, "noise of a\ndwell (µV)", box=None)
     for axis in report.forecast.expected:
@@ -97,12 +101,31 @@ def _expected_of_design(report: CheckReport) -> "Table":
     return table
 
 
+def _angles(report: CheckReport) -> "list[RenderableType]":
+    """Return the angles at use: U95 and what each source takes of it."""
+    usage = report.forecast.usage_pitch_deg
+    if usage is None or not report.forecast.angles:
+        return []
+    table = Table("sensor", "angle", "U95 (″)", "of the\ncalibration (″)", "shares (″)", box=None)
+    for serial, angles in report.forecast.angles.items():
+        for name, angle in angles.items():
+            ordered = sorted(angle.shares_deg.items(), key=lambda item: -abs(item[1]))
+            shares = ", ".join(f"{source} {share * ARCSEC_PER_DEG:.2g}" for source, share in ordered)
+            figures = (f"{value * ARCSEC_PER_DEG:.2g}" for value in (angle.u95_deg, angle.calibration_deg))
+            table.add_row(Text(serial), name, *figures, shares)
+    return [
+        table,
+        f"U95: rms of the 95 % half-width of one future angle over pitch {usage[0]:g}° to {usage[1]:g}° and every roll "
+        "where the angle is told; squares of the shares add up",
+    ]
+
+
 def _noise(report: CheckReport) -> str:
     sources = ", ".join(dict.fromkeys(axis.noise_source for axis in report.forecast.expected))
     conings = ", ".join(dict.fromkeys(f"{axis.coning_deg:g}°" for axis in report.forecast.expected))
-    has_azimuth = report.plan.design.has_roll and report.plan.solve.model != "linear"
+    has_azimuth = any("azimuth_deg" in axis.standard_uncertainty for axis in report.forecast.expected)
     azimuth = f"; the azimuth's holds for a coning angle of {conings}" if has_azimuth else ""
-    return f"u: expected standard uncertainty from noise ({sources}) and table alone{azimuth}"
+    return f"u: standard uncertainty as the solution will state it (noise: {sources}){azimuth}"
 
 
 def _bare_table() -> "Table":

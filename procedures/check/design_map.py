@@ -32,8 +32,13 @@ def plot_design(judged: JudgedDesign, path: Path) -> None:
     if ending not in FORMATS:
         raise RequestError(f"design: --plot: got {path.name!r}, allowed are names that end in {', '.join(FORMATS)}")
     with canvas.style():
-        figure = _figure(judged)
-        write_whole(path, canvas.to_svg(figure) if ending == ".svg" else _to_bytes(figure, ending[1:]))
+        write_picture(_figure(judged), path)
+
+
+def write_picture(figure: "Canvas", path: Path) -> None:
+    """Write a figure in the format that the name ends in. Raises: WriteFailed."""
+    ending = path.suffix.lower()
+    write_whole(path, canvas.to_svg(figure) if ending == ".svg" else _to_bytes(figure, ending[1:]))
 
 
 def variance_along_pitch(judged: JudgedDesign) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -19,6 +19,7 @@ from procedures.records.progress import RunObserver
 from procedures.run.progress import shown_on
 from procedures.run.services import Pulse, RunServices
 from procedures.run.watch.keep_awake import awake
+from procedures.solution.sufficient import sufficient
 from rig.clock import SystemClock
 
 
@@ -68,11 +69,13 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
     with ExitStack() as opened:
         if is_virtual:
             screen = with_observers(opened.enter_context(shown_on(sys.stderr, run)), run, note)
-            yield Attendance(screen, RunServices(begun=begun))
+            yield Attendance(screen, RunServices(begun=begun, enough=sufficient))
             return
         second_place = user_state_path("calrig") / "emergency"
         dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, second_place / run.name, opened)
-        yield Attendance(dispatcher, RunServices(pulse=pulse, begun=begun, second_place=second_place), dispatcher)
+        yield Attendance(
+            dispatcher, RunServices(pulse=pulse, begun=begun, second_place=second_place, enough=sufficient), dispatcher
+        )
 
 
 def _dispatcher_and_pulse(

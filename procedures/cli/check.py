@@ -9,8 +9,9 @@ from rich.console import Console
 from procedures.check.check_report import check as check_plan
 from procedures.check.check_report import to_document
 from procedures.check.check_text import render
-from procedures.cli.options import RUNS, Archive, Json, Rig, RunsFolder
+from procedures.cli.options import RUNS, Archive, Json, PilotRun, Rig, RunsFolder
 from procedures.cli.output import print_json, say
+from procedures.cli.pilot import pilot_named
 from procedures.cli.places import shared_archive_url
 from procedures.errors import ExitStatus
 from procedures.kinds.read import read_procedure
@@ -25,6 +26,7 @@ def check(
     /,
     *,
     rig: Rig,
+    pilot: PilotRun = None,
     out: RunsFolder = RUNS,
     archive: Archive = None,
     json: Json = False,
@@ -46,7 +48,7 @@ def check(
         return _tell(before, json)
 
     procedure_description = read_procedure(procedure)
-    report = check_plan(described, procedure_description)
+    report = check_plan(described, procedure_description, pilot=pilot_named(pilot, out, described))
     before = _preflight(rig, described, report.plan, out, archive)
     if json:
         print_json(to_document(report) | {"machines": _remarks(described)} | _document_of(before))

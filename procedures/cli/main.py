@@ -20,7 +20,9 @@ person, 4 aborted by the operator."""
 GROUPS = {
     "Prepare": (
         ("demo", "demo:demo", "The whole job on the twin: run, solve, archive, report, export."),
+        ("new", "new:new", "The first rig file and procedure file, from a few answers."),
         ("design", "design:design", "Evaluate an experimental design."),
+        ("plan", "plan:plan", "From an accuracy or the hours there are to the shortest procedure."),
         ("check", "check:check", "Validate a rig and a procedure; print plan, duration and expected uncertainty."),
     ),
     "Run": (

@@ -17,6 +17,10 @@ AnyRun = Annotated[str | None, Parameter(help=f"{_A_RUN}; by default the run tha
 OnlyRun = Annotated[str | None, Parameter(help=f"{_A_RUN}; by default the only one that it can be done to.")]
 RunsFolder = Annotated[Path, Parameter(help="The folder of runs.")]
 Rig = Annotated[Path, Parameter(help="The rig file.")]
+PilotRun = Annotated[
+    str | None,
+    Parameter(help=f"{_A_RUN}: its noise, lack of fit and drift are expected again; by default what is declared."),
+]
 Operator = Annotated[str | None, Parameter(help="Who does it, for the record; by default the login name.")]
 NamedOperator = Annotated[str, Parameter(help="Who decides it, for the record.")]
 Reason = Annotated[str | None, Parameter(help="Why, for the record.")]

@@ -112,6 +112,8 @@ class Design(StrictTable):
     repeat_roll: bool = False
     """Adds +180° where the roll set ends before it."""
     usage_pitch_deg: tuple[Angle, Angle] | None = None
+    usage_noise_arcsec: Positive | None = None
+    """Standard deviation of one reading where the sensors are used; by default that of one dwell of the calibration."""
     order: Order = "there-and-back"
     seed: Annotated[int, Field(ge=0)] = 0
 
@@ -165,6 +167,8 @@ class DwellSettings(StrictTable):
 
     settle: Settle = Settle()
     settle_nplc: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
+    nplc: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
+    """Integration of the readings that are kept, power-line cycles; by default the readout's own."""
     samples: Annotated[int, Field(ge=2, le=100_000)] = 20
     max_noise_factor: Annotated[float, Field(gt=1.0)] = 3.0
     retries: Annotated[int, Field(ge=0, le=20)] = 2
@@ -223,7 +227,22 @@ class CheckPlan(StrictTable):
 class StopRule(StrictTable):
     """``[stop]``: when the run ends by itself before its last step."""
 
-    max_duration_s: Positive
+    max_duration_s: Positive | None = None
+    half_width_deg: Positive | None = None
+    """Replications are measured until U95 of every angle at use is at most so much."""
+    least_replications: Annotated[int, Field(ge=2, le=1000)] | None = None
+    most_replications: Annotated[int, Field(ge=2, le=1000)] | None = None
+
+    @model_validator(mode="after")
+    def _a_rule_and_its_bounds(self) -> Self:
+        if self.max_duration_s is None and self.half_width_deg is None:
+            raise ValueError("give max_duration_s, or half_width_deg with least_replications and most_replications")
+        bounds = (self.least_replications, self.most_replications)
+        if (self.half_width_deg is None) is not (bounds == (None, None)) or bounds.count(None) == 1:
+            raise ValueError("half_width_deg, least_replications and most_replications go together: give all or none")
+        if self.least_replications is not None and self.least_replications > (self.most_replications or 0):
+            raise ValueError("least_replications must not exceed most_replications")
+        return self
 
 
 class KnownTemperature(StrictTable):
@@ -254,6 +273,15 @@ class Solve(StrictTable):
     """Standard deviation of a dwell, for the uncertainty expected beforehand."""
     time_term: Literal["none", "linear"] = "none"
     """``linear``: a drift of the offset with time through the run is estimated beside the parameters."""
+
+    def model_of(self, sensor: str, *, rolls: bool = True) -> str:
+        """Return what the mathematics calls the model of one sensor: CR's two packages are two models.
+
+        ``rolls``: whether roll carries the sensor, which tells the package where the procedure does not.
+        """
+        if self.model == "pitch-yaw-roll":
+            return f"pitch-yaw-roll-{self.packages.get(sensor, 'model' if rolls else 'sting')}"
+        return "linear-accelerometer" if self.model == "linear" else self.model
 
     @model_validator(mode="after")
     def _packages_are_of_cr(self) -> Self:
@@ -307,6 +335,12 @@ class ProcedureDescription(StrictTable):
         """Return the kind's own table of that form; None where this procedure has none."""
         tables = (getattr(self, name) for name in type(self).model_fields)
         return next((found for found in tables if isinstance(found, table)), None)
+
+    @property
+    def replications(self) -> int:
+        """How many replications are laid out, of every plateau: the most, where a rule may end them."""
+        most = None if self.stop is None else self.stop.most_replications
+        return self.procedure.replications if most is None else most
 
     @property
     def path(self) -> Path:

@@ -46,7 +46,7 @@ class AttitudeKind:
         return Schedule(
             design=design,
             steps=tuple(steps_at_attitudes(procedure, design, request.axes, environment, seed)),
-            replications=procedure.procedure.replications * len(plateaus_of(environment)),
+            replications=procedure.replications * len(plateaus_of(environment)),
             order=procedure.design.order,
             seed=seed,
             usage_pitch_deg=procedure.design.usage_pitch_deg,

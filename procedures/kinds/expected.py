@@ -1,7 +1,7 @@
 """What to expect of one sensor axis before anything is measured."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -17,3 +17,5 @@ class ExpectedAxis:
     coning_deg: float
     standard_uncertainty: Mapping[str, float | None]
     """Parameter to standard uncertainty in its own unit; None where it will not be determined."""
+    half_width_95: Mapping[str, float | None] = field(default_factory=dict)
+    """Parameter to the half-width of its 95 % interval; empty where it is not told."""

@@ -1,57 +1,121 @@
-"""Which uncertainty a plan should reach: the parameters' standard uncertainties, for a noise that is stated with them.
+"""Which uncertainty a plan of attitudes should reach, as its solution will state it.
 
-Only precision and the table's index errors are in it; what drifts, and what the model does not fit, shows in the run.
+The solver itself is asked (:mod:`procedures.solution.expected`): same model, same weights, same covariance, at the
+noise, the lack of fit and the drift that are believed beforehand and are told with the figures.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from math import radians, sqrt
 
 import numpy as np
 
-from ams.analysis.design_variance import expected_standard_uncertainty
-from ams.analysis.design_without_roll import expected_without_roll
-from ams.frames import Attitude
-from ams.inputs.table_uncertainty import TableUncertainty, index_columns
-from ams.models.accelerometer import vector_from_angles
+from ams.errors import AmsError
+from ams.models.drifting import REFERENCE_NAME
+from ams.models.extended import TRACELESS_NAME
 from ams.models.registry import model_named
-from ams.solve.linear_form import factor
-from ams.units import RAD_PER_ARCSEC
+from ams.parameter_words import words_of
 from procedures.description.procedure_file import ProcedureDescription
-from procedures.kinds.attitudes import OF_ATTITUDES
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import DesignFigures, Forecast
 from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
-from procedures.plan.refusals import basis, model_parameters, nominal_jacobian
-from procedures.plan.specific_force import attitudes_rad
-from procedures.solution.request import model_name
-from procedures.solution.type_b import table_uncertainty
-from rig.description.rig_file import AxisTruth, RigDescription
+from procedures.plan.sequential import CALIBRATION_OVER_USAGE, usage_pitch_deg
+from procedures.plan.specific_force import columns_of
+from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
+from procedures.solution.expected import ExpectedSensor, PlannedRows, Usage, expected_sensor
+from procedures.solution.type_b import level_remarks
+from rig.description.rig_file import RigDescription
 
 LEAST_REPLICATIONS = 6
 """TP, recommendation 6."""
-CALIBRATION_OVER_USAGE = 1.5
-"""TP, recommendation 1."""
-NOMINAL_CONING_DEG = 0.3
-"""Assumed where no truth is known: only the azimuth's uncertainty depends on it, as its inverse."""
+FEW_REPLICATIONS = 4
+TIME_CONFOUNDED = 0.5
+"""Correlation of time with a term of the model from which on a drift is said to pass for it."""
+_NO_PARAMETERS = (TRACELESS_NAME, REFERENCE_NAME, "reference_temperature_degc")
+"""Stated beside the parameters: made from others, or chosen."""
 
 
 def forecast_of_design(
-    rig: RigDescription, procedure: ProcedureDescription, plan: Plan, further: Iterable[str]
+    rig: RigDescription,
+    procedure: ProcedureDescription,
+    plan: Plan,
+    further: Iterable[str],
+    pilot: Pilot | None = None,
 ) -> Forecast:
     """Judge a design of attitudes and the uncertainties that it should reach. ``further``: advice of its kind."""
     judged = judge_design(plan.design, plan.usage_pitch_deg)
-    parameters = model_parameters(procedure)
-    columns = basis(plan.solve.model, plan.design.points)
+    usage = usage_of(procedure, plan)
+    believed = beliefs_of(rig, plan.solve, plan.dwell.samples, plan.replications, plan.sensors, pilot)
+    sensors = _expected_sensors(rig, procedure, plan, believed, usage)
+    first = next(iter(next(iter(sensors.values())).solution.axes.values()))
+    parameters = [item.name for item in first.parameters if item.name not in _NO_PARAMETERS]
+    correlation = time_correlation(plan)
     figures = DesignFigures(
-        parameters=parameters,
-        rank=int(np.linalg.matrix_rank(columns)) + len(parameters) - columns.shape[1],
-        degrees_of_freedom=len(plan.design_dwells) - len(parameters),
+        parameters=tuple(words_of(name).label for name in parameters),
+        rank=len(parameters),
+        degrees_of_freedom=first.degrees_of_freedom,
         figure_of_merit_sqrt=judged.figures.figure_of_merit_sqrt,
         usage_figure_of_merit_sqrt=judged.figures.usage_figure_of_merit_sqrt,
-        time_correlation=time_correlation(plan),
+        time_correlation=correlation,
     )
-    return Forecast(expected_uncertainties(rig, procedure, plan), (*_advice(plan), *further), figures)
+    return Forecast(
+        expected=tuple(_axes(sensors, believed, plan.dwell.samples)),
+        advice=(*_advice(plan), *further),
+        design=figures,
+        angles={serial: sensor.angles for serial, sensor in sensors.items()},
+        usage_pitch_deg=usage.pitch_deg,
+        reservations=tuple(_reservations(rig, plan, correlation)),
+    )
+
+
+def usage_of(procedure: ProcedureDescription, plan: Plan) -> Usage:
+    """Return where the sensors will be used: as stated, else two thirds of the calibrated range."""
+    return Usage(usage_pitch_deg(procedure, plan.design), procedure.design.usage_noise_arcsec)
+
+
+def _expected_sensors(
+    rig: RigDescription,
+    procedure: ProcedureDescription,
+    plan: Plan,
+    believed: Mapping[tuple[str, str], AxisBelief],
+    usage: Usage,
+) -> dict[str, ExpectedSensor]:
+    plateaus = plan.environment.plateaus_degc if plan.environment is not None else ()
+    each = procedure.replications
+    rows = PlannedRows(
+        plan.design.points,
+        plan.replications,
+        [degc for degc in plateaus for _ in range(each)] or None,
+        plan.expected.p50_s / plan.replications,
+    )
+    found = {}
+    for serial, sensor in plan.sensors.items():
+        own = {axis: one for (name, axis), one in believed.items() if name == serial}
+        try:
+            found[serial] = expected_sensor(rig, plan.solve, serial, sensor, rows, own, plan.dwell.samples, usage)
+        except AmsError as error:
+            raise procedure.error(("solve", "model"), f"{serial} cannot be solved from this plan: {error}") from None
+    return found
+
+
+def _axes(
+    sensors: Mapping[str, ExpectedSensor], believed: Mapping[tuple[str, str], AxisBelief], samples: int
+) -> Iterator[ExpectedAxis]:
+    for serial, sensor in sensors.items():
+        for axis, solution in sensor.solution.axes.items():
+            belief = believed[serial, axis]
+            stated = [item for item in solution.parameters if item.standard_uncertainty != 0.0]
+            yield ExpectedAxis(
+                sensor=serial,
+                axis=axis,
+                noise_v=belief.noise_v(samples),
+                noise_source=f"{belief.noise_source}; {belief.components_source}",
+                coning_deg=belief.coning_deg,
+                standard_uncertainty={item.name: item.standard_uncertainty for item in stated},
+                half_width_95={
+                    item.name: None if item.interval_95 is None else 0.5 * (item.interval_95[1] - item.interval_95[0])
+                    for item in stated
+                },
+            )
 
 
 def time_correlation(plan: Plan) -> float:
@@ -61,106 +125,34 @@ def time_correlation(plan: Plan) -> float:
     """
     by_label = {point.label: point for point in plan.design.points}
     points = [by_label[dwell.point] for dwell in plan.design_dwells if dwell.replication == 1]
-    terms = basis(plan.solve.model, points)[:, 1:]
+    serial, sensor = next(iter(plan.sensors.items()))
+    axis = str(next(iter(sensor.channels)))
+    terms = columns_of(
+        model_named(plan.solve.model_of(serial, rolls=sensor.rolls), axis), points, sensor.nominal_v_per_g(axis) or 1.0
+    )
     time = np.arange(len(points)) - (len(points) - 1) / 2.0
     varying = terms - terms.mean(axis=0)
-    with_time = np.abs(time @ varying) / (np.linalg.norm(time) * np.maximum(np.linalg.norm(varying, axis=0), 1e-12))
-    return float(with_time.max())
+    length = np.linalg.norm(varying, axis=0)
+    kept = length > 1e-9 * length.max()
+    with_time = np.abs(time @ varying[:, kept]) / (np.linalg.norm(time) * length[kept])
+    return float(with_time.max(initial=0.0))
 
 
-def expected_uncertainties(
-    rig: RigDescription, procedure: ProcedureDescription, plan: Plan
-) -> tuple[ExpectedAxis, ...]:
-    """Return one entry for every sensor axis of the plan."""
-    table = table_uncertainty(rig)
-    return tuple(
-        _expected_axis(rig, procedure, plan, table, serial, axis)
-        for serial, sensor in plan.sensors.items()
-        for axis in sensor.channels
-    )
-
-
-def _expected_axis(
-    rig: RigDescription,
-    procedure: ProcedureDescription,
-    plan: Plan,
-    table: TableUncertainty | None,
-    serial: str,
-    axis: str,
-) -> ExpectedAxis:
-    sensitivity = plan.sensors[serial].nominal_v_per_g(axis)
-    truth = _truth(rig, serial, axis)
-    noise_v, source = _noise(procedure, plan, truth, sensitivity)
-    coning_deg, azimuth_deg = (NOMINAL_CONING_DEG, 40.0) if truth is None else (truth.coning_deg, truth.azimuth_deg)
-    pitch_rad, roll_rad = attitudes_rad(plan.design)
-    if plan.solve.model == "pitch-only":
-        values = expected_without_roll(pitch_rad, plan.replications, noise_v, sensitivity, axis, table=table)
-    elif plan.solve.model not in OF_ATTITUDES:
-        columns = nominal_jacobian(plan.solve.model, axis, plan.design, plan.sensors[serial])
-        covariance = noise_v**2 / plan.replications * np.linalg.inv(columns.T @ columns)
-        names = model_named(plan.solve.model, axis).primary_names
-        values = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
-    elif plan.solve.model in ("linear", "pitch-yaw-roll"):
-        values = _expected_on_gimbal(plan, serial, axis, noise_v, (sensitivity, coning_deg, azimuth_deg), table)
-    else:
-        coning_rad, azimuth_rad = np.deg2rad(coning_deg), np.deg2rad(azimuth_deg)
-        values = expected_standard_uncertainty(
-            pitch_rad, roll_rad, plan.replications, noise_v, sensitivity, axis, coning_rad, azimuth_rad, table
+def _reservations(rig: RigDescription, plan: Plan, correlation: float) -> Iterator[str]:
+    """Yield what the report will hold against the result, however well the run goes."""
+    yield from level_remarks(rig)
+    if plan.replications == 1:
+        yield "one replication only: precision, lack of fit and drift cannot be told apart; measure two or more"
+    elif plan.replications < FEW_REPLICATIONS:
+        yield (
+            f"{plan.replications} replications only: intervals rest on {plan.replications - 1} degrees of freedom and "
+            "are wide; four or more make them much narrower"
         )
-    return ExpectedAxis(serial, axis, noise_v, source, coning_deg, values)
-
-
-def _expected_on_gimbal(
-    plan: Plan,
-    serial: str,
-    axis: str,
-    noise_v: float,
-    sensor: tuple[float, float, float],
-    table: TableUncertainty | None,
-) -> Mapping[str, float | None]:
-    """Return the expected uncertainties of a model that knows yaw.
-
-    ``sensor``: sensitivity (V/g), coning and azimuth (degrees) in TP's terms.
-    """
-    angles = {
-        name: np.deg2rad([getattr(point, f"{name}_deg") for point in plan.design.points])
-        for name in ("pitch", "yaw", "roll")
-    }
-    model = model_named(model_name(plan.solve, serial, rolls=plan.sensors[serial].rolls), axis)
-    attitude = Attitude(angles["pitch"], angles["roll"], angles["yaw"])
-    k = vector_from_angles(axis, sensor[0], radians(sensor[1]), radians(sensor[2]))
-    primary = np.array([0.0, k["xyz".index(axis)]]) if plan.solve.model == "linear" else np.array([0.0, *-k])
-    form = factor(model.basis(attitude), model.primary_names, attitude)
-    covariance = noise_v**2 / plan.replications * form.unscaled_covariance
-    if table is not None:
-        columns = form.estimator @ index_columns(table, angles, model.angle_jacobian(primary, attitude))
-        covariance = covariance + columns @ columns.T
-    rows = model.parameters_jacobian(primary)
-    values = np.sqrt(np.einsum("mi,ij,mj->m", rows, covariance, rows))
-    null = model.undetermined(primary, covariance)
-    named = zip(model.parameter_names, values.tolist(), strict=True)
-    return {name: None if name in null else float(value) for name, value in named}
-
-
-def _truth(rig: RigDescription, serial: str, axis: str) -> AxisTruth | None:
-    if rig.twin is None:
-        return None
-    return next((truth for name, truth in rig.twin.truth.get(serial, {}).items() if name == axis), None)
-
-
-def _noise(
-    procedure: ProcedureDescription, plan: Plan, truth: AxisTruth | None, sensitivity_v_per_g: float
-) -> tuple[float, str]:
-    """Return the noise of a dwell, V, and its source.
-
-    What the procedure states, else the twin's, else half an arc second a dwell (TP's precision).
-    """
-    stated = "expected_noise_arcsec" in procedure.solve.model_fields_set
-    if truth is not None and not stated:
-        return truth.noise_v / sqrt(plan.dwell.samples), f"the twin's {truth.noise_v:g} V a reading"
-    noise_arcsec = procedure.solve.expected_noise_arcsec
-    source = "solve.expected_noise_arcsec" if stated else "assumed"
-    return noise_arcsec * RAD_PER_ARCSEC * abs(sensitivity_v_per_g), f"{noise_arcsec:g}″ a dwell, {source}"
+    if correlation > TIME_CONFOUNDED:
+        yield (
+            f'the order "{plan.order}" goes with a term of the model ({correlation:.2f}): a drift inside a replication '
+            'passes for it; use "there-and-back"'
+        )
 
 
 def _advice(plan: Plan) -> Iterator[str]:

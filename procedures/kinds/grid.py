@@ -6,6 +6,7 @@ from procedures.kinds.expected_attitudes import advice_on_ranges, forecast_of_de
 from procedures.kinds.kind import Forecast
 from procedures.kinds.section import Section
 from procedures.plan.plan import Plan
+from procedures.solution.beliefs import Pilot
 from procedures.solution.by_model import observed, solve_by_model
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
@@ -18,7 +19,12 @@ class Grid(AttitudeKind):
     name = "grid"
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-        return forecast_of_design(rig, procedure, plan, advice_on_ranges(plan))
+        return self.forecast_after(None, rig, procedure, plan)
+
+    def forecast_after(
+        self, pilot: Pilot | None, rig: RigDescription, procedure: ProcedureDescription, plan: Plan
+    ) -> Forecast:
+        return forecast_of_design(rig, procedure, plan, advice_on_ranges(plan), pilot)
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         return solve_by_model(item, observed(item))

@@ -16,6 +16,8 @@ from procedures.plan.designs import Design
 from procedures.plan.order import Order
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Step
+from procedures.solution.beliefs import Pilot
+from procedures.solution.expected import ExpectedAngle
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.rig_file import RigDescription, Sensor
@@ -79,6 +81,12 @@ class Forecast:
     """None where the points are no design over attitudes."""
     turns: Mapping[str, float] = field(default_factory=dict)
     """Axis to the most revolutions of one dwell."""
+    angles: Mapping[str, Mapping[str, ExpectedAngle]] = field(default_factory=dict)
+    """Sensor to the angles that it will tell at use."""
+    usage_pitch_deg: tuple[float, float] | None = None
+    """The pitch range that the angles are judged over."""
+    reservations: tuple[str, ...] = ()
+    """What the report will hold against the result, however well the run goes."""
 
 
 @runtime_checkable
@@ -120,3 +128,13 @@ class Kind(Protocol):
 
     def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
         """Return what the report says of one sensor; None where it is told as angles of attitude."""
+
+
+@runtime_checkable
+class LearnsFromPilot(Protocol):
+    """A kind whose forecast takes what a run before has shown."""
+
+    def forecast_after(
+        self, pilot: Pilot | None, rig: RigDescription, procedure: ProcedureDescription, plan: Plan
+    ) -> Forecast:
+        """Judge the plan beforehand, by a pilot where there is one."""

@@ -13,6 +13,7 @@ from procedures.plan.channels import channels_of, sensors_that_measure
 from procedures.plan.estimate import expected_duration
 from procedures.plan.plan import PLAN_VERSION, Plan
 from procedures.plan.refusals import shared_refusals
+from procedures.plan.sequential import sequential_of, sequential_refusals
 from procedures.plan.unreachable import unreachable
 from rig.description.rig_file import RigDescription, Sensor
 
@@ -27,6 +28,7 @@ def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: 
     request = PlanRequest(rig, procedure, sensors, channels_of(rig, sensors), fresh_seed)
     schedule = kind.schedule(request)
     reasons = [
+        *sequential_refusals(procedure, is_at_rest=kind.table is None),
         *kind.refusals(request, schedule),
         *unreachable(rig, procedure, schedule.steps, kind.key_of_angle),
         *shared_refusals(rig, procedure, sensors, schedule.environment),
@@ -58,6 +60,7 @@ def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: 
         levels=procedure.own(Levels),
         static=procedure.own(Static),
         most_samples=schedule.most_samples,
+        sequential=sequential_of(procedure, schedule.design, is_at_rest=kind.table is None),
     )
 
 

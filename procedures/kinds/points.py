@@ -24,7 +24,7 @@ class PointKind(ABC):
 
     def schedule(self, request: PlanRequest) -> Schedule:
         points = self.points(request)
-        replications = request.procedure.procedure.replications
+        replications = request.procedure.replications
         return Schedule(
             design=design_of_points(points),
             steps=tuple(steps_of_points(request.axes, points, replications)),

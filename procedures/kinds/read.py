@@ -9,7 +9,7 @@ from pydantic import create_model
 from procedures.description.procedure_file import Procedure, ProcedureDescription
 from procedures.kinds.registry import KINDS
 from rig.errors import DescriptionError
-from rig.toml_file import read_toml
+from rig.toml_file import TomlFile, read_toml
 
 
 def procedure_form() -> type[ProcedureDescription]:
@@ -22,7 +22,11 @@ def procedure_form() -> type[ProcedureDescription]:
 
 def read_procedure(path: Path) -> ProcedureDescription:
     """Read and check a procedure file. Raises: rig.errors.DescriptionError naming every mistake."""
-    file = read_toml(path)
+    return procedure_of(read_toml(path))
+
+
+def procedure_of(file: TomlFile) -> ProcedureDescription:
+    """Check what was read of a procedure file. Raises: rig.errors.DescriptionError naming every mistake."""
     file.require_seen()
     description = file.validate(procedure_form())
     complaints = [file.complaint(key, text) for key, text in disagreements(description)]

@@ -7,6 +7,7 @@ from procedures.kinds.expected_lines import forecast_of_points
 from procedures.kinds.kind import Forecast
 from procedures.kinds.section import Section, section_of
 from procedures.plan.plan import Plan
+from procedures.solution.beliefs import Pilot
 from procedures.solution.by_model import observed, solve_by_model
 from procedures.solution.lines import solve_lines
 from procedures.solution.record import RunRecord
@@ -23,9 +24,14 @@ class Tumble(AttitudeKind):
     is_tumble = True
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
+        return self.forecast_after(None, rig, procedure, plan)
+
+    def forecast_after(
+        self, pilot: Pilot | None, rig: RigDescription, procedure: ProcedureDescription, plan: Plan
+    ) -> Forecast:
         if _is_up_and_down(plan):
             return forecast_of_points(rig, plan)
-        return forecast_of_design(rig, procedure, plan, [NOT_RECOMMENDED])
+        return forecast_of_design(rig, procedure, plan, [NOT_RECOMMENDED], pilot)
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = observed(item)

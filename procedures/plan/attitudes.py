@@ -68,7 +68,7 @@ def steps_at_attitudes(
     seed: int | None,
 ) -> Iterator[Step]:
     numbers = count()
-    replications = procedure.procedure.replications
+    replications = procedure.replications
     for plateau, setpoint_degc in enumerate(plateaus_of(environment)):
         if environment is not None and setpoint_degc is not None:
             assert environment.name is not None

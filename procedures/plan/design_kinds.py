@@ -1,7 +1,6 @@
 """The kinds of design that calrig brings, each registered in ``pyproject.toml``."""
 
 from procedures.description.design_kinds import SETS
-from procedures.errors import PlanError
 from procedures.plan import designs
 from procedures.plan.design_kind import DesignKind, Wanted
 from procedures.plan.designs import Design
@@ -15,10 +14,6 @@ def _fractional(wanted: Wanted) -> Design:
 def _file(wanted: Wanted) -> Design:
     assert wanted.table.file is not None
     return designs.read_points(wanted.folder / wanted.table.file)
-
-
-def _pending(_wanted: Wanted) -> Design:
-    raise PlanError('kind = "optimal" is not there yet; use D, D0, D1, fractional, T or a file of points')
 
 
 D = DesignKind(name="D", make=lambda wanted: designs.full_grid(wanted.pitch_deg, wanted.roll_deg))
@@ -42,4 +37,3 @@ UP_DOWN = DesignKind(
     is_on_command_line=False,
     make=lambda _wanted: designs.up_down(),
 )
-OPTIMAL = DesignKind(name="optimal", is_on_command_line=False, make=_pending)

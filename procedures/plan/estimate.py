@@ -60,7 +60,7 @@ class _Reading:
             if reference
             else ()
         )
-        seconds = {channel: dwell.samples * channel_reading_s(rig, channel) for channel in channels}
+        seconds = {channel: dwell.samples * channel_reading_s(rig, channel, dwell.nplc) for channel in channels}
         voltages = [channel for channel in channels if channel.partition(".")[0] in rig.readouts]
         return cls(
             sum(seconds[channel] for channel in voltages) + sum(told_s),

@@ -32,6 +32,16 @@ class Expectation:
 
 
 @dataclass(frozen=True)
+class SequentialStop:
+    """The rule of ``[stop] half_width_deg``: after which replication the run has measured enough."""
+
+    half_width_deg: float
+    least_replications: int
+    usage_pitch_deg: tuple[float, float]
+    usage_noise_arcsec: float | None
+
+
+@dataclass(frozen=True)
 class Plan:
     """What :func:`procedures.kinds.planner.make_plan` makes of a rig and a procedure."""
 
@@ -72,6 +82,8 @@ class Plan:
     """Of the kind ``static``."""
     most_samples: int = 0
     """Of one streamed channel in the longest dwell; 0 where ``[dwell]`` says it."""
+    sequential: SequentialStop | None = None
+    """None: every replication is measured."""
 
     @property
     def is_at_rest(self) -> bool:

@@ -4,38 +4,24 @@ Everything is told at once, before any port is opened.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
+from pydantic import ValidationError
 
 from ams.arrays import FloatArray
-from ams.frames import Attitude
-from ams.models.registry import model_named
+from ams.errors import DesignError
+from ams.models.model import Model
+from ams.models.registry import MODELS, model_named
 from ams.parameter_words import words_of
 from procedures.description.procedure_file import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
-from procedures.plan.channels import temperature_source
-from procedures.plan.designs import Design, DesignPoint
-from procedures.plan.specific_force import package_specific_force
+from procedures.plan.channels import channels_of, temperature_source
+from procedures.plan.designs import Design
+from procedures.plan.specific_force import columns_of
 from rig.description.rig_file import RigDescription, Sensor
 from rig.errors import RequestRefused
 
-PARAMETERS = {
-    "pitch-roll": ("offset", "sensitivity", "coning", "azimuth"),
-    "pitch-only": ("offset", "sensitivity", "pitch misalignment"),
-    "pitch-yaw-roll": ("offset", "sensitivity", "coning", "azimuth"),
-    "linear": ("gain", "offset"),
-}
-LINEAR_PARAMETERS = {
-    "pitch-roll": ("offset", "k_x", "k_y", "k_z"),
-    "pitch-only": ("offset", "k_x", "k_z"),
-    "pitch-yaw-roll": ("offset", "k_x", "k_y", "k_z"),
-    "linear": ("offset", "k"),
-}
-TEMPERATURE_PARAMETERS = ("offset temperature coefficient", "sensitivity temperature coefficient")
-TIME_PARAMETERS = ("offset drift",)
-YAWED_MODELS = ("pitch-yaw-roll", "linear")
-"""Models that know what a yaw does to a package."""
-_ANGLES = ("pitch_deg", "roll_deg", "yaw_deg")
 RANK_TOLERANCE = 1e-9
 LEAST_TEMPERATURE_SPAN_DEGC = 5.0
 """Below it temperature terms are not estimated (mathematics, section 2)."""
@@ -53,16 +39,41 @@ def shared_refusals(
     yield from _unknown_packages(rig, procedure)
     yield from _temperature_terms(rig, procedure, sensors, environment)
     yield from _plateaus_beyond_limits(rig, procedure, environment)
+    yield from _integration_not_offered(rig, procedure, channels_of(rig, sensors))
+
+
+def _integration_not_offered(
+    rig: RigDescription, procedure: ProcedureDescription, channels: Sequence[str]
+) -> Iterator[PlanError]:
+    """Ask the readouts' own descriptions whether they would stand with the integration that the dwells ask for."""
+    cycles = procedure.dwell.nplc
+    names = dict.fromkeys(name for channel in channels if (name := channel.partition(".")[0]) in rig.readouts)
+    for name in names if cycles is not None else ():
+        settings = rig.readouts[name]
+        try:
+            type(settings).model_validate({**settings.model_dump(by_alias=True), "nplc": cycles})
+        except ValidationError as error:
+            why = error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
+            yield procedure.error(
+                ("dwell", "nplc"), f"readouts.{name} cannot integrate over {cycles:g} power-line cycles: {why}"
+            )
 
 
 def design_refusals(
     rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor], design: Design
 ) -> Iterator[PlanError]:
-    """Tell why a design of attitudes cannot be gone to or cannot determine its model."""
-    yield from _missing_axes(rig, procedure, design)
-    yield from _undetermined(sensors, procedure, design)
-    yield from _yaw_without_a_model(procedure, design)
-    yield from _senseless_channels(sensors, procedure)
+    """Tell why a design of attitudes cannot be gone to or cannot determine the models of its sensors."""
+    yield from _missing_axes(rig, procedure, sensors, design)
+    models: dict[tuple[str, str], Model] = {}
+    for serial, sensor in sensors.items():
+        for axis in map(str, sensor.channels):
+            try:
+                models[serial, axis] = model_named(procedure.solve.model_of(serial, rolls=sensor.rolls), axis)
+            except DesignError as error:
+                yield procedure.error(("solve", "model"), f"{serial}.{axis}: {error}")
+    if models:
+        yield from _undetermined(sensors, procedure, design, models)
+        yield from _yaw_without_a_model(procedure, design, next(iter(models.values())))
 
 
 def _plateaus_beyond_limits(
@@ -77,10 +88,15 @@ def _plateaus_beyond_limits(
             yield procedure.error(("environment", "plateaus_degc"), str(error))
 
 
-def _missing_axes(rig: RigDescription, procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
+def _missing_axes(
+    rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor], design: Design
+) -> Iterator[PlanError]:
+    states_yaw = any(
+        "yaw" in MODELS[procedure.solve.model_of(serial, rolls=one.rolls)].columns for serial, one in sensors.items()
+    )
     needed = {"pitch": "pitch_deg"}
     needed |= {"roll": "roll_deg"} if _rolls(design) else {}
-    needed |= {"yaw": "yaw_deg"} if _yaws(design) or procedure.solve.model == "pitch-yaw-roll" else {}
+    needed |= {"yaw": "yaw_deg"} if _yaws(design) or states_yaw else {}
     for axis, key in needed.items():
         if axis not in rig.axes:
             has = ", ".join(rig.axes)
@@ -97,13 +113,19 @@ def _yaws(design: Design) -> bool:
     return any(point.yaw_deg != 0.0 for point in design.points)
 
 
-def _yaw_without_a_model(procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
-    if _yaws(design) and procedure.solve.model not in YAWED_MODELS:
+def _yaw_without_a_model(procedure: ProcedureDescription, design: Design, model: Model) -> Iterator[PlanError]:
+    if _yaws(design) and not _knows_yaw(model, design):
         yield procedure.error(
             ("solve", "model"),
             f'the model "{procedure.solve.model}" has no yaw, the design goes to yaw {_farthest_yaw_deg(design):g}°; '
             'use "pitch-yaw-roll" or remove yaw_deg',
         )
+
+
+def _knows_yaw(model: Model, design: Design) -> bool:
+    """Return whether the columns of the model follow the yaw of the design."""
+    level = [replace(point, yaw_deg=0.0) for point in design.points]
+    return not np.allclose(columns_of(model, design.points, 1.0), columns_of(model, level, 1.0))
 
 
 def _farthest_yaw_deg(design: Design) -> float:
@@ -127,128 +149,84 @@ def _unknown_packages(rig: RigDescription, procedure: ProcedureDescription) -> I
 
 
 def _undetermined(
-    sensors: Mapping[str, Sensor], procedure: ProcedureDescription, design: Design
+    sensors: Mapping[str, Sensor],
+    procedure: ProcedureDescription,
+    design: Design,
+    models: Mapping[tuple[str, str], Model],
 ) -> Iterator[PlanError]:
-    names = model_parameters(procedure)
+    model = max(models.values(), key=lambda one: len(one.primary_names))
+    needed = len(model.primary_names)
+    estimated = needed + 2 * (procedure.solve.temperature == "estimate") + (procedure.solve.time_term == "linear")
     attitudes = {(point.pitch_deg, point.yaw_deg, point.roll_deg) for point in design.points}
-    linear = parameters_of(procedure.solve.model)
-    if len(attitudes) < len(linear):
+    if len(attitudes) < needed:
         yield procedure.error(
             ("design",),
-            f"{len(attitudes)} different attitudes for {len(linear)} parameters ({', '.join(linear)}) of model "
-            f"{procedure.solve.model}; nothing can be solved; give at least {len(linear) + 1}",
+            f"{len(attitudes)} different attitudes for {needed} parameters ({_listed(model)}) of model "
+            f"{procedure.solve.model}; nothing can be solved; give at least {needed + 1}",
         )
-    elif procedure.procedure.replications * len(design.points) <= len(names):
+    elif procedure.replications * len(design.points) <= estimated:
         yield procedure.error(
             ("procedure", "replications"),
-            f"{procedure.procedure.replications} × {len(design.points)} dwells for {len(names)} parameters leave no "
+            f"{procedure.replications} × {len(design.points)} dwells for {estimated} parameters leave no "
             "degree of freedom, so no uncertainty; give more replications or points",
         )
     else:
-        yield from _rank_deficient(sensors, procedure, design)
+        yield from _rank_deficient(sensors, procedure, design, models)
 
 
-def model_parameters(procedure: ProcedureDescription) -> tuple[str, ...]:
-    """Names of what is estimated for each sensor axis."""
-    further = TEMPERATURE_PARAMETERS if procedure.solve.temperature == "estimate" else ()
-    with_time = TIME_PARAMETERS if procedure.solve.time_term == "linear" else ()
-    return (*parameters_of(procedure.solve.model), *further, *with_time)
+def _listed(model: Model) -> str:
+    return ", ".join(_labels(model.parameter_names))
 
 
-def parameters_of(model: str) -> tuple[str, ...]:
-    """Return the parameters of a sensor axis in words."""
-    if model in PARAMETERS:
-        return PARAMETERS[model]
-    return tuple(words_of(name).label for name in model_named(model, "x").parameter_names)
-
-
-def basis(model: str, points: Sequence[DesignPoint], package: str = "model", axis: str = "x") -> FloatArray:
-    """(K, P) linear form of the model at the points: TP (128), and without roll its pitch columns.
-
-    ``package`` is CR's, ``axis`` the nominal axis of a straight line.
-    """
-    columns = package_specific_force(points, package)[:, _components(model, axis)]
-    return np.concatenate([np.ones((len(points), 1)), columns], axis=1)
-
-
-def _components(model: str, axis: str) -> list[int]:
-    """Return the components of specific force that the model senses."""
-    if model == "linear":
-        return ["xyz".index(axis)]
-    return [0, 2] if model == "pitch-only" else [0, 1, 2]
-
-
-def _level_lines(sensors: Mapping[str, Sensor], procedure: ProcedureDescription, design: Design) -> Iterator[PlanError]:
-    for axis in sorted({axis for sensor in sensors.values() for axis in sensor.channels}):
-        if _lost(basis("linear", design.points, axis=axis), LINEAR_PARAMETERS["linear"]):
-            yield procedure.error(
-                ("design",),
-                f"all attitudes give the {axis} axis the same share of gravity: a straight line needs two levels or "
-                "more; give attitudes with the axis up and down",
-            )
+def _labels(names: Iterable[str]) -> list[str]:
+    return [words_of(name).label for name in names]
 
 
 def _rank_deficient(
-    sensors: Mapping[str, Sensor], procedure: ProcedureDescription, design: Design
+    sensors: Mapping[str, Sensor],
+    procedure: ProcedureDescription,
+    design: Design,
+    models: Mapping[tuple[str, str], Model],
 ) -> Iterator[PlanError]:
-    model = procedure.solve.model
-    if model == "pitch-only" and _rolls(design):
-        yield procedure.error(
-            ("solve", "model"), 'the model "pitch-only" needs roll 0° everywhere; use "pitch-roll" or remove roll_deg'
+    """Tell once what no axis is told by these attitudes, else axis by axis."""
+    told: set[str] = set()
+    for (serial, axis), model in models.items():
+        nominal = sensors[serial].nominal_v_per_g(axis) or 1.0
+        try:
+            lost = _lost(columns_of(model, design.points, nominal), _labels(model.primary_names))
+        except DesignError as error:
+            yield procedure.error(("solve", "model"), str(error))
+            return
+        if not lost:
+            continue
+        reason = _why_lost(procedure, design, model, lost, f"{serial}.{axis}")
+        if str(reason) not in told:
+            told.add(str(reason))
+            yield reason
+
+
+def _why_lost(
+    procedure: ProcedureDescription, design: Design, model: Model, lost: Sequence[str], sensor_axis: str
+) -> PlanError:
+    if not MODELS[model.name].has_misalignment:
+        return procedure.error(
+            ("design",),
+            f"all attitudes give the {model.nominal_axis} axis the same share of gravity: a straight line needs two "
+            "levels or more; give attitudes with the axis up and down",
         )
-        return
-    if model == "linear":
-        yield from _level_lines(sensors, procedure, design)
-        return
-    if model not in LINEAR_PARAMETERS:
-        yield from _own_model_undetermined(sensors, procedure, design)
-        return
-    on_sting = "sting" in procedure.solve.packages.values() or not all(one.rolls for one in sensors.values())
-    package = "sting" if on_sting else "model"
-    lost = _lost(basis(model, design.points, package), LINEAR_PARAMETERS[model])
-    if not lost:
-        return
     for axis, values in (("roll", design.roll_values_deg), ("pitch", design.pitch_values_deg)):
-        if len(set(values)) == 1:
-            yield procedure.error(
+        if len(set(values)) == 1 and axis in MODELS[model.name].columns:
+            return procedure.error(
                 ("design", f"{axis}_deg"),
                 f"{axis} at one value only ({values[0]:g}°): {_cannot(axis, model, lost)} cannot be determined; "
                 f"give {axis} values over the whole range" + _or_without_roll(axis),
             )
-            return
-    yield procedure.error(
+    whose = "" if model.basis_key is not None else f" for {sensor_axis}"
+    return procedure.error(
         ("design",),
-        f"these attitudes cannot tell {', '.join(lost)} of model {model} apart; add pitch or roll values between",
+        f"these attitudes cannot tell {', '.join(lost)} of model {procedure.solve.model} apart{whose}; "
+        "add pitch or roll values between",
     )
-
-
-def _own_model_undetermined(
-    sensors: Mapping[str, Sensor], procedure: ProcedureDescription, design: Design
-) -> Iterator[PlanError]:
-    """Judge another distribution's model by its own Jacobian at what a nominal sensor would read."""
-    for serial, sensor in sensors.items():
-        for axis in map(str, sensor.channels):
-            lost = _lost(nominal_jacobian(procedure.solve.model, axis, design, sensor), _names(procedure, axis))
-            if lost:
-                yield procedure.error(
-                    ("design",),
-                    f"these attitudes cannot tell {', '.join(lost)} of model {procedure.solve.model} apart for "
-                    f"{serial}.{axis}; add pitch or roll values between",
-                )
-
-
-def nominal_jacobian(name: str, axis: str, design: Design, sensor: Sensor) -> FloatArray:
-    """Return (K, P) the columns of a model at the points, for a sensor that reads as it nominally should."""
-    model = model_named(name, axis)
-    attitude = Attitude(*(np.deg2rad([getattr(point, key) for point in design.points]) for key in _ANGLES))
-    nominal_v = sensor.nominal_v_per_g(axis) * package_specific_force(design.points)[:, "xyz".index(axis)]
-    if model.basis_key is not None:
-        return model.basis(attitude)
-    return model.jacobian(model.start(attitude, nominal_v), attitude)
-
-
-def _names(procedure: ProcedureDescription, axis: str) -> tuple[str, ...]:
-    return tuple(words_of(name).label for name in model_named(procedure.solve.model, axis).primary_names)
 
 
 def _lost(columns: FloatArray, names: Sequence[str]) -> list[str]:
@@ -258,23 +236,13 @@ def _lost(columns: FloatArray, names: Sequence[str]) -> list[str]:
     return [name for name, share in zip(names, np.abs(blind).max(axis=0, initial=0.0), strict=True) if share > 1e-6]
 
 
-def _cannot(axis: str, model: str, lost: Iterable[str]) -> str:
-    return "coning and azimuth" if axis == "roll" and model != "pitch-only" else " and ".join(lost)
+def _cannot(axis: str, model: Model, lost: Iterable[str]) -> str:
+    has_cone = {"coning_deg", "azimuth_deg"} <= set(model.parameter_names)
+    return "coning and azimuth" if axis == "roll" and has_cone else " and ".join(lost)
 
 
 def _or_without_roll(axis: str) -> str:
     return ', or use solve.model = "pitch-only"' if axis == "roll" else ""
-
-
-def _senseless_channels(sensors: Mapping[str, Sensor], procedure: ProcedureDescription) -> Iterator[PlanError]:
-    if procedure.solve.model == "pitch-only":
-        for serial, sensor in sensors.items():
-            if "y" in sensor.channels:
-                yield procedure.error(
-                    ("solve", "model"),
-                    f'the model "pitch-only" has nothing for {serial}.y: without roll it senses no gravity; '
-                    'use "pitch-roll"',
-                )
 
 
 def _temperature_terms(

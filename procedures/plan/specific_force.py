@@ -9,7 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.frames import Attitude
 from ams.models.cr import model_gravity_g, sting_gravity_g
+from ams.models.model import Model
 from procedures.plan.designs import Design, DesignPoint
 
 
@@ -19,6 +21,26 @@ def package_specific_force(points: Sequence[DesignPoint], package: str = "model"
         np.deg2rad([getattr(point, f"{name}_deg") for point in points]) for name in ("pitch", "yaw", "roll")
     )
     return np.asarray(-model_gravity_g(sting_gravity_g(pitch, yaw), roll if package == "model" else 0.0 * roll))
+
+
+def attitude_of(points: Sequence[DesignPoint]) -> Attitude:
+    """Return the (K,) angles of points, radians."""
+    pitch, roll, yaw = (
+        np.deg2rad([getattr(point, f"{name}_deg") for point in points]) for name in ("pitch", "roll", "yaw")
+    )
+    return Attitude(pitch, roll, yaw)
+
+
+def columns_of(model: Model, points: Sequence[DesignPoint], nominal_v_per_g: float) -> FloatArray:
+    """Return (K, P) the columns of a model at rest, for a sensor of that sensitivity along its nominal axis.
+
+    Raises: DesignError where the model cannot be asked at such attitudes.
+    """
+    attitude = attitude_of(points)
+    if model.basis_key is not None:
+        return model.basis(attitude)
+    output_v = nominal_v_per_g * package_specific_force(points)[:, "xyz".index(model.nominal_axis)]
+    return model.jacobian(model.start(attitude, output_v), attitude)
 
 
 def equivalent_rad(points: Sequence[DesignPoint], package: str = "model") -> tuple[FloatArray, FloatArray]:

@@ -25,6 +25,7 @@ from procedures.run.dwell.perform import perform
 from procedures.run.dwell.soak import soak
 from procedures.run.dwell.warm_up import warm_up
 from procedures.run.ending import Ending, RunEnds
+from procedures.run.enough import is_enough_measured
 from procedures.run.judgement.alarm import Alarm, TrustLost
 from procedures.run.judgement.history import History, agenda, plateaus_of, replications_before
 from procedures.run.judgement.judge import Band, Limits, judge_dwell
@@ -75,6 +76,7 @@ class Epoch:
     def run(self) -> None:
         """Everything that is left. Raises: RunEnds, TrustLost, RigError, StorageFailed."""
         self._left.extend(agenda(self._plan.steps, self._history.accepted_steps))
+        self._end_where_enough()
         if self._left:
             self._check_rig()
         while self._left or self._watch.is_in_doubt or self._meters.owes(self._last_dwell_s):
@@ -86,8 +88,15 @@ class Epoch:
                 self._soak(step)
             else:
                 self._dwell(step)
+                if step.purpose == "design":
+                    self._end_where_enough()
         if self._progress_log.state is State.CHECKING:
             self._progress_log.enter(State.RUNNING)
+
+    def _end_where_enough(self) -> None:
+        """Leave out what is left where ``[stop]`` says that whole replications are enough."""
+        if is_enough_measured(self._context, self._suspects.plan, [*self._history.dwells, *self._accepted]):
+            self._left.clear()
 
     def _check_rig(self) -> None:
         identities = dict(self._rig.identities())

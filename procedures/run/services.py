@@ -6,11 +6,17 @@ from pathlib import Path
 
 from procedures.journal.header import RunHeader
 from procedures.lease.keeper import LeaseNews
+from procedures.plan.plan import Plan
+from procedures.records.dwells import DwellRecord
+from procedures.records.sufficiency import Sufficiency
 from procedures.run.judgement.run_limits import RunLimits, run_limits_of
 from procedures.run.watch.disk_space import free_bytes
 from rig.assembly.open_rig import Claim, claimed_by_nobody_else
 from rig.description.read import rig_from_json
+from rig.description.rig_file import RigDescription
 
+Enough = Callable[[RigDescription, Plan, Sequence[DwellRecord]], Sufficiency]
+"""From the dwells of whole replications to what ``[stop] half_width_deg`` says of them."""
 Pulse = Callable[[], Sequence[Mapping[str, object]]]
 
 
@@ -44,8 +50,13 @@ class RunServices:
     """Of devices that other computers reach as well, where this process opens the rig."""
     lease_news: Callable[[], Sequence[LeaseNews]] = _no_lease
     """What became of that claim since the last look."""
+    enough: Enough | None = None
+    """None: every replication is measured, and a plan that has the rule is refused."""
+    described: RigDescription | None = None
+    """The rig as the journal has it."""
 
 
 def with_run_limits(services: RunServices | None, header: RunHeader) -> RunServices:
     """Return the services with what the journal's own rig description asks for."""
-    return replace(services or RunServices(), run_limits=run_limits_of(rig_from_json(header.rig_json)))
+    described = rig_from_json(header.rig_json)
+    return replace(services or RunServices(), run_limits=run_limits_of(described), described=described)

@@ -18,6 +18,7 @@ from ams.models.registry import MODELS
 from ams.observations import Observations
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
+from procedures.plan.sequential import stopped_in_words
 from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import observations_of
 from procedures.solution.request import SensorRows, SolvedSensor, budgets_of, calibrated_degc, request_of
@@ -45,7 +46,8 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     request = request_of(item.name, item.rig, item.sensor, item.plan.solve, observations)
     solved = calibrate_mountings(observations, request)
     on_level = _remarks_on_level(item)
-    remarks = (*solved.remarks, *_remarks(item.plan.solve, item.dwells), *on_level)
+    stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
+    remarks = (*solved.remarks, *_remarks(item.plan.solve, item.dwells), *on_level, *([stopped] if stopped else []))
     warnings = (*solved.warnings, *use_warnings(item.sensor, calibrated_degc(item.plan.solve, observations)))
     calibration = replace(solved, remarks=remarks, warnings=warnings)
     sensor = SolvedSensor(item.name, observations, calibration, None, budgets_of(solved, request, item.rig))

@@ -111,7 +111,7 @@ def request_for(
     }
     references = {item.reference_temperature_degc for item in known.values()}
     return CalibrationRequest(
-        model=model_name(solve, sensor_name, rolls=rolls),
+        model=solve.model_of(sensor_name, rolls=rolls),
         nominal_axes={axis: axis for axis in axes},
         temperature=solve.temperature,
         known_temperature={
@@ -136,16 +136,6 @@ def budgets_of(
         label: axis_budget(axis, request.shared_errors.get(label, ()), gravity, stated=stated, trials=trials)
         for label, axis in calibration.axes.items()
     }
-
-
-def model_name(solve: Solve, sensor: str, *, rolls: bool = True) -> str:
-    """Return what the mathematics calls the model of one sensor: CR's two packages are two models.
-
-    ``rolls``: whether roll carries the sensor, which tells the package where the procedure does not.
-    """
-    if solve.model == "pitch-yaw-roll":
-        return f"pitch-yaw-roll-{solve.packages.get(sensor, 'model' if rolls else 'sting')}"
-    return "linear-accelerometer" if solve.model == "linear" else solve.model
 
 
 def request_of(

@@ -30,14 +30,18 @@ Described = TypeVar("Described", bound=StrictTable)
 
 def read_rig(path: Path) -> RigDescription:
     """Read and check a rig file. Raises: DescriptionError naming file, line and key of every mistake."""
-    file = read_toml(path)
+    return rig_of(read_toml(path))
+
+
+def rig_of(file: TomlFile) -> RigDescription:
+    """Check what was read of a rig file. Raises: DescriptionError as :func:`read_rig`."""
     file.require_seen()
     description = file.validate(rig_form(file.values))
     tables, complaints = _index_tables(file, description.axes)
     complaints += complaints_about_references(file, description)
     if complaints:
         raise type(file.error((), ""))("\n".join(complaints))
-    axes = _dialects_found(description.axes, path.parent)
+    axes = _dialects_found(description.axes, file.path.parent)
     return description.model_copy(
         update={
             "axes": {name: axis.model_copy(update=tables.get(name, {})) for name, axis in axes.items()},

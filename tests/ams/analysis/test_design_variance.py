@@ -9,14 +9,12 @@ from ams.analysis.design_variance import (
     AngleBox,
     design_rank,
     evaluate_design,
-    expected_standard_uncertainty,
     figure_of_merit,
     max_variance,
     variance_function,
 )
 from ams.errors import DesignError
 from ams.frames import Attitude
-from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.models.accelerometer import PitchOnly, PitchRoll, primary_from_parameters
 from ams.solve.linear_form import factor
 
@@ -130,48 +128,3 @@ def test_rank_counts_what_the_points_determine() -> None:
 def test_a_box_upside_down_is_refused() -> None:
     with pytest.raises(DesignError, match=r"box: pitch: got 30° to -30°"):
         AngleBox((np.deg2rad(30), np.deg2rad(-30)))
-
-
-TEETH = TableUncertainty(5e-6, 5e-6, "limit", errors=dict.fromkeys(("pitch", "roll"), IndexErrors("independent")))
-
-
-@pytest.mark.parametrize("table", [None, TEETH])
-def test_expected_uncertainties_are_those_of_a_simulation(table: TableUncertainty | None) -> None:
-    rng = np.random.default_rng(9)
-    pitch, roll = grid(np.arange(-60.0, 61.0, 30.0), np.arange(-180.0, 180.0, 60.0))
-    noise, replications, parameters = 2e-5, 4, (2.5, 0.02, 0.6)
-    expected = expected_standard_uncertainty(pitch, roll, replications, noise, *_arguments(parameters), table)
-    s, o, a = parameters
-    u = np.array([np.cos(o), np.sin(o) * np.cos(a), np.sin(o) * np.sin(a)])
-    found = []
-    for _ in range(1500):
-        stood = [np.zeros_like(pitch), np.zeros_like(roll)]
-        if table is not None:
-            for errors, angle in zip(stood, (pitch, roll), strict=True):
-                labels, index = np.unique(np.round(angle, 9), return_inverse=True)
-                errors += rng.uniform(-5e-6, 5e-6, labels.size)[index]
-        p, r = pitch + stood[0], roll + stood[1]
-        force = np.stack([np.sin(p), -np.cos(p) * np.sin(r), -np.cos(p) * np.cos(r)], axis=1)
-        mean = s * force @ u + noise / np.sqrt(replications) * rng.standard_normal(pitch.size)
-        nominal = np.stack(
-            [np.ones_like(pitch), np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)], axis=1
-        )
-        found.append(np.linalg.lstsq(nominal, mean, rcond=None)[0])
-    b, k = np.array(found)[:, 0], np.array(found)[:, 1:]
-    across = np.hypot(k[:, 1], k[:, 2])
-    spread = {
-        "offset_v": b.std(),
-        "sensitivity_v_per_g": np.linalg.norm(k, axis=1).std(),
-        "coning_deg": np.rad2deg(np.arctan2(across, k[:, 0])).std(),
-        "azimuth_deg": np.rad2deg(np.arctan2(k[:, 2], k[:, 1])).std(),
-    }
-    assert expected == pytest.approx(spread, rel=0.08)
-
-
-def _arguments(parameters: tuple[float, float, float]) -> tuple[float, str, float, float]:
-    return parameters[0], "x", parameters[1], parameters[2]
-
-
-def test_without_coning_no_azimuth_is_expected() -> None:
-    pitch, roll = grid(np.arange(-60.0, 61.0, 30.0))
-    assert expected_standard_uncertainty(pitch, roll, 2, 1e-5, 2.5)["azimuth_deg"] is None

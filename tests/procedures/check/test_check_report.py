@@ -46,8 +46,8 @@ def test_counts_limits_rank_and_degrees_of_freedom(tmp_path: Path):
     assert document["dwells_planned"] == 1482 + 6 + 59
     assert document["axes"]["pitch"]["reached_deg"] == [-90.0, 90.0]
     assert document["axes"]["roll"]["limits_deg"] == [-180.0, 180.0]
-    assert document["rank"] == len(document["parameters"]) == 4
-    assert document["degrees_of_freedom"] == 1478
+    assert document["rank"] == len(document["parameters"]) == 10
+    assert document["degrees_of_freedom"] == 1472
     assert ["a lone sensor" in one for one in document["advice"]] == [True]
 
 
@@ -75,37 +75,36 @@ def test_a_stated_noise_is_taken_before_the_twins_and_half_an_arc_second_without
     assert check(twins, stated).forecast.expected[0].noise_v == pytest.approx(2.0 * arcsec_v)
 
 
-def test_expected_uncertainties_are_the_scatter_of_simulated_calibrations(tmp_path: Path):
-    """Noise and table teeth (rectangular, ±3 arc seconds) drawn anew 3000 times through TP (2) written out."""
-    teeth = ("speed_dps = 5.0", 'speed_dps = 5.0\nuncertainty_arcsec = 3.0\nindex_errors = "independent"')
-    rig = rig_file(tmp_path, teeth, ('"socket://127.0.0.1:1"', '"twin"'), more=TWIN)
-    report = check(rig, procedure_file(tmp_path, ("step = 90.0", "count = 4"), ("to = 180.0", "to = 90.0")))
-    pitch, roll = (
-        np.deg2rad([getattr(p, key) for p in report.plan.design.points]) for key in ("pitch_deg", "roll_deg")
+def test_what_is_expected_of_the_angles_is_told_with_its_shares_and_their_squares_add_up(tmp_path: Path):
+    rig = rig_file(tmp_path, ('"socket://127.0.0.1:1"', '"twin"'), more=TWIN)
+    document = to_document(check(rig, procedure_file(tmp_path, more="usage_pitch_deg = [-20.0, 20.0]\n")))
+    half, shares = (document[f"expected_angle_{key}_deg"]["SN1"] for key in ("half_width", "shares"))
+    assert set(half) == {"pitch", "roll"}
+    for name, u95_deg in half.items():
+        squares = sum(np.sign(share) * share**2 for share in shares[name].values())
+        assert squares == pytest.approx(u95_deg**2), name
+        assert "reading at use" in shares[name]
+    assert document["usage_pitch_deg"] == [-20.0, 20.0]
+    assert any("two replications" in one or "2 replications only" in one for one in document["reservations"])
+
+
+def test_a_stated_noise_at_use_is_what_the_angles_are_read_with(tmp_path: Path):
+    """At rest pitch is read by x alone near level: one reading of 7 arc seconds leaves 1.96 times as much."""
+    rig = rig_file(
+        tmp_path, ('"socket://127.0.0.1:1"', '"twin"'), more=TWIN.replace("noise_v = 4e-5", "noise_v = 1e-8")
     )
-    rng, trials = np.random.default_rng(3), 3000
-    _, tooth = np.unique(pitch, return_inverse=True)
-    true_pitch = pitch + rng.uniform(-1, 1, (trials, tooth.max() + 1))[:, tooth] * np.deg2rad(3.0 / 3600.0)
-    coning, azimuth = np.deg2rad([1.0, 30.0])
-    output = 2.5 * (
-        np.cos(coning) * np.sin(true_pitch) - np.sin(coning) * np.cos(true_pitch) * np.sin(roll + azimuth)
-    ) + rng.normal(0.0, 4e-5 / np.sqrt(20 * 2), (trials, pitch.size))
-    columns = [np.ones_like(pitch), np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)]
-    b, kx, ky, kz = np.linalg.lstsq(np.stack(columns, axis=1), output.T)[0]
-    scatter = {
-        "offset_v": b.std(),
-        "sensitivity_v_per_g": np.sqrt(kx**2 + ky**2 + kz**2).std(),
-        "coning_deg": np.rad2deg(np.arctan2(np.hypot(ky, kz), kx)).std(),
-        "azimuth_deg": np.rad2deg(np.arctan2(kz, ky)).std(),
-    }
-    assert dict(report.forecast.expected[0].standard_uncertainty) == pytest.approx(scatter, rel=0.06)
+    used = "usage_pitch_deg = [-2.0, 2.0]\nusage_noise_arcsec = 7.0\n"
+    (angles,) = check(rig, procedure_file(tmp_path, more=used)).forecast.angles.values()
+    assert angles["pitch"].u95_deg * 3600.0 == pytest.approx(1.96 * 7.0, rel=0.01)
+    assert angles["pitch"].calibration_deg < 0.01 * angles["pitch"].u95_deg
 
 
 def test_without_coning_the_azimuth_will_not_be_determined(tmp_path: Path):
     rig = rig_file(tmp_path, ('"socket://127.0.0.1:1"', '"twin"'), more=TWIN)
     z = next(axis for axis in check(rig, procedure_file(tmp_path)).forecast.expected if axis.axis == "z")
     assert z.standard_uncertainty["azimuth_deg"] is None
-    assert z.standard_uncertainty["coning_deg"] > 0.0
+    assert z.standard_uncertainty["coning_deg"] is None
+    assert z.standard_uncertainty["offset_v"] > 0.0
 
 
 def test_advice_names_the_recommendation_that_is_not_followed(tmp_path: Path):
@@ -135,6 +134,7 @@ def test_every_part_is_printed(tmp_path: Path):
         "(p50)",
         "20 °C by air",
         "4 of 4",
+        "U95",
         "-180 to 180",
         "u(azimuth)",
         "SN1 z",

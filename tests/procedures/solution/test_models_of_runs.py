@@ -1,16 +1,21 @@
 """Runs on twins whose procedure asks for CR's packages on a gimbal, or for SR's straight lines."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from installed_examples import install_example
 from small_run import Bench, bench, dwells_of
 
+from ams.calibration.calibrate import calibrate
+from ams.observations import Observations
 from procedures.errors import PlanError
-from procedures.kinds.expected_attitudes import expected_uncertainties
+from procedures.kinds.expected_attitudes import forecast_of_design
 from procedures.kinds.read import read_procedure
 from procedures.kinds.solve import solve_sensors
+from procedures.solution.request import request_of
 from rig.errors import DescriptionError
 
 YAW = (
@@ -19,6 +24,12 @@ YAW = (
     "speed_dps = 20.0\naxis = 3\n[readouts.dmm]",
 )
 GIMBAL = ("roll_deg = {", "yaw_deg = [-30.0, 0.0, 30.0]\nroll_deg = {")
+
+CAMPAIGNS = 60
+OTHER_AXES = (
+    "y = { offset_v = -0.003, sensitivity_v_per_g = 2.48, coning_deg = 0.3, azimuth_deg = -110.0, noise_v = 2e-5 }",
+    "z = { offset_v = 0.008, sensitivity_v_per_g = 2.52, coning_deg = 0.4, azimuth_deg = 160.0, noise_v = 2e-5 }",
+)
 
 
 def solve_table(text: str) -> tuple[str, str]:
@@ -230,34 +241,72 @@ def test_a_sensor_that_is_named_a_sting_package_is_solved_as_one(tmp_path: Path)
 
 
 @pytest.mark.parametrize("model", ["pitch-yaw-roll", "linear"])
-def test_what_to_expect_of_a_gimbal_is_what_noise_and_table_leave(tmp_path: Path, model: str) -> None:
-    """Straight from the definition: many noisy campaigns on tables of other teeth, each solved by least squares."""
+def test_what_to_expect_of_a_gimbal_is_what_its_solutions_state(tmp_path: Path, model: str) -> None:
+    """The root mean square of what many solved campaigns state, each on a table of other teeth."""
     teeth = (
         "increment_deg = 1.0\nlimits_deg = [-180.0, 180.0]",
         'increment_deg = 1.0\nlimits_deg = [-180.0, 180.0]\nuncertainty_arcsec = 3.0\nindex_errors = "independent"',
     )
     made = bench(tmp_path, (YAW, teeth), (GIMBAL, solve_table(f'model = "{model}"')))
     procedure = read_procedure(tmp_path / "procedure.toml")
-    expected = expected_uncertainties(made.rig, procedure, made.plan)[0]
+    (expected, *_) = forecast_of_design(made.rig, procedure, made.plan, ()).expected
     chance, points = np.random.default_rng(3), made.plan.design.points
     pitch, yaw, roll = (np.deg2rad([getattr(p, f"{name}_deg") for p in points]) for name in ("pitch", "yaw", "roll"))
-    basis = np.column_stack([np.ones(len(points)), felt(pitch, yaw, roll)])
-    columns = basis if model == "pitch-yaw-roll" else basis[:, :2]
     k = 2.5 * np.array(
         [np.cos(np.deg2rad(0.5)), *(np.sin(np.deg2rad(0.5)) * f(np.deg2rad(35.0)) for f in (np.cos, np.sin))]
     )
-    k = k if model == "pitch-yaw-roll" else k * [1.0, 0.0, 0.0]
-    found = []
-    for _ in range(1500):
+    count, squares = len(points), dict.fromkeys(expected.standard_uncertainty, 0.0)
+    for _ in range(CAMPAIGNS):
         moved = [angle + errors_of_teeth(angle, chance) for angle in (pitch, roll)]
-        output = 0.005 + felt(moved[0], yaw, moved[1]) @ k + 2e-5 / np.sqrt(5 * 2) * chance.standard_normal(len(points))
-        found.append(np.linalg.lstsq(columns, output, rcond=None)[0])
-    spread = np.std(found, axis=0)
-    first = expected.standard_uncertainty["offset_v" if model == "pitch-yaw-roll" else "offset_g"]
-    second = expected.standard_uncertainty["sensitivity_v_per_g" if model == "pitch-yaw-roll" else "gain_g_per_v"]
-    scale = (1.0, 1.0) if model == "pitch-yaw-roll" else (1.0 / 2.5, 1.0 / 2.5**2)
-    assert first == pytest.approx(spread[0] * scale[0], rel=0.08)
-    assert second == pytest.approx(spread[1] * scale[1], rel=0.08)
+        clean = np.tile(0.005 + felt(moved[0], yaw, moved[1]) @ k, 2)
+        output = clean + 2e-5 / np.sqrt(5) * chance.standard_normal(clean.size)
+        rows = Observations(
+            np.repeat([1, 2], count), np.tile(np.arange(count), 2), np.tile(pitch, 2), np.tile(roll, 2),
+            {"x": output}, np.tile(yaw, 2),
+        )  # fmt: skip
+        request = request_of("SN1", made.rig, made.plan.sensors["SN1"], made.plan.solve, rows)
+        solved = calibrate(rows, replace(request, nominal_axes={"x": "x"})).axes["x"]
+        for name, (_, u) in values(solved).items():
+            squares[name] += u**2 / CAMPAIGNS
+    assert dict(expected.standard_uncertainty) == pytest.approx(
+        {name: np.sqrt(square) for name, square in squares.items()}, rel=0.2
+    )
+
+
+def test_a_model_of_another_distribution_is_expected_as_it_is_solved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is not linear: what `check` says comes from its own Jacobian at its own solution."""
+    install_example("own_model", tmp_path / "site", monkeypatch)
+    single = (
+        ('"three-axis package"', '"single-axis package"'),
+        ('channels = { x = "dmm.x", y = "dmm.y", z = "dmm.z" }', 'channels = { x = "dmm.x" }'),
+        (OTHER_AXES[0], ""),
+        (OTHER_AXES[1], ""),
+    )
+    level = (
+        ("roll_deg = { from = -180.0, to = 90.0, step = 90.0 }\n", ""),
+        ("step = 30.0", "step = 5.0"),
+        solve_table('model = "stiffening-clinometer"'),
+    )
+    made = bench(tmp_path, single, level)
+    procedure = read_procedure(tmp_path / "procedure.toml")
+    (expected,) = forecast_of_design(made.rig, procedure, made.plan, ()).expected
+    chance, points = np.random.default_rng(4), made.plan.design.points
+    pitch, count = np.deg2rad([point.pitch_deg for point in points]), len(points)
+    coning, azimuth = np.deg2rad([0.5, 35.0])
+    k = 2.5 * np.array([np.cos(coning), np.sin(coning) * np.cos(azimuth), np.sin(coning) * np.sin(azimuth)])
+    clean = np.tile(felt(pitch, 0.0 * pitch, 0.0 * pitch) @ k, 2)
+    squares = dict.fromkeys(expected.standard_uncertainty, 0.0)
+    for _ in range(CAMPAIGNS):
+        output = clean + 2e-5 / np.sqrt(5) * chance.standard_normal(clean.size)
+        labels = np.repeat([1, 2], count), np.tile(np.arange(count), 2)
+        rows = Observations(*labels, np.tile(pitch, 2), np.zeros(2 * count), {"x": output})
+        request = request_of("SN1", made.rig, made.plan.sensors["SN1"], made.plan.solve, rows)
+        for name, (_, u) in values(calibrate(rows, request).axes["x"]).items():
+            squares[name] += u**2 / CAMPAIGNS
+    stated = {name: np.sqrt(square) for name, square in squares.items()}
+    assert dict(expected.standard_uncertainty) == pytest.approx(stated, rel=0.35)  # one degree of freedom each
 
 
 def felt(pitch: np.ndarray, yaw: np.ndarray, roll: np.ndarray) -> np.ndarray:

@@ -1,0 +1,110 @@
+"""What a calibration will say of its uncertainties before anything is measured: the solver's own way, without outputs.
+
+The same model is chosen, linearised and weighted as :func:`ams.calibration.calibrate.calibrate` does, and the
+covariance is that of the same estimate, at the variances that are believed beforehand (:class:`~ams.solve.expected.
+Belief`) instead of those that observations show.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ams.arrays import FloatArray
+from ams.calibration.columns import expect_linearised, plots_of, solve_linearised
+from ams.calibration.model_choice import asked_model, base_model
+from ams.calibration_result import PackageCovariance, ParameterEstimate
+from ams.inputs.request import CalibrationRequest
+from ams.inputs.table_uncertainty import corrected
+from ams.models.model import Model
+from ams.observations import Observations
+from ams.solve.expected import Belief
+from ams.solve.layout import layout_of
+from ams.solve.linearised import linearise
+from ams.solve.package import SolvedAxis, package_covariance
+
+
+@dataclass(frozen=True)
+class ExpectedSolution:
+    """One sensor axis as it will be solved."""
+
+    model: Model
+    primary: FloatArray
+    """(P,)"""
+    parameters: tuple[ParameterEstimate, ...]
+    """As they will be stated: uncertainties, degrees of freedom and 95 % intervals."""
+    degrees_of_freedom: int
+    added: tuple[str, ...]
+    """Primary parameters beside those of the model that was asked for: terms of low order, of temperature, of time."""
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """All axes of one package."""
+
+    axes: Mapping[str, ExpectedSolution]
+    package: PackageCovariance
+    """Of the primary parameters of all axes, part by part."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What replications have shown of one axis without looking at its estimates."""
+
+    belief: Belief
+    """Precision inside the replications, and lack of fit."""
+    drifting: tuple[str, ...]
+    """Quantities whose drift is significant."""
+
+
+def shown(observations: Observations, request: CalibrationRequest) -> dict[str, Shown]:
+    """Return what the axes have shown in two replications or more.
+
+    Precision and lack of fit are independent of the spread between the replications, from which intervals are made: who
+    decides by them whether to go on leaves the intervals their coverage.
+
+    Raises: AmsError where the rows cannot be solved.
+    """
+    rows = corrected(observations, request.table)
+    layout = layout_of(rows)
+    found = {}
+    for label in request.axes_of(rows):
+        model, errors = asked_model(label, rows, layout, request), request.shared_errors.get(label, ())
+        problem = linearise([model], rows, layout, rows.outputs[label][:, None], None)
+        solved = solve_linearised(problem, layout, plots_of(model, rows, layout), request.table, errors)
+        precision, lack_of_fit = (
+            float(np.sqrt(np.nan_to_num(variance[0])))
+            for variance in (solved.mixed.precision_variance, solved.mixed.lack_of_fit_variance)
+        )
+        tests = {} if solved.replication is None else solved.replication.drift
+        drifting = tuple(name for name, test in tests.items() if test.of(0).is_significant)
+        found[label] = Shown(Belief(precision, lack_of_fit), drifting)
+    return found
+
+
+def expect(observations: Observations, request: CalibrationRequest, beliefs: Mapping[str, Belief]) -> Expectation:
+    """Return what :func:`ams.calibration.calibrate.calibrate` will say on the average.
+
+    ``observations`` are the rows as they are planned, with the outputs that a sensor without errors would give.
+
+    Raises: DesignError where the rows cannot determine the model, SolveError where its iteration does not converge.
+    """
+    rows = corrected(observations, request.table)
+    layout = layout_of(rows)
+    axes: dict[str, ExpectedSolution] = {}
+    parts: list[SolvedAxis] = []
+    for label in request.axes_of(rows):
+        model, errors = asked_model(label, rows, layout, request), request.shared_errors.get(label, ())
+        problem = linearise([model], rows, layout, rows.outputs[label][:, None], None)
+        plots = plots_of(model, rows, layout)
+        solved = expect_linearised(problem, layout, plots, [beliefs[label]], request.table, errors)
+        base = base_model(label, rows, request).primary_names
+        axes[label] = ExpectedSolution(
+            model,
+            solved.primary[0],
+            solved.parameters.estimates(0),
+            solved.degrees_of_freedom,
+            tuple(name for name in model.primary_names if name not in base),
+        )
+        parts.append(SolvedAxis(label, model.primary_names, solved.components, 0, errors))
+    return Expectation(axes, package_covariance(parts))

@@ -1,0 +1,30 @@
+"""How long `calrig plan` takes to compare two hundred calibrations of the example rig, and a D-optimal design."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from bench.figure import Effort, Figure
+from procedures.check.candidate import Asked, Space, Target
+from procedures.check.candidates import compare
+from procedures.plan.exchange import exchanged
+from procedures.plan.optimal import terms
+from procedures.solution.expected import Usage
+from rig.description.read import read_rig
+
+RIG = Path(__file__).parents[1] / "examples" / "rig.toml"
+MANY = Space(replications=(3, 4, 6, 10))
+FEW = Space(grids=((7, 8),), fractions=(), optimal=(), replications=(3,), samples=(5,))
+
+
+def figures(effort: Effort) -> Iterator[Figure]:
+    """Time one comparison."""
+    asked = Asked(read_rig(RIG), Target(hours=50.0), Usage((-60.0, 60.0)), space=FEW if effort.is_tiny else MANY)
+    count = len(compare(asked).candidates)
+    spent_s = effort.best_s(lambda: compare(asked), repeats=1)
+    yield Figure("200 calibrations compared", 200.0 * spent_s / count, "s", 10.0, at_most=True, note=f"of {count}")
+    angles = [(pitch, roll) for pitch in np.arange(-90.0, 91.0, 5.0) for roll in np.arange(-180.0, 181.0, 30.0)]
+    rows = terms(np.deg2rad(np.array(angles)), "extended", with_roll=True)
+    spent_s = effort.best_s(lambda: exchanged(rows, 72, np.random.default_rng(0), None), repeats=1)
+    yield Figure(f"D-optimal design of 72 points of {len(rows)}", spent_s, "s", 5.0, at_most=True)

@@ -1,0 +1,101 @@
+"""A calibration that could be made, what is asked of it, and what it is compared with: values of `calrig plan`."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from procedures.solution.beliefs import Pilot
+from procedures.solution.expected import Usage
+from rig.description.rig_file import RigDescription
+
+ORDER = "there-and-back"
+
+
+@dataclass(frozen=True)
+class Space:
+    """What is tried."""
+
+    grids: tuple[tuple[int, int], ...] = (
+        (5, 6),
+        (7, 6),
+        (7, 8),
+        (9, 8),
+        (9, 12),
+        (13, 8),
+        (13, 12),
+        (19, 12),
+        (37, 12),
+    )
+    """Pitch and roll values."""
+    fractions: tuple[tuple[int, int, int], ...] = ((19, 12, 3), (37, 12, 3))
+    """Pitch values, roll values, and how much of the interior is left out."""
+    optimal: tuple[tuple[int, int, int], ...] = ((19, 12, 72),)
+    """Pitch and roll values of a lattice, and how many of its points are taken (I-optimal)."""
+    replications: tuple[int, ...] = (3, 4, 6, 10, 15)
+    samples: tuple[int, ...] = (2, 5, 10, 20)
+    """Readings a dwell, rising; the last is what readings at use are like where nothing is said."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """What is asked for: one of the three."""
+
+    half_width_deg: float | None = None
+    """U95 of the worst angle of the worst sensor."""
+    parameter: tuple[str, float] | None = None
+    """Name and 95 % half-width, in its unit, of the worst axis."""
+    hours: float | None = None
+    """The most that the run may take (p50)."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is to be planned."""
+
+    rig: RigDescription
+    target: Target
+    usage: Usage
+    pilot: Pilot | None = None
+    space: Space = Space()
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One calibration that could be made."""
+
+    design: Mapping[str, object]
+    """The table ``[design]`` of its procedure."""
+    points: int
+    replications: int
+    samples: int
+    nplc: float | None
+    """Of the readings; None: the readouts' own."""
+    hours: float
+    half_width_deg: float
+    """U95 of the worst angle of the worst sensor."""
+    calibration_deg: float
+    """What of it the calibration leaves, readings at use apart."""
+    parameters: Mapping[str, float]
+    """Parameter to the half-width of its 95 % interval, of the worst axis."""
+    sees_lack_of_fit_arcsec: float
+    """From which size on the test finds it in half of the runs."""
+    sees_drift_arcsec: float
+    """Of the offset, between replications, likewise."""
+    blind_to: tuple[str, ...]
+    """Terms of the sensor that its points do not determine."""
+    order: str = ORDER
+
+    def value(self, target: Target) -> float:
+        """Return what the target is about: an angle, or the parameter that it names."""
+        return self.half_width_deg if target.parameter is None else self.parameters[target.parameter[0]]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All candidates, the quickest first, and which is chosen."""
+
+    asked: Asked
+    candidates: tuple[Candidate, ...]
+    chosen: int
+    sensors: int
+    front: tuple[int, ...] = field(default=())
+    """Those that no other beats in hours and in what the target is about."""

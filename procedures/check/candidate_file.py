@@ -1,0 +1,73 @@
+"""The procedure of a chosen calibration, with the reasons for the choice as comments."""
+
+from collections.abc import Iterator
+
+from ams.units import ARCSEC_PER_DEG
+from procedures.check.candidate import Candidate, Comparison, Target
+from procedures.check.candidates import IN_HAND, REFERENCE_EVERY, model_for
+from procedures.check.procedure_text import Written, procedure_text
+
+
+def chosen_procedure(comparison: Comparison) -> str:
+    """Return the text of the file."""
+    asked, chosen = comparison.asked, comparison.candidates[comparison.chosen]
+    low, high = asked.usage.pitch_deg
+    noise = asked.usage.noise_arcsec
+    assert noise is not None
+    design = {**chosen.design, "usage_noise_arcsec": float(f"{noise:.3g}")}
+    reasons = {
+        "": list(_why(comparison, chosen)),
+        "design": [
+            f"used at pitch {low:g} to {high:g} degrees, calibrated over half as much again (TP recommendation 1);",
+            "out and back on alternate rows: a drift cannot pass for a sensitivity (TP recommendation 4)",
+        ],
+        "dwell": [f"{chosen.samples} readings a channel: more cost hours and leave U95 as it is"],
+        "check": ["two attitudes that differ in pitch and roll: a slip of the table is told from a tilt of its base"],
+    }
+    return procedure_text(
+        Written(
+            title=f"{chosen.points} points, {chosen.replications} replications, {chosen.samples} readings",
+            design=design,
+            replications=chosen.replications,
+            samples=chosen.samples,
+            model=model_for(asked.rig),
+            nplc=chosen.nplc,
+            reference_every=REFERENCE_EVERY,
+            reasons=reasons,
+        )
+    )
+
+
+def _why(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
+    yield f"Written by calrig plan for {comparison.asked.rig.rig.name}: {target_in_words(comparison.asked.target)}."
+    u95, own = (value * ARCSEC_PER_DEG for value in (chosen.half_width_deg, chosen.calibration_deg))
+    yield f"Expected: {chosen.hours:.2f} h (p50), U95 of an angle {u95:.3g} arc seconds; of the calibration {own:.3g}."
+    quicker = [place for place in comparison.front if place < comparison.chosen]
+    slower = [place for place in comparison.front if place > comparison.chosen]
+    for word, place in (("quicker", quicker[-1:]), ("slower", slower[:1])):
+        for other in (comparison.candidates[number] for number in place):
+            yield (
+                f"The next {word} one: {other.points} points x {other.replications} x {other.samples} readings, "
+                f"{other.hours:.2f} h, U95 {other.half_width_deg * ARCSEC_PER_DEG:.3g} arc seconds."
+            )
+    yield from cannot_see(chosen)
+
+
+def target_in_words(target: Target) -> str:
+    """Return what was asked for."""
+    if target.hours is not None:
+        return f"the best that {target.hours:g} h allow"
+    if target.parameter is not None:
+        name, half = target.parameter
+        return f"the shortest with a 95 % half-width of {name} of {half:g} or less, a tenth in hand"
+    return f"the shortest with U95 of {target.half_width_deg:g} degrees or less, {round((IN_HAND - 1) * 100)} % in hand"
+
+
+def cannot_see(chosen: Candidate) -> Iterator[str]:
+    """Yield what the choice cannot see of the sensor."""
+    yield (
+        f"It cannot see: lack of fit below {chosen.sees_lack_of_fit_arcsec:.2g} arc seconds a point, a drift of the "
+        f"offset below {chosen.sees_drift_arcsec:.2g} arc seconds between replications (found in half of the runs)."
+    )
+    if chosen.blind_to:
+        yield f"Its points do not determine {' and '.join(chosen.blind_to)} terms of the sensor: they bend the offset."

@@ -1,0 +1,88 @@
+"""A comparison of calibrations for a person, as a table and as a document."""
+
+from typing import Any
+
+from rich.console import Group
+from rich.table import Table
+
+from ams.parameter_words import words_of
+from ams.units import ARCSEC_PER_DEG, small_unit
+from procedures.check.candidate import Candidate, Comparison
+from procedures.check.candidate_file import cannot_see, target_in_words
+
+SHOWN = ("offset_v", "sensitivity_v_per_g")
+MOST_ROWS = 14
+
+
+def render_comparison(comparison: Comparison) -> Group:
+    """Return the candidates that no other beats, and what the chosen one cannot see."""
+    chosen = comparison.candidates[comparison.chosen]
+    names = [name for name in SHOWN if name in chosen.parameters]
+    halves = [f"{words_of(name).symbol} ±\n({small_unit(words_of(name).unit)[0]})" for name in names]
+    table = Table(
+        "", "points × replications\n× readings", "NPLC", "hours", "U95\n(″)", "calibra-\ntion (″)", *halves, box=None
+    )
+    for place in _shown(comparison):
+        one = comparison.candidates[place]
+        table.add_row(
+            "→" if place == comparison.chosen else "",
+            f"{one.points} × {one.replications} × {one.samples}",
+            "own" if one.nplc is None else f"{one.nplc:g}",
+            f"{one.hours:.2f}",
+            f"{one.half_width_deg * ARCSEC_PER_DEG:.3g}",
+            f"{one.calibration_deg * ARCSEC_PER_DEG:.3g}",
+            *(_scaled(one, name) for name in names),
+        )
+    low, high = comparison.asked.usage.pitch_deg
+    each = f", {chosen.hours / comparison.sensors:.2g} h each of {comparison.sensors}" if comparison.sensors > 1 else ""
+    return Group(
+        table,
+        f"{len(comparison.candidates)} calibrations compared, there and back; shown are some that no other beats. →: "
+        f"{target_in_words(comparison.asked.target)}: {chosen.hours:.2f} h{each}",
+        f"U95: rms of the 95 % half-width of one future angle over pitch {low:g}° to {high:g}° and every roll, at "
+        f"{comparison.asked.usage.noise_arcsec:.2g}″ a reading; the worst angle of the worst sensor",
+        *cannot_see(chosen),
+    )
+
+
+def _shown(comparison: Comparison) -> list[int]:
+    """Return the chosen one with its neighbours, and the ends: a front may have forty places."""
+    front, most = list(comparison.front), MOST_ROWS
+    place = front.index(comparison.chosen)
+    first = min(max(place - most // 2, 0), max(len(front) - most, 0))
+    return sorted({front[0], *front[first : first + most], front[-1]})
+
+
+def comparison_document(comparison: Comparison) -> dict[str, Any]:
+    """Return the form of ``calrig plan --json``."""
+    return {
+        "candidates": [_document(one) for one in comparison.candidates],
+        "chosen": comparison.chosen,
+        "front": list(comparison.front),
+        "sensors": comparison.sensors,
+        "usage_pitch_deg": list(comparison.asked.usage.pitch_deg),
+        "usage_noise_arcsec": comparison.asked.usage.noise_arcsec,
+    }
+
+
+def _document(one: Candidate) -> dict[str, Any]:
+    return {
+        "points": one.points,
+        "replications": one.replications,
+        "samples": one.samples,
+        "nplc": one.nplc,
+        "order": one.order,
+        "hours": one.hours,
+        "half_width_deg": one.half_width_deg,
+        "calibration_half_width_deg": one.calibration_deg,
+        "half_width_95": dict(one.parameters),
+        "design": dict(one.design),
+        "sees_lack_of_fit_arcsec": one.sees_lack_of_fit_arcsec,
+        "sees_drift_arcsec": one.sees_drift_arcsec,
+        "blind_to": list(one.blind_to),
+    }
+
+
+def _scaled(one: Candidate, name: str) -> str:
+    factor = small_unit(words_of(name).unit)[1]
+    return f"{one.parameters[name] * factor:.3g}" if name in one.parameters else "–"

@@ -1,0 +1,137 @@
+"""What the solution of a planned run will say of its uncertainties, sensor by sensor: the one forecaster of solutions.
+
+The rows are those of the plan, at outputs that a sensor without errors would give; request, model, weights and
+covariance are those of :mod:`procedures.solution.by_model`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import degrees, radians
+
+import numpy as np
+
+from ams.analysis.angle_uncertainty import KnownAxis, UsageBox, angle_uncertainties
+from ams.calibration.expectation import Expectation, expect
+from ams.models.registry import MODELS
+from ams.observations import Observations
+from ams.units import RAD_PER_ARCSEC
+from procedures.description.procedure_file import Solve
+from procedures.plan.designs import DesignPoint
+from procedures.plan.specific_force import attitude_of, package_specific_force
+from procedures.solution.beliefs import AxisBelief
+from procedures.solution.request import request_of
+from rig.description.rig_file import RigDescription, Sensor
+
+PARTS: Mapping[str, str] = {
+    "replications": "noise and drift",
+    "whole plots": "visits of plateaus",
+    "residuals": "noise",
+    "lack-of-fit": "lack of fit",
+}
+"""Part of the covariance to words; every other part is told by its own name."""
+
+
+@dataclass(frozen=True)
+class PlannedRows:
+    """The rows that a run will have."""
+
+    points: Sequence[DesignPoint]
+    replications: int
+    temperature_degc: Sequence[float] | None = None
+    """Of every replication."""
+    replication_s: float = 3600.0
+    """How long one replication takes."""
+
+
+@dataclass(frozen=True)
+class ExpectedAngle:
+    """U95 of one angle, degrees."""
+
+    u95_deg: float
+    calibration_deg: float
+    """The same at use with readings that do not scatter."""
+    shares_deg: Mapping[str, float]
+    """Source to what it takes of U95; squares add up, and what is below zero takes off."""
+    counted: float
+    """Share of the usage range where the angle is told well enough to be counted."""
+
+
+@dataclass(frozen=True)
+class ExpectedSensor:
+    """One sensor as it will be solved."""
+
+    solution: Expectation
+    angles: Mapping[str, ExpectedAngle]
+    """``pitch`` and ``roll``, where its outputs tell them."""
+
+
+@dataclass(frozen=True)
+class Usage:
+    """Where and how a sensor will be used."""
+
+    pitch_deg: tuple[float, float]
+    noise_arcsec: float | None = None
+    """Standard deviation of one reading at use; None: that of one dwell of the calibration."""
+
+
+def expected_sensor(
+    rig: RigDescription,
+    solve: Solve,
+    serial: str,
+    sensor: Sensor,
+    rows: PlannedRows,
+    believed: Mapping[str, AxisBelief],
+    samples: int,
+    usage: Usage,
+) -> ExpectedSensor:
+    """Return what is to be expected of one sensor. Raises: ams.errors.AmsError where the rows cannot be solved."""
+    observations = _observations(solve.model_of(serial, rolls=sensor.rolls), rows, believed, rolls=sensor.rolls)
+    request = request_of(serial, rig, sensor, solve, observations)
+    found = expect(observations, request, {axis: one.belief(samples) for axis, one in believed.items()})
+    known = [
+        KnownAxis(one.model, one.primary, _reading_v(believed[axis], samples, usage), one.added)
+        for axis, one in found.axes.items()
+    ]
+    temperature = observations.temperature_degc
+    low, high = usage.pitch_deg
+    box = UsageBox((radians(low), radians(high)), None if temperature is None else float(temperature.mean()))
+    told = angle_uncertainties(known, found.package.components, box)
+    angles = {
+        name: ExpectedAngle(
+            degrees(one.u95_rad),
+            degrees(one.calibration_rad),
+            {PARTS.get(source, source): degrees(share) for source, share in one.shares_rad.items()},
+            one.counted,
+        )
+        for name, one in told.items()
+    }
+    return ExpectedSensor(found, angles)
+
+
+def _reading_v(believed: AxisBelief, samples: int, usage: Usage) -> float:
+    if usage.noise_arcsec is None:
+        return believed.noise_v(samples)
+    return usage.noise_arcsec * RAD_PER_ARCSEC * float(np.linalg.norm(believed.k_v_per_g))
+
+
+def _observations(model: str, rows: PlannedRows, believed: Mapping[str, AxisBelief], *, rolls: bool) -> Observations:
+    """Return the rows, replication by replication, at the outputs of a sensor without errors."""
+    count, n = len(rows.points), rows.replications
+    attitude, columns = attitude_of(rows.points), MODELS[model].columns
+    force = package_specific_force(
+        rows.points, "model" if rolls and ("yaw" not in columns or "roll" in columns) else "sting"
+    )
+    yaw = attitude.yaw_rad
+    assert yaw is not None
+    has_yaw = bool(yaw.any()) or "yaw" in columns
+    return Observations(
+        replication=np.repeat(np.arange(1, n + 1), count),
+        point=np.tile(np.arange(1, count + 1), n),
+        pitch_rad=np.tile(attitude.pitch_rad, n),
+        roll_rad=np.tile(attitude.roll_rad, n) if rolls else np.zeros(n * count),
+        yaw_rad=np.tile(yaw, n) if has_yaw else None,
+        outputs={axis: np.tile(one.offset_v + force @ one.k_v_per_g, n) for axis, one in believed.items()},
+        temperature_degc=None if rows.temperature_degc is None else np.repeat(rows.temperature_degc, count),
+        time_s=np.arange(n * count) * rows.replication_s / count,
+        source="plan",
+    )

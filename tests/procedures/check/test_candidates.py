@@ -1,0 +1,105 @@
+"""Laws of ``calrig plan``: what is chosen reaches the target, nothing quicker does, and its file is as promised."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from command import call
+from example_files import EXAMPLE_RIG
+from planning_files import rig_file
+
+from procedures.check.candidate import Asked, Comparison, Space, Target
+from procedures.check.candidate_file import chosen_procedure
+from procedures.check.candidates import IN_HAND, compare
+from procedures.check.check_report import check
+from procedures.errors import PlanError
+from procedures.kinds.read import procedure_of
+from procedures.solution.expected import Usage
+from rig.description.read import read_rig
+from rig.toml_file import TomlFile
+
+SMALL = Space(grids=((5, 6), (7, 8)), fractions=(), optimal=(), replications=(3, 6), samples=(5, 20))
+USAGE = Usage((-30.0, 30.0))
+
+
+def compared(target: Target, space: Space = SMALL, usage: Usage = USAGE) -> Comparison:
+    return compare(Asked(read_rig(EXAMPLE_RIG), target, usage, space=space))
+
+
+@pytest.fixture(scope="module")
+def best() -> Comparison:
+    return compared(Target(hours=100.0))
+
+
+def test_the_chosen_one_reaches_the_target_and_nothing_quicker_does(best: Comparison) -> None:
+    wanted = best.candidates[best.front[2]].half_width_deg * IN_HAND * 1.0001
+    chosen = (found := compared(Target(half_width_deg=wanted))).candidates[found.chosen]
+    assert IN_HAND * chosen.half_width_deg <= wanted
+    quicker = [other for other in found.candidates if other.hours < chosen.hours]
+    assert all(IN_HAND * other.half_width_deg > wanted for other in quicker)
+
+
+def test_the_hours_that_there_are_are_not_exceeded_and_nothing_within_them_is_better(best: Comparison) -> None:
+    chosen = (found := compared(Target(hours=2.0))).candidates[found.chosen]
+    assert chosen.hours <= 2.0
+    assert min(one.half_width_deg for one in found.candidates if one.hours <= 2.0) == chosen.half_width_deg
+    assert [one.hours for one in best.candidates] == sorted(one.hours for one in best.candidates)
+
+
+def test_more_readings_and_more_replications_cost_hours_and_leave_less(best: Comparison) -> None:
+    by_choice = {(one.points, one.replications, one.samples): one for one in best.candidates if one.nplc is None}
+    for (points, replications, samples), one in by_choice.items():
+        for more in ((points, 6, samples), (points, replications, 20)):
+            if more != (points, replications, samples):
+                assert by_choice[more].hours > one.hours
+                assert by_choice[more].half_width_deg < one.half_width_deg
+
+
+def test_the_file_passes_check_and_is_what_was_promised(best: Comparison) -> None:
+    chosen = best.candidates[best.chosen]
+    text = chosen_procedure(best)
+    report = check(best.asked.rig, procedure_of(TomlFile(Path("procedure.toml"), text)))
+    angles = report.forecast.angles["SN1047"]
+    assert report.plan.expected.p50_s / 3600.0 == pytest.approx(
+        chosen.hours, rel=0.03
+    )  # reference visits run on through replications
+    assert max(angle.u95_deg for angle in angles.values()) == pytest.approx(chosen.half_width_deg, rel=0.01)
+    assert "# It cannot see: lack of fit below" in text
+
+
+def test_what_is_out_of_reach_is_a_sentence_with_the_nearest_possible(best: Comparison) -> None:
+    with pytest.raises(PlanError, match=r"out of reach: the nearest possible is 0\.000\d+° in .* h"):
+        compared(Target(half_width_deg=1e-6))
+    with pytest.raises(PlanError, match=r"the shortest calibration that can be solved takes 0\.\d+ h"):
+        compared(Target(hours=0.01))
+    with pytest.raises(PlanError, match=r"--parameter: got 'b', the sensors have offset_v"):
+        compared(Target(parameter=("b", 1.0)))
+    with pytest.raises(PlanError, match=r"--usage-pitch: got 20 to -20"):
+        compared(Target(hours=1.0), usage=Usage((20.0, -20.0)))
+    with pytest.raises(PlanError, match="no sensor that measures acceleration"):
+        compare(replace(best.asked, rig=best.asked.rig.model_copy(update={"sensors": {}})))
+
+
+def test_a_table_that_stops_at_few_angles_is_asked_for_no_others(tmp_path: Path) -> None:
+    rig = rig_file(tmp_path, ("increment_deg = 1.0", "increment_deg = 15.0"))
+    found = compare(Asked(rig, Target(hours=100.0), USAGE, space=SMALL))
+    for one in found.candidates:
+        assert all(angle % 15.0 == 0.0 for angle in one.design["pitch_deg"])
+
+
+@pytest.mark.thorough
+def test_the_command_writes_file_picture_and_document(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("procedures.cli.plan.SPACE", SMALL)
+    out, plot = tmp_path / "p.toml", tmp_path / "p.svg"
+    options = ("--rig", EXAMPLE_RIG, "--hours", "2", "--usage-pitch=-30:30")
+    document = call(capsys, "plan", *options, "--out", out, "--plot", plot, "--json").document
+    chosen = document["candidates"][document["chosen"]]
+    assert set(chosen) >= {"points", "replications", "samples", "nplc", "order", "hours", "half_width_deg"}
+    assert json.dumps(document, allow_nan=False)
+    assert plot.read_bytes().startswith(b"<?xml")
+    assert call(capsys, "check", out, "--rig", EXAMPLE_RIG, "--json").status == 0
+    assert "is there already" in call(capsys, "plan", *options, "--out", out).err
+    assert "give one of --half-width-deg" in call(capsys, "plan", "--rig", EXAMPLE_RIG).err
