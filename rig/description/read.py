@@ -45,7 +45,7 @@ def rig_of(file: TomlFile) -> RigDescription:
     return description.model_copy(
         update={
             "axes": {name: axis.model_copy(update=tables.get(name, {})) for name, axis in axes.items()},
-            "readouts": _dialects_found(description.readouts, path.parent),
+            "readouts": _dialects_found(description.readouts, file.path.parent),
         }
     )
 

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from procedures.description.procedure_file import DwellSettings
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell
 from procedures.records.dwells import ChannelReading, Look, Measurement
@@ -86,7 +85,9 @@ def measure(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, 
     settled = settle_at(rig, plan, wait)
     announcement.read(rig.chance)
     before = look(rig, dwell.targets_deg)
-    readings = {channel: read_channel(rig, channel, plan.dwell, wait) for channel in plan.channels}
+    readings = {
+        channel: read_channel(rig, channel, plan.dwell.samples, wait, plan.dwell.nplc) for channel in plan.channels
+    }
     after = look(rig, dwell.targets_deg)
     return Measurement(before, after, readings, settled.is_settled, settled.took_s)
 
@@ -106,9 +107,9 @@ def settle_at(rig: OpenRig, plan: Plan, wait: Wait) -> Settled:
     return settle(readout_of(rig, channel), channel, settings.settle, settings.settle_nplc, rig.clock, wait)
 
 
-def read_channel(rig: OpenRig, channel: str, dwell: DwellSettings, wait: Wait) -> ChannelReading:
-    """Read one burst, overloaded readings as NaN."""
-    burst = readout_of(rig, channel).read(channel, dwell.samples, wait, dwell.nplc)
+def read_channel(rig: OpenRig, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> ChannelReading:
+    """Read one burst, overloaded readings as NaN. ``nplc``: None for what the rig file says."""
+    burst = readout_of(rig, channel).read(channel, samples, wait, nplc)
     crash_point(CrashPoint.ACQUIRING)
     values = burst.samples.copy()
     values[burst.overload] = float("nan")

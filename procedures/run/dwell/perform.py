@@ -79,7 +79,7 @@ def _at_rest(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement,
         wanted = {name: _samples(plan, dwell, stream.rate_hz) for name, stream in streams_of(rig, plan).items()}
         for channel in plan.channels:
             if channel.partition(".")[0] not in wanted:
-                readings[channel] = read_channel(rig, channel, plan.dwell, recorder.wait)
+                readings[channel] = read_channel(rig, channel, plan.dwell.samples, recorder.wait, plan.dwell.nplc)
         while short := [name for name, count in wanted.items() if recorder.samples(name) < count]:
             left = max((wanted[name] - recorder.samples(name)) / rig.streams[name].rate_hz for name in short)
             recorder.wait(left + recorder.poll_s)

@@ -218,7 +218,7 @@ def _read_voltages(
     readings = {}
     for channel in plan.channels:
         if channel.partition(".")[0] in rig.readouts:
-            readings[channel] = read_channel(rig, channel, plan.dwell, recorder.wait)
+            readings[channel] = read_channel(rig, channel, plan.dwell.samples, recorder.wait, plan.dwell.nplc)
             watch.take(axis.turn_look(rig.clock))
     return readings
 
