@@ -91,9 +91,8 @@ def _plateaus_beyond_limits(
 def _missing_axes(
     rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor], design: Design
 ) -> Iterator[PlanError]:
-    states_yaw = any(
-        "yaw" in MODELS[procedure.solve.model_of(serial, rolls=one.rolls)].columns for serial, one in sensors.items()
-    )
+    models = (procedure.solve.model_of(serial, rolls=sensor.rolls) for serial, sensor in sensors.items())
+    states_yaw = any("yaw" in MODELS[model].columns for model in models)
     needed = {"pitch": "pitch_deg"}
     needed |= {"roll": "roll_deg"} if _rolls(design) else {}
     needed |= {"yaw": "yaw_deg"} if _yaws(design) or states_yaw else {}

@@ -118,9 +118,8 @@ def _observations(model: str, rows: PlannedRows, believed: Mapping[str, AxisBeli
     """Return the rows, replication by replication, at the outputs of a sensor without errors."""
     count, n = len(rows.points), rows.replications
     attitude, columns = attitude_of(rows.points), MODELS[model].columns
-    force = package_specific_force(
-        rows.points, "model" if rolls and ("yaw" not in columns or "roll" in columns) else "sting"
-    )
+    is_on_sting = not rolls or ("yaw" in columns and "roll" not in columns)
+    force = package_specific_force(rows.points, "sting" if is_on_sting else "model")
     yaw = attitude.yaw_rad
     assert yaw is not None
     has_yaw = bool(yaw.any()) or "yaw" in columns
