@@ -15,7 +15,8 @@ from procedures.cli.output import finite, note, print_json, say
 from procedures.cli.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
 from procedures.jog_screen.inferred import inferred_attitude
-from rig.assembly.open_rig import Rig, choose_clock, open_rig, unguarded_sentence
+from rig.assembly.open_rig import Rig, choose_clock, open_rig
+from rig.assembly.unguarded import unguarded_sentences
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.description.device_settings import TWIN_PORT
 from rig.description.read import read_rig
@@ -90,7 +91,7 @@ def jog(
         raise RequestError(
             "jog: --set, --snapshot and --log belong to the screen, which needs a terminal; nothing moved"
         )
-    if wanted and (sentence := unguarded_sentence(description)):
+    for sentence in unguarded_sentences(description) if wanted else ():
         note(sentence)
     with (
         open_rig(description, rig_file=rig, purpose="jog", write=replace_file) as opened,

@@ -48,7 +48,8 @@ from procedures.report.summary import print_summary, worst_uncertainty
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.resume import resume as resume_run
-from rig.assembly.open_rig import choose_clock, open_rig, unguarded_sentence
+from rig.assembly.open_rig import choose_clock, open_rig
+from rig.assembly.unguarded import unguarded_sentences
 from rig.clock import SystemClock, VirtualClock
 from rig.description.read import read_rig, rig_from_json
 from rig.description.rig_file import RigDescription
@@ -160,7 +161,7 @@ def resume(
 
 def tell_unguarded(rig: RigDescription) -> None:
     """Say where nobody stops the axes when this program dies."""
-    if sentence := unguarded_sentence(rig):
+    for sentence in unguarded_sentences(rig):
         note(sentence)
 
 

@@ -17,6 +17,7 @@ from procedures.plan.plan import Plan
 from procedures.run.readiness import readiness
 from procedures.run.watch.disk_space import free_bytes, require_room
 from rig.assembly.open_rig import real_ports
+from rig.assembly.unguarded import unstoppable_axes
 from rig.description.rig_file import RigDescription
 from rig.lines.lock import is_beyond_this_machine
 
@@ -39,7 +40,7 @@ class Preflight:
     engineering: tuple[str, ...]
     """What is missing for a calibration; empty where twins are measured, which is none anyway."""
     unguarded: tuple[str, ...] = ()
-    """What nobody keeps from a second controller."""
+    """Which axes nobody stops when calrig dies, and what nobody keeps from a second controller."""
     undelivered: tuple[str, ...] = ()
     """What a run would not leave because a library is not installed."""
 
@@ -52,7 +53,10 @@ def preflight(
     today: date,
     free: Callable[[Path], int] = free_bytes,
 ) -> Preflight:
-    """``out``: where run folders are made; it need not exist. ``plan``: None where only the rig is looked at."""
+    """``out``: where run folders are made; it need not exist. ``plan``: None where only the rig is looked at.
+
+    Raises: DescriptionError where a driver's axis is not whole.
+    """
     ready = readiness(rig, today)
     checks: list[Callable[[], None]] = [lambda: require_local(out)]
     if not rig.is_simulated:
@@ -60,7 +64,8 @@ def preflight(
     if plan is not None:
         planned, most_mb = plan, rig.interlocks.min_free_mb
         checks.append(lambda: require_room(out, planned, free(_nearest(out)), most_mb))
-    unguarded = tuple(_UNGUARDED.format(port) for port in real_ports(rig) if is_beyond_this_machine(port))
+    reached = (_UNGUARDED.format(port) for port in real_ports(rig) if is_beyond_this_machine(port))
+    unguarded = (*unstoppable_axes(rig.axes), *reached)
     engineering = () if rig.is_simulated else ready.missing
     undelivered = () if plan is None else tuple(_undelivered(plan))
     return Preflight(tuple(_refused(checks)), engineering, unguarded, undelivered)

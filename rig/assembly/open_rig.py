@@ -296,16 +296,6 @@ def _guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines:
     return tuple(found.values())
 
 
-def unguarded_sentence(description: RigDescription) -> str:
-    """Return what to say of axes that nobody stops when this program dies; empty where a guard does."""
-    if IS_POSSIBLE or not _has_axes_elsewhere(description):
-        return ""
-    return (
-        "this system has no stop guard: if this program is killed or the computer dies, nobody stops the axes; keep "
-        "the machine's own stop button within reach"
-    )
-
-
 def _has_axes_elsewhere(description: RigDescription) -> bool:
     return any(axis.port not in (TWIN_PORT, TERMINAL) for axis in description.axes.values())
 
