@@ -13,6 +13,7 @@ from platformdirs import user_state_path
 from ams.errors import AmsError, ArchiveError, ArchiveForbids, ArchiveUnknown, SolveError, VectorsDisagree, WriteFailed
 from ams.exports.optional_libraries import EXTRA_OF, missing_sentence
 from procedures.errors import ExitStatus, ProcedureError
+from rig.culprit import OURS, whose
 from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
 from rig.plain_text import one_line
 
@@ -57,7 +58,11 @@ def _sentence(error: BaseException) -> str:
         return f"{error.filename}: {error.strerror}"
     if isinstance(error, OSError) and error.strerror:
         return f"the system refused: {error.strerror}"
-    return f"this is a defect of calrig ({type(error).__name__}: {error}); please send {_write_report(error)}"
+    culprit = whose(error)
+    to_whom = "" if culprit == OURS else " to its author"
+    return (
+        f"this is a defect of {culprit} ({type(error).__name__}: {error}); please send {_write_report(error)}{to_whom}"
+    )
 
 
 def _misses_an_extra(error: BaseException) -> TypeGuard[ModuleNotFoundError]:

@@ -46,7 +46,9 @@ def prove(
         print_json(document)
     else:
         for proof in proofs:
-            say(f"{proof.key}: {'as its twin' if not proof.differences else proof.answers.compared['identity']}")
+            identity = proof.answers.compared["identity"]
+            alone = "" if proof.has_twin else "; its driver has no twin to compare with"
+            say(f"{proof.key}: {f'{identity}{alone}' if proof.differences or alone else 'as its twin'}")
             for one in proof.differences:
                 say(f"{proof.key}: {one.field}: device says {one.device}, twin says {one.twin}")
         say(f"differences: {document['differences']}{'' if out is None else f'; bundle: {out}'}")

@@ -8,7 +8,7 @@ that what a device did becomes a transcript that a test replays.
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -16,8 +16,10 @@ from pathlib import Path
 
 from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import Clock, VirtualClock
+from rig.description.drivers import TABLES
 from rig.description.rig_file import RigDescription
 from rig.devices.abilities import Axis, Environment, Readout, Stream, Wait
+from rig.drivers.twin_lines import without_twin
 from rig.errors import DeviceFault, DeviceRefused, RequestRefused, RigError
 from rig.lines.recording import LineSource, recording
 from rig.link.transcript import Entry, read_transcript
@@ -59,6 +61,8 @@ class DeviceProof:
     key: str
     answers: Answers
     differences: tuple[Difference, ...]
+    has_twin: bool = True
+    """Without one it is asked and recorded alone."""
 
 
 def prove(
@@ -72,6 +76,8 @@ def prove(
 ) -> tuple[DeviceProof, ...]:
     """Ask the devices and their twins, keep every byte in ``folder`` (``device``, ``twin``), compare.
 
+    A device whose driver has no twin is asked and kept alone.
+
     ``motion`` names an axis that moves, by at most 5 degrees; it must be homed. ``clock`` and ``line_source`` are those
     of the real side. Raises: what opening a rig raises, RequestRefused where the axis cannot be proven.
     """
@@ -81,17 +87,30 @@ def prove(
             open_rig(description, clock=clock, rig_file=rig_file, purpose="calrig prove", line_source=source)
         )
         device = _asked(real, motion)
-    on_twins = description.all_on_twins()
+    alone = without_twin(description)
+    on_twins = _without(description.all_on_twins(), alone)
     with ExitStack() as files:
         now = VirtualClock(datetime(2024, 1, 1, tzinfo=UTC))
         twins = open_rig(on_twins, clock=now, line_source=recording(folder / "twin", files))
-        twin = _asked(_homed_like(files.enter_context(twins), device, motion), motion)
+        moved = None if f"axes.{motion}" in alone else motion
+        twin = _asked(_homed_like(files.enter_context(twins), device, moved), moved)
     wire = {key: tuple(_wire_differences(folder, key)) for key in device}
     stated = _stated(description)
     return tuple(
-        DeviceProof(key, answers, (*_differences(answers, twin[key], stated.get(key)), *wire[key]))
+        DeviceProof(key, answers, (), has_twin=False)
+        if key in alone
+        else DeviceProof(key, answers, (*_differences(answers, twin[key], stated.get(key)), *wire[key]))
         for key, answers in device.items()
     )
+
+
+def _without(description: RigDescription, keys: Collection[str]) -> RigDescription:
+    """Return the rig without some of its devices."""
+    left = {
+        table: {name: device for name, device in getattr(description, table).items() if f"{table}.{name}" not in keys}
+        for table in TABLES
+    }
+    return description.model_copy(update=left)
 
 
 def _through(kept: LineSource, inner: LineSource | None) -> LineSource:
@@ -362,6 +381,7 @@ def document_of(proofs: tuple[DeviceProof, ...]) -> dict[str, object]:
         "devices": [
             {
                 "device": proof.key,
+                "has_twin": proof.has_twin,
                 "answers": proof.answers.compared,
                 "told": json.loads(json.dumps(proof.answers.told)),
                 "differences": [

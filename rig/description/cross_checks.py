@@ -147,12 +147,14 @@ def _unknown_standards(file: TomlFile, rig: RigDescription) -> Iterable[str]:
 
 
 def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
-    """Yield axes of one controller with the same number; two twins without numbers are two controllers."""
-    taken: dict[tuple[str, str, int], str] = {}
+    """Yield axes of one line with the same place on it; two twins without numbers are two controllers."""
+    taken: dict[tuple[object, ...], str] = {}
     for name, axis in rig.axes.items():
-        address = (axis.driver, axis.port, axis.axis)
+        place = axis.place
+        address = (axis.driver, axis.port, *place.values())
         if axis.port != TWIN_PORT and address in taken:
-            yield file.complaint(("axes", name, "axis"), f"axis {axis.axis} at {axis.port} is already {taken[address]}")
+            shown = ", ".join(f"{key} {value}" for key, value in place.items())
+            yield file.complaint(("axes", name, "axis"), f"{shown} at {axis.port} is already {taken[address]}")
         taken[address] = name
     named: dict[tuple[str, str, str], str] = {}
     for name, axis in rig.axes.items():

@@ -18,6 +18,8 @@ WatchdogSeconds = Annotated[float, Field(ge=2.0, le=600.0)]
 """Shorter ones would end a healthy run whose host is busy for a moment; the Maestro's and AZ's own go to 655 s and 10 s
 at least."""
 NotNegative = Annotated[float, Field(ge=0.0)]
+_ADDRESSES = ("address", "unit", "device_axis")
+"""Keys of drivers whose axes are several to a device, or whose devices are several to a line."""
 
 
 class AxisSettings(StrictTable):
@@ -57,6 +59,14 @@ class AxisSettings(StrictTable):
     @classmethod
     def _pair(cls, value: object) -> object:
         return as_tuple(value)
+
+    @property
+    def place(self) -> dict[str, object]:
+        """What tells axes of one driver on one real port apart: the number, and where the driver has them the address.
+
+        A driver that has other words for it overrides this.
+        """
+        return {key: getattr(self, key) for key in ("axis", *_ADDRESSES) if key in type(self).model_fields}
 
     @property
     def turning(self) -> Literal["no", "revolves", "sweeps"]:

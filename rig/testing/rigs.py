@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rig.assembly.open_rig import Rig, open_rig
-from rig.assembly.simulate import serve_rig, write_rig
+from rig.assembly.simulate import at_addresses, serve_rig
 from rig.clock import ScaledClock
 from rig.description.read import read_rig
 
@@ -15,12 +15,15 @@ FACTOR = 100.0
 
 @contextmanager
 def rig_on(line: str, path: Path, factor: float = FACTOR) -> Iterator[Rig]:
-    """Open the twins of the rig file at ``path`` behind such lines; ``factor``: rig seconds in a second there."""
+    """Open the twins of the rig file at ``path`` behind such lines; ``factor``: rig seconds in a second there.
+
+    Nothing is written beside the file.
+    """
+    description = read_rig(path)
     if line == "memory":
-        with open_rig(read_rig(path)) as rig:
+        with open_rig(description) as rig:
             yield rig
         return
-    with serve_rig(read_rig(path), ScaledClock(factor), pty=line == "pty") as served:
-        written = write_rig(path, served.addresses, factor, path.with_name(f"{line}.toml"))
-        with open_rig(written) as rig:
+    with serve_rig(description, ScaledClock(factor), pty=line == "pty") as served:
+        with open_rig(at_addresses(description, served.addresses, factor)) as rig:
             yield rig
