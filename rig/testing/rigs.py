@@ -24,6 +24,8 @@ def rig_on(line: str, path: Path, factor: float = FACTOR) -> Iterator[Rig]:
         with open_rig(description) as rig:
             yield rig
         return
-    with serve_rig(description, ScaledClock(factor), pty=line == "pty") as served:
-        with open_rig(at_addresses(description, served.addresses, factor)) as rig:
-            yield rig
+    with (
+        serve_rig(description, ScaledClock(factor), pty=line == "pty") as served,
+        open_rig(at_addresses(description, served.addresses, factor)) as rig,
+    ):
+        yield rig
