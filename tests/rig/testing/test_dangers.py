@@ -20,6 +20,7 @@ from rig.testing.dangers import keep_axis_safe
 WITHOUT_SPEED = {"manual", "indexing-table"}
 """An operator, and a dialect that has no command for it."""
 ENDS_DEG = (-30.0, 30.0)
+GOES_ON = "stop_steps .*(do not bring it to rest|let it arrive)"
 
 
 def _rig(driver: str) -> RigDescription:
@@ -70,10 +71,18 @@ def _constant(member: Callable[..., Any]) -> Callable[[Callable[..., Any]], Call
 
 
 MUTANTS: dict[str, tuple[str, Callable[[Callable[..., Any]], Callable[..., Any]], str]] = {
-    "another motor's stop": ("stop_steps", _constant(_steps(b"x", beside=1)), "stop_steps .*(do not bring it to rest|let it arrive)"),
+    "another motor's stop": (
+        "stop_steps",
+        _constant(_steps(b"x", beside=1)),
+        GOES_ON,
+    ),
     "a move for a stop": ("stop_steps", _constant(_steps(b"g", 9)), "sent at rest moved it"),
     "a home for a stop": ("stop_steps", _constant(_steps(b"h")), "sent at rest moved it"),
-    "a word that it does not know": ("stop_steps", _constant(_steps(b"?")), "stop_steps .*(do not bring it to rest|let it arrive)"),
+    "a word that it does not know": (
+        "stop_steps",
+        _constant(_steps(b"?")),
+        GOES_ON,
+    ),
     "always homed": ("state", _always_homed, "its power failed at 60 deg, and it says that it is homed: got 25"),
     "a start is repeated": ("_ask", _asks_again, "was started 2 times where one answer was lost, need 1"),
     "the speed is not sent": ("_set_speed", _constant(lambda _axis: None), "it does not go at speed_dps = 8"),
