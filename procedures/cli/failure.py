@@ -13,7 +13,7 @@ from platformdirs import user_state_path
 from ams.errors import AmsError, ArchiveError, ArchiveForbids, ArchiveUnknown, SolveError, VectorsDisagree, WriteFailed
 from ams.exports.optional_libraries import EXTRA_OF, missing_sentence
 from procedures.errors import ExitStatus, ProcedureError
-from rig.culprit import OURS, whose
+from rig.defects import defect_text, is_ours
 from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
 from rig.plain_text import one_line
 
@@ -58,11 +58,8 @@ def _sentence(error: BaseException) -> str:
         return f"{error.filename}: {error.strerror}"
     if isinstance(error, OSError) and error.strerror:
         return f"the system refused: {error.strerror}"
-    culprit = whose(error)
-    to_whom = "" if culprit == OURS else " to its author"
-    return (
-        f"this is a defect of {culprit} ({type(error).__name__}: {error}); please send {_write_report(error)}{to_whom}"
-    )
+    whom = "" if is_ours(error) else " to whoever made it"
+    return f"this is {defect_text(error)}; please send {_write_report(error)}{whom}"
 
 
 def _misses_an_extra(error: BaseException) -> TypeGuard[ModuleNotFoundError]:

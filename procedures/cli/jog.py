@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from ams.units import printed
 from ams.whole_file import replace_file
 from procedures.cli.options import Flag, Json
 from procedures.cli.options import Rig as RigFile
@@ -183,8 +184,12 @@ def _follow(opened: Rig, samples: int, wait: Wait) -> None:
         return
 
 
-def _mean(reading: dict[str, float | int | None]) -> str:
-    return "overload" if reading["mean_v"] is None else f"{reading['mean_v']:+.7f} V"
+def _mean(reading: dict[str, Any], with_spread: bool = False) -> str:
+    unit = next(key for key in reading if key.startswith("mean_")).removeprefix("mean_")
+    if (mean := reading[f"mean_{unit}"]) is None:
+        return "overload"
+    spread = f"   s {reading[f'standard_deviation_{unit}'] or 0.0:.2g} {printed(unit)}" if with_spread else ""
+    return f"{mean:+.7f} {printed(unit)}{spread}"
 
 
 def _wanted(to: float | None, by: float | None, rate: float | None, *, home: bool, stop: bool) -> list[str]:
@@ -248,8 +253,8 @@ def _readings(opened: Rig, samples: int, wait: Wait) -> dict[str, dict[str, floa
     channels = [channel for readout in opened.readouts.values() for channel in readout.channels]
     return {
         reading.channel: {
-            "mean_v": finite(reading.mean_v),
-            "standard_deviation_v": finite(reading.standard_deviation_v),
+            f"mean_{reading.unit}": finite(reading.mean),
+            f"standard_deviation_{reading.unit}": finite(reading.standard_deviation),
             "samples": reading.samples,
             "overloads": reading.overloads,
         }
@@ -282,6 +287,4 @@ def _tell(document: dict[str, Any], json: bool) -> None:
     for name, position_deg in document.get("positions_deg", {}).items() if "stopped" not in document else ():
         say(f"{name:<16} {position_deg:+.4f}°")
     for channel, reading in document.get("readings", {}).items():
-        mean_v, sd_v = reading["mean_v"], reading["standard_deviation_v"]
-        value = _mean(reading) if mean_v is None else f"{_mean(reading)}   s {sd_v or 0.0:.2g} V"
-        say(f"{channel:<16} {value}   ({reading['samples']} readings)")
+        say(f"{channel:<16} {_mean(reading, with_spread=True)}   ({reading['samples']} readings)")

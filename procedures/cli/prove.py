@@ -9,8 +9,9 @@ from tempfile import TemporaryDirectory
 from procedures.cli.options import Flag, Json, Rig, require_folder_of
 from procedures.cli.output import note, print_json, say
 from procedures.errors import ExitStatus, RequestError
-from rig.assembly.prove import LARGEST_MOVE_DEG, document_of
+from rig.assembly.prove import document_of
 from rig.assembly.prove import prove as ask_all
+from rig.assembly.questions import LARGEST_MOVE_DEG
 from rig.description.read import read_rig
 
 
@@ -46,9 +47,8 @@ def prove(
         print_json(document)
     else:
         for proof in proofs:
-            identity = proof.answers.compared["identity"]
-            alone = "" if proof.has_twin else "; its driver has no twin to compare with"
-            say(f"{proof.key}: {f'{identity}{alone}' if proof.differences or alone else 'as its twin'}")
+            found = "asked and recorded; its driver has no twin to compare with" if proof.is_alone else "as its twin"
+            say(f"{proof.key}: {proof.answers.compared['identity'] if proof.differences else found}")
             for one in proof.differences:
                 say(f"{proof.key}: {one.field}: device says {one.device}, twin says {one.twin}")
         say(f"differences: {document['differences']}{'' if out is None else f'; bundle: {out}'}")

@@ -38,7 +38,7 @@ from procedures.solution.provenance import provenance_of
 from procedures.solution.record import RunRecord, read_record
 from procedures.solution.request import SolvedSensor
 from rig.crash_points import CrashPoint, crash_point
-from rig.culprit import whose
+from rig.defects import defect_text
 
 Made = TypeVar("Made")
 
@@ -158,7 +158,7 @@ class _Parts:
         except OSError as error:
             self._told[part] = f"{error.filename or part}: {error.strerror or error}; calrig solve makes it"
         except Exception as error:  # noqa: BLE001  a rim: a defect in one part takes no other part from the laboratory
-            self._told[part] = f"a defect of {whose(error)}: {type(error).__name__}: {error}; send the run's folder"
+            self._told[part] = f"{defect_text(error)}; send the run's folder"
         else:
             self._told.setdefault(part, DONE)
             return made

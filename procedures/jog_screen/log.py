@@ -68,8 +68,8 @@ def _cells(view: BenchView) -> Mapping[str, object]:
         cells[f"{chamber.name}_degc"] = "" if chamber.temperature_degc is None else f"{chamber.temperature_degc:.4f}"
     for channel in view.channels:
         cells |= {
-            f"{channel.name}_v": _number(channel.mean_v),
-            f"{channel.name}_sd_v": _number(channel.standard_deviation_v),
+            f"{channel.name}_{channel.unit}": _number(channel.mean),
+            f"{channel.name}_sd_{channel.unit}": _number(channel.standard_deviation),
             f"{channel.name}_n": channel.count,
         }
     for name, degrees, sd_deg in view.attitude.angles if view.attitude else ():

@@ -7,7 +7,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from ams.units import ARCSEC_PER_DEG
+from ams.units import ARCSEC_PER_DEG, printed, small_unit
 from procedures.jog_screen.heading import Heading
 from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, ChamberView, ChannelView, ShownMessage
 
@@ -134,14 +134,18 @@ def messages_panel(messages: Sequence[ShownMessage], lines: int) -> Text:
     return text
 
 
-def volts(value_v: float) -> str:
-    return "—" if math.isnan(value_v) else f"{value_v:+.7f} V"
+def reading_text(value: float, unit: str) -> str:
+    """Return a reading, its unit as it is written in a key."""
+    return "—" if math.isnan(value) else f"{value:+.7f} {printed(unit)}"
 
 
-def spread(value_v: float) -> str:
+def spread(value_v: float, unit: str = "v") -> str:
     """Return a standard deviation in the unit that leaves it three digits."""
     if math.isnan(value_v):
         return "—"
+    if unit != "v":
+        small, factor = small_unit(printed(unit))
+        return f"{value_v * factor:.3g} {small}"
     for factor, unit in ((1.0, "V"), (1e3, "mV"), (1e6, "µV"), (1e9, "nV")):
         if value_v * factor >= 1.0:
             return f"{value_v * factor:.3g} {unit}"
@@ -202,10 +206,10 @@ def _channel(channel: ChannelView) -> tuple[Text, ...]:
         note = Text(channel.silence, BAD)
     return (
         Text(channel.name, "bold"),
-        Text(volts(channel.mean_v), "bold white"),
-        Text(spread(channel.standard_deviation_v), QUIET),
+        Text(reading_text(channel.mean, channel.unit), "bold white"),
+        Text(spread(channel.standard_deviation, channel.unit), QUIET),
         Text(str(channel.count), QUIET),
-        Text(sparkline(channel.recent_v), ACCENT),
+        Text(sparkline(channel.recent), ACCENT),
         note,
     )
 

@@ -41,7 +41,12 @@ class Polling:
         self._chambers = {
             name: ChamberView(name, settings.limits_degc) for name, settings in rig.description.environment.items()
         }
-        self._running = {channel: Running(channel) for readout in rig.readouts.values() for channel in readout.channels}
+        units = rig.description.channel_units()
+        self._running = {
+            channel: Running(channel, units[channel])
+            for readout in rig.readouts.values()
+            for channel in readout.channels
+        }
         self._turn_looks: dict[str, list[TurnLook]] = {}
         self.start_anew()
 
@@ -208,7 +213,7 @@ class Polling:
     def _infer(self) -> None:
         if self._inferred is not None:
             temperatures = [view.temperature_degc for view in self._chambers.values()]
-            means_v = {channel: running.view().mean_v for channel, running in self._running.items()}
+            means_v = {channel: running.view().mean for channel, running in self._running.items()}
             roll = self._axes.get("roll")
             roll_deg = None if roll is None or roll.state is None else roll.state.position_deg
             self._attitude = self._inferred.view(means_v, temperatures[0] if temperatures else None, roll_deg)

@@ -106,10 +106,12 @@ class ChannelView:
 
     name: str
     count: int = 0
-    mean_v: float = float("nan")
-    standard_deviation_v: float = float("nan")
+    unit: str = "v"
+    """Of its readings, as it is written in a key."""
+    mean: float = float("nan")
+    standard_deviation: float = float("nan")
     overloads: int = 0
-    recent_v: tuple[float, ...] = ()
+    recent: tuple[float, ...] = ()
     silence: str = ""
 
 

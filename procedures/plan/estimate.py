@@ -49,14 +49,21 @@ class _Reading:
     """How long the samples of ``[dwell]`` take: of readouts one channel after the other, of streams all at once."""
 
     in_turn_s: float
+    """With what a reference tells of the attitude before."""
     at_once_s: float
 
     @classmethod
     def of(cls, rig: RigDescription, dwell: DwellSettings, channels: Sequence[str]) -> "_Reading":
+        reference = rig.attitude_reference
+        told_s = (
+            (reference.samples * channel_reading_s(rig, channel) for channel in reference.channels.values())
+            if reference
+            else ()
+        )
         seconds = {channel: dwell.samples * channel_reading_s(rig, channel) for channel in channels}
         voltages = [channel for channel in channels if channel.partition(".")[0] in rig.readouts]
         return cls(
-            sum(seconds[channel] for channel in voltages),
+            sum(seconds[channel] for channel in voltages) + sum(told_s),
             max((seconds[channel] for channel in channels if channel not in voltages), default=0.0),
         )
 

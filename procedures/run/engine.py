@@ -49,7 +49,7 @@ from procedures.run.watch.watch import Watch, lost_link
 from procedures.run.watch.watchdogs import Watchdogs
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.crash_points import CrashPoint, crash_point
-from rig.culprit import whose
+from rig.defects import defect_text
 from rig.errors import (
     DeviceFault,
     DeviceNonsense,
@@ -184,7 +184,7 @@ class _Engine:
         except KeyboardInterrupt:
             ending = Ending(State.ABORTED, "interrupted from the keyboard", "Ctrl-C")
         except BaseException as error:  # noqa: BLE001  the rim: to the safe state and the journal, then on its way
-            defect, ending = error, Ending(State.FAILED, f"a defect of {whose(error)}: {type(error).__name__}: {error}")
+            defect, ending = error, Ending(State.FAILED, defect_text(error))
         outcome = self._end(ending, defect)
         if defect is not None:
             raise defect

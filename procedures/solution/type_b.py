@@ -88,7 +88,7 @@ def _known(axis: AxisSettings, divided_by: float) -> KnownErrors | None:
 def table_in_words(rig: RigDescription) -> str:
     """Describe what is declared of the table's indices; a shape of several axes is told once, behind the last."""
     told = {
-        name: (f"{name} u {two_digits(u_arcsec)}″", _shape_in_words(rig, name))
+        name: (f"{name} u {two_digits(u_arcsec)}″{_teller(rig, name)}", _shape_in_words(rig, name))
         for name in ("pitch", "yaw", "roll")
         if (u_arcsec := standard_uncertainty_arcsec(rig, name)) > 0.0
     }
@@ -96,6 +96,12 @@ def table_in_words(rig: RigDescription) -> str:
     if len(shapes) == 1:
         return ", ".join(size for size, _ in told.values()) + shapes.pop()
     return ", ".join(f"{size}{shape}" for size, shape in told.values())
+
+
+def _teller(rig: RigDescription, name: str) -> str:
+    """Name the channel that tells the attitude in place of the axis, if any."""
+    told = rig.attitude_reference.channels if rig.attitude_reference else {}
+    return next((f" by {channel}" for axis, channel in told.items() if axis == name), "")
 
 
 def _shape_in_words(rig: RigDescription, name: str) -> str:

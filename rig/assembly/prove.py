@@ -8,30 +8,24 @@ that what a device did becomes a transcript that a test replays.
 
 import json
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
 from rig.assembly.open_rig import Rig, open_rig
+from rig.assembly.questions import Answers, asked
 from rig.clock import Clock, VirtualClock
-from rig.description.drivers import TABLES
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Axis, Environment, Readout, Stream, Wait
 from rig.drivers.twin_lines import without_twin
-from rig.errors import DeviceFault, DeviceRefused, RequestRefused, RigError
 from rig.lines.recording import LineSource, recording
 from rig.link.transcript import Entry, read_transcript
-from rig.motion.move import home_and_arrive, move_and_arrive, trusted_state
+from rig.motion.move import home_and_arrive
 
-LARGEST_MOVE_DEG, MOVE_DEG = 5.0, 2.0
-READINGS = 3
-STREAM_S = 1.0
 SAME_VOLTS = 0.01
 """Of the larger of two readings: nearer than this they are the same signal."""
 SAME_GRAVITY, SAME_RATE = 0.2, 0.25
-STOP_LOOK_S, STOP_LIMIT_S = 0.2, 30.0
 _NUMBER = re.compile(rb"\d+(?=\.\d)|(?<![\d.])\d+(?![\d.])")
 _SHOWN = 40
 _UNASKED = "it cannot be asked who it is"
@@ -46,14 +40,6 @@ class Difference:
     twin: str
 
 
-@dataclass
-class Answers:
-    """What one device told: ``compared`` must be as the twin's, ``told`` is for the record."""
-
-    compared: dict[str, str] = field(default_factory=dict)
-    told: dict[str, float | str] = field(default_factory=dict)
-
-
 @dataclass(frozen=True)
 class DeviceProof:
     """One device of the rig file (``axes.pitch``)."""
@@ -61,8 +47,8 @@ class DeviceProof:
     key: str
     answers: Answers
     differences: tuple[Difference, ...]
-    has_twin: bool = True
-    """Without one it is asked and recorded alone."""
+    is_alone: bool = False
+    """Its driver has no twin: it was asked and recorded, and there is nothing to compare with."""
 
 
 def prove(
@@ -76,8 +62,6 @@ def prove(
 ) -> tuple[DeviceProof, ...]:
     """Ask the devices and their twins, keep every byte in ``folder`` (``device``, ``twin``), compare.
 
-    A device whose driver has no twin is asked and kept alone.
-
     ``motion`` names an axis that moves, by at most 5 degrees; it must be homed. ``clock`` and ``line_source`` are those
     of the real side. Raises: what opening a rig raises, RequestRefused where the axis cannot be proven.
     """
@@ -86,31 +70,31 @@ def prove(
         real = files.enter_context(
             open_rig(description, clock=clock, rig_file=rig_file, purpose="calrig prove", line_source=source)
         )
-        device = _asked(real, motion)
+        device = asked(real, motion)
     alone = without_twin(description)
     on_twins = _without(description.all_on_twins(), alone)
     with ExitStack() as files:
         now = VirtualClock(datetime(2024, 1, 1, tzinfo=UTC))
         twins = open_rig(on_twins, clock=now, line_source=recording(folder / "twin", files))
         moved = None if f"axes.{motion}" in alone else motion
-        twin = _asked(_homed_like(files.enter_context(twins), device, moved), moved)
-    wire = {key: tuple(_wire_differences(folder, key)) for key in device}
+        twin = asked(_homed_like(files.enter_context(twins), device, moved), moved)
+    wire = {key: tuple(_wire_differences(folder, key)) for key in device if key not in alone}
     stated = _stated(description)
     return tuple(
-        DeviceProof(key, answers, (), has_twin=False)
+        DeviceProof(key, answers, (), is_alone=True)
         if key in alone
         else DeviceProof(key, answers, (*_differences(answers, twin[key], stated.get(key)), *wire[key]))
         for key, answers in device.items()
     )
 
 
-def _without(description: RigDescription, keys: Collection[str]) -> RigDescription:
-    """Return the rig without some of its devices."""
-    left = {
-        table: {name: device for name, device in getattr(description, table).items() if f"{table}.{name}" not in keys}
-        for table in TABLES
+def _without(description: RigDescription, devices: Collection[str]) -> RigDescription:
+    """Return a rig without some devices, named such as ``axes.pitch``."""
+    tables = {
+        table: {name: one for name, one in getattr(description, table).items() if f"{table}.{name}" not in devices}
+        for table in ("axes", "readouts", "environment", "streams", "field")
     }
-    return description.model_copy(update=left)
+    return description.model_copy(update=tables)
 
 
 def _through(kept: LineSource, inner: LineSource | None) -> LineSource:
@@ -125,159 +109,6 @@ def _homed_like(twins: Rig, device: Mapping[str, Answers], motion: str | None) -
         if name == motion or device[f"axes.{name}"].told.get("is_homed") == "true":
             home_and_arrive(axis, twins.clock, twins.clock.sleep)
     return twins
-
-
-def _asked(rig: Rig, motion: str | None) -> dict[str, Answers]:
-    answers = {key: Answers() for key in rig.by_table()}
-    for key, device in rig.by_table().items():
-        if not _try(answers[key], "identity", device.identify):
-            continue
-        if key.startswith("axes."):
-            _ask_axis(rig.axes[key.removeprefix("axes.")], answers[key])
-        elif key.startswith("readouts."):
-            _ask_readout(rig.readouts[key.removeprefix("readouts.")], rig.clock.sleep, answers[key])
-        elif key.startswith("environment."):
-            _ask_environment(rig.environments[key.removeprefix("environment.")], answers[key])
-        elif key.startswith("streams."):
-            _ask_stream(rig.streams[key.removeprefix("streams.")], rig.clock, answers[key])
-    if motion is not None and "identity" in answers[f"axes.{motion}"].compared:
-        _move(rig.axes[motion], rig.clock, answers[f"axes.{motion}"])
-    return answers
-
-
-def _try(answers: Answers, name: str, ask: Callable[[], str]) -> bool:
-    """Whether it answered; an error is an answer, told by its kind and its first sentence."""
-    try:
-        answers.compared[name] = ask()
-    except RigError as error:
-        answers.compared[name] = f"{type(error).__name__}: {error}"
-        return False
-    return True
-
-
-def _ask_axis(axis: Axis, answers: Answers) -> None:
-    def state() -> str:
-        told = axis.state()
-        answers.told |= {"position_deg": told.position_deg, "is_homed": str(told.is_homed).lower()}
-        seat = "seated" if told.is_seated else "not seated"
-        return f"{'moving' if told.is_moving else 'at rest'}, {seat}{f', {told.fault}' if told.fault else ''}"
-
-    _try(answers, "state", state)
-
-
-def _ask_readout(readout: Readout, wait: Wait, answers: Answers) -> None:
-    def prepared() -> str:
-        readout.prepare()
-        return "set up and read back"
-
-    if not _try(answers, "setting up", prepared):
-        return
-    for channel in readout.channels:
-
-        def burst(channel: str = channel) -> str:
-            read = readout.read(channel, READINGS, wait)
-            answers.told[channel] = float(read.samples.mean())
-            return f"{read.samples.size} readings{', overload' if read.overload.any() else ''}"
-
-        _try(answers, f"reading {channel}", burst)
-
-
-def _ask_environment(chamber: Environment, answers: Answers) -> None:
-    def look() -> str:
-        answers.told |= {"temperature_degc": chamber.temperature_degc(), "setpoint_degc": chamber.setpoint_degc()}
-        return "temperature and set point are told"
-
-    _try(answers, "temperature", look)
-
-
-def _ask_stream(stream: Stream, clock: Clock, answers: Answers) -> None:
-    def samples() -> str:
-        stream.start()
-        try:
-            clock.sleep(STREAM_S)
-            block = stream.poll()
-        finally:
-            stream.stop()
-        means = {
-            channel.rpartition(".")[2]: float(values.mean()) for channel, values in block.values.items() if values.size
-        }
-        answers.told |= {f"mean {name}": mean for name, mean in means.items()}
-        answers.told["samples_hz"] = block.samples / STREAM_S
-        if {"ax", "ay", "az"} <= means.keys():
-            answers.told["gravity"] = sum(means[name] ** 2 for name in ("ax", "ay", "az")) ** 0.5
-        return f"samples{'' if block.samples else ' are missing'}{', some are refused' if block.refused > 1 else ''}"
-
-    _try(answers, "stream", samples)
-
-
-def _move(axis: Axis, clock: Clock, answers: Answers) -> None:
-    """Try a move and back, a stop on the way, the limits. Raises: RequestRefused before anything moved."""
-    from_deg, far_deg = _ends(axis)
-
-    def there_and_back() -> str:
-        move_and_arrive(axis, far_deg, clock, clock.sleep)
-        move_and_arrive(axis, from_deg, clock, clock.sleep)
-        return "arrived there and back"
-
-    def stopped() -> str:
-        axis.start_move(far_deg)
-        clock.sleep(STOP_LOOK_S)
-        try:
-            axis.stop()
-        except DeviceRefused:
-            _await_rest(axis, clock)
-            return "there is no stop"
-        place_deg = _await_rest(axis, clock)
-        low_deg, high_deg = sorted((from_deg, far_deg))
-        if not low_deg - axis.arrival_tolerance_deg <= place_deg <= high_deg + axis.arrival_tolerance_deg:
-            raise DeviceFault(f"{axis.name}: it stopped at {place_deg:g} deg, beyond its move; look at the machine")
-        move_and_arrive(axis, from_deg, clock, clock.sleep)
-        return "stopped inside the move"
-
-    def limits() -> str:
-        for beyond_deg in (axis.limits_deg[0] - 1.0, axis.limits_deg[1] + 1.0):
-            try:
-                axis.check_target(beyond_deg)
-            except RequestRefused:
-                continue
-            return f"{beyond_deg:g} deg is not refused"
-        return "refused before anything is sent"
-
-    if _try(answers, "move", there_and_back):
-        _try(answers, "stop", stopped)
-    _try(answers, "limits", limits)
-
-
-def _ends(axis: Axis) -> tuple[float, float]:
-    """Where it is, on its increment, and a place at most 5 degrees away inside its limits.
-
-    An axis without a home is refused: a home may be far away.
-    """
-    state = trusted_state(axis)
-    step_deg = axis.increment_deg * max(1.0, MOVE_DEG // axis.increment_deg) if axis.increment_deg else MOVE_DEG
-    from_deg = (
-        round(state.position_deg / axis.increment_deg) * axis.increment_deg
-        if axis.increment_deg
-        else (state.position_deg)
-    )
-    if step_deg > LARGEST_MOVE_DEG:
-        raise RequestRefused(
-            f"{axis.name}: --motion: its smallest step is {step_deg:g} deg, allowed here {LARGEST_MOVE_DEG:g}; nothing"
-            " moved; leave --motion out"
-        )
-    far_deg = from_deg + (step_deg if from_deg + step_deg <= axis.limits_deg[1] else -step_deg)
-    axis.check_target(far_deg)
-    axis.check_target(from_deg)
-    return from_deg, far_deg
-
-
-def _await_rest(axis: Axis, clock: Clock) -> float:
-    limit_s = clock.monotonic_s() + STOP_LIMIT_S
-    while (state := axis.state()).is_moving:
-        if clock.monotonic_s() >= limit_s:
-            raise DeviceFault(f"{axis.name}: it does not come to rest within {STOP_LIMIT_S:g} s; look at the machine")
-        clock.sleep(STOP_LOOK_S)
-    return state.position_deg
 
 
 def _stated(description: RigDescription) -> dict[str, str]:
@@ -328,8 +159,8 @@ def _swapped(device: Mapping[str, float | str], twin: Mapping[str, float | str])
             if is_same(one, other) and is_same(other, one) and not (is_same(one, one) or is_same(other, other)):
                 yield Difference(
                     f"channels {one} and {other}",
-                    f"{device[one]:.6g} V and {device[other]:.6g} V",
-                    f"{twin[one]:.6g} V and {twin[other]:.6g} V: they changed places",
+                    f"{device[one]:.6g} and {device[other]:.6g}",
+                    f"{twin[one]:.6g} and {twin[other]:.6g}: they changed places",
                 )
 
 
@@ -381,7 +212,6 @@ def document_of(proofs: tuple[DeviceProof, ...]) -> dict[str, object]:
         "devices": [
             {
                 "device": proof.key,
-                "has_twin": proof.has_twin,
                 "answers": proof.answers.compared,
                 "told": json.loads(json.dumps(proof.answers.told)),
                 "differences": [

@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from rig.clock import VirtualClock
 from rig.description.device_settings import TWIN_PORT, AxisSettings
 from rig.description.rig_file import RigDescription
-from rig.devices.members import why_unstoppable
+from rig.devices.unstoppable import why_unstoppable
 from rig.drivers.open import open_axes
 from rig.drivers.twin_lines import axis_lines
 from rig.errors import DescriptionError, RigError

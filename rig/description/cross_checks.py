@@ -7,7 +7,8 @@ from rig.description.rig_file import RigDescription
 from rig.errors import DescriptionError, RequestRefused
 from rig.link.gpib import parse_resource, port_of
 from rig.toml_file import TomlFile
-from rig.wire.table_dialect import dialect_name, load_dialect
+from rig.wire.dialect_files import dialect_name
+from rig.wire.table_dialect import load_dialect
 
 OVER_RANGE = 1.2
 """Meters read this much of their range before they overload."""
@@ -19,12 +20,15 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     streamed = {f"{name}.{channel}" for name, stream in rig.streams.items() for channel in stream.channel_names()}
     if not channels | streamed:
         yield file.complaint((), "no [readouts.NAME] and no [streams.NAME]: nothing could be measured; declare one")
-    yield from _unknown_channels(file, rig, channels, channels | streamed)
+    units = rig.channel_units()
+    voltages = {channel for channel in channels if units[channel] == "v"}
+    outputs = {channel for channel in channels if units[channel] != "deg"} | streamed
+    yield from _unknown_channels(file, rig, voltages, outputs)
     yield from _names_twice(file, rig)
-    yield from _undeclared_sensitivities(file, rig, channels)
-    yield from _unusable_reference(file, rig, streamed)
+    yield from _undeclared_sensitivities(file, rig, voltages)
+    yield from _unusable_reference(file, rig, units)
     yield from _ranges_too_small(file, rig)
-    yield from _unknown_interlocks(file, rig, channels)
+    yield from _unknown_interlocks(file, rig, voltages)
     yield from _unknown_standards(file, rig)
     yield from _axis_twice(file, rig)
     yield from _instrument_twice(file, rig)
@@ -93,15 +97,24 @@ def _undeclared_sensitivities(file: TomlFile, rig: RigDescription, voltages: set
             )
 
 
-def _unusable_reference(file: TomlFile, rig: RigDescription, streamed: set[str]) -> Iterable[str]:
+def _unusable_reference(file: TomlFile, rig: RigDescription, units: Mapping[str, str]) -> Iterable[str]:
     reference = rig.attitude_reference
+    angles = sorted(channel for channel, unit in units.items() if unit == "deg")
+    about = {
+        f"{name}.{channel}": told
+        for name, readout in rig.readouts.items()
+        for channel, told in readout.attitude_axes().items()
+    }
     for axis, channel in reference.channels.items() if reference else ():
         key = ("attitude_reference", "channels", axis)
         if axis not in rig.axes:
             yield file.complaint(key, f"the rig has no axis {axis!r} (it has: {', '.join(rig.axes)})")
-        if channel not in streamed:
-            allowed = ", ".join(sorted(streamed)) or "none"
-            yield file.complaint(key, f"no streamed channel {channel!r} (allowed: {allowed})")
+        if channel not in angles:
+            yield file.complaint(key, f"no channel {channel!r} in degrees (allowed: {', '.join(angles) or 'none'})")
+        elif about.get(channel, axis) != axis:
+            yield file.complaint(
+                key, f"{channel} tells {about[channel]} (its key about), not {axis}; correct one of the two"
+            )
 
 
 def _ranges_too_small(file: TomlFile, rig: RigDescription) -> Iterable[str]:
@@ -147,14 +160,13 @@ def _unknown_standards(file: TomlFile, rig: RigDescription) -> Iterable[str]:
 
 
 def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
-    """Yield axes of one line with the same place on it; two twins without numbers are two controllers."""
-    taken: dict[tuple[object, ...], str] = {}
+    """Yield axes of one controller with the same number; two twins without numbers are two controllers."""
+    taken: dict[tuple[str, str, tuple[int, ...]], str] = {}
     for name, axis in rig.axes.items():
-        place = axis.place
-        address = (axis.driver, axis.port, *place.values())
+        address = (axis.driver, axis.port, axis.place)
         if axis.port != TWIN_PORT and address in taken:
-            shown = ", ".join(f"{key} {value}" for key, value in place.items())
-            yield file.complaint(("axes", name, "axis"), f"{shown} at {axis.port} is already {taken[address]}")
+            number = ", ".join(map(str, axis.place))
+            yield file.complaint(("axes", name, "axis"), f"axis {number} at {axis.port} is already {taken[address]}")
         taken[address] = name
     named: dict[tuple[str, str, str], str] = {}
     for name, axis in rig.axes.items():
@@ -227,6 +239,9 @@ def _unusable_dialects(file: TomlFile, rig: RigDescription) -> Iterable[str]:
             load_dialect(dialect and dialect_name(dialect, file.path.parent), axis.increment_deg)
         except DescriptionError as error:
             yield file.complaint(("axes", name, "dialect" if dialect else "increment_deg"), str(error))
+    for name, readout in rig.readouts.items():
+        for key, sentence in readout.file_complaints(file.path.parent):
+            yield file.complaint(("readouts", name, *key), sentence)
 
 
 def _unusable_resources(file: TomlFile, rig: RigDescription) -> Iterable[str]:

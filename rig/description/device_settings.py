@@ -3,6 +3,8 @@
 The strict tables here are what ``rig.toml`` is validated against.
 """
 
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -18,8 +20,6 @@ WatchdogSeconds = Annotated[float, Field(ge=2.0, le=600.0)]
 """Shorter ones would end a healthy run whose host is busy for a moment; the Maestro's and AZ's own go to 655 s and 10 s
 at least."""
 NotNegative = Annotated[float, Field(ge=0.0)]
-_ADDRESSES = ("address", "unit", "device_axis")
-"""Keys of drivers whose axes are several to a device, or whose devices are several to a line."""
 
 
 class AxisSettings(StrictTable):
@@ -61,12 +61,9 @@ class AxisSettings(StrictTable):
         return as_tuple(value)
 
     @property
-    def place(self) -> dict[str, object]:
-        """What tells axes of one driver on one real port apart: the number, and where the driver has them the address.
-
-        A driver that has other words for it overrides this.
-        """
-        return {key: getattr(self, key) for key in ("axis", *_ADDRESSES) if key in type(self).model_fields}
+    def place(self) -> tuple[int, ...]:
+        """What tells the axes of one port apart: the number on the controller, and what a driver needs besides."""
+        return (self.axis,)
 
     @property
     def turning(self) -> Literal["no", "revolves", "sweeps"]:
@@ -121,6 +118,18 @@ class ReadoutSettings(StrictTable):
     def reading_s(self, nplc: float | None = None) -> float:
         """Return the expected seconds for one reading; ``nplc`` None: the description's."""
         raise NotImplementedError
+
+    def channel_units(self) -> dict[str, str]:
+        """Return the unit of each channel as it is written in a key; volts of a meter that says nothing else."""
+        return dict.fromkeys(self.channel_names(), "v")
+
+    def attitude_axes(self) -> dict[str, str]:
+        """Return the axis whose attitude a channel tells, by channel; none where they tell something else."""
+        return {}
+
+    def file_complaints(self, folder: Path) -> Iterator[tuple[tuple[str, ...], str]]:  # noqa: ARG002
+        """Yield key and sentence of what is wrong with files that it names, relative to the rig file's ``folder``."""
+        yield from ()
 
     def input_ohm(self, channel: str) -> float | None:  # noqa: ARG002 for those that have channels of their own
         """Return what the input of ``channel`` loads its source with; None where that is nothing that counts."""

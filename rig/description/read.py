@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache, reduce
 from operator import or_
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import Field, ValidationError, create_model
 
@@ -22,8 +22,10 @@ from rig.description.twin_truth import TwinEnvironment as TwinEnvironment
 from rig.description.twin_truth import TwinSection as TwinSection
 from rig.description.twin_truth import TwinStream as TwinStream
 from rig.errors import DescriptionError
-from rig.toml_file import TomlFile, read_toml
-from rig.wire.table_dialect import dialect_name
+from rig.toml_file import StrictTable, TomlFile, read_toml
+from rig.wire.dialect_files import dialect_name
+
+Described = TypeVar("Described", bound=StrictTable)
 
 
 def read_rig(path: Path) -> RigDescription:
@@ -37,7 +39,10 @@ def read_rig(path: Path) -> RigDescription:
         raise type(file.error((), ""))("\n".join(complaints))
     axes = _dialects_found(description.axes, path.parent)
     return description.model_copy(
-        update={"axes": {name: axis.model_copy(update=tables.get(name, {})) for name, axis in axes.items()}}
+        update={
+            "axes": {name: axis.model_copy(update=tables.get(name, {})) for name, axis in axes.items()},
+            "readouts": _dialects_found(description.readouts, path.parent),
+        }
     )
 
 
@@ -67,13 +72,13 @@ def _one_of(classes: Sequence[type]) -> Any:
     return Annotated[reduce(or_, classes), Field(discriminator="driver")] if len(classes) > 1 else classes[0]
 
 
-def _dialects_found(axes: dict[str, AxisSettings], folder: Path) -> dict[str, AxisSettings]:
-    """Return the axes with dialect files named from the rig file's folder."""
+def _dialects_found(devices: dict[str, Described], folder: Path) -> dict[str, Described]:
+    """Return the devices with dialect files named from the rig file's folder."""
     return {
-        name: axis.model_copy(update={"dialect": dialect_name(dialect, folder)})
-        if (dialect := getattr(axis, "dialect", None))
-        else axis
-        for name, axis in axes.items()
+        name: device.model_copy(update={"dialect": dialect_name(dialect, folder)})
+        if (dialect := getattr(device, "dialect", None))
+        else device
+        for name, device in devices.items()
     }
 
 

@@ -165,7 +165,7 @@ class AttitudeReference(StrictTable):
     """``[attitude_reference]``: a sensor of known uncertainty that tells the attitude better than the axes do."""
 
     channels: dict[Literal["pitch", "yaw", "roll"], str] = Field(min_length=1)
-    """Axis to ``stream.channel`` with the unit deg."""
+    """Axis to a channel of a stream or of a readout, in degrees."""
     uncertainty_deg: Positive
     """Standard uncertainty of an attitude that it tells."""
     samples: Annotated[int, Field(ge=2, le=100_000)] = 10
@@ -257,11 +257,11 @@ class RigDescription(StrictTable):
         return self.uses_twins or (self.twin is not None and self.twin.control is not None)
 
     def channel_units(self) -> dict[str, str]:
-        """Return the unit of every channel of a stream, by full name; those behind a readout are in volts."""
+        """Return the unit of every channel of readouts and streams, by full name."""
         return {
             f"{name}.{channel}": unit
-            for name, stream in self.streams.items()
-            for channel, unit in stream.channel_units().items()
+            for name, device in (self.readouts | self.streams).items()
+            for channel, unit in device.channel_units().items()
         }
 
     def all_on_twins(self) -> "RigDescription":

@@ -143,6 +143,10 @@ class TwinReadout(StrictTable):
     reference_drift_v_per_h: float = 0.0
     own_temperature_degc: float = 36.4
     own_temperature_drift_degc_per_h: float = 0.0
+    error_deg: float = 0.0
+    """How far a meter of angles reads beyond the attitude."""
+    noise_deg: NotNegative = 0.0
+    """Of one reading of a meter of angles."""
 
 
 class TwinSupply(StrictTable):

@@ -114,6 +114,8 @@ class OrientalAzAxis:
         self._was_at_home = False
         """Where only HOME-END is read: it was seen, and no alarm since."""
         self._set_up: str | None = None
+        self._is_armed = False
+        """Its watchdog was proven over this connection."""
 
     def identify(self) -> str:
         """Return the driver's unit, that its registers answer and what it is set up to: it tells no name."""
@@ -144,10 +146,10 @@ class OrientalAzAxis:
     def home(self) -> None:
         """Return to home at speed (ZHOME).
 
-        The alarm of a host that fell silent is reset, since its cause is known, and what is left of that host's
-        watchdog is taken away.
+        The alarm of a host that fell silent is reset, since its cause is known, and what is left of a watchdog that
+        another host armed is taken away.
         """
-        if self._has_noticed() and self.watchdog_s is not None:
+        if self._has_noticed() and self.watchdog_s is not None and not self._is_armed:
             self.disarm_watchdog()
         self._require_no_alarm("home")
         self._require_set_up()
@@ -193,16 +195,18 @@ class OrientalAzAxis:
             self._write_silence(self.watchdog_s)
             told = prove(self.name, self.watchdog_s, self._has_noticed, wait, remedy)
             unless_proven.pop_all()
+        self._is_armed = True
         return told
 
     def feed_watchdog(self) -> None:
         self._status()
 
     def disarm_watchdog(self) -> None:
+        self._is_armed = False
         self._write_silence(0.0)
 
     def _has_noticed(self) -> bool:
-        """Return whether the alarm of a silent master stands; it is reset."""
+        """Return whether the alarm of a silent master stands; it is reset, the watchdog stays armed."""
         if self._status()[1] != wire.SILENCE_ALARM:
             return False
         self.reset_alarm()
@@ -366,6 +370,12 @@ class OrientalAzAxis:
     def _current(self) -> int:
         """Return the operating current; the first look makes it the line's sentinel."""
         (current,) = self._read(wire.CURRENT, 1)
+        if not 0 <= current <= wire.FULL_CURRENT:
+            raise DeviceNonsense(
+                f"{self.name}: the operating current reads {current} tenths of a percent, allowed 0 to"
+                f' {wire.FULL_CURRENT}: the driver has the other word order; nothing moved; set its parameter "Byte &'
+                ' word order (Modbus)" to the factory setting, high word first (MEXE02)'
+            )
         if not self._has_sentinel:
             self._modbus.set_sentinel(wire.CURRENT + 1, current & 0xFFFF)
             self._has_sentinel = True

@@ -45,6 +45,10 @@ class ZaberSettings(rates.RevolvingSettings):
     """Refuse replies without a checksum; the stage sends one where its ``comm.checksum`` is 1."""
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
 
+    @property
+    def place(self) -> tuple[int, ...]:
+        return (self.axis, self.device_axis)
+
 
 class ZaberChain:
     """The devices of one line: ids run through all of them."""
@@ -104,7 +108,8 @@ class ZaberAxis:
         names = ("deviceid", "system.serial", "version")
         self._require_scale()
         device_id, serial, version = (self._chain.ask(self._settings.axis, 0, f"get {name}").data for name in names)
-        return f"Zaber device {device_id}, serial {serial}, firmware {version}, number {self._settings.axis}"
+        axis = f", axis {self._settings.device_axis}" if self._settings.device_axis > 1 else ""
+        return f"Zaber device {device_id}, serial {serial}, firmware {version}, number {self._settings.axis}{axis}"
 
     def check_target(self, target_deg: float) -> None:
         check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
@@ -125,6 +130,11 @@ class ZaberAxis:
         self._start(f"move vel {self._velocity(self._settings.sign * rate_dps)}", lambda: False)
 
     def home(self) -> None:
+        """As of every axis. Flags that stay until they are acknowledged, such as FS behind a stall, are: a home is what
+        the manual asks for behind them, and what is still wrong raises them again.
+        """
+        if not _is_harmless(self._ask("get pos").warning):
+            self._ask("warnings clear")
         self._is_prepared = False  # a stage that lost power forgot its speed, too
         self._prepare()
         self._start("home", lambda: False)

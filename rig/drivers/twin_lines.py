@@ -34,26 +34,21 @@ class TwinLine:
 
 
 def axis_lines(axes: Mapping[str, AxisSettings]) -> list[tuple[str, ...]]:
-    """Return the names of the axes that share a line: same driver and port, each with a place of its own.
+    """Return the names of the axes that share a line: same driver and port, each with a number of its own.
 
-    Twins with equal numbers are two controllers, each on a line of its own, since a twin knows its axes by number; at
-    real ports the rig file is refused for equal places.
+    Twins with equal numbers are two controllers; at real ports the rig file is refused for that.
     """
     lines: list[list[str]] = []
     for name, axis in axes.items():
         for line in lines:
             others = [axes[other] for other in line]
             same_port = (others[0].driver, others[0].port) == (axis.driver, axis.port)
-            if same_port and _spot(axis) not in map(_spot, others):
+            if same_port and axis.place not in [other.place for other in others]:
                 line.append(name)
                 break
         else:
             lines.append([name])
     return [tuple(line) for line in lines]
-
-
-def _spot(axis: AxisSettings) -> object:
-    return axis.axis if axis.port == TWIN_PORT else axis.place
 
 
 def twin_lines(description: RigDescription, world: World, time_factor: float = 1.0) -> list[TwinLine]:
@@ -75,21 +70,21 @@ def twin_lines(description: RigDescription, world: World, time_factor: float = 1
     ]
 
 
-def without_twin(description: RigDescription) -> dict[str, str]:
-    """Return the devices of a rig whose drivers have no twin, by table (``axes.pitch``), each with its driver."""
-    tables: tuple[tuple[str, Mapping[str, Any], Callable[[Driver], Any]], ...] = (
+def without_twin(description: RigDescription) -> frozenset[str]:
+    """Return the devices, such as ``axes.pitch``, whose drivers have no twin."""
+    parts: tuple[tuple[str, Mapping[str, Any], Callable[[Driver], Any]], ...] = (
         ("axes", description.axes, lambda driver: driver.axes),
         ("readouts", description.readouts, lambda driver: driver.readout),
         ("environment", description.environment, lambda driver: driver.environment),
         ("streams", description.streams, lambda driver: driver.stream),
         ("field", description.field, lambda driver: driver.field),
     )
-    return {
-        f"{table}.{name}": device.driver
-        for table, devices, choose in tables
-        for name, device in devices.items()
-        if part_of(device.driver, choose, f"{table}.{name}").twin is None
-    }
+    return frozenset(
+        f"{table}.{name}"
+        for table, devices, choose in parts
+        for name, settings in devices.items()
+        if part_of(settings.driver, choose, f"{table}.{name}").twin is None
+    )
 
 
 def is_twin(readout: ReadoutSettings) -> bool:
@@ -132,7 +127,6 @@ def _twin_of(driver: str, choose: Callable[[Driver], Any], key: str) -> Callable
     twin: Callable[..., Any] | None = part_of(driver, choose, key).twin
     if twin is None:
         raise DescriptionError(
-            f"{key}: driver: {driver!r} has no twin: it can neither be simulated nor rehearsed; it can be opened at its"
-            " real port, and proven alone (calrig prove)"
+            f"{key}: driver: {driver!r} has no twin: it works at its real port, and cannot be rehearsed or simulated"
         )
     return twin

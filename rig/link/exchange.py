@@ -72,11 +72,13 @@ class Exchange:
         idempotent: bool,
         timeout_s: float | None = None,
         length: int | None = None,
+        lines: int = 1,
     ) -> Reply:
         """Send ``request`` and return what ``parse`` makes of the reply without its terminator.
 
-        ``length`` is the reply's where it has that many bytes and no terminator. ``parse`` raises DeviceNonsense for a
-        reply that cannot be the answer. ``idempotent`` says that asking twice does no harm: only then is the question
+        ``length`` is the reply's where it has that many bytes and no terminator; ``lines``: the reply has so many and
+        ``parse`` gets them with the terminators between. ``parse`` raises DeviceNonsense for a reply that cannot be the
+        answer. ``idempotent`` says that asking twice does no harm: only then is the question
         repeated. Raises: DeviceSilent, DeviceNonsense, LinkLost, LinkClosed.
         """
         attempts = self.patience.attempts if idempotent else 1
@@ -84,7 +86,7 @@ class Exchange:
             try:
                 self._clear_the_line()
                 return self._ask_once(
-                    request, parse, self.patience.timeout_s if timeout_s is None else timeout_s, length
+                    request, parse, self.patience.timeout_s if timeout_s is None else timeout_s, length, lines
                 )
             except (DeviceSilent, DeviceNonsense) as error:
                 self._is_in_doubt = True
@@ -146,8 +148,8 @@ class Exchange:
             self.counts.stale_bytes += len(more)
         self.counts.stale_bytes -= len(sentinel)
 
-    def read_line(self, timeout_s: float, waited_for: bytes) -> bytes:
-        """Read the next line without its terminator (``waited_for`` is for messages).
+    def read_line(self, timeout_s: float, waited_for: bytes, lines: int = 1) -> bytes:
+        """Read the next line, or so many lines, without the last terminator (``waited_for`` is for messages).
 
         Raises: DeviceSilent, DeviceNonsense.
         """
@@ -155,12 +157,12 @@ class Exchange:
         buffer = b""
         while True:
             buffer += self._more(buffer, deadline_s, timeout_s, waited_for)
-            *lines, rest = buffer.split(self._terminator)
-            answers = [line for line in lines if not self._is_aside(line)]
-            if len(answers) > 1:
+            *whole, rest = buffer.split(self._terminator)
+            answers = [line for line in whole if not self._is_aside(line)]
+            if len(answers) > lines:
                 raise self._nonsense(waited_for, buffer, "more than one reply to one question")
-            if answers and not rest:
-                return answers[0]
+            if len(answers) == lines and not rest:
+                return self._terminator.join(answers)
             if len(buffer) > LONGEST_REPLY:
                 raise self._nonsense(waited_for, buffer, f"no terminator {self._terminator!r} in {len(buffer)} bytes")
 
@@ -183,10 +185,15 @@ class Exchange:
             raise self._silence(waited_for, buffer, timeout_s)
         return more
 
-    def _ask_once(self, request: bytes, parse: Callable[[bytes], Reply], timeout_s: float, length: int | None) -> Reply:
+    def _ask_once(
+        self, request: bytes, parse: Callable[[bytes], Reply], timeout_s: float, length: int | None, lines: int
+    ) -> Reply:
         self.counts.asked += 1
         self.stream.write(request)
-        reply = self.read_line(timeout_s, request) if length is None else self.read_bytes(length, timeout_s, request)
+        if length is None:
+            reply = self.read_line(timeout_s, request, lines)
+        else:
+            reply = self.read_bytes(length, timeout_s, request)
         return self._parsed(request, parse, reply)
 
     def _parsed(self, request: bytes, parse: Callable[[bytes], Reply], reply: bytes) -> Reply:

@@ -45,9 +45,11 @@ class Reading:
     """A channel as the bench sees it."""
 
     channel: str
-    mean_v: float
+    unit: str
+    """Of mean and standard deviation, as it is written in a key."""
+    mean: float
     """NaN where every reading was an overload."""
-    standard_deviation_v: float
+    standard_deviation: float
     """NaN below two readings."""
     samples: int
     overloads: int
@@ -197,11 +199,12 @@ def readings(rig: OpenRig, channels: Sequence[str], samples: int, wait: Wait) ->
 
 def _reading(readout: Readout, channel: str, samples: int, wait: Wait) -> Reading:
     burst = readout.read(channel, samples, wait)
-    good_v = burst.samples[~burst.overload]
+    good = burst.samples[~burst.overload]
     return Reading(
         channel=channel,
-        mean_v=float(np.mean(good_v)) if good_v.size else float("nan"),
-        standard_deviation_v=float(np.std(good_v, ddof=1)) if good_v.size > 1 else float("nan"),
+        unit=burst.unit,
+        mean=float(np.mean(good)) if good.size else float("nan"),
+        standard_deviation=float(np.std(good, ddof=1)) if good.size > 1 else float("nan"),
         samples=int(burst.samples.size),
         overloads=int(np.count_nonzero(burst.overload)),
     )

@@ -14,7 +14,7 @@ from threading import Thread
 
 from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
-from rig.culprit import whose
+from rig.defects import defect_text
 from rig.devices.abilities import Axis, AxisState, Wait
 from rig.devices.cable import CableGuard
 from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused, RigError, WaitEnded
@@ -185,7 +185,7 @@ def _stop_one(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str]
     except RigError as error:
         failures[axis.name] = str(error)
     except Exception as error:  # noqa: BLE001  the rim of a thread: a defect of a driver is told like any failure
-        failures[axis.name] = f"a defect of {whose(error)}: {type(error).__name__}: {error}"
+        failures[axis.name] = defect_text(error)
 
 
 def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from rig.clock import Clock
 from rig.devices.abilities import Axis, RateAxis
 from rig.devices.rates import measured_rate
+from rig.errors import RigError
 from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
 from rig.testing.law import expect, expect_near, expect_refusal
 
@@ -30,6 +31,8 @@ def keep_axis_promises(
     expect(axis.identify() == axis.identify(), f"{axis.name}: it says of itself one thing, then another")
     if not axis.state().is_homed:
         expect_refusal(lambda: axis.start_move(target_deg), f"{axis.name}: a move without a home", "not homed")
+    else:
+        _keep_home_that_is_told(axis, clock, target_deg)
     home_deg = home_and_arrive(axis, clock, clock.sleep)
     expect_rest_at_home(axis, home_deg)
     before_deg = {name: other.state().position_deg for name, other in others.items()}
@@ -49,6 +52,14 @@ def keep_axis_promises(
     _keep_stop(axis, clock, target_deg, -target_deg if far_deg is None else far_deg)
     again_deg = home_and_arrive(axis, clock, clock.sleep)
     expect_near(again_deg, home_deg, close_deg, f"{axis.name}: a second home is another place")
+
+
+def _keep_home_that_is_told(axis: Axis, clock: Clock, target_deg: float) -> None:
+    """Move an axis that says that it is homed before anybody homed it: it must have been true."""
+    try:
+        move_and_arrive(axis, target_deg, clock, clock.sleep)
+    except RigError as error:
+        raise AssertionError(f"{axis.name}: it says that it is homed, but does not move: {error}") from error
 
 
 def expect_rest_at_home(axis: Axis, home_deg: float) -> None:

@@ -1,13 +1,14 @@
 """The axes of a rig in memory with both ends of each line at hand: what laws of death, damage and power need."""
 
+import math
 from collections.abc import Callable
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, cast
 
 from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import VirtualClock
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Axis, StopStep
+from rig.devices.abilities import Axis, RateAxis, StopStep
 from rig.drivers.twin_lines import twin_lines
 from rig.link.byte_stream import ByteStream
 from rig.link.memory import MemoryStream
@@ -61,9 +62,7 @@ class AxisBench:
         self.name = name
         self.settings = axes.axes[name]
         self._world = World(axes.model_copy(update={"axes": woken}))
-        self._twins: dict[str, Twin] = {
-            key: line.twin for line in twin_lines(axes, self._world) for key in line.keys if line.keys
-        }
+        self._twins: dict[str, Twin] = {key: line.twin for line in twin_lines(axes, self._world) for key in line.keys}
         self.line: LossyStream
         self.rig: Rig = open_rig(axes, clock=self.clock, line_source=self._open_line)
         self.starts = 0
@@ -94,6 +93,12 @@ class AxisBench:
     def cut_power(self) -> Callable[[float], None] | None:
         """How the twin of this axis loses its power, where it knows that."""
         return getattr(self._twins[f"axes.{self.name}"], "power_cycle", None)
+
+    def start_rate(self) -> None:
+        """Let an axis that turns on and on do so, towards where its home is and no faster than it moves."""
+        axis = cast(RateAxis, self.axis)
+        towards = -self.settings.sign * math.copysign(1.0, self.body.table_deg(self.clock.monotonic_s()))
+        axis.start_rate(towards * min(0.5 * axis.top_rate_dps, self.settings.speed_dps))
 
     def send(self, steps: tuple[StopStep, ...]) -> None:
         """Send what the stop guard would, as it does: nobody takes the answers."""

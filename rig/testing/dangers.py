@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Stoppable
+from rig.devices.abilities import Stoppable, StopStep
 from rig.errors import MotionBreach, RigError
 from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
 from rig.testing.axis_bench import AxisBench
@@ -60,13 +60,7 @@ def keep_stop_steps(bench: AxisBench, ends_deg: tuple[float, float], close_deg: 
         expect_near(told_deg, before_deg, close_deg, f"{other}: stop_steps of {name} moved it")
     bench.axis.start_move(to_deg)
     _half_way(bench, from_deg, to_deg)
-    for _ in range(2):
-        bench.send(steps)
-    bench.clock.sleep(REST_S)
-    stopped_deg = bench.true_deg
-    bench.clock.sleep(REST_S)
-    rests = bench.true_deg == stopped_deg
-    expect(rests, f"{name}: stop_steps sent while it moves do not bring it to rest: it goes on")
+    stopped_deg = _stopped_by(bench, steps, "moves")
     tolerance_deg = max(bench.axis.arrival_tolerance_deg, close_deg)
     expect(abs(stopped_deg + off_deg - to_deg) > tolerance_deg, f"{name}: stop_steps let it arrive")
     bench.reconnect()
@@ -75,6 +69,23 @@ def keep_stop_steps(bench: AxisBench, ends_deg: tuple[float, float], close_deg: 
     if state.is_homed:
         what = f"{name}: behind its stop_steps it says that it is homed, and where it is not"
         expect_near(state.position_deg, stopped_deg + off_deg, close_deg, what)
+    if bench.settings.turning == "revolves":
+        home_and_arrive(bench.axis, bench.clock, bench.clock.sleep)
+        bench.start_rate()
+        bench.clock.sleep(2.0)
+        _stopped_by(bench, steps, "turns at a rate")
+
+
+def _stopped_by(bench: AxisBench, steps: tuple[StopStep, ...], what_it_does: str) -> float:
+    """Send the steps twice and see the machine itself rest; return where."""
+    for _ in range(2):
+        bench.send(steps)
+    bench.clock.sleep(REST_S)
+    stopped_deg = bench.true_deg
+    bench.clock.sleep(REST_S)
+    sentence = f"{bench.name}: stop_steps sent while it {what_it_does} do not bring it to rest: it goes on"
+    expect(bench.true_deg == stopped_deg, sentence)
+    return stopped_deg
 
 
 def keep_starts_single(bench: AxisBench, ends_deg: tuple[float, float]) -> None:
@@ -86,6 +97,8 @@ def keep_starts_single(bench: AxisBench, ends_deg: tuple[float, float]) -> None:
 
     _keep_start_single(bench, "a move", move)
     _keep_start_single(bench, "a home search", bench.axis.home)
+    if bench.settings.turning == "revolves":
+        _keep_start_single(bench, "a rate", bench.start_rate)
 
 
 def _keep_start_single(bench: AxisBench, what: str, start: Callable[[], None]) -> None:

@@ -89,7 +89,7 @@ class AsciiChamberTwin:
             return self._espec_setpoint(line, now_s)
         if line in (b"MODE,CONSTANT", b"MODE,STANDBY"):
             self.mode = line.partition(b",")[2].decode("ascii")
-            return b"OK:" + line
+            return b"OK:" + (self._address or b"") + line
         return b"NA:CMD ERR"
 
     def _espec_setpoint(self, line: bytes, now_s: float) -> bytes:
@@ -99,7 +99,7 @@ class AsciiChamberTwin:
         if not LIMITS_DEGC[0] <= degc <= LIMITS_DEGC[1]:
             return b"NA:DATA OUT OF RANGE"
         self._world.hold(self._environment, degc, now_s)
-        return b"OK:" + line
+        return b"OK:" + (self._address or b"") + line
 
     def _thermotron(self, line: bytes, now_s: float) -> bytes | None:
         if line == b"PVAR%s?" % self._channel:

@@ -47,6 +47,8 @@ class OrientalAzRegisters:
         self.ignores_starts = False
         """A start is acknowledged and nothing happens."""
         self.wraps = False
+        self.low_word_first = False
+        """The drive's parameter "Byte & word order (Modbus)"."""
         self.software_limits: tuple[int, int] | None = None
         self._heard_s = math.inf
         """When its master was last heard; infinite where it is not waited for."""
@@ -64,14 +66,17 @@ class OrientalAzRegisters:
             self.alarm = self.alarm or wire.SILENCE_ALARM
 
     def read(self, address: int, count: int, now_s: float) -> Sequence[int] | None:
-        self._hear(now_s)
+        self.hear(now_s)
         known = self._registers(now_s)
         addresses = range(address, address + count)
-        return [known[place] for place in addresses] if all(place in known for place in addresses) else None
+        if not all(place in known for place in addresses):
+            return None
+        return self._ordered([known[place] for place in addresses])
 
     def write(self, address: int, values: Sequence[int], now_s: float) -> int:
         """Write the values; return the exception to answer with, 0 when written."""
-        self._hear(now_s)
+        self.hear(now_s)
+        values = self._ordered(values)
         places = range(address, address + len(values))
         if all(place in _BLOCK for place in places):
             return self._operate(places, values, now_s)
@@ -83,9 +88,19 @@ class OrientalAzRegisters:
             return self._allow_silence(wire.value_of(*values))
         return ILLEGAL_ADDRESS
 
-    def _hear(self, now_s: float) -> None:
+    def was_heard_at(self, now_s: float) -> bool:
+        return self._heard_s == now_s
+
+    def hear(self, now_s: float) -> None:
+        """Take note that the master speaks on the line."""
         self.look(now_s)
         self._heard_s = now_s
+
+    def _ordered(self, words: Sequence[int]) -> list[int]:
+        """Return the words of values of 32 bits as the drive is set to send and take them."""
+        if not self.low_word_first or len(words) % 2:
+            return list(words)
+        return [words[place ^ 1] for place in range(len(words))]
 
     def _allow_silence(self, silence_ms: int) -> int:
         if not 0 <= silence_ms <= wire.LONGEST_SILENCE_MS:
@@ -195,6 +210,9 @@ class OrientalAzTwin:
     def receive(self, data: bytes, now_s: float) -> None:
         for slave in self._slaves:
             slave.receive(data, now_s)
+        if any(unit.was_heard_at(now_s) for unit in self.units.values()):
+            for unit in self.units.values():  # a frame for another unit of the line is no silence
+                unit.hear(now_s)
 
     def transmit(self, now_s: float) -> bytes:
         for unit in self.units.values():

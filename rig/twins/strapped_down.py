@@ -1,7 +1,5 @@
 """The twins' world as a package on the stage feels it: specific force, angular rate, magnetic field, attitude."""
 
-import math
-
 import numpy as np
 
 from rig.description.rig_file import TwinSection, TwinStream
@@ -33,12 +31,8 @@ class StrappedDown:
     def reading(self, channel: str, now_s: float) -> float | None:
         return self._world.read_stream(channel, now_s)
 
-    def _angles_rad(self, now_s: float) -> dict[str, float]:
-        return {name: body.attitude_rad(now_s) for name, body in self._world.axes.items()}
-
     def _attitude_deg(self, now_s: float) -> tuple[float, float, float]:
-        angles = self._angles_rad(now_s)
-        yaw, pitch, roll = (math.degrees(angles.get(name, 0.0)) for name in ("yaw", "pitch", "roll"))
+        yaw, pitch, roll = (self._world.attitude_deg(name, now_s) for name in ("yaw", "pitch", "roll"))
         return yaw, pitch, roll
 
     def _noisy(self, source: str, values: Vector, deviation: float) -> tuple[float, float, float]:

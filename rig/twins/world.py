@@ -22,6 +22,7 @@ from rig.description.rig_file import (
     TwinSection,
     TwinStream,
 )
+from rig.description.twin_truth import TwinReadout
 from rig.twins.chain import ChainTruth
 from rig.twins.chance import Announcement, Chance
 from rig.twins.geometry import (
@@ -180,6 +181,16 @@ class World:
         noise_degc = self._environments[environment].noise_degc
         truth_degc = self.air[environment].temperature_degc(self._chance.announcement.replications, now_s)
         return truth_degc + noise_degc * self._chance.normal(f"environment.{environment}")
+
+    def attitude_deg(self, axis: str, now_s: float) -> float:
+        """Return the true attitude of an axis, degrees; 0 where the rig has none of that name."""
+        return math.degrees(self._angle_rad(axis, now_s))
+
+    def read_attitude_deg(self, readout: str, axis: str, now_s: float) -> float:
+        """Take one reading of a meter of angles, degrees."""
+        truth = self.meters.get(readout, TwinReadout())
+        noise_deg = truth.noise_deg * self._chance.normal(f"angle.{readout}.{axis}") if truth.noise_deg else 0.0
+        return self.attitude_deg(axis, now_s) + truth.error_deg + noise_deg
 
     def stage_force_g(self, now_s: float) -> Vector:
         """Return the specific force in the axes of the stage that carries the packages.

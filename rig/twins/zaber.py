@@ -35,6 +35,8 @@ class ZaberStage:
         self.servo = servo
         self._stage = stage
         self._is_interrupted = False
+        self.latched: set[str] = set()
+        """Flags that stay until ``warnings clear``, such as FS behind a stall."""
         reach = round(_TRAVEL_DEG / stage.microstep_deg)
         self.settings = {
             "deviceid": stage.device_id,
@@ -76,7 +78,9 @@ class ZaberStage:
                 return self._move(kind, value, now_s)
             case ["warnings"] | ["warnings", "clear"]:
                 told = self._warnings(now_s)
-                self._is_interrupted = self._is_interrupted and len(words) == 1
+                if len(words) == 2:
+                    self._is_interrupted = False
+                    self.latched.clear()
                 return True, " ".join([f"{len(told):02d}", *told])
             case ["tools", "echo", *echoed]:
                 return True, " ".join(echoed) or "0"
@@ -88,7 +92,7 @@ class ZaberStage:
         self.servo.power_cycle(now_s)
 
     def _warnings(self, now_s: float) -> list[str]:
-        told = [] if self.servo.is_homed(now_s) or self.servo.is_moving(now_s) else ["WR"]
+        told = [*sorted(self.latched), *([] if self.servo.is_homed(now_s) else ["WR"])]
         return [*told, wire.INTERRUPTED] if self._is_interrupted else told
 
     def _get(self, name: str, now_s: float) -> tuple[bool, str]:
@@ -119,14 +123,14 @@ class ZaberStage:
             number += round(self.servo.position_deg(now_s) / self._stage.microstep_deg)
         if not self.settings["limit.min"] <= number <= self.settings["limit.max"]:
             return False, BAD_DATA
-        self._is_interrupted = False
+        self._is_interrupted = self.servo.is_moving(now_s)
         self.servo.move(number * self._stage.microstep_deg, now_s)
         return True, "0"
 
     def _spin(self, data: int, now_s: float) -> tuple[bool, str]:
         if abs(data) > self._data(10_000.0):
             return False, BAD_DATA
-        self._is_interrupted = False
+        self._is_interrupted = self.servo.is_moving(now_s)
         if data:
             self.servo.spin(data / self._stage.velocity_scale * self._stage.microstep_deg, now_s)
         else:
@@ -142,12 +146,17 @@ class ZaberStage:
 
 
 class ZaberTwin:
-    """A :class:`rig.twins.twin.Twin`. ``stages``: device numbers to the world's bodies and what each stage is."""
+    """A :class:`rig.twins.twin.Twin`. ``stages``: device and axis to the world's bodies and what each stage is."""
 
-    def __init__(self, stages: Mapping[int, tuple[str, Stage]], world: World) -> None:
-        self.stages = {
-            number: ZaberStage(ServoAxis(world.axes[name], world), stage) for number, (name, stage) in stages.items()
+    def __init__(self, stages: Mapping[tuple[int, ...], tuple[str, Stage]], world: World) -> None:
+        self.axes = {
+            place: ZaberStage(ServoAxis(world.axes[name], world), stage) for place, (name, stage) in stages.items()
         }
+        self.stages: dict[int, ZaberStage] = {}
+        """The first axis of every device: it answers for the whole."""
+        for (device, _), stage in self.axes.items():
+            self.stages.setdefault(device, stage)
+            stage.settings["system.axiscount"] = sum(device == other for other, _ in self.axes)
         self._received = b""
         self._due = b""
 
@@ -167,7 +176,7 @@ class ZaberTwin:
         return None
 
     def power_cycle(self, now_s: float) -> None:
-        for stage in self.stages.values():
+        for stage in self.axes.values():
             stage.power_cycle(now_s)
 
     def say(self, line: bytes) -> None:
@@ -180,7 +189,11 @@ class ZaberTwin:
                 self._due += wire.encode_reply(self._reply(number, stage, command, now_s))
 
     def _reply(self, number: int, stage: ZaberStage, command: Command, now_s: float) -> Reply:
-        accepted, data = stage.act(command.text, now_s) if command.axis in (0, 1) else (False, BAD_AXIS)
+        if command.axis and (number, command.axis) not in self.axes:
+            accepted, data = False, BAD_AXIS
+        else:
+            stage = self.axes.get((number, command.axis), stage)
+            accepted, data = stage.act(command.text, now_s)
         is_busy, warning = stage.status(now_s)
         has_checksum = bool(stage.settings["comm.checksum"])
         return Reply(number, command.axis, accepted, is_busy, warning, data, command.message_id, has_checksum)

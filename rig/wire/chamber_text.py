@@ -26,6 +26,9 @@ RUNNING = 1
 """``SCOD?`` of an 8800; the others are reasons why it stands."""
 PROGRAM_BITS, MANUAL_BIT = 1 | 8, 16
 """``MODE?`` of a 3800: a program runs, or is edited while it is held; manual."""
+_DONE = re.compile(rb"OK *: *(?:\d{1,2} *, *)?(.*)")
+"""On RS-485 the address stands before the command."""
+_REFUSED = re.compile(rb"NA *:")
 _ESPEC_MODES: Mapping[bytes, Activity] = {b"OFF": "stopped", b"STANDBY": "stopped", b"CONSTANT": "holding"}
 
 
@@ -139,9 +142,10 @@ def _zero(sent: bytes, line: bytes) -> str:  # noqa: ARG001 it does not repeat w
 
 def _echoed(sent: bytes, line: bytes) -> str:
     """Parse an Espec's answer to a write: ``OK:`` and the command, or ``NA:`` and why not. Raises: DeviceNonsense."""
-    if line.startswith(b"NA:"):
+    if _REFUSED.match(line) is not None:
         return parse_text(line)
-    if line != b"OK:" + sent:
+    found = _DONE.fullmatch(line)
+    if found is None or found[1] != sent:
         raise DeviceNonsense("a write is answered by OK: and the command, or by NA: and the reason")
     return ""
 

@@ -29,6 +29,8 @@ PARAMETER_VALUES = 8
 NO_OVERTRAVEL = -1
 SILENCE_ALARM = 0x85
 """RS-485 communication timeout: nothing came from the master for as long as the parameter of that name allows."""
+FULL_CURRENT = 1000
+"""Tenths of a percent."""
 SILENCE_MS = 0x138A
 """That parameter: milliseconds, 0 is never. Remembered: a setting of the driver."""
 LONGEST_SILENCE_MS = 10_000

@@ -4,11 +4,10 @@ A dialect names a template for each command and reply, the line and its ends, an
 mean. What a machine does not have is left out: a reply (it is silent), a stop, a state, an identity, a home. The
 dialects in ``rig/dialects`` are calrig's own; those in ``rig/dialects/published`` follow published command sets, by
 docs/devices/indexing-table.md; those in ``rig/dialects/rate`` are of machines that turn at a rate, by
-docs/devices/rate-table.md.
+docs/devices/rate-table.md. Dialects of meters that read angles: rig/wire/angle_dialect.py.
 """
 
-from functools import cache, partial
-from importlib.resources import as_file, files
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,6 +15,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from rig.errors import DescriptionError
 from rig.toml_file import StrictTable, read_toml
+from rig.wire.dialect_files import shipped_in
 from rig.wire.template import Template
 
 
@@ -31,15 +31,16 @@ def _template(text: str, allowed: frozenset[str]) -> str:
     return text
 
 
-def _line(*fields: str) -> AfterValidator:
+def line_with(*fields: str) -> AfterValidator:
+    """Return the check of one line of a dialect that may have these fields."""
     return AfterValidator(partial(_template, allowed=frozenset(fields)))
 
 
 class PlainQuery(StrictTable):
     """A command about one axis that is only acknowledged, or not even that."""
 
-    command: Annotated[str, _line("axis")]
-    reply: Annotated[str, _line("axis", "text")] | None = None
+    command: Annotated[str, line_with("axis")]
+    reply: Annotated[str, line_with("axis", "text")] | None = None
     """``{text}``: any line will do."""
 
 
@@ -52,42 +53,42 @@ class StopCommand(PlainQuery):
 class SpeedCommand(StrictTable):
     """How fast the machine goes to a position."""
 
-    command: Annotated[str, _line("axis", "speed_dps")]
-    reply: Annotated[str, _line("axis", "text")] | None = None
+    command: Annotated[str, line_with("axis", "speed_dps")]
+    reply: Annotated[str, line_with("axis", "text")] | None = None
 
 
 class RateCommand(StrictTable):
     """Turn on and on. ``release``: a question that fetches what the machine says late; its answer is thrown away."""
 
-    command: Annotated[str, _line("axis", "rate_dps")]
-    reply: Annotated[str, _line("axis")] | None = None
-    release: Annotated[str, _line("axis")] | None = None
+    command: Annotated[str, line_with("axis", "rate_dps")]
+    reply: Annotated[str, line_with("axis")] | None = None
+    release: Annotated[str, line_with("axis")] | None = None
 
 
 class IdentityQuery(StrictTable):
-    command: Annotated[str, _line()]
-    reply: Annotated[str, _line("text")]
+    command: Annotated[str, line_with()]
+    reply: Annotated[str, line_with("text")]
 
 
 class MoveCommand(StrictTable):
-    command: Annotated[str, _line("axis", *angle_fields("target"))]
-    reply: Annotated[str, _line("axis", "text")] | None = None
+    command: Annotated[str, line_with("axis", *angle_fields("target"))]
+    reply: Annotated[str, line_with("axis", "text")] | None = None
 
 
 class PositionQuery(StrictTable):
-    command: Annotated[str, _line("axis")]
-    reply: Annotated[str, _line("axis", *angle_fields("position"))]
+    command: Annotated[str, line_with("axis")]
+    reply: Annotated[str, line_with("axis", *angle_fields("position"))]
 
 
 class StateQuery(StrictTable):
     """The settle and lock query."""
 
-    command: Annotated[str, _line("axis")]
-    reply: Annotated[str, _line("axis", "words", "status")]
+    command: Annotated[str, line_with("axis")]
+    reply: Annotated[str, line_with("axis", "words", "status")]
 
 
 class ErrorReply(StrictTable):
-    reply: Annotated[str, _line("axis", "text")]
+    reply: Annotated[str, line_with("axis", "text")]
 
 
 class StateWords(StrictTable):
@@ -243,31 +244,19 @@ def load_dialect(name: str | None, increment_deg: float) -> Dialect:
     return max(fitting, key=lambda dialect: dialect.increment_deg)
 
 
-def dialect_name(text: str, folder: Path) -> str:
-    """Return what a file in ``folder`` means by ``text``: a shipped dialect, or a path relative to that folder."""
-    return text if text in shipped_dialects() | published_dialects() | rate_dialects() else str(folder / text)
-
-
 def shipped_dialects() -> dict[str, Dialect]:
     """Return the dialects of calrig's own twin, by name: a table gets one of them by its increment."""
-    return _dialects("dialects")
+    return shipped_in("dialects", Dialect)
 
 
 def published_dialects() -> dict[str, Dialect]:
     """Return the dialects after published command sets, by name: a rig file names the one it wants."""
-    return _dialects("dialects/published")
+    return shipped_in("dialects/published", Dialect)
 
 
 def rate_dialects() -> dict[str, Dialect]:
     """Return the dialects of rate tables, by name: calrig's own, and those after public programs."""
-    return _dialects("dialects/rate")
-
-
-@cache
-def _dialects(place: str) -> dict[str, Dialect]:
-    with as_file(files("rig").joinpath(place)) as folder:
-        dialects = [read_toml(path).validate(Dialect) for path in sorted(folder.glob("*.toml"))]
-    return {dialect.name: dialect for dialect in dialects}
+    return shipped_in("dialects/rate", Dialect)
 
 
 def _divides(fine_deg: float, coarse_deg: float) -> bool:

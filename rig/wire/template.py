@@ -8,7 +8,7 @@ An angle is written in degrees (``target_deg``), in the machine's counts (``targ
 minutes and seconds (``target_d``, ``target_m``, ``target_s``); a status as words, or as one word of bits: decimal
 (``{status:d}``), hexadecimal (``{status:x}``), or as ones and noughts with the first bit at the right
 (``{status:08b}``) or at the left (``{status:08l}``). ``{position_deg:g}`` takes any number of decimals: for a machine
-whose manual does not say how many it writes.
+whose manual does not say how many it writes. What a meter of angles reads is a number of its own unit (``x``, ``y``).
 """
 
 import re
@@ -18,7 +18,12 @@ from string import Formatter
 FieldValue = int | float | str
 
 ANGLES = ("target", "position")
-_PATTERNS = {"text": r".*", "words": r"[A-Za-z0-9_]+(?: [A-Za-z0-9_]+)*"}
+_PATTERNS = {
+    "text": r".*",
+    "words": r"[A-Za-z0-9_]+(?: [A-Za-z0-9_]+)*",
+    "serial": r"[^\r\n,]{1,40}",
+    "unit": r"[^\s,;]{1,8}",
+}
 _STATUS = {
     "d": r"\d{1,10}",
     "x": r"[0-9A-Fa-f]{1,8}",
@@ -28,11 +33,14 @@ _STATUS = {
 }
 _NUMBER_FORMAT = re.compile(r"(?P<sign>\+?)(?P<zeros>0\d+)?\.(?P<decimals>\d)f")
 _ANY_DECIMALS, _FREE_NUMBER = "g", r"[+-]?\d{1,7}(?:\.\d{1,9})?"
-_RATES = ("rate_dps", "speed_dps")
+_NUMBERS = ("rate_dps", "speed_dps", "x", "y")
 _WHOLE_FORMAT = re.compile(r"(?P<sign>\+?)(?P<zeros>0\d+)?d")
 _MORE_DIGITS = 6
 """Before the point than a format asks for: a number that is longer is noise."""
-_ALLOWED = "axis, text, words, status, rate_dps, speed_dps, and target or position with _deg, _counts, _d, _m, _s"
+_ALLOWED = (
+    "axis, text, words, serial, unit, status, rate_dps, speed_dps, x, y, and target or position with _deg, _counts, _d,"
+    " _m, _s"
+)
 
 
 class Template:
@@ -72,7 +80,7 @@ class Template:
                 values[f"{angle}_deg"] = self._degrees(angle, told)
             elif name == "status":
                 values[name] = _status(text.replace("_", ""), specs[name][-1])
-            elif name in _RATES:
+            elif name in _NUMBERS:
                 values[name] = float(text)
             else:
                 values[name] = int(text) if name == "axis" else text
@@ -128,7 +136,7 @@ def _piece(literal: str, name: str | None, spec: str) -> str:
     angle, _, part = name.partition("_")
     if name == "axis":
         pattern: str | None = r"\d{1,2}"
-    elif name in _RATES or (angle in ANGLES and part in ("deg", "s") and not spec.endswith("d")):
+    elif name in _NUMBERS or (angle in ANGLES and part in ("deg", "s") and not spec.endswith("d")):
         pattern = _number_pattern(spec)
     elif angle in ANGLES and part in ("counts", "d", "m", "s"):
         pattern = _whole_pattern(spec)

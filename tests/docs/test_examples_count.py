@@ -11,6 +11,9 @@ ALLOWED = {
     "own_model": ("calrig.models", 1),
     "own_driver": ("calrig.drivers", 4),  # codec, device, twin, and what brings them together
     "own_meter": ("calrig.drivers", 3),  # device, twin, and what brings them together; SCPI has its codec
+    "own_axis": ("calrig.drivers", 4),  # the same, to angles and at rates
+    "own_stream": ("calrig.drivers", 4),
+    "own_field": ("calrig.drivers", 3),
     "own_export": ("calrig.exports", 1),
     "own_design": ("calrig.designs", 1),
     "own_section": ("calrig.sections", 1),

@@ -18,7 +18,7 @@ from procedures.run.watch.watchdogs import Watchdogs
 from rig.assembly.open_rig import open_rig
 from rig.assembly.prove import prove
 from rig.assembly.unguarded import unguarded_sentences
-from rig.culprit import whose
+from rig.defects import defect_text
 from rig.description.read import read_rig
 from rig.drivers.driver import Driver
 from rig.drivers.twin_lines import axis_lines
@@ -41,11 +41,16 @@ def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _axis_class() -> Any:
-    return import_module("stage_axis.device").StageAxis
+    return import_module("turner.device").Turner
+
+
+def _only_positions(path: Path) -> Path:
+    path.write_text(path.read_text(encoding="utf-8").replace("top_rate_dps = 60.0\n", ""), encoding="utf-8")
+    return path
 
 
 def _without_twin(monkeypatch: pytest.MonkeyPatch) -> None:
-    package = import_module("stage_axis")
+    package = import_module("turner")
     driver: Driver = package.DRIVER
     assert driver.axes is not None
     monkeypatch.setattr(package, "DRIVER", replace(driver, axes=replace(driver.axes, twin=None)))
@@ -54,7 +59,7 @@ def _without_twin(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_an_axis_that_nobody_stops_is_told_by_check_and_devices(
     path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert "nothing stops it" not in call(capsys, "check", "--rig", path).out
+    assert "nothing stops it" not in call(capsys, "check", "--rig", _only_positions(path)).out
     monkeypatch.delattr(_axis_class(), "stop_steps")
     for command in ("check", "devices"):
         told = call(capsys, command, "--rig", path)
@@ -65,7 +70,7 @@ def test_an_axis_that_nobody_stops_is_told_by_check_and_devices(
 def test_a_run_tells_it_of_axes_at_real_ports_and_the_page_keeps_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = read_rig(own_axis_rig(tmp_path, monkeypatch, REAL_PORT))
+    real = read_rig(_only_positions(own_axis_rig(tmp_path, monkeypatch, REAL_PORT)))
     assert unguarded_sentences(real) == ()
     monkeypatch.delattr(_axis_class(), "stop_steps")
     assert unguarded_sentences(real)[0] == UNSTOPPED
@@ -82,7 +87,7 @@ def test_an_axis_that_lacks_a_member_is_refused_with_its_name(
     path: Path, member: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.delattr(_axis_class(), member)
-    sentence = f"axes.pitch: driver: 'turn-2': what it opens has no {member}; nothing moved"
+    sentence = f"axes.pitch: driver 'turner': its Turner has no {member}, which Axis in"
     with pytest.raises(DescriptionError, match=sentence):
         open_rig(read_rig(path))
     told = call(capsys, "check", "--rig", path)
@@ -91,36 +96,10 @@ def test_an_axis_that_lacks_a_member_is_refused_with_its_name(
 
 
 def test_an_axis_that_turns_must_say_how_it_is_stopped(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    axis = _axis_class()
-    for name in ("top_rate_dps", "check_rate", "start_rate", "turn_look"):
-        monkeypatch.setattr(axis, name, 1.0, raising=False)
-    with open_rig(read_rig(path)):
-        pass
-    monkeypatch.delattr(axis, "stop_steps")
-    with pytest.raises(DescriptionError, match="what it opens has no stop_steps"):
+    monkeypatch.delattr(_axis_class(), "stop_steps")
+    with pytest.raises(DescriptionError, match="its Turner has no stop_steps, which Stoppable in"):
         open_rig(read_rig(path))
-
-
-@pytest.mark.parametrize(
-    ("extra", "lines"),
-    [
-        ("address = 1", None),
-        ("address = 2", [("pitch", "roll")]),
-    ],
-)
-def test_two_controllers_of_one_line_are_told_apart_by_address(
-    tmp_path: Path, extra: str, lines: list[tuple[str, ...]] | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = own_axis_rig(tmp_path, monkeypatch, REAL_PORT)
-    path.write_text(path.read_text(encoding="utf-8").replace("axis = 2", f"axis = 1\n{extra}"), encoding="utf-8")
-    if lines is None:
-        with pytest.raises(DescriptionError, match=r"axes\.roll\.axis: axis 1, address 1 at .* is already pitch"):
-            read_rig(path)
-        return
-    rig = read_rig(path)
-    assert axis_lines(rig.axes) == lines, "they share it"
-    with open_rig(rig.all_on_twins()) as twins:  # each on a twin of its own
-        assert {axis.identify() for axis in twins.axes.values()} == {"TURN-2 serial 31007, motor 1"}
+    open_rig(read_rig(_only_positions(path))).close()
 
 
 def test_two_axes_of_one_zaber_are_told_apart(tmp_path: Path) -> None:
@@ -132,7 +111,7 @@ def test_two_axes_of_one_zaber_are_told_apart(tmp_path: Path) -> None:
     path.write_text(text.replace("\naxis = 2\n", "\naxis = 1\n"), encoding="utf-8")
     assert axis_lines(read_rig(path).axes) == [("pitch", "roll")]
     path.write_text(path.read_text(encoding="utf-8").replace("device_axis = 2", "device_axis = 1"), encoding="utf-8")
-    with pytest.raises(DescriptionError, match=r"axis 1, device_axis 1 at .* is already pitch"):
+    with pytest.raises(DescriptionError, match=r"axis 1, 1 at .* is already pitch"):
         read_rig(path)
 
 
@@ -142,40 +121,40 @@ def test_a_device_without_a_twin_is_proven_alone_and_its_neighbours_beside_their
     rig = read_rig(own_axis_rig(tmp_path, monkeypatch, REAL_PORT))
     clock = virtual_clock()
     stages = {name: rig.axes[name].model_copy(update={"port": "twin"}) for name in rig.axes}
-    at_the_bench = import_module("stage_axis.twin").twin(stages, World(rig.all_on_twins()), 1.0)
+    at_the_bench = import_module("turner.twin").twin(stages, World(rig.all_on_twins()), 1.0)
     _without_twin(monkeypatch)
 
     def source(key: str, open_line: Callable[[], ByteStream]) -> ByteStream:
         return MemoryStream(at_the_bench, clock, key) if key == "axes.pitch" else open_line()
 
     proofs = {proof.key: proof for proof in prove(rig, tmp_path / "kept", clock=clock, line_source=source)}
-    assert not proofs["axes.pitch"].has_twin
-    assert proofs["axes.pitch"].answers.compared["identity"] == "TURN-2 serial 31007, motor 1"
+    assert proofs["axes.pitch"].is_alone
+    assert proofs["axes.pitch"].answers.compared["identity"] == "TURNER 7, drive 1"
     assert (tmp_path / "kept" / "device" / "axes.pitch.jsonl").exists()
-    assert proofs["environment.air"].has_twin
+    assert not proofs["environment.air"].is_alone
     assert proofs["axes.pitch"].differences == proofs["environment.air"].differences == ()
-    with pytest.raises(DescriptionError, match="has no twin: it can neither be simulated nor rehearsed"):
+    with pytest.raises(DescriptionError, match="has no twin: it works at its real port"):
         open_rig(rig.all_on_twins())
 
 
 def test_a_defect_of_a_driver_is_named_as_that_drivers(
     path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    codec = import_module("stage_axis.codec")
-    monkeypatch.setattr(codec, "PER_DEG", 0.0)  # a division by it, in a line of the driver
+    codec = import_module("turner.codec")
+    monkeypatch.setattr(codec, "UNITS_PER_DEG", 0.0)  # a division by it, in a line of the driver
     told = call(capsys, "jog", "--rig", path, "--read")
-    assert "this is a defect of the driver 'turn-2' of stage-axis 1.0 (ZeroDivisionError" in told.err
-    assert "to its author" in told.err
+    assert "this is a defect of the driver 'turner' of turner 1.0: ZeroDivisionError" in told.err
+    assert "to whoever made it" in told.err
 
 
 def test_a_defect_of_calrig_is_its_own() -> None:
     with pytest.raises(ZeroDivisionError) as caught:
         1 / 0  # noqa: B018
-    assert whose(caught.value) == "calrig"
+    assert defect_text(caught.value).startswith("a defect of calrig: ZeroDivisionError")
 
 
 def test_a_stop_that_breaks_is_told_with_whose_defect_it_is(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with open_rig(read_rig(path)) as rig:
-        monkeypatch.setattr(import_module("stage_axis.codec"), "STOP", None)
-        with pytest.raises(DeviceFault, match=r"a defect of the driver 'turn-2' of stage-axis 1.0: "):
+        monkeypatch.setattr(import_module("turner.codec"), "encode", None)
+        with pytest.raises(DeviceFault, match=r"a defect of the driver 'turner' of turner 1.0: "):
             stop_all(dict(rig.axes), rig.clock)

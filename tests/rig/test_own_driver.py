@@ -1,4 +1,7 @@
-"""A driver that is no part of the package keeps what the package's own promise (examples/own_driver)."""
+"""A driver that is no part of the package keeps what the package's own promise (examples/own_driver).
+
+The laws of its ability: test_own_devices.py.
+"""
 
 from collections.abc import Iterator
 from importlib import import_module
@@ -16,7 +19,7 @@ from rig.description.read import read_rig
 from rig.errors import DescriptionError, DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
 from rig.link.exchange import Exchange
 from rig.link.memory import MemoryStream
-from rig.testing import DAMAGES, LINES, MISTAKEN, keep_promises, rig_on, survive_damage
+from rig.testing import LINES, rig_on
 
 IN_THE_FILE = ('driver = "watlow-f4"', 'driver = "oven"\nlimits_degc = [-40.0, 85.0]')
 
@@ -52,16 +55,6 @@ def test_it_keeps_the_promises_of_an_environment(rig: Rig) -> None:
     assert air.temperature_degc() == pytest.approx(21.5, abs=0.2)
     air.hold(-12.5)
     assert air.setpoint_degc() == -12.5
-
-
-def test_it_keeps_the_laws_that_calrig_s_own_drivers_keep(rig: Rig) -> None:
-    keep_promises(rig, "environment.air")
-
-
-def test_no_damage_to_its_line_makes_a_wrong_number(tmp_path: Path, installed: None) -> None:
-    file = rig_file(tmp_path, IN_THE_FILE)
-    every = DAMAGES | MISTAKEN
-    survive_damage(file, "environment.air", lambda rig: rig.environments["air"].setpoint_degc(), 1e-9, damages=every)
 
 
 @pytest.mark.parametrize("kind", ["truncate", "flip-bit", "echo", "stale", "drop", "previous"])

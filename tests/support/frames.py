@@ -24,6 +24,8 @@ from rig.wire import (
     zaber,
 )
 from rig.wire import maestro as servo
+from rig.wire.angle_dialect import load_angle_dialect
+from rig.wire.angle_lines import AngleCodec, Question, Reading
 from rig.wire.esp301 import ErrorRecord
 from rig.wire.indexing_table import AskPosition, AskState, Identify, Identity, Move, Position, TableCodec, TableState
 from rig.wire.maestro_reader import MaestroReader
@@ -45,6 +47,11 @@ YMR = (
 YMR_VALUES = [100.949, -7.33, 0.715, -0.0049, -0.2449, 0.5397, -1.258, -0.1, -9.701, -0.000018, 0.001122, -0.000551]
 CHAMBERS = "the chamber maker's public library, one decimal; docs/devices/ascii-chambers.md"
 PI = "traffic of the maker's own client, C-863 manual MS249E; docs/devices/pi-gcs.md"
+ANGLES = "Tuff Tilt B-06-1006 p. 15, DPG-Series July 2015 p. 11, EDH0170 p. 48; docs/devices/attitude-references.md"
+TUFF_TILT, DPG, LDS = (
+    AngleCodec(load_angle_dialect(name)) for name in ("jewell-tuff-tilt", "meas-dpg", "newport-lds1000")
+)
+TUFF_LINE = b"$YXXDR,A,-00.920,D,N,A,-00.210,D,E,C,030.045,C,T-N1212*57"
 AZ = "00000000 00000002 00001388 000003E8 000003E8 000003E8 000003E8 00000001"
 
 
@@ -168,6 +175,29 @@ DECODED = (
     Decoded("prologix.split_host_lines", _host, bytes.fromhex("00 01 02 1B 0D 03 1B 0A 04 1B 1B 05 1B 2B 06 0A"),
             prologix.HostLine(False, bytes.fromhex("00 01 02 0D 03 0A 04 1B 05 2B 06")), "Prologix manual, page 7",
             ANY),
+    Decoded(
+        "angle_lines.AngleCodec.parse_reading",
+        lambda line: TUFF_TILT.parse_reading(line, 1),
+        TUFF_LINE,
+        Reading({"x": -0.21, "y": -0.92}, "deg"),
+        ANGLES,
+    ),
+    Decoded(
+        "angle_lines.AngleCodec.parse_unit",
+        lambda line: LDS.parse_unit(line, 1),
+        b"1TA,RT,04512,1,\xb5rad,00102,00241",
+        "urad",
+        ANGLES,
+        ANY,
+    ),
+    Decoded(
+        "angle_lines.AngleCodec.parse_identity",
+        DPG.parse_identity,
+        b"DPL2 V1.8.0\r\nSN:123456789",
+        "DPL2 V1.8.0 123456789",
+        ANGLES,
+        ANY,
+    ),
     Decoded("chamber_text.parse_one", chamber_text.parse_one, b"25.3", 25.3, CHAMBERS, NUMERALS),
     Decoded("chamber_text.parse_text", chamber_text.parse_text, b"T,T,P300,180.0", "T,T,P300,180.0", CHAMBERS, TEXT),
     Decoded("chamber_text.parse_is_fahrenheit", chamber_text.parse_is_fahrenheit, b"F", True, CHAMBERS, ANY),
@@ -240,6 +270,19 @@ ENCODED = (
     Encoded("prologix.serial_poll", prologix.serial_poll(22), b"++spoll 22\n", "Prologix manual, spoll"),
     Encoded("prologix.setting", prologix.setting("read_tmo_ms", 3000), b"++read_tmo_ms 3000\n", "Prologix manual"),
     Encoded("prologix.setting_query", prologix.setting_query("auto"), b"++auto\n", "pymeasure on the wire"),
+    Encoded("angle_lines.AngleCodec.ask", DPG.ask(Question("reading")), b"R", ANGLES),
+    Encoded(
+        "angle_lines.AngleCodec.format_reading", DPG.format_reading(1.234, -0.007, "deg", 1),
+        b"X=+01.234\r\nY=-00.007\r\n", ANGLES,
+    ),
+    Encoded(
+        "angle_lines.AngleCodec.format_unit", LDS.format_unit("urad", 1),
+        b"1TA,RT,04512,1,\xb5rad,00102,00241\r\n", ANGLES,
+    ),
+    Encoded(
+        "angle_lines.AngleCodec.format_identity", DPG.format_identity("DPL2 V1.8.0", "123456789"),
+        b"DPL2 V1.8.0\r\nSN:123456789\r\n", ANGLES,
+    ),
     Encoded("chamber_text.format_temperature", chamber_text.format_temperature(25.0), b"25.0", CHAMBERS),
     Encoded("pi_gcs.command", pi_gcs.command("MOV", "1", "12.5"), b"MOV 1 12.5\n", PI),
     Encoded("scpi.channel_list", scpi.channel_list([101, 102]), b"(@101,102)", DAQ),

@@ -183,6 +183,28 @@ def _meters() -> Job:
     return Job(rig, merged(base.procedure, more))
 
 
+def _tilt() -> Job:
+    """An autocollimator that tells the pitch in place of the table."""
+    base = _axes("indexing-table", increment_deg=1.0)
+    rig = merged(
+        base.rig,
+        tomllib.loads("""
+[readouts.level]
+driver = "angle-meter"
+resource = "twin"
+dialect = "newport-lds1000"
+channels = { pitch = { about = "pitch" } }
+[attitude_reference]
+channels = { pitch = "level.pitch" }
+uncertainty_deg = 0.001
+samples = 2
+[twin.readouts.level]
+noise_deg = 0.0001
+"""),
+    )
+    return Job(rig, base.procedure)
+
+
 def _servo(procedure: str, own: Document) -> Job:
     """Servos, a board and a VN-100 that stream, a coil."""
     rig = _example("servo-mechanism/rig.toml")
@@ -213,6 +235,7 @@ def jobs() -> dict[str, Job]:
         "table": _table(),
         "daq": _daq(),
         "meters": _meters(),
+        "tilt": _tilt(),
         "esp301": _axes("esp301"),
         "zaber": _axes("zaber", microstep_deg=0.000234375, top_rate_dps=100.0),
         "pi-gcs": _axes("pi-gcs"),

@@ -1,4 +1,4 @@
-"""The example rig with the stage of examples/own_axis as its pitch and roll."""
+"""The example rig with the drives of examples/own_axis as its pitch and roll."""
 
 from pathlib import Path
 
@@ -7,8 +7,8 @@ from example_files import EXAMPLE_RIG
 from installed_examples import install_example
 
 TABLE = (
-    '[axes.{name}]\ndriver = "turn-2"\nport = "{port}"\naxis = {number}\nlimits_deg = [-40.0, 120.0]\nspeed_dps = 8.0\n'
-    "sign = -1\nzero_deg = 25.0\n"
+    '[axes.{name}]\ndriver = "turner"\nport = "{port}"\naxis = {number}\nlimits_deg = [-40.0, 120.0]\nspeed_dps = 8.0\n'
+    "top_rate_dps = 60.0\nsign = -1\nzero_deg = 25.0\n"
 )
 """Its home switch is not at attitude 0, and 0 is not the middle of its range."""
 

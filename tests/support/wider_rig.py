@@ -72,6 +72,23 @@ def meters_rig_file(folder: Path) -> Path:
     return path
 
 
+def angle_meter_rig_file(folder: Path, dialect: str = "meas-dpg", more: str = "") -> Path:
+    """The example rig with an inclinometer ``level`` that tells the pitch by x and the roll by y."""
+    level = f"""
+[readouts.level]
+driver = "angle-meter"
+resource = "twin"
+dialect = "{dialect}"
+channels = {{ pitch = {{ about = "pitch" }}, roll = {{ about = "roll", value = "y" }} }}
+{more}
+[twin.readouts.level]
+noise_deg = 0.002
+"""
+    path = folder / "level.toml"
+    path.write_text(EXAMPLE_RIG.read_text(encoding="utf-8") + level, encoding="utf-8")
+    return path
+
+
 def text_chambers_rig_file(folder: Path) -> Path:
     """The example rig in four chambers that speak lines of text, one of each model."""
     models = ("thermotron-8800", "thermotron-3800", "espec-p300", "espec-scp220")

@@ -1,26 +1,29 @@
 """A reference sensor that tells the attitude: measured, not commanded, and where asked for the loop closed on it."""
 
+import math
+from collections.abc import Sequence
 from statistics import fmean
 
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell
-from procedures.run.dwell.measure import OpenRig
-from procedures.run.dwell.stream_readout import StreamedReadout
+from procedures.run.dwell.measure import OpenRig, read_channel
 from rig.devices.abilities import Wait
 from rig.errors import DeviceFault
 from rig.motion.move import move_and_arrive
 
 
 def reference_attitude(rig: OpenRig, plan: Plan, wait: Wait) -> dict[str, float]:
-    """Axis to the mean angle that the reference tells, degrees; empty where none is declared."""
+    """Axis to the mean angle that the reference tells, degrees; empty where none is declared.
+
+    Raises: DeviceFault where it is beyond its range; as the readout or the stream.
+    """
     reference = plan.attitude_reference
     if reference is None:
         return {}
-    angles_deg = {}
-    for axis, channel in reference.channels.items():
-        stream = rig.streams[channel.partition(".")[0]]
-        angles_deg[str(axis)] = fmean(StreamedReadout(stream, rig.clock).read(channel, reference.samples, wait).samples)
-    return angles_deg
+    return {
+        str(axis): _mean_deg(channel, read_channel(rig, channel, reference.samples, wait).samples.tolist())
+        for axis, channel in reference.channels.items()
+    }
 
 
 def approach(rig: OpenRig, plan: Plan, dwell: Dwell, wait: Wait) -> dict[str, float]:
@@ -58,6 +61,17 @@ def approach(rig: OpenRig, plan: Plan, dwell: Dwell, wait: Wait) -> dict[str, fl
 def axis_step(angle_deg: float, increment_deg: float) -> float:
     """Return the nearest angle at which the axis can stop."""
     return round(angle_deg / increment_deg) * increment_deg if increment_deg else round(angle_deg, 6)
+
+
+def _mean_deg(channel: str, samples_deg: Sequence[float]) -> float:
+    """Return the mean of angles that may lie on both sides of where they begin again."""
+    if not all(map(math.isfinite, samples_deg)):
+        raise DeviceFault(
+            f"attitude_reference: {channel} is beyond its range: the attitude is not known; the axes rest; plan"
+            " attitudes that it reaches, or measure without it"
+        )
+    first_deg = samples_deg[0]
+    return first_deg + fmean(_turned(sample_deg - first_deg) for sample_deg in samples_deg)
 
 
 def _turned(angle_deg: float) -> float:

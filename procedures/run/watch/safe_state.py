@@ -11,7 +11,7 @@ from threading import Thread
 
 from procedures.plan.plan import Plan
 from procedures.run.dwell.measure import OpenRig
-from rig.culprit import whose
+from rig.defects import defect_text
 from rig.errors import RigError
 from rig.motion.move import stop_all
 
@@ -83,7 +83,7 @@ def _attempt(work: Callable[[], None], failures: list[str]) -> None:
     except RigError as error:
         failures.append(str(error))
     except Exception as error:  # noqa: BLE001  the rim of a thread: no defect may keep the others from their stop
-        failures.append(f"stop: a defect of {whose(error)}: {type(error).__name__}: {error}")
+        failures.append(f"stop: {defect_text(error)}")
 
 
 def resting_deg(rig: OpenRig) -> dict[str, float]:

@@ -9,7 +9,7 @@ from math import inf
 
 from procedures.run.dwell.measure import OpenRig
 from rig.devices.abilities import Wait, Watchdog
-from rig.devices.members import why_unstoppable
+from rig.devices.unstoppable import why_unstoppable
 from rig.errors import RigError
 
 KIND = "watchdog"
@@ -27,16 +27,22 @@ class Watchdogs:
         self._fed_s: dict[str, float] = {}
 
     def arm(self, wait: Wait) -> None:
-        """Prove those that the rig file declares; nothing may move. Raises: DeviceFault, WaitEnded."""
+        """Prove those that the rig file declares; nothing may move. Raises: DeviceFault, WaitEnded.
+
+        Nobody is fed meanwhile: machines of one line may hear what is said to another, and one that notices the silence
+        in which another is proven has what it lost put right by the home that follows.
+        """
         self.forget()
+        proven: dict[str, Watchdog] = {}
         for name, axis in self._rig.axes.items():
             if isinstance(axis, Watchdog) and axis.watchdog_s is not None:
                 outcome = axis.arm_watchdog(wait)
-                self._armed[name] = axis
+                proven[name] = axis
             else:
                 outcome = "no watchdog: a move that was started ends at its target, a rate goes on"
             outcome = "; ".join(filter(None, (outcome, why_unstoppable(axis, name))))
-            self._record(KIND, {"axis": name, "is_armed": name in self._armed, "told": outcome})
+            self._record(KIND, {"axis": name, "is_armed": name in proven, "told": outcome})
+        self._armed = proven
 
     def feed(self) -> float:
         """Speak to those that were not spoken to for a while; rig seconds until it must be done again.

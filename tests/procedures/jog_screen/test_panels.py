@@ -76,8 +76,15 @@ def test_an_angle_that_the_outputs_do_not_tell_is_a_dash_with_its_reason() -> No
 
 
 def test_overloads_are_told() -> None:
-    view = BenchView((), (ChannelView("dmm.x", count=3, mean_v=1.0, standard_deviation_v=0.1, overloads=2),), ())
+    view = BenchView((), (ChannelView("dmm.x", count=3, mean=1.0, standard_deviation=0.1, overloads=2),), ())
     assert "2 overloads" in _drawn(panels.channels_panel(view))
+
+
+def test_a_channel_in_degrees_is_not_in_volts() -> None:
+    view = BenchView((), (ChannelView("level.tilt", 3, unit="deg", mean=12.25, standard_deviation=0.001),), ())
+    text = _drawn(panels.channels_panel(view))
+    assert "+12.2500000 °" in text
+    assert "3.6 ″" in text
 
 
 @pytest.mark.parametrize("width", [60, 80, 120, 200])

@@ -1,17 +1,20 @@
 """First contact: clean against the twins, and every planted difference is named."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
 from device_sets import AXIS, COMMON, DAQ, F4, STREAMS
-from wider_rig import meters_rig_file, rate_tables_rig_file, text_chambers_rig_file
+from wider_rig import angle_meter_rig_file, meters_rig_file, rate_tables_rig_file, text_chambers_rig_file
 
 from rig.assembly.prove import DeviceProof, document_of, prove
-from rig.clock import VirtualClock
+from rig.assembly.simulate import serve_rig, write_rig
+from rig.clock import ScaledClock, VirtualClock
 from rig.description.read import read_rig
+from rig.drivers.driver import DRIVERS
 from rig.drivers.twin_lines import twin_lines
 from rig.errors import RequestRefused
 from rig.lines.recording import replaying
@@ -107,7 +110,9 @@ def test_the_same_command_against_the_twins_is_clean(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "rig_file", [meters_rig_file, text_chambers_rig_file, rate_tables_rig_file], ids=lambda made: made.__name__
+    "rig_file",
+    [meters_rig_file, text_chambers_rig_file, rate_tables_rig_file, angle_meter_rig_file],
+    ids=lambda made: made.__name__,
 )
 def test_the_twins_of_the_other_drivers_are_clean_as_well(rig_file: Callable[[Path], Path], tmp_path: Path) -> None:
     proofs = _proven_file(rig_file(tmp_path), tmp_path)
@@ -249,3 +254,21 @@ def test_what_was_kept_is_a_transcript_that_answers_the_same(tmp_path: Path) -> 
     told = {proof.key: proof for proof in again}
     asked = [key for key in first if not key.startswith("streams.")]
     assert [(key, told[key].answers.compared) for key in asked] == [(key, first[key].answers.compared) for key in asked]
+
+
+def test_a_driver_without_a_twin_is_asked_and_recorded_and_its_neighbours_are_compared(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig_file = meters_rig_file(tmp_path)
+    with serve_rig(read_rig(rig_file), ScaledClock(100.0)) as served:
+        at_ports = write_rig(rig_file, served.addresses, 100.0, tmp_path / "ports.toml")
+        f4 = DRIVERS["watlow-f4"]
+        assert f4.environment is not None
+        alone = replace(f4, environment=replace(f4.environment, twin=None))
+        monkeypatch.setitem(DRIVERS._parts, "watlow-f4", alone)
+        proofs = {proof.key: proof for proof in prove(at_ports, tmp_path / "kept")}
+    assert proofs["environment.air"].is_alone
+    assert "Watlow F4" in proofs["environment.air"].answers.compared["identity"]
+    assert read_transcript(tmp_path / "kept" / "device" / "environment.air.jsonl")
+    assert not proofs["readouts.dmm"].is_alone
+    assert _told(proofs) == []

@@ -19,6 +19,7 @@ from table_bench import virtual_clock
 from rig.clock import VirtualClock
 from rig.description.drivers import settings_classes
 from rig.devices import csv_imu, vn100, watlow_f4, watlow_f4t
+from rig.devices.angle_meter import AngleMeter, AngleMeterSettings
 from rig.devices.ascii_chamber import AsciiChamber, AsciiChamberSettings
 from rig.devices.hp3458a import Hp3458aReadout
 from rig.devices.scpi_daq import ScpiDaqReadout
@@ -30,6 +31,7 @@ from rig.link.byte_stream import ByteStream
 from rig.link.memory import MemoryStream
 from rig.link.messages import StreamMessages
 from rig.link.prologix import PrologixBus
+from rig.wire.angle_dialect import load_angle_dialect
 
 LONGEST_S = 900.0
 """Of virtual time: no driver asks longer, however often it repeats."""
@@ -118,7 +120,20 @@ def _ascii(model: str) -> Work:
     return work
 
 
+def _angles(dialect: str) -> Work:
+    def work(line: ByteStream, clock: VirtualClock) -> None:
+        table = {"driver": "angle-meter", "resource": "line", "dialect": dialect, "channels": {"x": {"about": "pitch"}}}
+        settings = AngleMeterSettings.model_validate(table)
+        level = AngleMeter("level", settings, load_angle_dialect(dialect), line, clock)
+        level.prepare()
+        level.read("level.x", 2, clock.sleep)
+
+    return work
+
+
 WORK: dict[str, Work] = {
+    "angle-meter": _angles("meas-dpg"),
+    "angle-meter, unit asked": _angles("newport-lds1000"),
     "hp3458a": _meter,
     "scpi-daq": _daq,
     "scpi-meter": _meter_of_its_own("34401A"),

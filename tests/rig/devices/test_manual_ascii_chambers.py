@@ -240,3 +240,18 @@ def test_an_implausible_temperature_is_a_fault_and_silence_is_named() -> None:
     ), MemoryStream(silent.twin, silent.clock, "chamber"))  # fmt: skip
     with pytest.raises(DeviceSilent, match="nothing came at all"):
         deaf.identify()
+
+
+@pytest.mark.parametrize("shape", [b"OK:3,%s", b"OK : 3,%s", b"OK:%s"])
+def test_on_rs_485_an_acknowledgement_may_name_the_address(shape: bytes) -> None:
+    # Communication Function RS-485, 4013304025610, p. 8: "When the setting command is correctly processed
+    # "OK : address, setting command""; of a sister series of the same maker.
+    check = chamber_words("espec-p300").check_acknowledged
+    assert check is not None
+    assert check(b"TEMP, S30.0", shape % b"TEMP, S30.0") == ""
+    with pytest.raises(DeviceNonsense):
+        check(b"TEMP, S30.0", shape % b"TEMP, S31.0")
+    bench = Bench("espec-p300", address=3)
+    bench.air.hold(30.0)
+    assert bench.room.held_degc == 30.0
+    assert bench.twin.mode == "CONSTANT"

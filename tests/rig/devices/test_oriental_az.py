@@ -4,7 +4,7 @@ import pytest
 from motion_bench import MotionBench, motion_bench
 
 from rig.devices.rates import measured_rate
-from rig.errors import DeviceFault, DeviceSilent, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused
 from rig.link import faults
 from rig.motion.move import home_and_arrive
 
@@ -131,3 +131,11 @@ def test_the_bits_of_the_status_are_settings() -> None:
     bench = motion_bench("oriental-az", signals="outputs", home_end_bit=14)
     bench.clock.sleep(1.0)
     assert bench.pitch.state().is_homed  # bit 14 of the twin is in-position
+
+
+def test_a_drive_with_the_other_word_order_is_refused_before_anything_moves() -> None:
+    """HM-60262E p. 253 allows four combinations of word and byte order."""
+    bench = motion_bench("oriental-az")
+    bench.twin.units[1].low_word_first = True
+    with pytest.raises(DeviceNonsense, match=r"the other word order; nothing moved; set its parameter"):
+        bench.pitch.identify()

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from example_files import EXAMPLE_RIG
-from wider_rig import meters_rig_file, wider_rig_file
+from wider_rig import angle_meter_rig_file, meters_rig_file, wider_rig_file
 
 from rig.assembly.open_rig import Rig
 from rig.description.drivers import settings_classes
@@ -20,12 +20,15 @@ def _example(folder: Path) -> Path:
     return path
 
 
+READOUTS = {"angle-meter": "level"}
+"""Driver to the name of its readout, where that is not ``dmm``."""
 RIGS: dict[str, Callable[[Path], Path]] = {
+    "angle-meter": angle_meter_rig_file,
     "hp3458a": _example,
     "scpi-daq": lambda folder: wider_rig_file(folder, streams=False),
     "scpi-meter": meters_rig_file,
 }
-"""Driver to a rig file whose readout ``dmm`` has it."""
+"""Driver to a rig file with a readout that has it."""
 
 
 def test_every_readout_is_held_to_these_laws() -> None:
@@ -38,24 +41,24 @@ def line(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(params=sorted(RIGS))
-def rig(request: pytest.FixtureRequest, line: str, tmp_path: Path) -> Iterator[Rig]:
+def readout(request: pytest.FixtureRequest, line: str, tmp_path: Path) -> Iterator[tuple[Rig, Readout]]:
+    """One of every driver, in its rig."""
+    name = READOUTS.get(request.param, "dmm")
     with rig_on(line, RIGS[request.param](tmp_path)) as opened:
-        assert opened.description.readouts["dmm"].driver == request.param
-        yield opened
+        assert opened.description.readouts[name].driver == request.param
+        yield opened, opened.readouts[name]
 
 
-def _prepared(rig: Rig) -> Readout:
-    readout = rig.readouts["dmm"]
-    readout.prepare()
-    return readout
-
-
-def test_a_readout_keeps_its_promises(rig: Rig) -> None:
+def test_a_readout_keeps_its_promises(readout: tuple[Rig, Readout]) -> None:
+    rig, held = readout
     rig.chance.announce(0, "read", 1, 0.0)
-    keep_promises(rig, "readouts.dmm")
-    named = rig.description.readouts["dmm"].channel_names()
-    assert rig.readouts["dmm"].channels == tuple(f"dmm.{name}" for name in named)
-    assert rig.readouts["dmm"].reading_s(10.0) > rig.readouts["dmm"].reading_s(1.0)
+    keep_promises(rig, f"readouts.{held.name}")
+    settings = rig.description.readouts[held.name]
+    assert held.channels == tuple(f"{held.name}.{name}" for name in settings.channel_names())
+    burst = held.read(held.channels[0], 1, rig.clock.sleep)
+    assert burst.unit == settings.channel_units()[burst.channel.partition(".")[2]]
+    if burst.unit == "v":
+        assert held.reading_s(10.0) > held.reading_s(1.0)
 
 
 @pytest.mark.parametrize("driver", sorted(RIGS))
@@ -65,7 +68,8 @@ def test_every_line_brings_the_same_readings(driver: str, tmp_path: Path) -> Non
     for line in LINES:
         (tmp_path / line).mkdir()
         with rig_on(line, RIGS[driver](tmp_path / line)) as rig:
-            readout = _prepared(rig)
+            readout = rig.readouts[READOUTS.get(driver, "dmm")]
+            readout.prepare()
             rig.chance.announce(7, "read", 2, 0.0)
             told.append(readout.read(readout.channels[-1], 5, rig.clock.sleep, nplc=1.0).samples)
     assert told[0].std() > 0.0

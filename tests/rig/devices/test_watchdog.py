@@ -152,6 +152,7 @@ def test_the_alarm_that_a_dead_host_left_is_reset_by_the_next_and_no_other_is() 
     bench.pitch.arm_watchdog(bench.clock.sleep)
     assert bench.pitch.state().fault == ""
     _let_the_twin_notice(bench, 60.0)
+    bench.pitch._is_armed = False  # the next command is another connection
     assert home_and_arrive(bench.pitch, bench.clock, bench.clock.sleep) == 0.0
     _let_the_twin_notice(bench, 3600.0)  # by hand, from command to command, nobody feeds it
     assert bench.pitch.state().fault == ""

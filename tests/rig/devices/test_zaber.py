@@ -5,12 +5,16 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from motion_bench import motion_bench
+from motion_bench import motion_bench, settings_of, twin_of, world_of
+from table_bench import virtual_clock
 
 from rig.devices.abilities import TurnLook
 from rig.devices.rates import measured_rate
+from rig.devices.zaber import connect
 from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
 from rig.link import faults
+from rig.link.memory import MemoryStream
+from rig.motion.move import home_and_arrive, move_and_arrive
 from rig.wire.zaber import Reply, encode_reply
 
 
@@ -173,3 +177,51 @@ def test_the_turn_of_the_device_proves_the_scale_of_the_file() -> None:
             ask()
     bench.twin.stages[1].settings["limit.cycle.dist"] = 0  # it does not turn on and on: proves nothing
     assert "Zaber device" in bench.pitch.identify()
+
+
+def test_a_flag_that_stays_until_it_is_acknowledged_is_acknowledged_by_a_home() -> None:
+    """FS: "This warning persists until acknowledged and cleared by the user with the warnings command."."""
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.twin.stages[1].latched.add("FS")
+    assert "FS" in bench.pitch.state().fault
+    bench.home_all()
+    assert bench.pitch.state().fault == ""
+    bench.pitch.start_move(5.0)
+
+
+def test_a_stage_without_a_reference_says_so_while_it_moves() -> None:
+    """The manual's example of a home: BUSY WR."""
+    bench = motion_bench("zaber")
+    bench.pitch.home()
+    state = bench.pitch.state()
+    assert state.is_moving
+    assert not state.is_homed
+
+
+def test_two_axes_of_one_device_are_two_axes() -> None:
+    """A controller with several axes: one number on the chain, ``device_axis`` 1 and 2."""
+    axes = settings_of("zaber")
+    pair = {
+        name: axis.model_copy(update={"axis": 1, "device_axis": place})
+        for place, (name, axis) in enumerate(axes.items(), start=1)
+    }
+    world, clock = world_of(pair), virtual_clock()
+    opened = connect(pair, MemoryStream(twin_of("zaber", pair, world), clock, "zaber"))
+    for axis in opened.values():
+        home_and_arrive(axis, clock, clock.sleep)
+    move_and_arrive(opened["roll"], 20.0, clock, clock.sleep)
+    assert opened["roll"].state().position_deg == pytest.approx(20.0, abs=0.001)
+    assert opened["pitch"].state().position_deg == 0.0
+    assert opened["roll"].identify().endswith("number 1, axis 2")
+
+
+def test_a_move_during_a_move_replaces_it_and_is_noted() -> None:
+    """NI: "A movement operation was requested while the axis was executing another movement command."."""
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.pitch.start_move(50.0)
+    bench.pitch.start_move(-50.0)
+    bench.twin.receive(b"/1 1 warnings\n", bench.clock.monotonic_s())
+    assert b" NI" in bench.twin.transmit(bench.clock.monotonic_s())
+    assert bench.pitch.state().fault == "", "a note is no fault"

@@ -71,10 +71,10 @@ def test_readings_are_means_with_their_spread(rig: Rig) -> None:
         home(rig, axis, wait)
     x, z = readings(rig, ["dmm.x", "dmm.z"], 20, wait)
     # Level, by the truth of the example: x is near its offset, z near offset − S.
-    assert x.mean_v == pytest.approx(0.005 - 2.5 * 0.0087265 * 0.5736, abs=2e-4)  # b − S sinΩ sinA
-    assert z.mean_v == pytest.approx(0.008 - 2.52, abs=1e-3)
+    assert x.mean == pytest.approx(0.005 - 2.5 * 0.0087265 * 0.5736, abs=2e-4)  # b − S sinΩ sinA
+    assert z.mean == pytest.approx(0.008 - 2.52, abs=1e-3)
     assert (x.samples, x.overloads) == (20, 0)
-    assert 1e-5 < x.standard_deviation_v < 4e-5
+    assert 1e-5 < x.standard_deviation < 4e-5
 
 
 def test_a_turn_that_is_over_before_its_first_answer_has_a_rate_all_the_same(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from table_bench import example_rig
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 from rig.devices.abilities import AxisState, StopStep
+from rig.devices.pi_gcs import PiGcsAxis
 from rig.testing.axis_bench import AxisBench
 from rig.testing.dangers import keep_axis_safe
 
@@ -48,12 +49,12 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RigDescription:
     return read_rig(own_axis_rig(tmp_path, monkeypatch))
 
 
-def _steps(word: bytes, value: int = 0, beside: int = 0) -> Callable[[Any], tuple[StopStep, ...]]:
-    """Return stop_steps of other bytes than a stop of this motor."""
+def _steps(command: int, value: int = 0, beside: int = 0) -> Callable[[Any], tuple[StopStep, ...]]:
+    """Return stop_steps of other bytes than a stop of this drive."""
 
     def told(axis: Any) -> tuple[StopStep, ...]:
-        codec = import_module("stage_axis.codec")
-        return (StopStep(codec.question(1, axis._settings.axis + beside, word, value)),)
+        codec = import_module("turner.codec")
+        return (StopStep(codec.encode(codec.Frame(axis._settings.axis + beside, command, value))),)
 
     return told
 
@@ -62,8 +63,8 @@ def _always_homed(state: Callable[[Any], AxisState]) -> Callable[[Any], AxisStat
     return lambda axis: replace(state(axis), is_homed=True)
 
 
-def _asks_again(ask: Callable[..., int]) -> Callable[..., int]:
-    return lambda axis, word, value=0, *, twice=True: ask(axis, word, value, twice=True)
+def _asks_again(ask: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda axis, command, value=0, *, idempotent=True: ask(axis, command, value, idempotent=True)
 
 
 def _constant(member: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -73,32 +74,32 @@ def _constant(member: Callable[..., Any]) -> Callable[[Callable[..., Any]], Call
 MUTANTS: dict[str, tuple[str, Callable[[Callable[..., Any]], Callable[..., Any]], str]] = {
     "another motor's stop": (
         "stop_steps",
-        _constant(_steps(b"x", beside=1)),
+        _constant(_steps(3, beside=1)),
         GOES_ON,
     ),
-    "a move for a stop": ("stop_steps", _constant(_steps(b"g", 9)), "sent at rest moved it"),
-    "a home for a stop": ("stop_steps", _constant(_steps(b"h")), "sent at rest moved it"),
+    "a move for a stop": ("stop_steps", _constant(_steps(1, 9)), "sent at rest moved it"),
+    "a home for a stop": ("stop_steps", _constant(_steps(4)), "sent at rest moved it"),
     "a word that it does not know": (
         "stop_steps",
-        _constant(_steps(b"?")),
+        _constant(_steps(99)),
         GOES_ON,
     ),
     "always homed": ("state", _always_homed, "its power failed at 60 deg, and it says that it is homed: got 25"),
     "a start is repeated": ("_ask", _asks_again, "was started 2 times where one answer was lost, need 1"),
-    "the speed is not sent": ("_set_speed", _constant(lambda _axis: None), "it does not go at speed_dps = 8"),
+    "the speed is not sent": ("_prepare", _constant(lambda _axis: None), "it does not go at speed_dps = 8"),
 }
 
 
 @pytest.mark.parametrize("mutant", MUTANTS)
 def test_each_way_of_breaking_them_is_named(own: RigDescription, mutant: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    axis = import_module("stage_axis.device").StageAxis
+    axis = import_module("turner.device").Turner
     member, broken, sentence = MUTANTS[mutant]
     monkeypatch.setattr(axis, member, broken(getattr(axis, member)))
     with pytest.raises(AssertionError, match=sentence):
         keep_axis_safe(own, "pitch", (60.0, 20.0), 0.1)
 
 
-def test_an_axis_without_stop_steps_breaks_one(own: RigDescription, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr(import_module("stage_axis.device").StageAxis, "stop_steps")
+def test_an_axis_without_stop_steps_breaks_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(PiGcsAxis, "stop_steps")
     with pytest.raises(AssertionError, match="no stop_steps: nothing stops it when calrig dies"):
-        keep_axis_safe(own, "pitch", (60.0, 20.0), 0.1)
+        keep_axis_safe(_rig("pi-gcs"), "pitch", ENDS_DEG, 0.1)

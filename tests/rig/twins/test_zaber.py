@@ -31,7 +31,7 @@ def _plain() -> ZaberTwin:
 def test_it_answers_the_captured_lines() -> None:
     twin: ZaberTwin = motion_bench("zaber").twin
     assert _said(twin, b"/1 0 00 get pos:2D\n", 0.0).startswith(b"@01 0 00 OK IDLE WR 0:")
-    assert _said(twin, b"/1 1 01 move abs 5000:EB\n", 0.0).startswith(b"@01 1 01 OK BUSY -- 0:")
+    assert _said(twin, b"/1 1 01 move abs 5000:EB\n", 0.0).startswith(b"@01 1 01 OK BUSY WR 0:")
     assert _said(twin, b"/1 0 00 get pos:2E\n", 0.0) == b""  # a wrong checksum
 
 

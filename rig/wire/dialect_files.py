@@ -1,0 +1,32 @@
+"""Where dialect files are: those that are shipped, by name, and a laboratory's own, by path.
+
+Every file is named as the dialect in it.
+"""
+
+from functools import cache
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import TypeVar
+
+from rig.toml_file import StrictTable, read_toml
+
+Form = TypeVar("Form", bound=StrictTable)
+
+
+@cache
+def shipped_in(place: str, form: type[Form]) -> dict[str, Form]:
+    """Return the dialects of a folder inside the package, by name."""
+    with as_file(files("rig").joinpath(place)) as folder:
+        return {path.stem: read_toml(path).validate(form) for path in sorted(folder.glob("*.toml"))}
+
+
+@cache
+def shipped_names() -> frozenset[str]:
+    """Return the names of every shipped dialect, whatever it is for."""
+    with as_file(files("rig").joinpath("dialects")) as folder:
+        return frozenset(path.stem for path in folder.rglob("*.toml"))
+
+
+def dialect_name(text: str, folder: Path) -> str:
+    """Return what a file in ``folder`` means by ``text``: a shipped dialect, or a path relative to that folder."""
+    return text if text in shipped_names() else str(folder / text)
