@@ -15,6 +15,7 @@ from procedures.errors import ExitStatus
 from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
 from procedures.run.preflight import Preflight, preflight
+from rig.assembly.unguarded import WHY, unguarded_by_their_drivers
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 
@@ -51,7 +52,9 @@ def check(procedure: Path | None = None, /, *, rig: Rig, out: RunsFolder = RUNS,
 
 def _remarks(described: RigDescription) -> dict[str, list[str]]:
     """Return what a person should know of the machines before a run, such as that one has no stop."""
-    return {name: list(axis.remarks()) for name, axis in described.axes.items() if axis.remarks()}
+    unguarded = unguarded_by_their_drivers(described)
+    told = {name: [*axis.remarks(), *([WHY] if name in unguarded else [])] for name, axis in described.axes.items()}
+    return {name: remarks for name, remarks in told.items() if remarks}
 
 
 def _tell_rig(path: Path, described: RigDescription, before: Preflight, json: bool) -> None:

@@ -15,6 +15,7 @@ from platformdirs import user_state_path
 
 from rig.assembly.faulty_lines import with_faults
 from rig.assembly.identity import Identifiable, expected, require_expected
+from rig.assembly.unguarded import sentence, unguarded
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
 from rig.crash_points import refuse_crash_points
 from rig.description.device_settings import TWIN_PORT
@@ -100,11 +101,7 @@ class Rig:
 
     def unguarded_axes(self) -> str:
         """Return what to say of axes that the stop guard cannot stop; empty where there is none."""
-        names = ", ".join(f"axes.{name}" for name in self._devices.unguarded)
-        return names and (
-            f"{names}: nobody stops it when this program dies: its driver has no stop_steps (docs/drivers.md); keep the"
-            " machine's own stop button within reach"
-        )
+        return sentence(self._devices.unguarded)
 
     @property
     def readouts(self) -> Mapping[str, Readout]:
@@ -273,7 +270,7 @@ def _connected(
             found |= open_axes({name: description.axes[name] for name in names}, lines)
         guarded_lines = _guarded_lines(description, found, lines)
         supervisor = Supervisor(clock, guard if guarded_lines else None)
-        unguarded = _unguarded(description, found)
+        without_orders = unguarded(description, found)
         found = {name: guarded(supervisor.supervise(axis), description, name, write) for name, axis in found.items()}
         return Connected(
             axes={name: found[name] for name in description.axes},
@@ -290,7 +287,7 @@ def _connected(
             chance=world or _remote_chance(description, lines),
             counts=lines.counts,
             guarded=guarded_lines,
-            unguarded=unguarded,
+            unguarded=without_orders,
             lines=opened.pop_all(),
         )
 
@@ -306,14 +303,6 @@ def _guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines:
         line = found.get(canonical(port)) or GuardedLine(f"axes.{name}", port, descriptor, "rfc2217://" in port)
         found[canonical(port)] = replace(line, orders={**line.orders, name: tuple(axis.stop_steps())})
     return tuple(found.values())
-
-
-def _unguarded(description: RigDescription, axes: Mapping[str, Axis]) -> tuple[str, ...]:
-    return tuple(
-        name
-        for name, axis in axes.items()
-        if description.axes[name].port not in (TWIN_PORT, TERMINAL) and not isinstance(axis, Stoppable)
-    )
 
 
 def unguarded_sentence(description: RigDescription) -> str:

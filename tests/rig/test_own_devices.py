@@ -11,6 +11,7 @@ from example_files import EXAMPLE_RIG
 from installed_examples import install_example
 
 from rig.assembly.open_rig import Rig, open_rig
+from rig.assembly.unguarded import unguarded_by_their_drivers
 from rig.defects import _foreign, defect_text, is_ours
 from rig.description.read import read_rig
 from rig.errors import DescriptionError
@@ -145,6 +146,7 @@ def test_an_axis_that_nobody_else_can_stop_is_named(axis_file: Path, monkeypatch
     monkeypatch.delattr(import_module("turner.device").Turner, "stop_steps")
     with rig_on("tcp", axis_file) as rig:
         assert rig.unguarded_axes().startswith("axes.pitch, axes.roll: nobody stops it when this program dies")
+        assert unguarded_by_their_drivers(rig.description) == ("pitch", "roll"), "and calrig check knows before"
     with rig_on("memory", axis_file) as rig:
         assert rig.unguarded_axes() == "", "a twin in this process dies with it"
 
