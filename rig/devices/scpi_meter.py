@@ -69,22 +69,24 @@ _HP = Preset(
     terminals=b"ROUT:TERM?", front=b"FRON", words={b"CALC:STAT?": b"0"},
 )  # fmt: skip
 _KEITHLEY = (b"INIT:CONT OFF", b"SENS:FUNC 'VOLT:DC'", b"VOLT:DC:RANG %s", b"VOLT:DC:AVER:STAT OFF", b"FORM:ELEM READ")
+_PLAIN = {b"VOLT:DC:REF:STAT?": b"0", b"VOLT:DC:AVER:STAT?": b"0", b"CALC:STAT?": b"0"}
+"""Of a Keithley: no relative reading (the key REL), no filter, no mathematics."""
 PRESETS: Mapping[str, Preset] = {
     "34401A": _HP,
     "34461A": Preset(
         ("34461A", "34465A", "34470A"), _HP.ranges_v, _HP.high_impedance_ranges_v, _HP.nplc, spans_nplc=False,
         configure=_HP.configure, impedance=b"VOLT:DC:IMP:AUTO", autozero=b"VOLT:DC:ZERO:AUTO",
-        terminals=b"ROUT:TERM?", front=b"FRON", words={},
+        terminals=b"ROUT:TERM?", front=b"FRON", words={b"VOLT:DC:NULL:STAT?": b"0", b"CALC:SCAL:STAT?": b"0"},
     ),
     "keithley-2000": Preset(
         ("MODEL 2000",), (0.1, 1.0, 10.0, 100.0, 1000.0), (0.1, 1.0, 10.0), (0.01, 10.0), spans_nplc=True,
         configure=_KEITHLEY, impedance=None, autozero=b"SYST:AZER:STAT",
-        terminals=b"SYST:FRSW?", front=b"1", words={b"FORM:ELEM?": b"READ", b"UNIT:VOLT:DC?": b"V"},
+        terminals=b"SYST:FRSW?", front=b"1", words={b"FORM:ELEM?": b"READ", b"UNIT:VOLT:DC?": b"V"} | _PLAIN,
     ),
     "keithley-2002": Preset(
         ("MODEL 2002",), (0.2, 2.0, 20.0, 200.0, 1000.0), (0.2, 2.0, 20.0), (0.01, 50.0), spans_nplc=True,
         configure=_KEITHLEY, impedance=None, autozero=b"SYST:AZER:STAT",
-        terminals=b"SYST:FRSW?", front=b"1", words={b"FORM:ELEM?": b"READ"},
+        terminals=b"SYST:FRSW?", front=b"1", words={b"FORM:ELEM?": b"READ"} | _PLAIN,
     ),
 }  # fmt: skip
 

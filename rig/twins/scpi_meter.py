@@ -8,6 +8,7 @@ Truevolt ``CONF`` is taken to reset the impedance too: what its manual leaves op
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from rig.twins.scpi_port import ILLEGAL_VALUE, OUT_OF_RANGE, UNDEFINED_HEADER, Error, Refused
 from rig.wire import scpi
@@ -22,8 +23,8 @@ TAKEN = "(what READ? fetches)"
 _SHORT = (
     "ABOR:ABORT AVER:AVERAGE AZER:AZERO CALC:CALCULATE CONF:CONFIGURE CONT:CONTINUOUS COUN:COUNT ELEM:ELEMENTS"
     " ERR:ERROR FORM:FORMAT FRSW:FRSWITCH FUNC:FUNCTION IMP:IMPEDANCE INIT:INITIATE INP:INPUT MEAS:MEASURE"
-    " NPLC:NPLCYCLES PRES:PRESET RANG:RANGE REM:REMOTE ROUT:ROUTE SAMP:SAMPLE SENS:SENSE SOUR:SOURCE STAT:STATE"
-    " SYST:SYSTEM TERM:TERMINALS TRIG:TRIGGER VERS:VERSION VOLT:VOLTAGE"
+    " NPLC:NPLCYCLES PRES:PRESET RANG:RANGE REF:REFERENCE REM:REMOTE ROUT:ROUTE SAMP:SAMPLE SENS:SENSE"
+    " SCAL:SCALE SOUR:SOURCE STAT:STATE SYST:SYSTEM TERM:TERMINALS TRIG:TRIGGER VERS:VERSION VOLT:VOLTAGE"
 )
 
 
@@ -60,6 +61,13 @@ MODELS: Mapping[str, MeterModel] = {
 }  # fmt: skip
 
 
+_RELATIVE: Mapping[str, tuple[str, ...]] = {
+    "34401A": ("CALC:STAT",),
+    "34461A": ("VOLT:DC:NULL:STAT", "CALC:SCAL:STAT"),
+}
+"""Headers that tell mathematics; the first is that of the key NULL or REL."""
+
+
 class ScpiMeterTwin:
     """A :class:`rig.twins.scpi_port.ScpiUnit`; ``read_v`` takes one reading at a time of the rig, volts."""
 
@@ -74,8 +82,11 @@ class ScpiMeterTwin:
         is_front: bool = True,
     ) -> None:
         self.is_front = is_front
+        self.null_v: float | None = None
+        """What every reading is told less, behind one press of NULL or REL at the panel; a reset ends it."""
         self._read_v = read_v
         self._model = MODELS[model]
+        self._relative = _RELATIVE.get(model, ("VOLT:DC:REF:STAT", "CALC:STAT"))
         self._line_frequency_hz = line_frequency_hz
         self._ready_s: float | None = None
         self._readings: list[float] = []
@@ -129,8 +140,9 @@ class ScpiMeterTwin:
             TAKEN: self._taken,
             "FETC?": self._taken,
             "VOLT:DC:RANG:AUTO?": lambda: b"%d" % self._ranges_itself,
-            "CALC:STAT?": lambda: b"0",
         }
+        for header in self._relative:
+            table[f"{header}?"] = partial(self._tells_mathematics, header)
         if self._model.impedance is not None:
             table[f"{self._model.impedance}?"] = lambda: b"%d" % self.is_high_impedance
         if self._model.is_keithley:
@@ -164,6 +176,7 @@ class ScpiMeterTwin:
             "FUNC": lambda text, _now_s: _require(text.upper().strip("'\"") in ("VOLT", "VOLT:DC"), ILLEGAL_VALUE),
             "SYST:REM": lambda _text, _now_s: None,
         }
+        table[self._relative[0]] = lambda text, now_s: self._null(now_s, is_on=SWITCH[text.upper()])
         if self._model.impedance is not None:
             table[self._model.impedance] = lambda text, _now_s: setattr(self, "is_high_impedance", SWITCH[text.upper()])
         if self._model.is_keithley:
@@ -175,8 +188,15 @@ class ScpiMeterTwin:
             }
         return table
 
+    def _tells_mathematics(self, header: str) -> bytes:
+        return b"%d" % (self.null_v is not None and header == self._relative[0])
+
+    def _null(self, now_s: float, *, is_on: bool) -> None:
+        self.null_v = self._read_v(now_s) if is_on else None
+
     def _reset(self) -> None:
         self._forget()
+        self.null_v = None
         self._configure("")
         self._nplc = 1.0 if self._model.is_keithley else 10.0
         self.elements, self.unit = "READ", "V"
@@ -215,7 +235,7 @@ class ScpiMeterTwin:
         return (2.0 if self._autozero else 1.0) * self._nplc / self._line_frequency_hz + OVERHEAD_S
 
     def _measured_v(self, at_s: float) -> float:
-        true_v = self._read_v(at_s)
+        true_v = self._read_v(at_s) - (self.null_v or 0.0)
         highest = self._range_v == self._model.ranges_v[-1]
         if abs(true_v) <= self._range_v * (1.0 if highest else OVER_RANGE):
             return true_v

@@ -225,3 +225,26 @@ def test_ten_megohm_is_in_the_budget_where_it_loads() -> None:
     assert meter_settings("34401A", high_impedance=False).input_ohm("x") == 10.0e6
     assert meter_settings("34401A", channels={"x": {"range_v": 100.0}}).input_ohm("x") == 10.0e6
     assert meter_settings("keithley-2002", channels={"x": {"range_v": 200.0}}).input_ohm("x") == 10.0e6
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_press_of_null_or_rel_at_the_panel_is_no_plain_reading(model: str) -> None:
+    # K2000 p. 5-43: "When Reference is enabled (see :REFerence:STATe), the result will be the algebraic difference
+    # between the input signal and the reference value". NULL of a Truevolt and CALC:STAT of a 34401A the same.
+    rig = meter_rig(model)
+    meter = rig.prepared()
+    (before_v,) = meter.read("dmm.x", 1, rig.wait).samples
+    rig.unit.null_v = 0.25
+    with pytest.raises(DeviceRefused, match=r"STAT\? says 1, need 0: a reading is no plain number of volts"):
+        meter.read("dmm.x", 1, rig.wait)
+    rig.unit.null_v = None
+    assert meter.read("dmm.x", 1, rig.wait).samples == pytest.approx([before_v], abs=1e-3)
+
+
+@pytest.mark.parametrize("model", KEITHLEYS)
+def test_a_reference_is_subtracted_and_a_reset_ends_it(model: str) -> None:
+    rig = meter_rig(model)
+    rig.said(b"VOLT:DC:REF:STAT ON")
+    assert rig.said(b"VOLT:REF:STAT?;:CALC:STAT?") == b"1;0\n"
+    rig.said(b"*RST")
+    assert rig.said(b"VOLT:DC:REF:STAT?") == b"0\n"
