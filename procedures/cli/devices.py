@@ -29,7 +29,8 @@ def devices(*, rig: Path | None = None, json: Json = False) -> ExitStatus:
         troubles = {device.key: device.trouble for device in answers if device.trouble}
         identities = {device.key: device.identity for device in answers if device.identity}
         found = {"serial": [asdict(port) for port in ports], "visa": resources}
-        print_json({**found, "identities": identities, "troubles": troubles})
+        remarks = {device.key: device.remark for device in answers if device.remark}
+        print_json({**found, "identities": identities, "troubles": troubles, "remarks": remarks})
     else:
         _tell(ports, resources, answers)
     return ExitStatus.FAILED if any(device.trouble for device in answers) else ExitStatus.DONE
@@ -45,6 +46,8 @@ def _tell(ports: list[SerialPort], resources: list[str] | None, answers: list[De
         say(f"VISA resources: {', '.join(resources) or 'none found'}")
     for device in answers:
         say(f"{device.key}: {device.identity or 'no identity'}")
+        if device.remark:
+            say(device.remark)
     for trouble in dict.fromkeys(device.trouble for device in answers if device.trouble):
         note(f"calrig: {trouble}")
 

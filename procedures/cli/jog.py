@@ -18,7 +18,8 @@ from procedures.cli.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
 from procedures.jog_screen.inferred import inferred_attitude
 from procedures.lease.keeper import leased
-from rig.assembly.open_rig import Rig, choose_clock, open_rig, unguarded_sentence
+from rig.assembly.open_rig import Rig, choose_clock, open_rig
+from rig.assembly.unguarded import unguarded_sentences
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.description.device_settings import TWIN_PORT
 from rig.description.read import read_rig
@@ -93,7 +94,7 @@ def jog(
         raise RequestError(
             "jog: --set, --snapshot and --log belong to the screen, which needs a terminal; nothing moved"
         )
-    if wanted and (sentence := unguarded_sentence(description)):
+    for sentence in unguarded_sentences(description) if wanted else ():
         note(sentence)
     archive = None if stop else shared_archive_url()  # nobody's lease keeps anybody from a stop
     with (
@@ -104,8 +105,6 @@ def jog(
     ):
         if wanted:
             opened.require_identities()
-            if sentence := opened.unguarded_axes():
-                note(sentence)
         if wanted:
             _home_what_has_none(opened, None if home else axis, wait)
         document: dict[str, Any] = {"rig": description.rig.name}

@@ -52,7 +52,8 @@ from procedures.report.summary import print_summary, print_verdict, worst_uncert
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.resume import resume as resume_run
-from rig.assembly.open_rig import choose_clock, open_rig, unguarded_sentence
+from rig.assembly.open_rig import choose_clock, open_rig
+from rig.assembly.unguarded import unguarded_sentences
 from rig.clock import SystemClock, VirtualClock
 from rig.description.read import read_rig, rig_from_json
 from rig.description.rig_file import RigDescription
@@ -110,8 +111,6 @@ def run(
             ) as opened,
         ):
             tell_unguarded(performed)
-            if sentence := opened.unguarded_axes():
-                note(sentence)
             opened.identities()  # a device that is silent is told before anything is written
             now = SystemClock().now_utc()
             folder = new_run_folder(out, plan.title, now)
@@ -183,7 +182,7 @@ def resume(
 
 def tell_unguarded(rig: RigDescription) -> None:
     """Say where nobody stops the axes when this program dies."""
-    if sentence := unguarded_sentence(rig):
+    for sentence in unguarded_sentences(rig):
         note(sentence)
 
 

@@ -18,6 +18,7 @@ from procedures.plan.plan import Plan
 from procedures.run.readiness import readiness
 from procedures.run.watch.disk_space import free_bytes, require_room
 from rig.assembly.open_rig import real_ports
+from rig.assembly.unguarded import unstoppable_axes
 from rig.description.rig_file import RigDescription
 from rig.lines.lock import is_beyond_this_machine, known_elsewhere_as
 
@@ -40,7 +41,7 @@ class Preflight:
     engineering: tuple[str, ...]
     """What is missing for a calibration; empty where twins are measured, which is none anyway."""
     unguarded: tuple[str, ...] = ()
-    """What nobody keeps from a second controller."""
+    """Which axes nobody stops when calrig dies, and what nobody keeps from a second controller."""
     guarded: tuple[str, ...] = ()
     """What a lease keeps from a second computer, and by what."""
     undelivered: tuple[str, ...] = ()
@@ -59,6 +60,7 @@ def preflight(
     """``out``: where run folders are made; it need not exist. ``plan``: None where only the rig is looked at.
 
     ``archive_url``: that keeps the leases of devices that other computers reach; None where none is named.
+    Raises: DescriptionError where a driver's axis is not whole.
     """
     ready = readiness(rig, today)
     checks: list[Callable[[], None]] = [lambda: require_local(out)]
@@ -69,7 +71,8 @@ def preflight(
         checks.append(lambda: require_room(out, planned, free(_nearest(out)), most_mb))
     beyond = [port for port in real_ports(rig) if is_beyond_this_machine(port)]
     looked = look(archive_url, known_elsewhere_as(beyond)) if archive_url is not None and beyond else None
-    unguarded = tuple(map(_UNGUARDED.format, beyond)) if looked is None else looked.unguarded
+    reached = tuple(map(_UNGUARDED.format, beyond)) if looked is None else looked.unguarded
+    unguarded = (*unstoppable_axes(rig.axes), *reached)
     guarded = () if looked is None else looked.guarded
     engineering = () if rig.is_simulated else ready.missing
     undelivered = () if plan is None else tuple(_undelivered(plan))

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from serial.tools.list_ports import comports
@@ -11,6 +11,7 @@ from rig.assembly.faulty_lines import drivers_of
 from rig.assembly.identity import Identifiable, expected, require_expected
 from rig.assembly.open_rig import Claim, claimed_by_nobody_else, open_rig
 from rig.description.rig_file import RigDescription
+from rig.devices.unstoppable import why_unstoppable
 from rig.drivers.twin_lines import axis_lines
 from rig.errors import RequestRefused, RigBusy, RigError
 from rig.lines.lock import acquire
@@ -38,6 +39,8 @@ class DeviceAnswer:
     identity: str = ""
     trouble: str = ""
     """Why there is no answer, or why it is the wrong one."""
+    remark: str = ""
+    """What to know of it before it moves."""
 
 
 def serial_ports(by_id: Path = BY_ID) -> list[SerialPort]:
@@ -89,8 +92,9 @@ def _ask_line(line: RigDescription, claim: Claim) -> list[DeviceAnswer]:
 
 
 def _answer(key: str, device: Identifiable) -> DeviceAnswer:
+    remark = why_unstoppable(device, key.removeprefix("axes.")) if key.startswith("axes.") else ""
     try:
-        return DeviceAnswer(key, device.identify())
+        return DeviceAnswer(key, device.identify(), remark=remark)
     except RigError as error:
         return DeviceAnswer(key, trouble=str(error))
 
@@ -99,7 +103,7 @@ def _judged(asked: DeviceAnswer, expected_of: dict[str, str]) -> DeviceAnswer:
     try:
         require_expected(expected_of, {asked.key: asked.identity} if asked.identity else {})
     except RequestRefused as stranger:
-        return DeviceAnswer(asked.key, asked.identity, str(stranger))
+        return replace(asked, trouble=str(stranger))
     return asked
 
 

@@ -74,8 +74,6 @@ class Connected:
     counts: Callable[[], Mapping[str, ExchangeCounts]]
     guarded: tuple[GuardedLine, ...]
     """Real lines on which axes are that somebody else could stop."""
-    unguarded: tuple[str, ...]
-    """Axes on real lines that nobody else can stop: their drivers have no ``stop_steps``."""
     lines: ExitStack
 
 
@@ -109,14 +107,6 @@ class Rig:
     @property
     def axes(self) -> Mapping[str, Axis]:
         return self._devices.axes
-
-    def unguarded_axes(self) -> str:
-        """Return what to say of axes that the stop guard cannot stop; empty where there is none."""
-        names = ", ".join(f"axes.{name}" for name in self._devices.unguarded)
-        return names and (
-            f"{names}: nobody stops it when this program dies: its driver has no stop_steps (docs/drivers.md); keep the"
-            " machine's own stop button within reach"
-        )
 
     @property
     def readouts(self) -> Mapping[str, Readout]:
@@ -290,7 +280,6 @@ def _connected(
             found |= open_axes({name: description.axes[name] for name in names}, lines)
         guarded_lines = _guarded_lines(description, found, lines)
         supervisor = Supervisor(clock, guard if guarded_lines else None)
-        unguarded = _unguarded(description, found)
         homes_deg = {name: settings.home_attitude_deg for name, settings in description.axes.items()}
         supervised = {name: supervisor.supervise(axis, homes_deg[name]) for name, axis in found.items()}
         found = {name: guarded(axis, description, name, write) for name, axis in supervised.items()}
@@ -309,7 +298,6 @@ def _connected(
             chance=world or _remote_chance(description, lines),
             counts=lines.counts,
             guarded=guarded_lines,
-            unguarded=unguarded,
             lines=opened.pop_all(),
         )
 
@@ -325,24 +313,6 @@ def _guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines:
         line = found.get(canonical(port)) or GuardedLine(f"axes.{name}", port, descriptor, "rfc2217://" in port)
         found[canonical(port)] = replace(line, orders={**line.orders, name: tuple(axis.stop_steps())})
     return tuple(found.values())
-
-
-def _unguarded(description: RigDescription, axes: Mapping[str, Axis]) -> tuple[str, ...]:
-    return tuple(
-        name
-        for name, axis in axes.items()
-        if description.axes[name].port not in (TWIN_PORT, TERMINAL) and not isinstance(axis, Stoppable)
-    )
-
-
-def unguarded_sentence(description: RigDescription) -> str:
-    """Return what to say of axes that nobody stops when this program dies; empty where a guard does."""
-    if IS_POSSIBLE or not _has_axes_elsewhere(description):
-        return ""
-    return (
-        "this system has no stop guard: if this program is killed or the computer dies, nobody stops the axes; keep "
-        "the machine's own stop button within reach"
-    )
 
 
 def _has_axes_elsewhere(description: RigDescription) -> bool:

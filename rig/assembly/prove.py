@@ -85,7 +85,8 @@ def prove(
     with ExitStack() as files:
         now = VirtualClock(datetime(2024, 1, 1, tzinfo=UTC))
         twins = open_rig(on_twins, clock=now, line_source=recording(folder / "twin", files))
-        twin = asked(_homed_like(files.enter_context(twins), device, motion), motion)
+        moved = None if f"axes.{motion}" in alone else motion
+        twin = asked(_homed_like(files.enter_context(twins), device, moved), moved)
     wire = {key: tuple(_wire_differences(folder, key)) for key in device if key not in alone}
     stated = _stated(description)
     return tuple(

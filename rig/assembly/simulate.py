@@ -7,9 +7,11 @@ from types import TracebackType
 
 from rig.assembly.faulty_lines import with_faults
 from rig.clock import WAIT_SLICE_S, Clock
+from rig.description.drivers import TABLES
 from rig.description.fault_plan import FaultPlan
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
+from rig.description.twin_truth import TwinSection
 from rig.devices.abilities import WriteFile
 from rig.drivers.twin_lines import twin_lines
 from rig.errors import DescriptionError
@@ -75,6 +77,21 @@ def serve_rig(
     ports.append(TcpPort(ControlTwin(world)))
     addresses[CONTROL] = ports[-1].address
     return SimulatedRig(addresses, world, TwinServer(ports, clock))
+
+
+def at_addresses(description: RigDescription, addresses: Mapping[str, str], time: float) -> RigDescription:
+    """Return the rig with the twins at ``addresses`` in place of its ports; ``time``: rig seconds in a second there."""
+    changed: dict[str, dict[str, object]] = {table: dict(getattr(description, table)) for table in TABLES}
+    for key, address in addresses.items():
+        if key == CONTROL:
+            continue
+        table, _, name = key.partition(".")
+        device = getattr(description, table)[name]
+        told = {"port": address, "resource": address, "scanner_resource": None}
+        keys = {place: value for place, value in told.items() if place in type(device).model_fields}
+        changed[table][name] = device.model_copy(update=keys)
+    twin = (description.twin or TwinSection()).model_copy(update={"control": addresses[CONTROL], "time": time})
+    return description.model_copy(update={**changed, "twin": twin})
 
 
 def write_rig(

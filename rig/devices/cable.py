@@ -7,11 +7,12 @@ nothing turns at a rate until a person has looked. A reference move of a wound a
 An axis in position never winds: its targets lie within its limits. Turning at a rate does.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Protocol
 
 from rig.clock import Clock
-from rig.devices.abilities import Axis, AxisState, RateAxis, TurnLook, Wait
+from rig.devices.abilities import Axis, AxisState, RateAxis, Stoppable, StopStep, TurnLook, Wait
 from rig.devices.cable_memory import CableMemory, Winding
 from rig.errors import DeviceFault, RequestRefused, RigError
 
@@ -22,8 +23,8 @@ SPARE_DEG = 30.0
 """Beyond the limit, for the ramp of a stop."""
 
 
-class TurningAxis(Axis, RateAxis, Protocol):
-    """Goes to positions and turns at rates."""
+class TurningAxis(Axis, RateAxis, Stoppable, Protocol):
+    """Goes to positions and turns at rates, and somebody else can stop it."""
 
 
 class CableGuard:
@@ -60,6 +61,9 @@ class CableGuard:
 
     def identify(self) -> str:
         return self._axis.identify()
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        return self._axis.stop_steps()
 
     def check_target(self, target_deg: float) -> None:
         self._axis.check_target(target_deg)

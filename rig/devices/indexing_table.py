@@ -218,6 +218,9 @@ class IndexingTableAxis:
         self._ask(Stop(self._number))
 
     def stop_steps(self) -> Sequence[StopStep]:
+        """Return nothing where the dialect has no stop."""
+        if not self._codec.knows(Stop):
+            return ()
         return (StopStep(self._codec.encode_command(Stop(self._number))),)
 
     def _told_state(self) -> TableState:

@@ -4,11 +4,11 @@ Each step is said in one line; the operator answers with Enter, with the angle t
 Nobody knows where such an axis stands before it was set to its zero, nor after a step that was not finished.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from rig.description.device_settings import AxisSettings
-from rig.devices.abilities import AxisState
+from rig.devices.abilities import AxisState, StopStep
 from rig.devices.targets import check_target
 from rig.errors import DeviceNonsense, RequestRefused
 from rig.link.byte_stream import ByteStream
@@ -119,6 +119,10 @@ class ManualAxis:
         if self._asked is not None:
             self._asked, self._is_known = None, False
             self._prompt.tell(LeaveIt(self.name))
+
+    def stop_steps(self) -> Sequence[StopStep]:
+        """Return the line that asks the operator to leave it."""
+        return (StopStep(wire.encode(LeaveIt(self.name))),)
 
     def _ask(self, order: SetTo | SetToZero) -> None:
         if not self._prompt.is_free:

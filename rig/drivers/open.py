@@ -1,4 +1,4 @@
-"""How the devices of a rig are opened, each by its driver."""
+"""How the devices of a rig are opened, each by its driver, and seen to have every member of their ability."""
 
 from collections.abc import Mapping
 from typing import TypeVar
@@ -11,7 +11,7 @@ from rig.description.device_settings import (
     ReadoutSettings,
     StreamSettings,
 )
-from rig.devices.abilities import Axis, Environment, Field, RateAxis, Readout, Stream
+from rig.devices.abilities import Axis, Environment, Field, RateAxis, Readout, Stoppable, Stream
 from rig.drivers.driver import part_of
 from rig.errors import DescriptionError
 from rig.lines.open_lines import Lines
@@ -32,6 +32,7 @@ def open_axes(axes: Mapping[str, AxisSettings], lines: Lines) -> Mapping[str, Ax
         _whole(opened[name], Axis, settings.driver, f"axes.{name}")
         if settings.turning == "revolves":
             _whole(opened[name], RateAxis, settings.driver, f"axes.{name}")
+            _whole(opened[name], Stoppable, settings.driver, f"axes.{name}")  # a rate does not end by itself
     return opened
 
 

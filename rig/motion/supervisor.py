@@ -156,7 +156,7 @@ class SupervisedAxis:
         for name, member in own.items():
             if hasattr(self._axis, name):
                 setattr(self, name, member)
-        for name in ("check_rate", "top_rate_dps", *_REMEMBERING, *_WATCHDOG):
+        for name in ("check_rate", "top_rate_dps", "stop_steps", *_REMEMBERING, *_WATCHDOG):
             if hasattr(self._axis, name):
                 setattr(self, name, getattr(self._axis, name))
 

@@ -1,14 +1,12 @@
 """Laws that every driver keeps, for calrig's own and for those of other distributions.
 
 ``keep_promises`` holds one device of an open rig to the laws of its ability; ``survive_damage`` damages its line;
-``keep_promises_on_the_line`` looks at what an axis has sent;
 ``rig_on`` opens a rig file of twins in memory, over TCP or over a pseudo-terminal. No test runner is needed: a broken
 law is an AssertionError with a sentence. How they are used: docs/drivers.md.
 """
 
 from rig.testing.damage import DAMAGES, MISTAKEN, survive_damage
-from rig.testing.on_the_line import keep_promises_on_the_line
 from rig.testing.promises import keep_promises
 from rig.testing.rigs import LINES, rig_on
 
-__all__ = ["DAMAGES", "LINES", "MISTAKEN", "keep_promises", "keep_promises_on_the_line", "rig_on", "survive_damage"]
+__all__ = ["DAMAGES", "LINES", "MISTAKEN", "keep_promises", "rig_on", "survive_damage"]

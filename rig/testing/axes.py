@@ -13,11 +13,20 @@ REST_S = 5.0
 
 
 def keep_axis_promises(
-    axis: Axis, clock: Clock, *, target_deg: float, beyond_deg: float, close_deg: float, others: Mapping[str, Axis]
+    axis: Axis,
+    clock: Clock,
+    *,
+    target_deg: float,
+    beyond_deg: float,
+    close_deg: float,
+    others: Mapping[str, Axis],
+    far_deg: float | None = None,
 ) -> None:
     """Identity, home before moves, arrival, limits, a stop that is harmless at rest and ends a move.
 
-    ``others``: axes of the same controller, which must stay where they are.
+    The home is wherever the machine has it: the second search ends where the first did. ``far_deg``: another place
+    inside the limits, by default on the other side of 0. ``others``: axes of the same controller, which must stay where
+    they are.
     """
     expect(axis.identify() == axis.identify(), f"{axis.name}: it says of itself one thing, then another")
     if not axis.state().is_homed:
@@ -25,8 +34,7 @@ def keep_axis_promises(
     else:
         _keep_home_that_is_told(axis, clock, target_deg)
     home_deg = home_and_arrive(axis, clock, clock.sleep)
-    expect_near(home_and_arrive(axis, clock, clock.sleep), home_deg, close_deg, f"{axis.name}: home again")
-    expect(axis.state().is_homed, f"{axis.name}: it was homed and says that it is not")
+    expect_rest_at_home(axis, home_deg)
     before_deg = {name: other.state().position_deg for name, other in others.items()}
     arrived_deg = move_and_arrive(axis, target_deg, clock, clock.sleep)
     expect_near(arrived_deg, target_deg, close_deg, f"{axis.name}: arrival")
@@ -41,7 +49,9 @@ def keep_axis_promises(
         for request in (axis.check_target, axis.start_move):
             expect_refusal(lambda request=request, wrong=wrong_deg: request(wrong), f"{axis.name}: {wrong_deg} deg")  # type: ignore[misc]
     expect(axis.state().position_deg == rested_deg, f"{axis.name}: a refused target moved it")
-    _keep_stop(axis, clock, target_deg)
+    _keep_stop(axis, clock, target_deg, -target_deg if far_deg is None else far_deg)
+    again_deg = home_and_arrive(axis, clock, clock.sleep)
+    expect_near(again_deg, home_deg, close_deg, f"{axis.name}: a second home is another place")
 
 
 def _keep_home_that_is_told(axis: Axis, clock: Clock, target_deg: float) -> None:
@@ -52,14 +62,21 @@ def _keep_home_that_is_told(axis: Axis, clock: Clock, target_deg: float) -> None
         raise AssertionError(f"{axis.name}: it says that it is homed, but does not move: {error}") from error
 
 
-def _keep_stop(axis: Axis, clock: Clock, from_deg: float) -> None:
+def expect_rest_at_home(axis: Axis, home_deg: float) -> None:
+    """Require that an axis behind its search is homed, at rest, seated and where it said it is."""
+    state = axis.state()
+    rests = state.is_homed and not state.is_moving and state.is_seated
+    expect(rests and state.position_deg == home_deg, f"{axis.name}: behind its home it does not rest there: {state}")
+
+
+def _keep_stop(axis: Axis, clock: Clock, from_deg: float, to_deg: float) -> None:
     """Stop a move on its way; it must stay there."""
-    axis.start_move(-from_deg)
-    clock.sleep(min(2.0, 0.5 * abs(2.0 * from_deg) / axis.speed_dps))
+    axis.start_move(to_deg)
+    clock.sleep(min(2.0, 0.5 * abs(to_deg - from_deg) / axis.speed_dps))
     stop_all({axis.name: axis}, clock)
     state = axis.state()
     expect(not state.is_moving, f"{axis.name}: it moves after a stop")
-    expect(abs(state.position_deg + from_deg) > axis.arrival_tolerance_deg, f"{axis.name}: the stop let it arrive")
+    expect(abs(state.position_deg - to_deg) > axis.arrival_tolerance_deg, f"{axis.name}: the stop let it arrive")
     clock.sleep(REST_S)
     expect(axis.state().position_deg == state.position_deg, f"{axis.name}: it goes on after a stop")
 

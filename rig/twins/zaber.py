@@ -98,6 +98,8 @@ class ZaberStage:
     def _get(self, name: str, now_s: float) -> tuple[bool, str]:
         if name in ("pos", "encoder.pos"):
             return True, str(round(self.servo.position_deg(now_s) / self._stage.microstep_deg))
+        if name == "limit.home.triggered":
+            return True, str(int(self.servo.is_homed(now_s)))
         if name == "version":
             return True, self._stage.firmware
         return (True, str(self.settings[name])) if name in self.settings else (False, BAD_COMMAND)

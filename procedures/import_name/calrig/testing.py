@@ -5,7 +5,6 @@ from rig.testing import (
     LINES,
     MISTAKEN,
     keep_promises,
-    keep_promises_on_the_line,
     rig_on,
     survive_damage,
 )
@@ -15,7 +14,6 @@ __all__ = [
     "LINES",
     "MISTAKEN",
     "keep_promises",
-    "keep_promises_on_the_line",
     "rig_on",
     "survive_damage",
 ]

@@ -1,6 +1,7 @@
 """Watchdogs of the machines while a run lasts: proven before the axes are homed, fed at every look, let go at the end.
 
-The journal says of every axis what stops it when this computer dies; where nothing does, it says that.
+The journal says of every axis what stops it when this computer dies, and whether the stop guard can when only calrig
+does; where nothing does, it says that.
 """
 
 from collections.abc import Callable, Mapping
@@ -8,6 +9,7 @@ from math import inf
 
 from procedures.run.dwell.measure import OpenRig
 from rig.devices.abilities import Wait, Watchdog
+from rig.devices.unstoppable import why_unstoppable
 from rig.errors import RigError
 
 KIND = "watchdog"
@@ -38,6 +40,7 @@ class Watchdogs:
                 proven[name] = axis
             else:
                 outcome = "no watchdog: a move that was started ends at its target, a rate goes on"
+            outcome = "; ".join(filter(None, (outcome, why_unstoppable(axis, name))))
             self._record(KIND, {"axis": name, "is_armed": name in proven, "told": outcome})
         self._armed = proven
 

@@ -193,6 +193,8 @@ def test_a_flag_that_stays_until_it_is_acknowledged_is_acknowledged_by_a_home() 
 def test_a_stage_without_a_reference_says_so_while_it_moves() -> None:
     """The manual's example of a home: BUSY WR."""
     bench = motion_bench("zaber")
+    bench.twin.receive(b"/1 1 get limit.home.triggered\n", bench.clock.monotonic_s())
+    assert bench.twin.transmit(bench.clock.monotonic_s()).startswith(b"@01 1 OK IDLE WR 0:")
     bench.pitch.home()
     state = bench.pitch.state()
     assert state.is_moving

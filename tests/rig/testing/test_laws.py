@@ -50,7 +50,7 @@ def test_a_sound_axis_keeps_them() -> None:
         (lambda a: {"identify": iter(range(99)).__next__}, "one thing, then another"),
         (
             lambda a: {"state": lambda: _told(a.state(), 1.0)},
-            "came to rest at -29 deg",
+            "came to rest at -29 deg, allowed within",
         ),
     ],
 )
@@ -90,7 +90,7 @@ def rig(tmp_path: Path) -> Any:
 
 @pytest.mark.parametrize("key", ["axes.pitch", "readouts.dmm", "environment.air", "streams.imu", "streams.board"])
 def test_every_device_of_a_rig_file_is_held_to_its_own(rig: Rig, key: str) -> None:
-    keep_promises(rig, key)
+    keep_promises(rig, key, sets_speed=False)  # its table has no command for it
 
 
 @pytest.mark.parametrize(
