@@ -12,11 +12,12 @@ from typing import Final
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray
 from ams.attitude import attitude_filter, flag_codes
 from ams.attitude.attitude_filter import AttitudeFilter, FilterSettings, mean_band
 from ams.attitude.gyro import quaternion_of_cr
 from ams.attitude.kalman import Estimate, GyroNoise
+from ams.attitude.quaternion import multiply
 from ams.attitude.rate_errors import turns_by_angle
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
@@ -29,6 +30,9 @@ from ams.sets.vectors import inferred_force, resolves
 LEAST_FORCE_SD_G: Final = 1e-4
 UNSTATED_TILT_SD_DEG: Final = 5.0
 """Of pitch and roll by the first force alone; yaw counts from there."""
+KNOWN: Final = ("true_pitch_deg", "true_yaw_deg", "true_roll_deg")
+"""Columns of the attitude where it is known, as on a table: the estimate is held against it."""
+LEAST_SPREAD_RAD: Final = 1e-5
 _CODES: Final = (
     (attitude_filter.GYRO_BRIDGED, flag_codes.RATE_BRIDGED),
     (attitude_filter.FORCE_REJECTED, flag_codes.ACCELERATED),
@@ -80,7 +84,7 @@ class AidedAngles:
         self.gyros, self.accelerometers, self.motion, self.aiding = gyros, accelerometers, motion, aiding
         self._clock = SampleClock(motion.rate_hz)
         self._filter: AttitudeFilter | None = None
-        self._innovations = np.zeros(2)
+        self._innovations, self._errors = np.zeros(2), np.zeros(2)
 
     @property
     def needed(self) -> tuple[str, ...]:
@@ -89,7 +93,7 @@ class AidedAngles:
 
     @property
     def optional(self) -> tuple[str, ...]:
-        return ("time_s",)
+        return ("time_s", *KNOWN)
 
     @property
     def answers_at_once(self) -> bool:
@@ -117,6 +121,7 @@ class AidedAngles:
         slots[:, sample[is_used]], forces[:, sample[is_used]] = rates[:, is_used], force[:, is_used]
         path = self._filter.run(slots, forces)
         self._innovations += np.nansum(path.force_innovation), np.isfinite(path.force_innovation).sum()
+        self._compare(readings, path.quaternion[:, sample], path.turn_covariance[sample], is_used)
         codes = np.zeros(rows, dtype=np.uint32)
         for own, code in _CODES:
             codes[(path.codes[sample] & own) != 0] |= np.uint32(code)
@@ -131,8 +136,33 @@ class AidedAngles:
         """Return nothing: every row is answered at once."""
         return nothing(ANSWERS)
 
+    def _compare(
+        self, readings: Mapping[str, FloatArray], quaternion: FloatArray, covariance: FloatArray, is_used: BoolArray
+    ) -> None:
+        """Add up the normalised errors squared of (4, n) attitudes where the true one is known."""
+        if not all(name in readings for name in KNOWN):
+            return
+        known = np.deg2rad(np.stack([readings[name] for name in KNOWN]))
+        # At the start yaw is zero by definition: a covariance without width has no normalised error.
+        has_width = np.linalg.eigvalsh(np.nan_to_num(covariance))[:, 0] > LEAST_SPREAD_RAD**2
+        rows = np.flatnonzero(is_used & np.isfinite(known).all(axis=0) & has_width)
+        back = quaternion[:, rows].T * np.array([-1.0, -1.0, -1.0, 1.0])
+        turn = multiply(quaternion_of_cr(known[:, rows]).T, back)
+        error = 2.0 * turn[:, :3] * np.where(turn[:, 3:] >= 0.0, 1.0, -1.0)
+        normalised = np.einsum("ni,ni->n", error, np.linalg.solve(covariance[rows], error[..., None])[..., 0])
+        self._errors += normalised.sum(), rows.size
+
     def consistency(self) -> str:
-        """Return what the innovations say of the filter's assumptions, in a sentence."""
+        """Return what innovations, and errors where the truth is known, say of the filter's assumptions."""
+        total, count = self._errors
+        if not count:
+            return self._innovations_in_words()
+        return (
+            f"{self._innovations_in_words()}; mean normalised error of the attitude (NEES) {total / count:.3g} over "
+            f"{int(count)} rows, 3 expected over many runs: rows of one run go together"
+        )
+
+    def _innovations_in_words(self) -> str:
         total, count = self._innovations
         if not count:
             return "filter: no force was read"

@@ -19,7 +19,7 @@ from ams.inference import alignment as alignments
 from ams.inference.aided_rates import AidedAngles
 from ams.inference.angle_stream import AngleStream
 from ams.inference.inference import MODEL, Package, inference
-from ams.inputs.number_blocks import csv_blocks, parquet_blocks
+from ams.inputs.hdf5_blocks import blocks_of
 from ams.whole_file import whole_file
 from procedures.cli.attitude_lines import is_line, opened_source, opened_target
 from procedures.cli.attitude_plot import PlottedRows
@@ -69,8 +69,8 @@ def attitude(
     coefficient_set
         A set of accelerometers, one, two or three axes, or of three gyros, of any format.
     data
-        A CSV or Parquet file of any size, or - for rows that arrive on standard input, header first; what has arrived
-        is answered at once. Also socket://HOST:PORT and udp://HOST:PORT.
+        A CSV, Parquet or HDF5 file of any size, or - for rows that arrive on standard input, header first; what has
+        arrived is answered at once. Also socket://HOST:PORT and udp://HOST:PORT.
     out
         The file to write, .csv, .jsonl (JSON lines) or .parquet, or udp://HOST:PORT for JSON lines in datagrams; by
         default CSV on standard output.
@@ -141,9 +141,8 @@ def _solve_alignment(package: Package, reading_sd_v: float | None, data: Path, o
     """Solve how a package sits in the model, from a file of known attitudes, and store it."""
     require_folder_of(out, "--solve-alignment")
     found = inference(replace(package, alignment=None), None, reading_sd_v)
-    read = parquet_blocks if data.suffix == ".parquet" else csv_blocks
     told: list[FloatArray] = []
-    for readings in read(data, (*found.needed, "pitch_deg", "roll_deg"), found.optional):
+    for readings in blocks_of(data, (*found.needed, "pitch_deg", "roll_deg"), found.optional):
         angles = found.answer(readings).columns
         rows = angles["pitch_deg"], angles["roll_deg"], readings["pitch_deg"], readings["roll_deg"]
         told.append(np.deg2rad(np.stack(rows)))
@@ -220,10 +219,9 @@ def _answer_stream(found: AngleStream, source: IO[bytes], answers: _Answers) -> 
 
 def _answer_file(found: AngleStream, data: Path, answers: _Answers) -> None:
     """Answer a file piece by piece; nothing is written where one of them is wrong."""
-    read = parquet_blocks if data.suffix == ".parquet" else csv_blocks
     with _output(answers.out) as target:
         writer = answers.writer(found.answers, target)
-        for readings in read(data, found.needed, found.optional):
+        for readings in blocks_of(data, found.needed, found.optional):
             writer.write(Rows.of(found.answer(readings)))
             if _is_sent(answers.out):
                 target.flush()

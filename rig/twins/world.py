@@ -230,7 +230,9 @@ class World:
         roll, yaw, pitch = (self._angle_rad(name, now_s) for name in ("roll", "yaw", "pitch"))
         level_ut = sum(self._applied_ut.values(), surroundings_ut)
         turned: Vector = about_z(yaw) @ about_y(pitch) @ level_ut
-        return about_x(roll) @ turned if rolls else turned
+        if rolls:
+            turned = about_x(roll) @ turned
+        return turned
 
     def apply_field(self, name: str, level_ut: Vector) -> None:
         """Switch the field of one coil or magnet, in level axes; zeros take it away."""

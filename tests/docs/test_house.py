@@ -40,7 +40,7 @@ LATER = {
     "pyvisa": {"rig/link/visa.py"},
     "apprise": {"procedures/alerts/channels.py"},
     "distributed": {"procedures/delivery/resolve_workers.py"},
-    "h5py": {"ams/exports/hdf5.py"},
+    "h5py": {"ams/exports/hdf5.py", "ams/inputs/hdf5_blocks.py"},
     "pyarrow": {"procedures/cli/attitude_rows.py", "ams/inputs/number_blocks.py"},
     "procedures.data.dataset": {"procedures/data/write.py"},  # xarray
 }

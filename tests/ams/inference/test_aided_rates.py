@@ -55,6 +55,18 @@ def test_stated_deviations_cover_and_the_innovations_are_those_of_the_assumption
     assert np.mean(means) == pytest.approx(3.0, abs=0.06)
 
 
+def test_errors_against_a_known_attitude_are_those_of_the_covariance() -> None:
+    """The mean over the ends of many runs is three; here over whole runs, whose rows go together."""
+    chance, means = np.random.default_rng(8), []
+    for _ in range(40):
+        euler, readings = scene(chance, 10.0)
+        truth = dict(zip(("true_pitch_deg", "true_yaw_deg", "true_roll_deg"), euler.T, strict=True))
+        found = aided()
+        found.answer({**readings, **truth})
+        means.append(float(found.consistency().split("(NEES) ")[1].split()[0]))
+    assert np.mean(means) == pytest.approx(3.0, abs=0.8)
+
+
 def test_gravity_bounds_what_gyros_alone_lose() -> None:
     chance = np.random.default_rng(4)
     euler, readings = scene(chance, 60.0)
