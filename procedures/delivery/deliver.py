@@ -49,6 +49,7 @@ from procedures.solution.request import SolvedSensor
 from rig.crash_points import CrashPoint, crash_point
 
 Made = TypeVar("Made")
+Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -104,9 +105,6 @@ class Delivery:
     def failures(self) -> Mapping[str, str]:
         """The parts that are missing, each with its sentence; `calrig solve` makes them."""
         return {name: told for name, told in self.parts.items() if told != DONE and not told.startswith(NOT_DUE)}
-
-
-Tell = Callable[[str], None]
 
 
 def _tell_nobody(_step: str) -> None:
