@@ -50,6 +50,7 @@ from rig.crash_points import CrashPoint, crash_point
 from rig.defects import defect_text
 
 Made = TypeVar("Made")
+Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -105,9 +106,6 @@ class Delivery:
     def failures(self) -> Mapping[str, str]:
         """The parts that are missing, each with its sentence; `calrig solve` makes them."""
         return {name: told for name, told in self.parts.items() if told != DONE and not told.startswith(NOT_DUE)}
-
-
-Tell = Callable[[str], None]
 
 
 def _tell_nobody(_step: str) -> None:

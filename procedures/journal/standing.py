@@ -48,7 +48,11 @@ class RunStatus:
         return told_of_state(self.reason, self.asked_by)
 
     def to_document(self) -> dict[str, Any]:
-        """Return the JSON of ``calrig status --json``; a run that stands still also says why and who asked for it."""
+        """Return the JSON of ``calrig status --json``.
+
+        A run that stands still also says why and who asked for it; one that a process runs how far it is within its
+        replications, and what a request to it refers to.
+        """
         still = {"reason": self.reason, "asked_by": self.asked_by} if self.state in STANDING_STILL else {}
         return {
             "run": self.run,
@@ -57,11 +61,16 @@ class RunStatus:
             "dwells_planned": self.dwells_planned,
             "eta_utc": None if self.eta_utc is None else self.eta_utc.isoformat(timespec="seconds"),
             "held_by": self.held_by,
+            **still,
+            **(self._going() if self.state in ACTIVE else {}),
+        }
+
+    def _going(self) -> dict[str, Any]:
+        return {
             "replication": self.replication,
             "replications": self.replications,
             "rejected": self.rejected,
             "state_sequence": self.state_sequence,
-            **still,
         }
 
 

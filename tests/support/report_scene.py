@@ -118,6 +118,7 @@ def _sensor(scene: Scene, name: str, place: int, chance: np.random.Generator) ->
         None,
         place,
         findings=tuple(AxisFindings(axis.axis, axis.channel, axis.calibration.findings) for axis in axes),
+        verdict="usable" if any(axis.calibration.warnings for axis in axes) else "sound",
     )
 
 

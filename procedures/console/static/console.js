@@ -4,7 +4,7 @@
   const place = document.getElementById("standing"), fresh = document.getElementById("fresh");
   const picture = document.getElementById("picture"), canvas = document.getElementById("map");
   const under = document.getElementById("under"), run = encodeURIComponent(place.dataset.run);
-  let heard = performance.now(), pause = 500, shown = -1, drawn = null, waits = 0, isDue = false;
+  let heard = performance.now(), pause = 500, shown = -1, drawn = null, waits = 0, isDue = false, label = 0;
 
   const tell = () => {
     const age = (performance.now() - heard) / 1000;
@@ -53,7 +53,7 @@
     picture.hidden = !drawn;
     if (!drawn) return;
     const rows = drawn.arcsec.length, columns = drawn.steps.length, ratio = window.devicePixelRatio || 1;
-    const style = getComputedStyle(canvas), wide = canvas.clientWidth, label = Math.min(110, wide * 0.3);
+    const style = getComputedStyle(canvas), wide = canvas.clientWidth;
     const tall = Math.max(160, Math.min(26 * rows + 24, 640));
     canvas.width = wide * ratio;
     canvas.height = tall * ratio;
@@ -64,12 +64,15 @@
     const sizes = drawn.arcsec.flatMap((row) => row.filter((one, n) => one !== null && drawn.marks[n] !== "x").map(Math.abs));
     sizes.sort((a, b) => a - b);
     const most = Math.max(sizes[Math.floor(0.98 * (sizes.length - 1))] || 1, 1e-6);
-    const height = (tall - 20) / rows, width = (wide - label) / columns;
+    const height = (tall - 20) / rows;
     pen.font = `${Math.min(13, Math.max(9, height - 4))}px system-ui, sans-serif`;
     pen.textBaseline = "middle";
+    const names = drawn.channels.map((one) => one.split(".").pop());
+    label = Math.min(8 + Math.max(...names.map((one) => pen.measureText(one).width)), wide * 0.3);
+    const width = (wide - label) / columns;
     drawn.arcsec.forEach((row, r) => {
       pen.fillStyle = style.color;
-      pen.fillText(drawn.channels[r].split(".").pop(), 2, (r + 0.5) * height, label - 6);
+      pen.fillText(names[r], 2, (r + 0.5) * height, label - 6);
       row.forEach((one, c) => {
         if (one === null) return;
         const share = Math.max(-1, Math.min(1, one / most)), strong = Math.sqrt(Math.abs(share));
@@ -89,7 +92,7 @@
 
   canvas.addEventListener("pointermove", (event) => {
     if (!drawn) return;
-    const box = canvas.getBoundingClientRect(), label = Math.min(110, box.width * 0.3);
+    const box = canvas.getBoundingClientRect();
     const c = Math.floor((event.clientX - box.left - label) / (box.width - label) * drawn.steps.length);
     const r = Math.floor((event.clientY - box.top) / (box.height - 20) * drawn.channels.length);
     const value = (drawn.arcsec[r] || [])[c];

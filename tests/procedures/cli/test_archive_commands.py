@@ -82,6 +82,15 @@ def test_compare_takes_the_remount_out(archive) -> None:  # type: ignore[no-unty
     assert "common rotation of the package (remount): x " in archive("compare", old[:12], new[:12]).out
 
 
+def test_runs_are_found_by_any_words_and_what_is_due_is_told(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
+    assert archive("search").out.startswith("2 runs")
+    found = archive("search", "sn1", laboratory.runs[1].name, "--json").document["runs"]
+    assert [one["run"]["run_id"] for one in found] == [laboratory.runs[1].name]
+    assert archive("search", "nobody-wrote-this").out.startswith("0 runs")
+    assert archive("due").out == "nothing is due\n", "twins are left out"
+    assert archive("due", "--within-days", "30", "--json").document["due"] == []
+
+
 def test_history_is_told_and_drawn(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
     plot = laboratory.folder / "history.svg"
     told = archive("history", "SN1", "--plot", plot)

@@ -36,7 +36,19 @@ def commands() -> Iterator[Callable[..., object]]:
             module, _, name = target.partition(":")
             if name != "app":
                 yield getattr(import_module(f"procedures.cli.{module}"), name)
-    for name in ("list_", "show", "compare", "history", "publish", "sign", "verify", "migrate", "demo"):
+    for name in (
+        "list_",
+        "due",
+        "search",
+        "show",
+        "compare",
+        "history",
+        "publish",
+        "sign",
+        "verify",
+        "migrate",
+        "demo",
+    ):
         yield getattr(archive, name)
 
 

@@ -60,6 +60,19 @@ def test_a_follower_that_comes_late_knows_the_same(followed: tuple[Path, list[Ne
     assert late.status.dwells_done == late.status.dwells_planned
 
 
+def test_a_run_that_goes_on_tells_how_far_it_is_and_what_a_request_refers_to(
+    followed: tuple[Path, list[News]],
+) -> None:
+    run_dir, news = followed
+    with JournalReader.open(run_dir) as reader:
+        entered = {event.sequence: str(event.detail["to"]) for event in reader.events("state")}
+    going = [one.status.to_document() for one in news if one.status.state is State.RUNNING and one.is_alive]
+    assert {entered[one["state_sequence"]] for one in going} == {"running"}
+    assert [one["replication"] for one in going if one["dwells_done"] in (1, 13)][:2] == [1, 2]
+    assert (going[-1]["replications"], going[-1]["rejected"]) == (2, 0)
+    assert "state_sequence" not in news[-1].status.to_document()
+
+
 def test_states_are_told_as_they_were_entered(followed: tuple[Path, list[News]]) -> None:
     _, news = followed
     assert [one.status.state for one in news if any(event.kind == "state" for event in one.events)][-2:] == [

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from small_run import bench, in_child, killed_after
 
-from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
 from procedures.records.progress import Progress, line_of
 from procedures.records.states import State
@@ -76,12 +75,9 @@ def test_the_end_is_the_plans_at_first_and_the_measured_one_later() -> None:
 def test_the_status_of_a_finished_run_has_the_keys_of_the_command(tmp_path: Path) -> None:
     small, run_dir = bench(tmp_path), tmp_path / "run"
     small.run(run_dir)
-    with JournalReader.open(run_dir) as reader:
-        entered = reader.last_event("state")
-    assert entered is not None
     assert status(run_dir).to_document() == {
         "run": str(run_dir), "state": "finished", "dwells_done": 24, "dwells_planned": 24, "eta_utc": None,
-        "held_by": None, "replication": 2, "replications": 2, "rejected": 0, "state_sequence": entered.sequence,
+        "held_by": None,
     }  # fmt: skip
 
 

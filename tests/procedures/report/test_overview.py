@@ -1,0 +1,61 @@
+"""Of several sensors a row each, what they share once, and no word of one in the document of another."""
+
+from pathlib import Path
+
+import pytest
+from many_packages import many_packages, serial
+from report_scene import Scene, run_view
+
+from procedures.cli.main import run_command
+from procedures.report.overview import overview_rows, told_once
+from procedures.report.write import VERDICT_FILE
+
+EVERYONE = ("SN1", "SN2", "SN3")
+
+
+def test_a_statement_is_said_once_with_all_of_whom_it_is_true() -> None:
+    of_all = [(name, "", "the level is not declared") for name in EVERYONE]
+    of_axes = [("SN1", "x", "drifts"), ("SN1", "y", "drifts"), ("SN3", "x", "drifts")]
+    everywhere = [(name, axis, "curved") for name in EVERYONE for axis in "xy"]
+    assert told_once([*of_all, *of_axes, ("SN2", "", "was dropped"), *everywhere], EVERYONE) == [
+        "all 3 sensors: the level is not declared",
+        "SN1 x, y; SN3 x: drifts",
+        "SN2: was dropped",
+        "all 3 sensors, x, y: curved",
+    ]
+
+
+def test_one_sensor_is_called_by_its_name() -> None:
+    assert told_once([("SN1", "", "was dropped")], ["SN1"]) == ["SN1: was dropped"]
+
+
+def test_a_row_tells_a_sensor_in_five_words() -> None:
+    (row,) = overview_rows(run_view(Scene()))
+    assert (row.sensor, row.verdict, row.as_found, row.findings) == ("SN1047", "sound", "—", "none")
+    assert row.angle.startswith("±")
+    (drifted,) = overview_rows(run_view(Scene(offset_drift_v=4e-6)))
+    assert (drifted.verdict, drifted.findings) == ("usable", "drift")
+
+
+@pytest.mark.thorough
+@pytest.mark.timeout(900)
+def test_eight_packages_fit_into_three_megabytes_and_each_has_its_own_document(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("procedures.report.write.paper_of", lambda *_: b"%PDF")  # nine of them take longest
+    rig, procedure = many_packages(tmp_path, 8)
+    assert run_command(["run", str(procedure), "--rig", str(rig), "--out", str(tmp_path / "runs"), "--json"]) == 0
+    (run,) = (path.parent for path in (tmp_path / "runs").glob("*/journal.sqlite"))
+    page = (run / "report.html").read_text(encoding="utf-8")
+    assert len(page.encode()) < 3_000_000
+    assert page.count("the level of the base is not declared") == 1
+    assert page.index('id="overview"') < page.index('id="sensor-1-')
+    documents = sorted((run / "documents").glob("*.html"))
+    assert len(documents) == 8
+    for own, number in zip(documents, range(1, 9), strict=True):
+        text = own.read_text(encoding="utf-8")
+        others = [serial(other) for other in range(1, 9) if other != number]
+        assert serial(number) in text
+        assert [other for other in others if other in text] == []
+        assert own.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
+    assert (run / VERDICT_FILE).exists()
