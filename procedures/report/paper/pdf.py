@@ -64,7 +64,7 @@ def paper_of(page: str, imprint: Imprint, attachments: Sequence[Attachment] = ()
 def _sources(tree: PageTree, imprint: Imprint, attachments: Sequence[Attachment]) -> dict[str, bytes]:
     """Everything that typst may read, by name: it sees no other file."""
     moment = imprint.moment.astimezone(UTC)
-    document = {
+    document: dict[str, Any] = {
         "title": imprint.title,
         "stamps": list(imprint.stamps),
         "foot": imprint.foot,

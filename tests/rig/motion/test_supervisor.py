@@ -51,7 +51,7 @@ def test_a_start_that_comes_again_after_the_stop_is_stopped_again(driver: str) -
 )
 @pytest.mark.parametrize("task", ["move", "home"])
 def test_fault_73_an_order_that_became_a_rate_is_stopped(task: str, seed: int) -> None:
-    """Found by an attacker: `home` became a rate and turned the axis ten times, seen and not judged."""
+    """Found later: `home` became a rate and turned the axis ten times, seen and not judged; 386 in `make soak`."""
     story = strike("zaber", task, ANOTHER_VERB, seed)
     assert "MotionBreach" in story.error or "the time allowed" in story.error, story
     assert story.outside_deg <= story.allowed_deg, story
