@@ -124,6 +124,7 @@ def _design_document(report: CheckReport) -> dict[str, Any]:
         "figure_of_merit_sqrt": figures.figure_of_merit_sqrt,
         "usage_figure_of_merit_sqrt": figures.usage_figure_of_merit_sqrt,
         "time_correlation": figures.time_correlation,
+        "drift_bias": {order: dict(bias) for order, bias in figures.drift_bias.items()},
         "expected_standard_uncertainty": expected,
         "usage_pitch_deg": list(report.forecast.usage_pitch_deg or ()),
         "expected_angle_half_width_deg": {

@@ -5,6 +5,7 @@ noise, the lack of fit and the drift that are believed beforehand and are told w
 """
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ams.parameter_words import words_of
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import DesignFigures, Forecast
+from procedures.plan.drift_bias import drift_bias
 from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
 from procedures.plan.sequential import CALIBRATION_OVER_USAGE, usage_pitch_deg
@@ -56,6 +58,7 @@ def forecast_of_design(
         figure_of_merit_sqrt=judged.figures.figure_of_merit_sqrt,
         usage_figure_of_merit_sqrt=judged.figures.usage_figure_of_merit_sqrt,
         time_correlation=correlation,
+        drift_bias=_drift_bias(plan),
     )
     return Forecast(
         expected=tuple(_axes(sensors, believed, plan.dwell.samples)),
@@ -136,6 +139,16 @@ def time_correlation(plan: Plan) -> float:
     kept = length > 1e-9 * length.max()
     with_time = np.abs(time @ varying[:, kept]) / (np.linalg.norm(time) * length[kept])
     return float(with_time.max(initial=0.0))
+
+
+def _drift_bias(plan: Plan) -> dict[str, Mapping[str, float]]:
+    """Return what a drift leaves under each order, for the first axis of the first sensor."""
+    serial, sensor = next(iter(plan.sensors.items()))
+    axis = str(next(iter(sensor.channels)))
+    once = {(point.pitch_deg, point.yaw_deg, point.roll_deg): point for point in reversed(plan.design.points)}
+    design = replace(plan.design, points=tuple(sorted(once.values(), key=lambda point: point.label)))
+    model = model_named(plan.solve.model_of(serial), axis)
+    return drift_bias(model, design, sensor.nominal_v_per_g(axis) or 1.0)
 
 
 def _reservations(rig: RigDescription, plan: Plan, correlation: float) -> Iterator[str]:

@@ -69,6 +69,8 @@ class DesignFigures:
     usage_figure_of_merit_sqrt: float | None
     time_correlation: float
     """The largest correlation, without sign, of time within a replication with a term of the model."""
+    drift_bias: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """Order to primary parameter to its bias by a drift of one volt over a replication."""
 
 
 @dataclass(frozen=True)

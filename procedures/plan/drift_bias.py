@@ -1,0 +1,33 @@
+"""What a linear drift inside a replication leaves in the parameters, order by order.
+
+A drift of one volt over a replication, none in its middle, is fitted by least squares as if it were the sensor: what
+the parameters take of it is their bias. Forward-reverse visits every attitude at two times that are symmetric about the
+middle, and leaves nothing.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ams.models.model import Model
+from procedures.plan.designs import Design
+from procedures.plan.order import Order, sequence, visits
+from procedures.plan.specific_force import columns_of
+
+COMPARED: tuple[Order, ...] = ("there-and-back", "forward-reverse", "serpentine", "raster")
+"""Orders that chance has no part in."""
+
+
+def drift_bias(model: Model, design: Design, nominal_v_per_g: float) -> dict[str, Mapping[str, float]]:
+    """Return order to primary parameter to its bias, in its unit, by a drift of one volt over a replication.
+
+    ``design``: with one point an attitude.
+    """
+    return {order: _bias(model, design, order, nominal_v_per_g) for order in COMPARED}
+
+
+def _bias(model: Model, design: Design, order: Order, nominal_v_per_g: float) -> Mapping[str, float]:
+    points = sequence(visits(design, order), order)
+    drift_v = (np.arange(len(points)) + 0.5) / len(points) - 0.5
+    found = np.linalg.lstsq(columns_of(model, points, nominal_v_per_g), drift_v, rcond=None)[0]
+    return dict(zip(model.primary_names, found.tolist(), strict=True))
