@@ -82,7 +82,8 @@ def pooled_scatter(population: Population, leave_out: str | None = None) -> Scat
 
 def names_behind(names: Iterable[str], name: str | None) -> list[str]:
     """Return the names but the given one, sorted, beginning with those behind it and going round."""
-    behind, before = [], []
+    behind: list[str] = []
+    before: list[str] = []
     for one in sorted(set(names)):
         (behind if name is None or one > name else before).append(one)
     return [one for one in (*behind, *before) if one != name]

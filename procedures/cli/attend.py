@@ -11,6 +11,7 @@ from platformdirs import user_state_path
 from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
 from procedures.cli.output import note
+from procedures.cli.own_log import LoggedObserver
 from procedures.cli.places import login_name
 from procedures.errors import ProcedureError
 from procedures.journal.corrections import acknowledge, is_acknowledged
@@ -66,7 +67,8 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
 
     with ExitStack() as opened:
         if is_virtual:
-            yield Attendance(opened.enter_context(shown_on(sys.stderr)), RunServices(begun=begun))
+            screen = LoggedObserver(str(run), opened.enter_context(shown_on(sys.stderr)))
+            yield Attendance(screen, RunServices(begun=begun))
             return
         dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, opened)
         second_place = user_state_path("calrig") / "emergency"
@@ -78,7 +80,7 @@ def _dispatcher_and_pulse(
 ) -> tuple[AlertDispatcher, Pulse]:
     settings = read_alerts(alerts) if alerts is not None else default_alerts()
     refusal = opened.enter_context(awake(title))
-    screen = opened.enter_context(shown_on(sys.stderr))
+    screen = LoggedObserver(str(run), opened.enter_context(shown_on(sys.stderr)))
     dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run))
     opened.callback(lambda: _tell_losses(dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]
