@@ -39,7 +39,10 @@ def guards() -> list[dict[str, str]]:
 
 def stop(guard: dict[str, str], axes: list[str] | None, by: str) -> dict[str, str] | None:
     """Have axes, or all of them, stopped now; what became of each, or None where that guard is gone."""
-    line = _socket.socket(_socket.AF_UNIX, _socket.SOCK_STREAM)
+    family = getattr(_socket, "AF_UNIX", None)
+    if family is None:
+        return None  # a system without a guard
+    line = _socket.socket(family, _socket.SOCK_STREAM)
     answer = b""
     try:
         line.settimeout(ANSWER_S)
