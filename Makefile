@@ -8,7 +8,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # As many workers as processors need no threads of the linear algebra beside them.
 test test-elsewhere thorough soak: export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test test-elsewhere types-elsewhere thorough lint check bench house soak clean lock setup
+.PHONY: demo test test-elsewhere types-elsewhere thorough lint check bench house site soak clean lock setup
 
 demo: $(STAMP)          ## the whole job on the twin, into ./demo-out
 	$(BIN)/calrig demo
@@ -40,6 +40,9 @@ bench: $(STAMP)         ## speed and memory, side by side with what a user would
 house: $(STAMP)         ## draw docs/architecture.md anew from the import contracts
 	$(BIN)/python docs/house.py
 
+site: $(STAMP)          ## the documentation as pages with search, into ./site; a warning fails
+	$(BIN)/python -m sphinx -b html -q -W --keep-going docs site
+
 soak: $(STAMP)          ## the long proofs
 	$(BIN)/python -m pytest -q -m soak -n 2 --timeout 7200
 
@@ -63,5 +66,5 @@ lock: $(STAMP)          ## renew requirements.lock from pyproject.toml
 	  --extra all --group dev pyproject.toml -o requirements.lock
 
 clean:
-	rm -rf $(VENV) demo-out build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) demo-out build dist site docs/reference .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
