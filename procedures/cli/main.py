@@ -62,6 +62,7 @@ GROUPS = {
         ("devices", "devices:devices", "Serial ports and VISA resources found here, with their identities."),
         ("prove", "prove:prove", "First contact: what real devices say beside what their twins would say."),
         ("simulate", "simulate:simulate", "The twins of a rig on real ports, until stopped."),
+        ("service", "service:service", "Write the systemd unit that resumes runs after a crash or a reboot."),
     ),
 }
 """Heading to its commands, in the order in which `calrig --help` lists them: name, where it is, summary."""
