@@ -35,9 +35,9 @@ def figures(effort: Effort) -> Iterator[Figure]:
     """Seconds of list and history over 10 000 sets, and of a history over 100 000."""
     with TemporaryDirectory() as folder:
         url = f"sqlite:///{folder}/archive.sqlite"
-        population = synthetic_archive(np.random.default_rng(1), effort.amount(STORY, TINY)).population
-        fill(url, population)
-        sensor = population.labels[0].sensor
+        made = synthetic_archive(np.random.default_rng(1), effort.amount(STORY, TINY))
+        population, sensor = made.population, made.sound[-1]
+        fill(url, population, sensor)
         count = len(list_sets(url))
         assert count == len(population.labels)
         yield Figure(f"list of {count} sets", effort.best_s(lambda: list_sets(url)), "s", 0.2, at_most=True)
@@ -51,18 +51,18 @@ def figures(effort: Effort) -> Iterator[Figure]:
             yield Figure(name, _process_s(effort, whole), "s", 1.5, at_most=True, note="a whole process")
     with TemporaryDirectory() as folder:
         url = f"sqlite:///{folder}/archive.sqlite"
-        population = synthetic_archive(np.random.default_rng(1), effort.amount(LARGE, TINY)).population
-        fill(url, population, document="")
-        seconds = effort.best_s(lambda: history(url, population.labels[0].sensor))
-        yield Figure(f"history of one sensor of {len(population.labels)} sets", seconds, "s", 0.1, at_most=True)
+        made = synthetic_archive(np.random.default_rng(1), effort.amount(LARGE, TINY))
+        fill(url, made.population, made.sound[-1], document="")
+        seconds = effort.best_s(lambda: history(url, made.sound[-1]))
+        yield Figure(f"history of one sensor of {len(made.population.labels)} sets", seconds, "s", 0.1, at_most=True)
 
 
 def _process_s(effort: Effort, command: list[str]) -> float:
     return effort.best_s(lambda: subprocess.run(command, check=True, capture_output=True), least_total_s=0.0, repeats=3)
 
 
-def fill(url: str, population: Population, document: str | None = None) -> None:
-    """One row a calibration, as publishing would write them; the first sensor's last one keeps the set's checksum.
+def fill(url: str, population: Population, sensor: str, document: str | None = None) -> None:
+    """One row a calibration, as publishing would write them; the last one of ``sensor`` keeps the set's checksum.
 
     ``document``: of all the others, instead of the set's.
     """
@@ -77,7 +77,7 @@ def fill(url: str, population: Population, document: str | None = None) -> None:
         point = dict(connection.execute(select(POINTS)).mappings().one())
         for table in (COEFFICIENTS, POINTS, SETS):
             connection.execute(table.delete())
-        kept = population.rows_of(population.labels[0].sensor).stop - 1
+        kept = population.rows_of(sensor).stop - 1
         names = [hashlib.sha256(str(place).encode()).hexdigest() for place in range(len(population.labels))]
         names[kept] = first.sha256
         rows = list(zip(names, population.labels, strict=True))

@@ -15,7 +15,7 @@ from bench.archive import fill
 def test_a_history_reads_a_thousand_others_at_most_and_tells_the_same_as_all_of_them(tmp_path: Path) -> None:
     made = synthetic_archive(np.random.default_rng(4), Story(sensors=80, years=10))
     url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
-    fill(url, made.population, document="")
+    fill(url, made.population, made.sound[7], document="")
     sensor = made.sound[7]
     needed, whole = population_of(url, sensor, only_needed=True), population_of(url, sensor)
     assert len(whole.labels) == 81 * 20
@@ -36,7 +36,7 @@ def test_whose_characteristics_these_are_is_looked_for_among_all(
 ) -> None:
     made = synthetic_archive(np.random.default_rng(5), Story(sensors=80, years=10))
     url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
-    fill(url, made.population, document="")
+    fill(url, made.population, made.sound[7], document="")
     monkeypatch.setattr("ams.archive.histories.stored_provenance", lambda *_: {"acceptance": None})
     monkeypatch.setattr("ams.surveillance.between_runs.LEARNED_FROM", 20)
     monkeypatch.setattr("ams.archive.histories.LEARNED_FROM", 20)
