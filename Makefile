@@ -8,7 +8,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # As many workers as processors need no threads of the linear algebra beside them.
 test test-elsewhere thorough soak: export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test test-elsewhere thorough lint check bench house soak clean lock setup
+.PHONY: demo test test-elsewhere types-elsewhere thorough lint check bench house site soak clean lock setup
 
 demo: $(STAMP)          ## the whole job on the twin, into ./demo-out
 	$(BIN)/calrig demo
@@ -25,16 +25,23 @@ lint: $(STAMP)          ## style, types, import contracts
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
 
+types-elsewhere: $(STAMP) ## types as Windows and macOS have them
+	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32
+	$(BIN)/mypy --platform darwin --cache-dir .mypy_cache/darwin
+
 thorough: $(STAMP)      ## what `make test` leaves for CI: every key of both files, every benchmark, more kills and campaigns
 	$(BIN)/python -m pytest -q -m "thorough and not soak" -n auto --maxprocesses 4 --dist worksteal
 
-check: lint test thorough ## all that CI asks for
+check: lint types-elsewhere test thorough ## all that CI asks for
 
 bench: $(STAMP)         ## speed and memory, side by side with what a user would otherwise pick
 	$(BIN)/python -m bench
 
 house: $(STAMP)         ## draw docs/architecture.md anew from the import contracts
 	$(BIN)/python docs/house.py
+
+site: $(STAMP)          ## the documentation as pages with search, into ./site; a warning fails
+	$(BIN)/python -m sphinx -b html -q -W --keep-going docs site
 
 soak: $(STAMP)          ## the long proofs
 	$(BIN)/python -m pytest -q -m soak -n 2 --timeout 7200
@@ -59,5 +66,5 @@ lock: $(STAMP)          ## renew requirements.lock from pyproject.toml
 	  --extra all --group dev pyproject.toml -o requirements.lock
 
 clean:
-	rm -rf $(VENV) demo-out build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) demo-out build dist site docs/reference .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -5,8 +5,9 @@ a block, for gyros the quaternions of the turns. scipy's integrator and rotation
 step. Processor time is taken, so that what else the machine does counts little.
 """
 
+import resource
+import sys
 from collections.abc import Callable, Iterator
-from resource import RUSAGE_SELF, getrusage
 
 import numpy as np
 from numpy.typing import NDArray
@@ -142,5 +143,7 @@ def best_s(work: Callable[[], object], repeats: int = 5) -> float:
 
 
 def _processor_s() -> float:
-    used = getrusage(RUSAGE_SELF)
-    return used.ru_utime + used.ru_stime
+    if sys.platform != "win32":
+        used = resource.getrusage(resource.RUSAGE_SELF)
+        return used.ru_utime + used.ru_stime
+    raise OSError("Windows has no getrusage")

@@ -22,6 +22,8 @@ from rig.devices.csv_imu import CsvImuSettings
 from rig.devices.csv_imu import connect as connect_csv
 from rig.link.ports import open_stream
 
+assert sys.platform != "win32", "it is measured with getrusage"
+
 EXAMPLE = Path(__file__).parents[1] / "examples" / "rig.toml"
 POLL_S = 0.005
 COMMON = 'port = "twin"\nlimits_deg = [-180.0, 180.0]\nspeed_dps = 5.0\n'

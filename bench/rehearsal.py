@@ -15,6 +15,8 @@ from timeit import Timer
 
 from bench.figure import Effort, Figure
 
+assert sys.platform != "win32", "it is measured with getrusage"
+
 RIG = Path(__file__).parents[1] / "examples" / "rig.toml"
 PROCEDURE = """
 [procedure]

@@ -16,6 +16,7 @@ from rig.assembly.simulate import serve_rig
 from rig.clock import SystemClock
 from rig.description.read import read_rig
 
+assert sys.platform != "win32", "there are no pseudo-terminals"
 WRAPS = 65536
 _PIECE_S = 0.002
 

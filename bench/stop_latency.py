@@ -16,6 +16,7 @@ from importlib import import_module
 from pathlib import Path
 
 import numpy as np
+from psutil import getloadavg
 
 from rig.clock import SystemClock
 
@@ -44,7 +45,7 @@ def main() -> None:
             "calrig abort": [_latency_s("abort") for _ in range(wanted.times)],
             "calrig jog --stop": [_latency_s("jog") for _ in range(wanted.times)],
         }
-        load = os.getloadavg()[0]
+        load = getloadavg()[0]
     print(f"{wanted.times} times each, load {load:.1f} on {os.cpu_count()} processors; milliseconds")
     print(f"{'':<24}{'p50':>8}{'p95':>8}{'most':>8}")
     for name, seconds in {"bare python -S -c pass": bare, **found}.items():

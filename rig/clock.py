@@ -5,6 +5,7 @@ rig's seconds faster than the wall's (twins over real ports at a factor). :class
 takes no real time, so a night's campaign rehearses in seconds and always the same way.
 """
 
+import sys
 import time
 from datetime import UTC, datetime, timedelta
 from typing import Protocol
@@ -41,7 +42,9 @@ class SystemClock:
         return time.monotonic()
 
     def boottime_s(self) -> float:
-        return time.clock_gettime(time.CLOCK_BOOTTIME) if hasattr(time, "CLOCK_BOOTTIME") else time.monotonic()
+        if sys.platform == "linux" and hasattr(time, "CLOCK_BOOTTIME"):
+            return time.clock_gettime(time.CLOCK_BOOTTIME)
+        return time.monotonic()
 
     def now_utc(self) -> datetime:
         return datetime.now(UTC)

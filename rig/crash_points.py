@@ -60,5 +60,5 @@ def _count_down(point: CrashPoint, wanted: str) -> None:
     if name not in (ANY, point):
         return
     if int(left) <= 1:
-        os.kill(os.getpid(), signal.SIGKILL)
+        os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))  # of Windows: ends it as hard
     os.environ[VARIABLE] = f"{name}:{int(left) - 1}"

@@ -20,7 +20,11 @@ settings.load_profile("calrig")
 
 
 def pytest_configure() -> None:
-    """Keep what tests write in memory where that can be: journals sync at every dwell, and a disk takes its time."""
+    """Keep what tests write in memory where that can be: journals sync at every dwell, and a disk takes its time.
+
+    Nothing of it goes into the log of whoever tests.
+    """
+    os.environ["CALRIG_LOG"] = "off"
     keep_temporary_files_in_memory()
 
 

@@ -1,20 +1,28 @@
-"""Histories out of the archive: a sensor's calibrations among all of its kind, in one read.
+"""Histories out of the archive: a sensor's calibrations among those of its kind.
+
+A history reads the sensor's own calibrations and as many of others as its scatter is learned from, however large the
+archive is. Only where something is found are all of the kind read: whose characteristics these are, and what the
+witnesses of the same run say, is known by them alone.
 
 Where the rig has a permanent check sensor, what it says of a run stands beside what a sensor is found to have done.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from itertools import accumulate
 
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection, select, true
+from sqlalchemy.sql.functions import count
 
 from ams.archive.connection import reading
 from ams.archive.quarantines import quarantined
-from ams.archive.sets import BUSY_TIMEOUT_S, show
+from ams.archive.sets import BUSY_TIMEOUT_S, stored_provenance
 from ams.archive.tables import POINTS, SETS
 from ams.errors import ArchiveError, ArchiveUnknown
 from ams.sets.canonical import table
 from ams.surveillance.adjustment import acceptance_of
+from ams.surveillance.between_runs import LEARNED_FROM, names_behind
 from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors
 from ams.surveillance.control_chart import History, history_of
 from ams.surveillance.history_points import unpack
@@ -44,22 +52,32 @@ def history(
 
     Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
     """
-    population = population_of(archive_url, sensor, busy_timeout_s, until_utc)
+    population = population_of(archive_url, sensor, busy_timeout_s, until_utc, only_needed=True)
     if not population.numbers.sensitivity.all():
         raise ArchiveError(
             f"archive: sensor {sensor!r}: its sets have an equation of their own, without a direction of sensitivity; "
             "nothing of them is charted over the years"
         )
-    found = with_rig_causes(population, history_of(population, sensor))
-    declared = show(archive_url, found.labels[-1].sha256, busy_timeout_s).provenance["acceptance"]
+    found, check = _of(population, sensor)
+    if found.findings or (check is not None and check.findings):
+        population = population_of(archive_url, sensor, busy_timeout_s, until_utc)
+        found, check = _of(population, sensor)
+        found = with_rig_causes(population, found)
+    with reading(archive_url, busy_timeout_s) as connection:
+        declared = stored_provenance(connection, found.labels[-1].sha256)["acceptance"]
     limits = acceptance_of(None if declared is None else table(declared)).limits_deg
     limit = min(limits.values(), default=None)
     return SensorHistory(
         found,
-        check_history(population, sensor) if found.labels[-1].is_check else None,
+        check,
         limit,
         None if limit is None else advise_interval(found, limit),
     )
+
+
+def _of(population: Population, sensor: str) -> tuple[History, CheckHistory | None]:
+    found = history_of(population, sensor)
+    return found, check_history(population, sensor) if found.labels[-1].is_check else None
 
 
 def with_rig_causes(population: Population, found: History) -> History:
@@ -76,26 +94,69 @@ def with_rig_causes(population: Population, found: History) -> History:
 
 
 def population_of(
-    archive_url: str, sensor: str, busy_timeout_s: float = BUSY_TIMEOUT_S, until_utc: datetime | None = None
+    archive_url: str,
+    sensor: str,
+    busy_timeout_s: float = BUSY_TIMEOUT_S,
+    until_utc: datetime | None = None,
+    *,
+    only_needed: bool = False,
 ) -> Population:
     """Return all calibrations of the sensor's kind (same axes, same unit).
 
     Of several solutions of a run the one that was published last counts. Simulated calibrations count only for a sensor
-    that was never measured. Sets in quarantine are left out.
+    that was never measured. Sets in quarantine are left out. ``only_needed``: the sensor's own and those of others that
+    :func:`ams.surveillance.between_runs.pooled_scatter` learns from.
 
     Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
     """
     with reading(archive_url, busy_timeout_s) as connection:
-        axes, name, simulated = _kind_of(connection, sensor)
-        rows = _rows(connection, axes, name, simulated)
-    known = [row for row in rows if until_utc is None or row[3] <= until_utc]
-    latest = {(sensor, run_id or sha256): row for row in known for sha256, sensor, run_id in (row[:3],)}
-    kept = sorted(latest.values(), key=lambda row: (row[1], row[3], row[0]))
+        kind = _kind_of(connection, sensor)
+        if only_needed:
+            kept = _needed(connection, sensor, kind, until_utc)
+        else:
+            kept = _known(_rows(connection, kind, None), until_utc)
+    kept.sort(key=lambda row: (row[1], row[3], row[0]))
     labels = [PointLabel(*row[:-1]) for row in kept]
-    return Population(labels, unpack(axes.split(","), [row[-1] for row in kept], name))
+    return Population(labels, unpack(kind.axes.split(","), [row[-1] for row in kept], kind.sensitivity_name))
 
 
-def _kind_of(connection: Connection, sensor: str) -> tuple[str, str, bool]:
+_Row = tuple[str, str, str | None, datetime, str, bool, float, bytes]
+"""The fields of a label and the packed numbers."""
+_NAMES_AT_ONCE = 500
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """What a calibration must share with a sensor's to be compared with it."""
+
+    axes: str
+    sensitivity_name: str
+    is_simulated: bool
+
+
+def _needed(connection: Connection, sensor: str, kind: _Kind, until_utc: datetime | None) -> list[_Row]:
+    """Return the calibrations of the sensor, and of those behind it by name until there are enough."""
+    found = _known(_rows(connection, kind, [sensor]), until_utc)
+    query = select(SETS.c.sensor, count()).group_by(SETS.c.sensor)
+    counts: dict[str, int] = dict(connection.execute(query).all())
+    names, others = names_behind(counts, sensor), 0
+    while names and others < LEARNED_FROM:
+        before = accumulate((counts[name] for name in names), initial=others)
+        batch = [name for name, known in zip(names, before, strict=False) if known < LEARNED_FROM][:_NAMES_AT_ONCE]
+        asked = _known(_rows(connection, kind, batch), until_utc)
+        names = names[len(batch) :]
+        others += sum(not is_check for *_, is_check, _, _ in asked)
+        found += asked
+    return found
+
+
+def _known(rows: Sequence[_Row], until_utc: datetime | None) -> list[_Row]:
+    """Return the rows up to a moment, of each run of a sensor the one that was published last."""
+    known = [row for row in rows if until_utc is None or row[3] <= until_utc]
+    return list({(sensor, run_id or sha256): row for row in known for sha256, sensor, run_id in (row[:3],)}.values())
+
+
+def _kind_of(connection: Connection, sensor: str) -> _Kind:
     both = SETS.join(POINTS, SETS.c.sha256 == POINTS.c.sha256)
     query = (
         select(POINTS.c.axes, POINTS.c.sensitivity_name, SETS.c.simulated)
@@ -107,20 +168,20 @@ def _kind_of(connection: Connection, sensor: str) -> tuple[str, str, bool]:
     found = connection.execute(query).first()
     if found is None:
         raise ArchiveUnknown(f"archive: sensor {sensor!r}: has no set here; calrig archive list tells the names")
-    return str(found.axes), str(found.sensitivity_name), bool(found.simulated)
+    return _Kind(str(found.axes), str(found.sensitivity_name), bool(found.simulated))
 
 
-def _rows(
-    connection: Connection, axes: str, sensitivity_name: str, simulated: bool
-) -> list[tuple[str, str, str | None, datetime, str, bool, float, bytes]]:
-    """Return the fields of a label and the packed numbers, in the order in which they were published."""
+def _rows(connection: Connection, kind: _Kind, sensors: Sequence[str] | None) -> list[_Row]:
+    """Return the calibrations of a kind, of the named sensors or of all, in the order in which they were published."""
     columns = (SETS.c.sha256, SETS.c.sensor, SETS.c.run_id, SETS.c.created_utc, POINTS.c.rig, POINTS.c.check_sensor,
                POINTS.c.gravity_mps2, POINTS.c.numbers)  # fmt: skip
     both = SETS.join(POINTS, SETS.c.sha256 == POINTS.c.sha256)
     query = (
         select(*columns)
         .select_from(both)
-        .where(POINTS.c.axes == axes, POINTS.c.sensitivity_name == sensitivity_name, SETS.c.simulated == simulated)
+        .where(POINTS.c.axes == kind.axes, POINTS.c.sensitivity_name == kind.sensitivity_name)
+        .where(SETS.c.simulated == kind.is_simulated)
+        .where(true() if sensors is None else SETS.c.sensor.in_(sensors))
         .where(SETS.c.sha256.not_in(quarantined()))
         .order_by(SETS.c.published_utc, SETS.c.sha256)
     )

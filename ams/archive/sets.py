@@ -17,9 +17,10 @@ from ams.archive.ledger import Written, write
 from ams.archive.quarantines import quarantined
 from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, QUARANTINES, SETS
 from ams.errors import ArchiveError, ArchiveUnknown, SetError
-from ams.exports.json_text import from_json, to_json
+from ams.exports.json_text import from_json, parsed, to_json
 from ams.sets.canonical import Document, table
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.schema import check_identity
 from ams.surveillance.history_points import point_row
 
 BUSY_TIMEOUT_S = 10.0
@@ -143,14 +144,38 @@ def stored_set(connection: Connection, sha256: str) -> CoefficientSet:
 
     Raises: SetError where it is damaged or another's.
     """
-    document = connection.execute(select(SETS.c.document).where(SETS.c.sha256 == sha256)).scalar_one()
-    found = from_json(document.encode("utf-8"), f"archive: set {sha256[:12]}")
-    if found.sha256 != sha256:
-        raise SetError(
-            f"archive: set {sha256[:12]}: holds another set, {found.sha256[:12]} of {found.sensor}; the set is not "
-            "used; calrig archive verify tells what was changed"
-        )
+    found = from_json(_stored(connection, sha256), _where(sha256))
+    _refuse_another(found.document, sha256)
     return found
+
+
+def stored_provenance(connection: Connection, sha256: str) -> Document:
+    """Return what a set tells of its origin, its checksum held against its content and its shape believed.
+
+    Raises: SetError where it is damaged or another's.
+    """
+    document = check_identity(parsed(_stored(connection, sha256), _where(sha256)), _where(sha256))
+    _refuse_another(document, sha256)
+    return table(document["provenance"])
+
+
+def _stored(connection: Connection, sha256: str) -> bytes:
+    document: str = connection.execute(select(SETS.c.document).where(SETS.c.sha256 == sha256)).scalar_one()
+    return document.encode("utf-8")
+
+
+def _where(sha256: str) -> str:
+    return f"archive: set {sha256[:12]}"
+
+
+def _refuse_another(document: Document, sha256: str) -> None:
+    stated = str(table(document["checksum"])["sha256"])
+    if stated != sha256:
+        sensor = table(document["sensor"])["name"]
+        raise SetError(
+            f"{_where(sha256)}: holds another set, {stated[:12]} of {sensor}; the set is not used; "
+            "calrig archive verify tells what was changed"
+        )
 
 
 def require_publishable(sets: Sequence[CoefficientSet], published_utc: datetime) -> None:

@@ -6,9 +6,16 @@ were mixed up do not count; with few differences the mean. A sensor's own differ
 that scatters more than its kind is soon judged by itself. How many degrees of freedom the others are worth follows from
 how much the sensors' own scatters differ among each other: variances moderated as by Smyth (2004), fitted to the
 logarithms, here by their median and median deviation.
+
+No more than a thousand calibrations of others are learned from: they never count for more than a thousand degrees of
+freedom beside a sensor's own, so more would change nothing but the time that a history takes. It is the sensors that
+follow in the order of their names, the first behind the last: which they are depends on no calibration's outcome.
 """
 
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 
@@ -28,6 +35,8 @@ UNKNOWN_PRIOR_DOF = 10.0
 LEAST_PRIOR_DOF, MOST_PRIOR_DOF = 4.0, 1000.0
 NORMAL_PER_MEDIAN_DEVIATION = 1.4826
 SENSORS_TO_TELL, DIFFERENCES_TO_TELL = 8, 3
+LEARNED_FROM = 1000
+"""Calibrations of other sensors from which on the sensors that follow are not asked any more."""
 
 
 @dataclass(frozen=True)
@@ -51,13 +60,14 @@ class Scatter:
 
 
 def pooled_scatter(population: Population, leave_out: str | None = None) -> Scatter:
-    """Return the scatter of a kind of package from all its sensors but one.
+    """Return the scatter of a kind of package from its other sensors, those that follow ``leave_out`` by name first.
 
     It is the same for all characteristics of a kind.
     """
     same = np.diff(population.sensor_index) == 0
+    asked = _asked(population, leave_out)
     kept = same & np.array(
-        [label.sensor != leave_out and not label.is_check for label in population.labels[1:]], dtype=bool
+        [label.sensor in asked and not label.is_check for label in population.labels[1:]], dtype=bool
     )
     halves = 0.5 * np.diff(population.coordinates, axis=0)[kept] ** 2
     sensors = population.sensor_index[1:][kept]
@@ -68,6 +78,23 @@ def pooled_scatter(population: Population, leave_out: str | None = None) -> Scat
         variance[columns], dof[columns] = _of_kind(halves[:, columns].ravel())
         prior[columns] = np.minimum(dof[columns], _prior_dof(halves[:, columns], sensors))
     return Scatter(variance, dof, prior)
+
+
+def names_behind(names: Iterable[str], name: str | None) -> list[str]:
+    """Return the names but the given one, sorted, beginning with those behind it and going round."""
+    behind: list[str] = []
+    before: list[str] = []
+    for one in sorted(set(names)):
+        (behind if name is None or one > name else before).append(one)
+    return [one for one in (*behind, *before) if one != name]
+
+
+def _asked(population: Population, leave_out: str | None) -> frozenset[str]:
+    """Return the sensors that the scatter is learned from."""
+    counts = Counter(label.sensor for label in population.labels if not label.is_check)
+    order = names_behind(counts, leave_out)
+    known = accumulate((counts[name] for name in order), initial=0)
+    return frozenset(name for name, before in zip(order, known, strict=False) if before < LEARNED_FROM)
 
 
 def _of_kind(halves: FloatArray) -> tuple[float, float]:

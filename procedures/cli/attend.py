@@ -11,6 +11,7 @@ from platformdirs import user_state_path
 from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
 from procedures.cli.output import note
+from procedures.cli.own_log import LoggedObserver
 from procedures.cli.places import login_name
 from procedures.errors import ProcedureError
 from procedures.journal.corrections import acknowledge, is_acknowledged
@@ -68,7 +69,7 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
 
     with ExitStack() as opened:
         if is_virtual:
-            screen = with_observers(opened.enter_context(shown_on(sys.stderr, run)), run, note)
+            screen = _screen(run, opened)
             yield Attendance(screen, RunServices(begun=begun, enough=sufficient))
             return
         second_place = user_state_path("calrig") / "emergency"
@@ -78,12 +79,18 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
         )
 
 
+def _screen(run: Path, opened: ExitStack) -> RunObserver:
+    """Return what sees the run: the terminal, calrig's own log, observers of others."""
+    shown = LoggedObserver(str(run), opened.enter_context(shown_on(sys.stderr, run)))
+    return with_observers(shown, run, note)
+
+
 def _dispatcher_and_pulse(
     title: str, alerts: Path | None, run: Path, second_place: Path, opened: ExitStack
 ) -> tuple[AlertDispatcher, Pulse]:
     settings = read_alerts(alerts) if alerts is not None else default_alerts()
     refusal = opened.enter_context(awake(title))
-    screen = with_observers(opened.enter_context(shown_on(sys.stderr, run)), run, note)
+    screen = _screen(run, opened)
     dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run), str(second_place))
     opened.callback(lambda: _tell_losses(dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]

@@ -12,6 +12,7 @@ from platformdirs import user_state_path
 
 from ams.errors import AmsError, ArchiveError, ArchiveForbids, ArchiveUnknown, SolveError, VectorsDisagree, WriteFailed
 from ams.exports.optional_libraries import EXTRA_OF, missing_sentence
+from procedures.cli.own_log import tell as log
 from procedures.errors import ExitStatus, ProcedureError
 from rig.defects import defect_text, is_ours
 from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
@@ -42,8 +43,10 @@ def tell(error: BaseException) -> None:
     if isinstance(error, BrokenPipeError):
         _close_standard_output()
         return
+    sentence = _sentence(error)
+    log("error", sentence, "error")
     with suppress(OSError):  # nobody reads it where the terminal is gone; the status is told all the same
-        for line in _sentence(error).splitlines():
+        for line in sentence.splitlines():
             print(f"calrig: {one_line(line)}", file=sys.stderr, flush=True)  # noqa: T201
 
 

@@ -9,7 +9,9 @@ from importlib import import_module
 from cyclopts import App, CycloptsError, Group
 
 from procedures.cli.failure import status_of, tell
-from procedures.errors import ExitStatus, RequestError
+from procedures.cli.own_log import logged
+from procedures.cli.own_log import tell as log
+from procedures.errors import ExitStatus, ProcedureError, RequestError
 from rig.plain_text import hidden_in, one_line
 
 HELP = """Calibrate attitude sensors: drive the rig, record every dwell, solve with honest uncertainty, archive, export.
@@ -67,6 +69,7 @@ GROUPS = {
         ("devices", "devices:devices", "Serial ports and VISA resources found here, with their identities."),
         ("prove", "prove:prove", "First contact: what real devices say beside what their twins would say."),
         ("simulate", "simulate:simulate", "The twins of a rig on real ports, until stopped."),
+        ("service", "service:service", "Write the systemd unit that resumes runs after a crash or a reboot."),
     ),
 }
 """Heading to its commands, in the order in which `calrig --help` lists them: name, where it is, summary."""
@@ -103,6 +106,17 @@ def run_command(arguments: Sequence[str]) -> int:
     """Run one command; every error becomes a sentence on standard error and a status."""
     _speak_utf8()
     try:
+        with logged(arguments):
+            status = _run_command(arguments)
+            log("command", f"ended with status {int(status)}")
+            return status
+    except ProcedureError as error:  # a setting of the log itself
+        tell(error)
+        return status_of(error)
+
+
+def _run_command(arguments: Sequence[str]) -> int:
+    try:
         _require_seen(arguments)
         if sorted(arguments) == ["--json", "--version"]:
             import_module("procedures.cli.support").tell_support()
@@ -111,6 +125,7 @@ def run_command(arguments: Sequence[str]) -> int:
         result = app(list(arguments), exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()
     except CycloptsError as error:
+        log("error", str(error), "error")
         print(f"calrig: {error}", file=sys.stderr)  # noqa: T201
         print("calrig: `calrig --help` and `calrig COMMAND --help` tell what is allowed", file=sys.stderr)  # noqa: T201
         return ExitStatus.WRONG_REQUEST

@@ -6,10 +6,11 @@ from importlib.metadata import PackageNotFoundError, requires, version
 
 from ams.exports.optional_libraries import EXTRA_OF
 from procedures.cli.output import print_json
+from procedures.cli.own_log import log_path
 
 
 def tell_support() -> None:
-    """Print the versions of calrig, Python, the system and every library, null where one is not installed."""
+    """Print the versions of calrig, Python, the system and every library (null: not there), and where the log is."""
     own = [line.partition(";")[0] for line in requires("calrig") or () if "extra ==" not in line]
     names = sorted({_name(line) for line in own})
     print_json(
@@ -18,6 +19,7 @@ def tell_support() -> None:
             "python": platform.python_version(),
             "executable": sys.executable,
             "system": platform.platform(),
+            "log": None if (log := log_path()) is None else str(log),
             "libraries": {name: _version(name) for name in names},
             "extras": {name: _version(name) for name in sorted(EXTRA_OF)},
         }

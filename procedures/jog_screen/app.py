@@ -285,8 +285,8 @@ class JogApp(App[None]):
 
 def is_hung_up() -> bool:
     """Return True where the terminal behind standard input was closed."""
-    if sys.platform == "win32" or sys.__stdin__ is None or not sys.__stdin__.isatty():
-        return False  # Windows tells a console that is closed by a signal
-    poller = select.poll()
-    poller.register(sys.__stdin__.fileno(), 0)  # hang-ups and errors are always told
-    return bool(poller.poll(0))
+    if sys.platform != "win32" and sys.__stdin__ is not None and sys.__stdin__.isatty():
+        poller = select.poll()
+        poller.register(sys.__stdin__.fileno(), 0)  # hang-ups and errors are always told
+        return bool(poller.poll(0))
+    return False  # Windows tells a console that is closed by a signal

@@ -43,8 +43,11 @@ def stop(guard: dict[str, str], axes: list[str] | None, by: str) -> dict[str, st
 
     A guard that somebody froze is woken: it holds the lines, and nobody else could send a stop.
     """
+    family = getattr(_socket, "AF_UNIX", None)
+    if family is None:
+        return None  # a system without a guard
     _wake(guard)
-    line = _socket.socket(_socket.AF_UNIX, _socket.SOCK_STREAM)
+    line = _socket.socket(family, _socket.SOCK_STREAM)
     answer = b""
     try:
         line.settimeout(ANSWER_S)

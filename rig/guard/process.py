@@ -27,6 +27,7 @@ from rig.clock import SystemClock
 from rig.guard.ask import FORMAT, KEYS, SUFFIX
 from rig.wire.maestro import HIGHEST_NUMBER, MaestroCodec, decode_word, set_target
 
+assert sys.platform != "win32", "Windows hands no open descriptors to another process"
 CLOCK = SystemClock()
 LOOK_S, IDLE_S = 0.05, 0.5
 HUNG_S = 120.0
@@ -137,7 +138,8 @@ class Guard:
 
     def listen(self) -> None:
         """Where the system has names for sockets that vanish with their owner."""
-        if not sys.platform.startswith("linux") or self.start["folder"] is None:
+        has_names = sys.platform.startswith("linux")
+        if not has_names or self.start["folder"] is None:
             return
         name = f"calrig-stop-guard-{self.engine}-{os.getpid()}"
         rig = {"socket": name, "pid": str(self.engine), **self.start["rig"]}

@@ -180,7 +180,7 @@ class StopGuard:
         try:
             if not select.select([], [self._channel], [], READY_S)[1]:
                 self._lose("does not listen any more")
-            elif descriptors:
+            elif descriptors and sys.platform != "win32":
                 socket.send_fds(self._channel, [data], list(descriptors))
             else:
                 self._channel.sendall(data)

@@ -26,7 +26,7 @@ class TerminalStream:
         self._typed = sys.stdin if typed is None else typed
         self._shown = sys.stderr if shown is None else shown
         self._is_closed = False
-        if sys.platform == "win32":
+        if os.name == "nt":
             raise RequestRefused(
                 "terminal: an axis is set by hand (driver manual), and a console of Windows cannot be listened to for a"
                 " while; nothing was opened; run the command under WSL or on another system"

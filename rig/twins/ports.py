@@ -12,6 +12,7 @@ back; a pseudo-terminal vanishes and comes back under another node name, which i
 import os
 import selectors
 import socket
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -140,11 +141,11 @@ class PtyPort:
 
     def __post_init__(self) -> None:
         self._taken_s = float("-inf")
-        self._master, self._slave = _open_pty()
+        self._master, self._slave, self._node = _open_pty()
         self._unsent = b""
         self._is_away = False
         self._show()
-        self.address = os.ttyname(self._slave) if self.link is None else str(self.link)
+        self.address = self._node if self.link is None else str(self.link)
 
     @property
     def is_congested(self) -> bool:
@@ -190,7 +191,7 @@ class PtyPort:
             return
         self._is_away = True
         self._hide()
-        gone, (self._master, self._slave) = (self._master, self._slave), _open_pty()
+        gone, (self._master, self._slave, self._node) = (self._master, self._slave), _open_pty()
         self._selector.unregister(gone[0])
         for file in gone:
             os.close(file)
@@ -205,21 +206,21 @@ class PtyPort:
 
     def _show(self) -> None:
         if self.link is not None:
-            self.link.symlink_to(os.ttyname(self._slave))
+            self.link.symlink_to(self._node)
 
     def _hide(self) -> None:
         if self.link is not None:
             self.link.unlink(missing_ok=True)
 
 
-def _open_pty() -> tuple[int, int]:
-    """Return both ends; the slave stays open here, so a client may go and come."""
+def _open_pty() -> tuple[int, int, str]:
+    """Return both ends and the path of the slave, which stays open here, so a client may go and come."""
     raw = module_here("tty")
-    if raw is None or not hasattr(os, "openpty"):
-        raise RequestRefused(
-            "pseudo-terminals: this system has none; nothing was served; leave --pty out: TCP ports serve the same"
-        )
-    master, slave = os.openpty()
-    raw.setraw(slave)
-    os.set_blocking(master, False)
-    return master, slave
+    if sys.platform != "win32" and raw is not None and hasattr(os, "openpty"):
+        master, slave = os.openpty()
+        raw.setraw(slave)
+        os.set_blocking(master, False)
+        return master, slave, os.ttyname(slave)
+    raise RequestRefused(
+        "pseudo-terminals: this system has none; nothing was served; leave --pty out: TCP ports serve the same"
+    )

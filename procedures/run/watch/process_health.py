@@ -4,6 +4,7 @@ A process that has grown far beyond its start ends its run gracefully, before th
 can be resumed at once, by a fresh one.
 """
 
+import os
 import threading
 from collections.abc import Mapping
 
@@ -17,11 +18,10 @@ MOST_GROWTH = {"resident_mb": 1000.0, "open_files": 500.0, "threads": 100.0}
 def process_figures() -> dict[str, float]:
     """Return resident memory in MB, open files (Windows: handles), threads."""
     process = Process()
-    open_files = getattr(process, "num_handles", None) or process.num_fds
     return {
         "threads": threading.active_count(),
         "resident_mb": round(process.memory_info().rss / 1e6, 2),
-        "open_files": open_files(),
+        "open_files": getattr(process, "num_handles" if os.name == "nt" else "num_fds")(),
     }
 
 

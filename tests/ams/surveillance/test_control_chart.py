@@ -151,3 +151,21 @@ def test_the_interval_follows_the_drift_and_never_jumps() -> None:
     assert generous is not None
     assert generous.months == 12
     assert "sensitivity" in advice.sentence
+
+
+def test_a_scatter_is_learned_from_a_thousand_calibrations_of_the_sensors_behind_by_name() -> None:
+    population = synthetic_archive(np.random.default_rng(3), Story(sensors=80, years=10)).population
+    sensor = "SN1078"
+    asked = {sensor, "SN1079", "SN1080", *(f"SN{1001 + place}" for place in range(48))}  # 50 sensors, 20 times each
+    rows = np.array([label.sensor in asked for label in population.labels])
+    numbers = population.numbers
+    few = Population(
+        [label for label, is_asked in zip(population.labels, rows, strict=True) if is_asked],
+        replace(numbers, **{name: getattr(numbers, name)[rows] for name in ("primary", "covariance", "scatter")}),
+    )
+    of_few, of_all = pooled_scatter(few, sensor), pooled_scatter(population, sensor)
+    for name in ("variance", "dof", "prior_dof"):
+        assert getattr(of_few, name).tolist() == getattr(of_all, name).tolist()
+    assert of_all.dof.max() < 0.37 * 3 * 1000
+    truth = pooled_scatter(population, "nobody").variance  # another thousand
+    assert np.all(np.abs(of_all.variance / truth - 1.0) < 0.2)

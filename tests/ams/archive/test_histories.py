@@ -1,0 +1,51 @@
+"""A history of a large archive reads what it needs, and says what it would say had it read everything."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ams.archive.histories import history, population_of
+from ams.archive.synthetic import Story, synthetic_archive
+from ams.surveillance.between_runs import names_behind, pooled_scatter
+from ams.surveillance.control_chart import history_of
+from bench.archive import fill
+
+
+def test_a_history_reads_a_thousand_others_at_most_and_tells_the_same_as_all_of_them(tmp_path: Path) -> None:
+    made = synthetic_archive(np.random.default_rng(4), Story(sensors=80, years=10))
+    url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    fill(url, made.population, made.sound[7], document="")
+    sensor = made.sound[7]
+    needed, whole = population_of(url, sensor, only_needed=True), population_of(url, sensor)
+    assert len(whole.labels) == 81 * 20
+    assert len(needed.labels) <= 20 + 1000 + 20  # its own, the others, and a check sensor among them
+    for name in ("variance", "dof", "prior_dof"):
+        assert (
+            getattr(pooled_scatter(needed, sensor), name).tolist()
+            == getattr(pooled_scatter(whole, sensor), name).tolist()
+        )
+    few, all_of_them = history_of(needed, sensor), history_of(whole, sensor)
+    for one, other in zip(few.charts, all_of_them.charts, strict=True):
+        np.testing.assert_array_equal(one.prediction_high, other.prediction_high)
+    assert few.findings == all_of_them.findings == ()
+
+
+def test_whose_characteristics_these_are_is_looked_for_among_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = synthetic_archive(np.random.default_rng(5), Story(sensors=80, years=10))
+    url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    fill(url, made.population, made.sound[7], document="")
+    monkeypatch.setattr("ams.archive.histories.stored_provenance", lambda *_: {"acceptance": None})
+    monkeypatch.setattr("ams.surveillance.between_runs.LEARNED_FROM", 20)
+    monkeypatch.setattr("ams.archive.histories.LEARNED_FROM", 20)
+    monkeypatch.setattr("ams.archive.histories._NAMES_AT_ONCE", 1)
+    sensor, partner = made.mixed_up
+    assert partner not in {label.sensor for label in population_of(url, sensor, only_needed=True).labels}
+    assert partner in {finding.partner for finding in history(url, sensor).history.findings}
+
+
+def test_the_names_behind_go_round() -> None:
+    assert names_behind(["c", "a", "b", "d"], "b") == ["c", "d", "a"]
+    assert names_behind(["c", "a"], None) == ["a", "c"]

@@ -1,0 +1,76 @@
+"""The site is built without a warning, its reference is the code's, and its tutorials work as they are told."""
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from procedures.cli.main import run_command
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "docs"))
+from reference_pages import pages  # noqa: E402
+
+TUTORIALS = ROOT / "docs" / "tutorials"
+FENCED = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def test_the_reference_has_keys_of_drivers_and_kinds_and_every_command_with_its_options() -> None:
+    made = pages()
+    assert "| `axes.*:zaber.microstep_deg` |" in made["rig-keys.md"]
+    assert "| `procedure.kind` | `grid`," in made["procedure-keys.md"]
+    assert "### calrig run" in made["commands.md"]
+    assert "--rehearse" in made["commands.md"]
+    assert "#### calrig archive history" in made["commands.md"]
+
+
+def blocks_of(page: str, language: str) -> list[str]:
+    text = (TUTORIALS / page).read_text(encoding="utf-8")
+    return [block for named, block in FENCED.findall(text) if named == language]
+
+
+def steps_of(page: str) -> list[list[str]]:
+    return [shlex.split(line)[1:] for block in blocks_of(page, "") for line in block.splitlines()]
+
+
+def test_the_tutorial_from_volts_to_angles_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    for step in steps_of("from-volts-to-angles.md"):
+        assert run_command(step) == 0, step
+    assert len((tmp_path / "angles.csv").read_text("utf-8").splitlines()) == len(
+        (tmp_path / "readings.csv").read_text("utf-8").splitlines()
+    )
+    (code,) = blocks_of("from-volts-to-angles.md", "python")
+    exec(compile(code, "tutorial", "exec"), {})
+
+
+@pytest.mark.thorough
+def test_the_first_calibration_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    (changes,) = blocks_of("first-calibration.md", "toml")
+    procedure = tmp_path / "procedure.toml"
+    text = procedure.read_text("utf-8")
+    for line in changes.splitlines():
+        key = line.partition(" =")[0]
+        text, count = re.subn(rf"^{key} = .*$", line, text, count=1, flags=re.MULTILINE)
+        assert count == 1, key
+    procedure.write_text(text, encoding="utf-8")
+    for step in steps_of("first-calibration.md"):
+        assert run_command(step) == 0, step
+    assert (tmp_path / "tables" / "dwells.csv").exists()
+    (run,) = (tmp_path / "runs").glob("*/report.html")
+    assert [path.stem for path in (run.parent / "coefficients").glob("*.json")] == ["SN1047"]
+
+
+@pytest.mark.thorough
+def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "sphinx", "-b", "html", "-q", "-W", "--keep-going", "-d", str(tmp_path / "d")]
+    done = subprocess.run([*command, "docs", str(tmp_path / "site")], cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "site" / "search.html").exists()
