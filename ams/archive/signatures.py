@@ -276,8 +276,8 @@ def _check_nothing_open(signed: SignOff, where: str) -> None:
         )
     if signed.unaccepted:
         raise ArchiveForbids(
-            f"{where}: nobody has accepted {', '.join(one.name for one in signed.unaccepted)}; nothing was signed; have "
-            "each of them accepted with a reason (calrig archive accept)"
+            f"{where}: nobody has accepted {', '.join(one.name for one in signed.unaccepted)}; nothing was signed; "
+            "have each of them accepted with a reason (calrig archive accept)"
         )
 
 
