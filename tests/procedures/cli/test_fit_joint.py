@@ -85,7 +85,7 @@ def significant(document: dict[str, Any]) -> dict[str, list[str]]:
 
 
 def test_a_sound_joint_fit_is_tested_and_nothing_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Also not the roll zero of 10″, which the fit has found. (Of seed 6 any fit of z finds K_io: one in twenty does.)"""
+    """Also not the roll zero of 10″, which the fit has found. (By chance any fit of z at seed 6 finds K_io.)"""
     file = write_mounts(tmp_path / "two.csv", ("upright", "reversed"), 10.0, seed=7)
     document = call(capsys, "fit", file, *AXES, *TWO, "--json").document
     assert significant(document) == {"x": [], "y": [], "z": []}
