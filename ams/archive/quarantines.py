@@ -2,7 +2,8 @@
 
 The set's bytes stay; that it is in quarantine is a row of its own, told by the chain like every other. Such a set is
 given only to whoever asks for it by its checksum: it is no sensor's latest, nothing is found against it, and it is no
-point of a history.
+point of a history. A person may release it (:mod:`ams.archive.signatures`): that is a signature of its own, and the
+row of the quarantine stays beside it.
 """
 
 from collections.abc import Sequence
@@ -11,7 +12,7 @@ from datetime import datetime
 from sqlalchemy import Connection, Select, select
 
 from ams.archive.ledger import Written, write
-from ams.archive.tables import QUARANTINES
+from ams.archive.tables import QUARANTINES, SIGNATURES
 
 
 def quarantine(connection: Connection, sets: Sequence[str], reason: str, utc: datetime) -> None:
@@ -23,5 +24,10 @@ def quarantine(connection: Connection, sets: Sequence[str], reason: str, utc: da
 
 
 def quarantined() -> Select[tuple[str]]:
-    """Return the query of their checksums."""
-    return select(QUARANTINES.c.sha256)
+    """Return the query of the checksums of those that nobody released."""
+    return select(QUARANTINES.c.sha256).where(QUARANTINES.c.sha256.not_in(released()))
+
+
+def released() -> Select[tuple[str]]:
+    """Return the query of the checksums of those that a person released."""
+    return select(SIGNATURES.c.sha256).where(SIGNATURES.c.role == "released")

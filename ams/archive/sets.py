@@ -6,12 +6,13 @@ found and left are published by :mod:`ams.archive.runs`; this file holds what is
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Select, select
+from sqlalchemy import ColumnElement, Connection, Select, case, select
 
+from ams.archive.approvals import approved, approver_of, withdrawn
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import Written, write
 from ams.archive.quarantines import quarantined
@@ -37,6 +38,7 @@ class ArchivedSet:
     model: str
     convention: str
     status: str
+    """``engineering``, ``approved`` (by the rig file or by signatures since) or ``withdrawn``."""
     simulated: bool
     run_id: str | None
     software_version: str
@@ -47,7 +49,7 @@ class ArchivedSet:
     """Verdict; None where there was nothing to find or no limit."""
     as_left: str | None
     quarantine: str | None
-    """Why it is in quarantine; None where it is not."""
+    """Why it is in quarantine; None where it is not, or was released."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,12 @@ def list_sets(
         "rig": POINTS.c.rig,
         "as_found": ADJUSTMENTS.c.as_found,
         "as_left": ADJUSTMENTS.c.as_left,
-        "quarantine": QUARANTINES.c.reason,
+        "quarantine": case((SETS.c.sha256.in_(quarantined()), QUARANTINES.c.reason)),
+        "status": case(
+            (SETS.c.sha256.in_(withdrawn()), "withdrawn"),
+            (SETS.c.sha256.in_(approved()), "approved"),
+            else_=SETS.c.status,
+        ),
     }
     names = [field.name for field in fields(ArchivedSet)]
     listed = [from_other[name] if name in from_other else SETS.c[name] for name in names]
@@ -146,7 +153,7 @@ def stored_set(connection: Connection, sha256: str) -> CoefficientSet:
     """
     found = from_json(_stored(connection, sha256), _where(sha256))
     _refuse_another(found.document, sha256)
-    return found
+    return replace(found, approved_by_signature=approver_of(connection, sha256))
 
 
 def stored_provenance(connection: Connection, sha256: str) -> Document:
@@ -252,7 +259,7 @@ def _set_row(coefficients: CoefficientSet, published_utc: datetime) -> dict[str,
         "serial": sensor["serial"],
         "model": coefficients.model,
         "convention": coefficients.convention,
-        "status": coefficients.status,
+        "status": coefficients.document["status"],
         "simulated": coefficients.is_simulated,
         "run_id": provenance["run_id"],
         "software_version": provenance["software_version"],

@@ -3,6 +3,10 @@
 Four eyes: whoever prepared a set neither reviews nor approves it. A signature is a row of its own and is never taken
 back; a set that must not be used any more is *withdrawn*, by name and with a reason, and stays withdrawn. Names are
 compared without regard to case and spaces; who a name is, the login of the machine and the database's roles say.
+
+A significant finding of a set is *accepted*, and a quarantine *released*, by name and with a reason, after the set was
+prepared and by somebody else than who prepared it. Nothing is approved that holds a finding which nobody accepted, or
+that is in quarantine. These are signatures too: an acceptance's comment is the finding's name, a colon and the reason.
 """
 
 from collections.abc import Sequence
@@ -14,22 +18,47 @@ from sqlalchemy import Connection, func, select
 
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ChainReport, Written, verify_chain, write
-from ams.archive.sets import BUSY_TIMEOUT_S, find_set
-from ams.archive.tables import CERTIFICATES, SIGNATURES
+from ams.archive.sets import BUSY_TIMEOUT_S, find_set, stored_set
+from ams.archive.tables import CERTIFICATES, QUARANTINES, SIGNATURES
 from ams.errors import ArchiveForbids, ArchiveUnknown
+from ams.sets.stated_findings import StatedFinding, significant_findings
 
 Role = Literal["prepared", "reviewed", "approved", "withdrawn"]
 ORDER: tuple[Role, ...] = ("prepared", "reviewed", "approved")
+ACCEPTED = "accepted"
+RELEASED = "released"
+OF_THE_FINDING = ": "
+"""Between the finding's name and the reason."""
 
 
 @dataclass(frozen=True)
 class Signature:
     """One person's word on one set."""
 
-    role: Role
+    role: str
     name: str
     signed_utc: datetime
     comment: str
+
+
+@dataclass(frozen=True)
+class AcceptedFinding:
+    """One person's word that a significant finding does not forbid the use of the set, and why."""
+
+    finding: str
+    """Its name, as ``x.cubic``."""
+    name: str
+    accepted_utc: datetime
+    reason: str
+
+
+@dataclass(frozen=True)
+class Release:
+    """One person's word that a set in quarantine may be used, and why."""
+
+    name: str
+    released_utc: datetime
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -55,6 +84,22 @@ class SignOff:
     sha256: str
     signatures: tuple[Signature, ...]
     certificates: tuple[Certificate, ...]
+    findings: tuple[StatedFinding, ...] = ()
+    """The significant ones of the set."""
+    acceptances: tuple[AcceptedFinding, ...] = ()
+    quarantine: str | None = None
+    """Why the set was put into quarantine; None where it never was."""
+    release: Release | None = None
+
+    @property
+    def unaccepted(self) -> tuple[StatedFinding, ...]:
+        """The significant findings that nobody has accepted."""
+        accepted = {one.finding for one in self.acceptances}
+        return tuple(one for one in self.findings if one.name not in accepted)
+
+    @property
+    def is_in_quarantine(self) -> bool:
+        return self.quarantine is not None and self.release is None
 
     @property
     def state(self) -> str:
@@ -88,15 +133,56 @@ def sign(
         sha256 = find_set(connection, key)
         signed = _sign_off(connection, sha256)
         _check_turn(signed, wanted, name, comment)
-        row = {
-            "sequence": _next_signature(connection),
-            "sha256": sha256,
-            "role": wanted,
-            "name": name.strip(),
-            "signed_utc": signed_utc,
-            "comment": comment,
-        }
-        write(connection, signed_utc, "signature", [Written(SIGNATURES, [row])], {"by": name.strip()})
+        _insert(connection, sha256, Signature(wanted, name.strip(), signed_utc, comment), "signature")
+        return _sign_off(connection, sha256)
+
+
+def accept(
+    archive_url: str,
+    key: str,
+    finding: str,
+    name: str,
+    accepted_utc: datetime,
+    reason: str,
+    busy_timeout_s: float = BUSY_TIMEOUT_S,
+) -> SignOff:
+    """Accept a significant finding of a set by its name (``x.cubic``), with a reason.
+
+    Raises: ArchiveError where the name, the reason or the finding is missing, the set is not prepared or withdrawn, or
+    who accepts prepared it; nothing is written then.
+    """
+    with writing(archive_url, busy_timeout_s, only_existing=True) as connection:
+        sha256 = find_set(connection, key)
+        signed = _sign_off(connection, sha256)
+        _check_acceptance(signed, finding, name, reason)
+        comment = f"{finding}{OF_THE_FINDING}{reason.strip()}"
+        _insert(connection, sha256, Signature(ACCEPTED, name.strip(), accepted_utc, comment), "acceptance")
+        return _sign_off(connection, sha256)
+
+
+def release(
+    archive_url: str,
+    key: str,
+    name: str,
+    released_utc: datetime,
+    reason: str,
+    busy_timeout_s: float = BUSY_TIMEOUT_S,
+) -> SignOff:
+    """Release a set from quarantine; ``key`` is its checksum, for a set in quarantine is no sensor's latest.
+
+    Raises: ArchiveError where the name or the reason is missing, or the set is not in quarantine, not prepared, or
+    prepared by who releases it; nothing is written then.
+    """
+    with writing(archive_url, busy_timeout_s, only_existing=True) as connection:
+        sha256 = find_set(connection, key)
+        signed = _sign_off(connection, sha256)
+        where = f"set {sha256[:12]}: release"
+        if signed.quarantine is None:
+            raise ArchiveForbids(f"{where}: the set is not in quarantine; nothing was signed")
+        if signed.release is not None:
+            raise ArchiveForbids(f"{where}: {signed.release.name} released it already; nothing was signed")
+        _check_word(signed, where, name, reason)
+        _insert(connection, sha256, Signature(RELEASED, name.strip(), released_utc, reason.strip()), "release")
         return _sign_off(connection, sha256)
 
 
@@ -169,11 +255,58 @@ def _check_turn(signed: SignOff, role: Role, name: str, comment: str) -> None:
     if role != expected:
         next_step = "it is approved already" if expected is None else f"{expected} comes next"
         raise ArchiveForbids(f"{where}: is not its turn: the set is {signed.state}, {next_step}; nothing was signed")
+    _check_four_eyes(signed, where, name)
+    if role == "approved":
+        _check_nothing_open(signed, where)
+
+
+def _check_four_eyes(signed: SignOff, where: str, name: str) -> None:
     first = signed.by("prepared")
     if first is not None and _same(first.name, name):
         raise ArchiveForbids(
             f"{where}: {name.strip()} prepared this set; nothing was signed; somebody else must do it (four eyes)"
         )
+
+
+def _check_nothing_open(signed: SignOff, where: str) -> None:
+    if signed.is_in_quarantine:
+        raise ArchiveForbids(
+            f"{where}: the set is in quarantine ({signed.quarantine}); nothing was signed; calibrate again, or have it "
+            "released (calrig archive release)"
+        )
+    if signed.unaccepted:
+        raise ArchiveForbids(
+            f"{where}: nobody has accepted {', '.join(one.name for one in signed.unaccepted)}; nothing was signed; "
+            "have each of them accepted with a reason (calrig archive accept)"
+        )
+
+
+def _check_acceptance(signed: SignOff, finding: str, name: str, reason: str) -> None:
+    where = f"set {signed.sha256[:12]}: accept {finding}"
+    names = [one.name for one in signed.findings]
+    if finding not in names:
+        known = f"its significant findings are {', '.join(names)}" if names else "it has no significant finding"
+        raise ArchiveUnknown(f"{where}: the set has no such finding: {known}; nothing was signed")
+    before = next((one for one in signed.acceptances if one.finding == finding), None)
+    if before is not None:
+        raise ArchiveForbids(f"{where}: {before.name} accepted it already; nothing was signed")
+    _check_word(signed, where, name, reason)
+
+
+def _check_word(signed: SignOff, where: str, name: str, reason: str) -> None:
+    """Check that a person may give a reason for this set. Raises: ArchiveForbids."""
+    if not name.strip():
+        raise ArchiveForbids(f"{where}: needs a name: got {name!r}; nothing was signed; say who answers for it")
+    if not reason.strip():
+        raise ArchiveForbids(f"{where}: needs a reason; nothing was signed; say why")
+    if signed.state == "withdrawn":
+        raise ArchiveForbids(f"{where}: the set is withdrawn; nothing was signed; calibrate again")
+    if signed.by("prepared") is None:
+        raise ArchiveForbids(
+            f"{where}: nobody has prepared the set; nothing was signed; have it signed as prepared first, by somebody "
+            "else (four eyes)"
+        )
+    _check_four_eyes(signed, where, name)
 
 
 def _same(first: str, second: str) -> bool:
@@ -203,13 +336,31 @@ def _next_signature(connection: Connection) -> int:
     return int(connection.execute(select(func.coalesce(func.max(SIGNATURES.c.sequence), 0))).scalar_one()) + 1
 
 
+def _insert(connection: Connection, sha256: str, signature: Signature, kind: str) -> None:
+    row = {"sequence": _next_signature(connection), "sha256": sha256, **vars(signature)}
+    write(connection, signature.signed_utc, kind, [Written(SIGNATURES, [row])], {"by": signature.name})
+
+
 def _sign_off(connection: Connection, sha256: str) -> SignOff:
     columns = [SIGNATURES.c[name] for name in Signature.__dataclass_fields__]
     signed = select(*columns).where(SIGNATURES.c.sha256 == sha256).order_by(SIGNATURES.c.sequence)
     issued = select(*_certificate_columns()).where(CERTIFICATES.c.sha256 == sha256).order_by(CERTIFICATES.c.issued_utc)
-    signatures = tuple(Signature(*tuple(row)) for row in connection.execute(signed))
+    rows = tuple(Signature(*tuple(row)) for row in connection.execute(signed))
     certificates: Sequence[Certificate] = [Certificate(*tuple(row)) for row in connection.execute(issued)]
-    return SignOff(sha256, signatures, tuple(certificates))
+    return SignOff(
+        sha256,
+        tuple(row for row in rows if row.role not in (ACCEPTED, RELEASED)),
+        tuple(certificates),
+        tuple(significant_findings(stored_set(connection, sha256))),
+        tuple(_acceptance(row) for row in rows if row.role == ACCEPTED),
+        connection.execute(select(QUARANTINES.c.reason).where(QUARANTINES.c.sha256 == sha256)).scalar(),
+        next((Release(row.name, row.signed_utc, row.comment) for row in rows if row.role == RELEASED), None),
+    )
+
+
+def _acceptance(row: Signature) -> AcceptedFinding:
+    finding, _, reason = row.comment.partition(OF_THE_FINDING)
+    return AcceptedFinding(finding, row.name, row.signed_utc, reason)
 
 
 def _certificate(connection: Connection, number: str) -> Certificate | None:

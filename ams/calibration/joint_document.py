@@ -11,6 +11,8 @@ from typing import Final
 import numpy as np
 
 from ams.calibration.document import Document, degrees_of_freedom, number
+from ams.calibration.findings_document import findings_document
+from ams.calibration.joint_diagnosis import JointDiagnosis
 from ams.calibration_result import (
     METHOD_VERSION,
     AxisCalibration,
@@ -19,6 +21,7 @@ from ams.calibration_result import (
     ParameterEstimate,
 )
 from ams.errors import DesignError
+from ams.findings import Finding, significant_texts
 from ams.frames import AXES
 from ams.inputs.csv_table import parse_csv, refuse_cell, refuse_missing_columns
 from ams.inputs.observations_csv import read_csv
@@ -55,13 +58,17 @@ def read_mountings(path: str | Path, axes: Mapping[str, str], mount_column: str 
     return [Mounting(select_rows(observations, named == word), MOUNTS[word]) for word in dict.fromkeys(words)]
 
 
-def joint_document(fit: JointFit) -> Document:
-    """Return ``{"axes": …, "nuisances": …, "confounded": […]}``, the axes in the shape of any fit.
+def joint_document(fit: JointFit, diagnosis: JointDiagnosis) -> Document:
+    """Return ``{"axes": …, "nuisances": …, "confounded": […]}``, axes and verdict in the shape of any fit.
 
     Angles of the table are in arc seconds.
     """
+    solved = joint_calibration(fit, diagnosis)
     return {
-        "axes": {axis: _axis(fit, axis) for axis in fit.axes},
+        "axes": {label: _axis(axis) for label, axis in solved.axes.items()},
+        "verdict": solved.verdict,
+        "warnings": list(solved.warnings),
+        "remarks": list(solved.remarks),
         "nuisances": {nuisance.name: _nuisance(nuisance) for nuisance in fit.nuisances},
         "confounded": list(fit.confounded),
         "method_version": METHOD_VERSION,
@@ -77,19 +84,19 @@ def _package(fit: JointFit) -> Document:
     }
 
 
-def joint_calibration(fit: JointFit) -> Calibration:
+def joint_calibration(fit: JointFit, diagnosis: JointDiagnosis) -> Calibration:
     """Return the package of a joint fit as a coefficient set takes it, the table's errors in its covariance.
 
     Raises: DesignError where a sensitivity is not determined.
     """
-    axes = {axis: joint_axis(fit, axis) for axis in fit.axes}
+    axes = {axis: joint_axis(fit, axis, diagnosis.findings[axis]) for axis in fit.axes}
     warnings = dict.fromkeys(sentence for one in axes.values() for sentence in one.warnings)
     order = tuple((axis, name) for axis in fit.axes for name in PitchRoll.primary_names)
     package = PackageCovariance(order, fit.components) if len(fit.axes) > 1 else None
-    return Calibration(axes, "pitch-roll", "TP", tuple(warnings), (_LINEAR,), package)
+    return Calibration(axes, "pitch-roll", "TP", tuple(warnings), (_LINEAR, *diagnosis.untested), package)
 
 
-def joint_axis(fit: JointFit, axis: str) -> AxisCalibration:
+def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisCalibration:
     """Return one axis of a joint fit. Raises: DesignError where a sensitivity is not determined."""
     model, primary = PitchRoll(axis), fit.primary[axis]
     if not np.isfinite(primary).all():
@@ -133,7 +140,9 @@ def joint_axis(fit: JointFit, axis: str) -> AxisCalibration:
         warnings=(
             *_warnings(fit),
             *(f"axis {axis}: {name} null: {reason}" for name, reason in undetermined.items()),
+            *significant_texts(findings),
         ),
+        findings=findings,
         remarks=(f"axis {axis}: {_LINEAR}",),
         variance_components=parts,
     )
@@ -147,8 +156,7 @@ def _parameter(
     return ParameterEstimate(name, value, uncertainty, None, dof, (value - half, value + half))
 
 
-def _axis(fit: JointFit, axis: str) -> Document:
-    found = joint_axis(fit, axis)
+def _axis(found: AxisCalibration) -> Document:
     return {
         "parameters": {
             one.name: {
@@ -169,6 +177,7 @@ def _axis(fit: JointFit, axis: str) -> Document:
         "replication": None,
         "warnings": list(found.warnings),
         "remarks": list(found.remarks),
+        "findings": findings_document(found),
     }
 
 

@@ -82,7 +82,7 @@ def _item(coefficients: CoefficientSet, job: Document) -> Element:
 
 
 def _person(coefficients: CoefficientSet) -> Element:
-    approved_by = coefficients.document["approved_by"]
+    approved_by = coefficients.approved_by
     name = approved_by or coefficients.provenance["operator"] or NOT_STATED
     person = Element("dcc:person", [content("dcc:name", name)])
     role = plain("dcc:role", "approved" if approved_by else "operator; nobody has approved this")

@@ -33,6 +33,8 @@ class CoefficientSet:
     validity: Validity
     is_built: bool = field(default=False, compare=False)
     """Made here and not read: its schema is checked when it first leaves, which takes longer than to solve it."""
+    approved_by_signature: str | None = field(default=None, compare=False)
+    """Who approved it after the fact, as the archive that hands it out knows; the document stays as it was sealed."""
 
     @property
     def sensor(self) -> str:
@@ -54,7 +56,13 @@ class CoefficientSet:
     @property
     def status(self) -> str:
         """``engineering`` or ``approved``."""
-        return str(self.document["status"])
+        return "approved" if self.approved_by else str(self.document["status"])
+
+    @property
+    def approved_by(self) -> str | None:
+        """Who approved it: by the rig file when it was calibrated, or by signature since; None where nobody did."""
+        declared = self.document["approved_by"]
+        return str(declared) if declared else self.approved_by_signature
 
     @property
     def is_simulated(self) -> bool:

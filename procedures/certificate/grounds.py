@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import date
 
-from ams.archive.signatures import Signature
+from ams.archive.signatures import SignOff
 from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.surveillance.adjustment import Adjustment
@@ -31,12 +31,11 @@ class Grounds:
     coefficients: CoefficientSet
     adjustment: Adjustment | None
     """As found and as left; None where the model tells no angles."""
-    signatures: tuple[Signature, ...]
+    signed: SignOff
+    """Who stands behind the set, and for which of its findings."""
     amends: Amendment | None = None
     is_specimen: bool = False
     """To look at, never to be sent: stamped on every page, and gaps are printed instead of refused."""
-    quarantine: str | None = None
-    """Why the archive has the set in quarantine; None where it has not."""
 
     @property
     def laboratory(self) -> Mapping[str, Json]:
@@ -61,7 +60,7 @@ def check_grounds(grounds: Grounds) -> None:
         raise RequestError(
             f"{grounds.coefficients.sensor}: certificate {grounds.number}: cannot be issued: {'; '.join(gaps)}; "
             "nothing was written; complete the rig file's [laboratory], [job] and [standards] and calibrate, or have "
-            "the set signed (calrig archive sign); --specimen prints one to look at"
+            "the set signed and its findings accepted (calrig archive sign, accept); --specimen prints one to look at"
         )
 
 
@@ -69,12 +68,10 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
     """Yield what a certificate would lack, a phrase each."""
     if grounds.coefficients.is_simulated:
         yield "the readings come from a twin (SIMULATED)"
-    if grounds.quarantine is not None:
-        yield f"the set is in quarantine: {grounds.quarantine}"
-    if not any(signature.role == "approved" for signature in grounds.signatures):
+    if grounds.signed.is_in_quarantine:
+        yield f"the set is in quarantine: {grounds.signed.quarantine}"
+    if grounds.signed.by("approved") is None:
         yield "nobody has approved the set"
-    if grounds.coefficients.status != "approved":
-        yield "the set is stamped 'engineering' (approved_by in the rig file)"
     for key, what in (("name", "name"), ("address", "address"), ("capability_deg", "stated capability")):
         if not grounds.laboratory.get(key):
             yield f"the laboratory's {what} is not declared ([laboratory] {key})"
@@ -83,21 +80,13 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
             yield f"the {what} is not declared ([job] {key})"
     if not grounds.standards:
         yield "no standard is declared, so nothing is traceable ([standards] and standard = …)"
-    yield from findings_of(grounds.coefficients)
+    for finding in grounds.signed.unaccepted:
+        yield f"axis {finding.axis}: {finding.text} ({finding.name}, which nobody has accepted)"
     level = table(grounds.coefficients.provenance["level"] or {})
     senses_gravity = any(numbers.form.unit == "g" for numbers in grounds.coefficients.axes.values())
     if senses_gravity and not (level.get("before") or level.get("after")):
         yield "the level of the base was not read ([level] before and after)"
     yield from (_overdue(standard, grounds) for standard in grounds.standards if _is_overdue(standard, grounds))
-
-
-def findings_of(coefficients: CoefficientSet) -> Iterator[str]:
-    """Yield every significant finding of a set, axis by axis; sets of before have none."""
-    for label, section in table(coefficients.document["axes"]).items():
-        for stated in listed(table(section).get("findings", [])):
-            finding = table(stated)
-            if finding["significant"]:
-                yield f"axis {label}: {finding['text']}"
 
 
 def _is_overdue(standard: Mapping[str, Json], grounds: Grounds) -> bool:

@@ -10,7 +10,7 @@ from datetime import UTC, datetime, time
 from pathlib import Path
 
 from ams.archive.runs import adjustment_of
-from ams.archive.sets import list_sets, show
+from ams.archive.sets import show
 from ams.archive.signatures import Certificate, issue_certificate, sign_off
 from ams.whole_file import write_whole
 from procedures.certificate.grounds import Amendment, Grounds, check_grounds
@@ -68,14 +68,9 @@ class GroundsOf:
             issued=self.issued.astimezone(UTC).date(),
             coefficients=coefficients,
             adjustment=adjustment_of(archive_url, coefficients.sha256),
-            signatures=sign_off(archive_url, coefficients.sha256).signatures,
+            signed=sign_off(archive_url, coefficients.sha256),
             amends=None if self.amends is None else Amendment(self.amends, self.reason),
             is_specimen=self.is_specimen,
-            quarantine=next(
-                one.quarantine
-                for one in list_sets(archive_url, coefficients.sensor)
-                if one.sha256 == coefficients.sha256
-            ),
         )
 
 

@@ -14,8 +14,10 @@ from ams.archive.refusals import without_password
 from ams.archive.runs import Override, adjustment_of
 from ams.archive.sets import Search, list_sets
 from ams.archive.sets import show as show_set
+from ams.archive.signatures import SignOff, sign_off, verify_archive
+from ams.archive.signatures import accept as accept_finding
+from ams.archive.signatures import release as release_set
 from ams.archive.signatures import sign as sign_set
-from ams.archive.signatures import sign_off, verify_archive
 from ams.archive.synthetic import Story, synthetic_archive
 from ams.archive.synthetic_runs import publish_synthetic
 from ams.surveillance.compare import compare as compare_sets
@@ -154,7 +156,7 @@ def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
     if json:
         print_json(found.document)
         return
-    say(set_text(found.document))
+    say(set_text(found.document, found.status))
     adjustment = adjustment_of(url, found.sha256)
     say()
     for line in adjustment_lines(adjustment):
@@ -277,12 +279,56 @@ def sign(
         A remark; the reason where a set is withdrawn.
     """
     url = archive or default_archive_url()
-    signed = sign_set(url, key, role, operator or login_name(), datetime.now(UTC), comment)
-    if json:
-        print_json(plain({**asdict(signed), "state": signed.state}))
-        return
-    for line in sign_off_lines(signed):
-        say(line)
+    _tell(sign_set(url, key, role, operator or login_name(), datetime.now(UTC), comment), json=json)
+
+
+@app.command
+def accept(
+    key: str,
+    finding: str,
+    /,
+    *,
+    reason: str = "",
+    operator: Operator = None,
+    archive: Archive = None,
+    json: Json = False,
+) -> None:
+    """Accept a significant finding of a set, by name and with a reason; without it the set is not approved.
+
+    Parameters
+    ----------
+    key
+        A sensor (its latest set), or six or more characters of a checksum.
+    finding
+        The finding's name as archive show tells it, such as x.cubic.
+    reason
+        Why it does not forbid the use of the set; needed, as is --operator.
+    """
+    url = archive or default_archive_url()
+    _tell(accept_finding(url, key, finding, operator or "", datetime.now(UTC), reason), json=json)
+
+
+@app.command
+def release(
+    key: str,
+    /,
+    *,
+    reason: str = "",
+    operator: Operator = None,
+    archive: Archive = None,
+    json: Json = False,
+) -> None:
+    """Release a set from quarantine, by name and with a reason: from then on it counts like any other.
+
+    Parameters
+    ----------
+    key
+        Six or more characters of the set's checksum.
+    reason
+        Why it may be used; needed, as is --operator.
+    """
+    url = archive or default_archive_url()
+    _tell(release_set(url, key, operator or "", datetime.now(UTC), reason), json=json)
 
 
 @app.command
@@ -343,6 +389,14 @@ def demo(
     for what, names in planted.items():
         say(f"{what.replace('_', ' '):<9} {', '.join(names)}")
     say(f"try: calrig archive history {made.drifting[0]} --archive {url} --plot history.svg")
+
+
+def _tell(signed: SignOff, *, json: bool) -> None:
+    if json:
+        print_json(plain({**asdict(signed), "state": signed.state}))
+        return
+    for line in sign_off_lines(signed):
+        say(line)
 
 
 def _day(name: str, text: str | None) -> datetime | None:

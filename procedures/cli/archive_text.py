@@ -107,9 +107,27 @@ def sign_off_lines(signed: SignOff) -> Iterator[str]:
     for one in signed.signatures:
         comment = f": {one.comment}" if one.comment else ""
         yield f"  {one.role:<10} {one.name}, {one.signed_utc:%Y-%m-%d %H:%M} UTC{comment}"
+    yield from _findings_lines(signed)
     for certificate in signed.certificates:
         amends = f", amends {certificate.amends} ({certificate.reason})" if certificate.amends else ""
         yield f"  certificate {certificate.number}, {certificate.issued_by}, {certificate.issued_utc:%Y-%m-%d}{amends}"
+
+
+def _findings_lines(signed: SignOff) -> Iterator[str]:
+    """Every significant finding with who accepted it, and the quarantine with who released it."""
+    words = {one.finding: one for one in signed.acceptances}
+    for finding in signed.findings:
+        word = words.get(finding.name)
+        said = (
+            "accepted by nobody"
+            if word is None
+            else f"accepted by {word.name}, {word.accepted_utc:%Y-%m-%d %H:%M} UTC: {word.reason}"
+        )
+        yield f"  finding    {finding.name}: {said}"
+    if signed.quarantine is not None:
+        yield f"  quarantine {signed.quarantine}"
+    if (done := signed.release) is not None:
+        yield f"  released   {done.name}, {done.released_utc:%Y-%m-%d %H:%M} UTC: {done.reason}"
 
 
 def comparison_lines(found: Comparison) -> Iterator[str]:

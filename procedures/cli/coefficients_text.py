@@ -9,9 +9,9 @@ from ams.units import printed
 from procedures.cli.findings_text import findings_lines
 
 
-def set_text(document: Mapping[str, Any]) -> str:
-    """Return a coefficient set as text."""
-    stamp = f"{document['status']}{', simulated' if document['simulated'] else ''}"
+def set_text(document: Mapping[str, Any], status: str) -> str:
+    """Return a coefficient set as text; ``status`` is the document's, or what the signatures have made of it."""
+    stamp = f"{status}{', simulated' if document['simulated'] else ''}"
     sensor, provenance = document["sensor"], document["provenance"]
     lines = [
         f"{sensor['name']}: {document['model']} ({document['convention']['name']}), {stamp}",

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from ams.calibration.joint_diagnosis import diagnose_joint
 from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
 from ams.inputs.request import CalibrationRequest
 from ams.solve.joint import joint_fit
@@ -35,10 +36,12 @@ def joint(
 ) -> dict[str, Any]:
     """Solve the file with the table's errors as unknowns, and write the set wished for. Raises: ams.errors.AmsError."""
     mountings = read_mountings(file, columns, mount)
-    found = joint_fit(mountings, tuple(columns), _priors(rig, priors))
+    stated = _priors(rig, priors)
+    found = joint_fit(mountings, tuple(columns), stated)
+    diagnosis = diagnose_joint(mountings, found, stated)
     if wish is not None:
-        write_set(wish, mountings[0].observations, joint_calibration(found))
-    return {**joint_document(found), "model": "pitch-roll", "convention": "TP"}
+        write_set(wish, mountings[0].observations, joint_calibration(found, diagnosis))
+    return {**joint_document(found, diagnosis), "model": "pitch-roll", "convention": "TP"}
 
 
 def check_joint(request: CalibrationRequest, rig: RigDescription | None) -> RigDescription:

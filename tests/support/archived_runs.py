@@ -9,6 +9,7 @@ from package_outputs import TRUTH, output_v
 
 from ams.archive.runs import MeasuredSensor, RunEntry
 from ams.calibration.calibrate import calibrate
+from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
@@ -58,3 +59,14 @@ def a_sensor(
         acceptance={"pitch_limit_deg": 0.02, "decision_rule": "guard-band"},
     )  # fmt: skip
     return MeasuredSensor(build_set(calibrate(rows, CalibrationRequest(extended="no")), provenance), rows, is_check)
+
+
+TURNED = Finding(
+    "table-rotation", "all three sensors turned by -72″ about roll between visits 2 and 3: the table", True, 1e-9,
+    details={"turned_arcsec": 72.0, "confounded_with": None},
+)  # fmt: skip
+
+
+def turned(measured: MeasuredSensor, finding: Finding = TURNED) -> MeasuredSensor:
+    """Return what a run measured whose table turned."""
+    return replace(measured, findings=(finding,))

@@ -1,7 +1,12 @@
 """What a laboratory declares when a certificate may be issued; the tests take single things away."""
 
+from dataclasses import replace
 from datetime import date
 
+from solved import provenance, solved_package
+
+from ams.findings import Finding, FindingKind
+from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.provenance import Standard
 
 LABORATORY = {"name": "Instrument Laboratory", "address": "1 Granite Way, Hampton", "capability_deg": 0.002}
@@ -15,3 +20,12 @@ RELEASED = {
     "standards": (STANDARD,),
     "level": LEVEL,
 }
+
+
+def set_with_findings(**declared: object) -> CoefficientSet:
+    """Return a set whose y axis is cubic and has two wrong dwells, and whose quadratic term stood its test."""
+    kinds: tuple[FindingKind, ...] = ("quadratic", "cubic", "wrong-dwell", "wrong-dwell")
+    told = tuple(Finding(kind, f"said of {kind}.", kind != "quadratic", 0.001) for kind in kinds)
+    plain = solved_package()
+    axes = {**plain.axes, "y": replace(plain.axes["y"], findings=told)}
+    return build_set(replace(plain, axes=axes), provenance(**{**RELEASED, **declared}))  # type: ignore[arg-type]

@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics import temperature as by_temperature
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import TERMS, term_columns
@@ -44,6 +45,8 @@ LACK_OF_FIT: Final = "lack of fit"
 DRIFT_OF: Final = "drift of "
 OVER_TIME: Final = "drift with time"
 AUTOCORRELATION: Final = "autocorrelation"
+TURNED_FROM: Final = "previous attitude"
+TURNED_FROM_ALIKE: Final = "previous attitude, alike in every replication"
 BY_POINT: Final = "temperature, point by point"
 BY_POINT_GAIN: Final = "temperature, point by point, on the sensitivity"
 BY_REPLICATION: Final = "temperature, replication by replication"
@@ -65,6 +68,7 @@ class Column:
 
 COLUMNS: Final = (
     *(Column(name, kind, unit) for name, kind, _, unit in TERMS),
+    Column(TURNED_FROM_ALIKE, "autocorrelation", ""),
     Column(BY_POINT, "temperature-residual", "per °C"),
     Column(BY_POINT_GAIN, "temperature-residual", "per °C"),
 )
@@ -143,6 +147,7 @@ def axis_tests(evidence: Evidence, shared: SharedTests, output: int, convicted_p
         BeliefTest(WRONG_DWELL, "wrong-dwell", wrong_p_value),
         *_of_replications(evidence, output, known),
         BeliefTest(AUTOCORRELATION, "autocorrelation", wander[1], wander[0]),
+        *_of_the_attitude_before(evidence, output, grid),
     ]
     if shared.over_time is not None:
         found.append(_slope(OVER_TIME, "drift", shared.over_time, output, "per h"))
@@ -182,6 +187,12 @@ def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list
     return [_lack_of_fit(evidence, output, known), *drifts]
 
 
+def _of_the_attitude_before(evidence: Evidence, output: int, grid: GridResiduals) -> list[BeliefTest]:
+    column = previous_attitude.turned_from(evidence, output)
+    found = previous_attitude.between_replications(evidence, grid, column)
+    return [] if found is None else [_term(Column(TURNED_FROM, "autocorrelation", ""), found)]
+
+
 def _lack_of_fit(evidence: Evidence, output: int, known: FloatArray) -> BeliefTest:
     """Test what repeats against precision and what the table's certificate and others explain, all together."""
     assert evidence.replication is not None
@@ -214,7 +225,7 @@ def _by_point(evidence: Evidence, output: int, known: FloatArray) -> list[Belief
     """Return the tests of a model that has no terms of low order beside it."""
     means, columns = evidence.means(output, np.hstack([evidence.basis, known])), _by_point_degc(evidence, output)
     tested = eliminate(means, columns, np.zeros((means.mean.size, 0)))
-    return [_term(COLUMNS[len(TERMS) + place], tested.test(place)) for place in range(columns.shape[1])]
+    return [_term(COLUMNS[len(TERMS) + 1 + place], tested.test(place)) for place in range(columns.shape[1])]
 
 
 def _by_point_degc(evidence: Evidence, output: int) -> FloatArray:
@@ -232,9 +243,9 @@ def _by_point_degc(evidence: Evidence, output: int) -> FloatArray:
 
 
 def low_order(evidence: Evidence, output: int, known: FloatArray) -> Elimination | None:
-    """Return the terms of low order, and the temperature of the points, ready to be tested beside the linear sensor.
+    """Return what the means of the points are tested for, ready to be tested beside the linear sensor.
 
-    None where the model has no such terms.
+    These are the terms of low order, the attitude before and the temperature. None where the model has no such terms.
     """
     base = _linear_base(evidence.models[output])
     if base is None:
@@ -243,7 +254,8 @@ def low_order(evidence: Evidence, output: int, known: FloatArray) -> Elimination
     force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
     linear, fitted = evidence.basis[:, :4], evidence.basis[:, 4:]
     means = evidence.means(output, np.hstack([linear, known]), fitted @ evidence.own[4:, output])
-    columns = np.hstack([term_columns(force, base.nominal_axis), _by_point_degc(evidence, output)])
+    before = layout.mean_by_point(previous_attitude.turned_from(evidence, output))
+    columns = np.hstack([term_columns(force, base.nominal_axis), before[:, None], _by_point_degc(evidence, output)])
     return eliminate(means, columns, fitted)
 
 

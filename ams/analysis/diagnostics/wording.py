@@ -17,6 +17,8 @@ from ams.analysis.diagnostics.axis_tests import (
     LACK_OF_FIT,
     LAG,
     OVER_TIME,
+    TURNED_FROM,
+    TURNED_FROM_ALIKE,
     WRONG_DWELL,
     AxisTests,
     BeliefTest,
@@ -123,6 +125,8 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
             f"a dwell knows of the dwell before it: correlation {size:.2g} inside the replications; the output wanders "
             "or has not settled; a longer settling time or a random order makes dwells independent"
         ),
+        TURNED_FROM: lambda: _turned_text(test, scale, ""),
+        TURNED_FROM_ALIKE: lambda: _turned_text(test, scale, ", alike in every replication"),
         BY_POINT: lambda: _temperature_text(test, scale, "in step with the points, alike in every replication"),
         BY_POINT_GAIN: lambda: _temperature_text(test, scale, "with its sensitivity, alike in every replication"),
         BY_REPLICATION: lambda: _temperature_text(test, scale, "from replication to replication"),
@@ -138,6 +142,14 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
         ),
     }
     return sentences[name]()
+
+
+def _turned_text(test: BeliefTest, scale: Scale, where: str) -> str:
+    return (
+        f"a dwell remembers the attitude before it: {scale.words(2.0 * abs(test.size))} after a turn from one end of "
+        f"its range to the other{where}; hysteresis, or the output has not settled: a longer settling time tells "
+        f"which; {_CONTAINED} only as far as the order of the points makes chance of it"
+    )
 
 
 def _temperature_text(test: BeliefTest, scale: Scale, where: str) -> str:

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from archived_runs import EXPIRED, a_run, a_sensor
+from archived_runs import EXPIRED, TURNED, a_run, a_sensor, turned
 
 from ams.archive.histories import history, population_of
 from ams.archive.runs import (
-    MeasuredSensor,
     Override,
     adjustment_of,
     list_runs,
@@ -198,16 +197,6 @@ def test_a_package_under_another_ones_name_is_noticed_when_it_is_published(archi
     told = list(history_findings(archive.url, publish_run(archive.url, a_run(250), mixed, NOW)))
     assert len(told) == 2
     assert "SN1: what was calibrated as it at 2026-09-18 has the characteristics of SN2" in told[0]
-
-
-TURNED = Finding(
-    "table-rotation", "all three sensors turned by -72″ about roll between visits 2 and 3: the table", True, 1e-9,
-    details={"turned_arcsec": 72.0, "confounded_with": None},
-)  # fmt: skip
-
-
-def turned(measured: MeasuredSensor, finding: Finding = TURNED) -> MeasuredSensor:
-    return replace(measured, findings=(finding,))
 
 
 def test_a_set_whose_table_turned_is_kept_in_quarantine_and_is_nobodys_previous(archive: Any) -> None:

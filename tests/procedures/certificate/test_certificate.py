@@ -7,16 +7,16 @@ from html import unescape
 
 import numpy as np
 import pytest
-from certificate_scene import JOB, LABORATORY, RELEASED, STANDARD
+from certificate_scene import JOB, LABORATORY, RELEASED, STANDARD, set_with_findings
 from line_sets import line_set
 from solved import PARAMETERS, provenance, solved_package
 from solved_sets import gyro_set
 
-from ams.archive.signatures import Signature
-from ams.findings import Finding
+from ams.archive.signatures import AcceptedFinding, Release, Signature, SignOff
 from ams.observations import Observations
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
+from ams.sets.stated_findings import significant_findings
 from ams.surveillance.adjustment import Acceptance, Adjustment, adjust
 from procedures.certificate.grounds import Amendment, Grounds, check_grounds
 from procedures.certificate.page import SPECIMEN, certificate_page, certificate_paper
@@ -47,7 +47,7 @@ def _adjustment(one: CoefficientSet, off_deg: float = 0.0, limit_deg: float = 0.
 def _grounds(**changes: object) -> Grounds:
     one = _set()
     signed = (Signature("prepared", "A. Operator", SIGNED, ""), Signature("approved", "B. Chief", SIGNED, ""))
-    grounds = Grounds("2026-0117", date(2026, 3, 3), one, _adjustment(one), signed)
+    grounds = Grounds("2026-0117", date(2026, 3, 3), one, _adjustment(one), SignOff(one.sha256, signed, ()))
     return replace(grounds, **changes)  # type: ignore[arg-type]
 
 
@@ -131,7 +131,6 @@ def test_a_calculated_uncertainty_above_the_capability_is_stated_with_its_k() ->
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"approved_by": None}, "stamped 'engineering'"),
         ({"simulated": True}, "the readings come from a twin"),
         ({"laboratory": None}, "[laboratory] name"),
         ({"laboratory": {**LABORATORY, "capability_deg": None}}, "[laboratory] capability_deg"),
@@ -147,7 +146,7 @@ def test_a_gap_is_refused_by_name(changes: dict[str, object], words: str) -> Non
 
 def test_without_an_approval_there_is_no_certificate() -> None:
     with pytest.raises(RequestError, match="nobody has approved the set"):
-        check_grounds(_grounds(signatures=(Signature("prepared", "A. Operator", SIGNED, ""),)))
+        check_grounds(_grounds(signed=SignOff("", (Signature("prepared", "A. Operator", SIGNED, ""),), ())))
 
 
 def test_a_complete_ground_is_not_refused() -> None:
@@ -191,10 +190,25 @@ def test_the_paper_is_pdf_and_the_same_again() -> None:
     assert certificate_paper(grounds, certificate_page(grounds), []) == paper
 
 
-def test_a_significant_finding_of_the_set_is_a_gap_and_one_that_is_not_is_none() -> None:
-    plain = solved_package()
-    told = tuple(Finding(kind, f"said of {kind}", kind == "cubic", 0.001) for kind in ("cubic", "quadratic"))
-    axes = {**plain.axes, "y": replace(plain.axes["y"], findings=told)}
-    with pytest.raises(RequestError, match="axis y: said of cubic") as refused:
-        check_grounds(_grounds(coefficients=build_set(replace(plain, axes=axes), provenance(**RELEASED))))
+def test_a_significant_finding_is_a_gap_until_somebody_accepts_it_and_then_it_is_printed() -> None:
+    one = set_with_findings()
+    unaccepted = replace(_grounds().signed, findings=tuple(significant_findings(one)))
+    with pytest.raises(RequestError) as refused:
+        check_grounds(_grounds(coefficients=one, signed=unaccepted))
+    assert "axis y: said of cubic. (y.cubic, which nobody has accepted)" in str(refused.value)
     assert "said of quadratic" not in str(refused.value)
+    words = tuple(
+        AcceptedFinding(name, "C. Reader", SIGNED, f"why {name}")
+        for name in ("y.cubic", "y.wrong-dwell", "y.wrong-dwell.2")
+    )
+    accepted = _grounds(coefficients=one, signed=replace(unaccepted, acceptances=words))
+    check_grounds(accepted)
+    assert "Axis y: said of cubic. Accepted by C. Reader, 2026-03-02 09:00:00 UTC: why y.cubic" in _text(accepted)
+
+
+def test_a_quarantine_is_a_gap_until_somebody_releases_it_and_then_it_is_printed() -> None:
+    held = replace(_grounds().signed, quarantine="the table turned")
+    with pytest.raises(RequestError, match="the set is in quarantine: the table turned"):
+        check_grounds(_grounds(signed=held))
+    text = _text(_grounds(signed=replace(held, release=Release("C. Reader", SIGNED, "a clamp, not the table"))))
+    assert "in quarantine: the table turned. Released by C. Reader, 2026-03-02 09:00:00 UTC: a clamp, not the" in text

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pikepdf
 import pytest
-from certificate_scene import RELEASED
+from certificate_scene import RELEASED, set_with_findings
 from solved import provenance, solved_package
 
-from ams.archive.sets import publish
+from ams.archive.sets import list_sets, publish, show
 from ams.archive.signatures import certificate_of, sign, verify_archive
 from ams.errors import ArchiveError, WriteFailed
-from ams.exports.dcc import from_dcc
+from ams.exports.dcc import from_dcc, to_dcc
 from ams.sets.coefficients import build_set
 from procedures.certificate.issue import GroundsOf, issue
 from procedures.cli.main import run_command
@@ -58,6 +58,57 @@ def test_the_attached_certificate_for_machines_holds_the_same_set_and_says_who_a
     dcc = attached["SN1047.xml"]
     assert from_dcc(dcc, "attachment").sha256 == done.grounds.coefficients.sha256
     assert b"nobody has approved" not in dcc
+
+
+def test_a_set_of_engineering_that_signatures_approve_is_a_certificate_and_its_attachments_name_who_approved(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    publish(url, [set_with_findings(approved_by=None)], MOMENT)
+    where = ["--archive", url]
+    for word in (
+        ["sign", "SN1047", "prepared", "--operator", "A. Operator"],
+        *(
+            ["accept", "SN1047", name, "--operator", "C. Reader", "--reason", "small here"]
+            for name in ("y.cubic", "y.wrong-dwell", "y.wrong-dwell.2")
+        ),
+        ["sign", "SN1047", "reviewed", "--operator", "C. Reader"],
+        ["sign", "SN1047", "approved", "--operator", "B. Chief"],
+    ):
+        assert run_command(["archive", *word, *where]) == 0, word
+    capsys.readouterr()
+    assert run_command(["archive", "show", "SN1047", *where]) == 0
+    shown = capsys.readouterr().out
+    assert "pitch-roll (TP), approved" in shown
+    assert "finding    y.cubic: accepted by C. Reader, " in shown
+    assert [(one.status, show(url, one.sha256).document["status"]) for one in list_sets(url)] == [
+        ("approved", "engineering")
+    ]
+    dcc = to_dcc(show(url, "SN1047"))
+    assert b"B. Chief" in dcc
+    assert b"engineering: not approved" not in dcc
+    done = issue(url, "SN1047", GroundsOf("8", MOMENT), "B. Chief", tmp_path)
+    assert "Accepted by C. Reader" in done.page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["accept", "SN1047", "y.cubic", "--reason", "small"], "accept y.cubic: needs a name"),
+        (["accept", "SN1047", "y.cubic", "--operator", "C. Reader"], "accept y.cubic: needs a reason"),
+        (["accept", "SN1047", "x.drift", "--operator", "C. Reader", "--reason", "small"],
+         "no such finding: its significant findings are y.cubic, y.wrong-dwell, y.wrong-dwell.2"),
+        (["release", "SN1047", "--operator", "C. Reader", "--reason", "small"], "the set is not in quarantine"),
+    ],
+)  # fmt: skip
+def test_a_word_without_name_reason_or_object_is_a_sentence(
+    arguments: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    publish(url, [set_with_findings()], MOMENT)
+    sign(url, "SN1047", "prepared", "A. Operator", MOMENT)
+    assert run_command(["archive", *arguments, "--archive", url]) == 2
+    assert words in capsys.readouterr().err
 
 
 def test_issuing_again_is_the_same_file_and_another_content_under_the_number_is_refused(

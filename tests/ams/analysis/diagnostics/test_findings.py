@@ -160,3 +160,29 @@ def test_a_sensitivity_that_is_not_told_from_zero_has_no_set_and_is_not_usable()
     assert list(dead.undetermined_axes) == ["y"]
     assert "is not told from zero" in dead.undetermined_axes["y"]
     assert calibrate(rows, CalibrationRequest()).verdict in ("sound", "usable")
+
+
+@pytest.mark.parametrize("order", ["random", "alternating"], ids=["differs", "always the same"])
+def test_a_sensor_that_remembers_where_it_was_turned_from_is_named_with_its_size(order: str) -> None:
+    """0.1 mV a g of what it was turned from stays in the output, drawn here and not by the library."""
+    chance = np.random.default_rng(3)
+    grid = np.array([(p, r) for p in range(-90, 91, 30) for r in range(-180, 180, 45)], dtype=float)
+    points = [chance.permutation(len(grid)) for _ in range(4)]
+    if order == "alternating":
+        points = [points[0]] * 4
+    place = np.concatenate(points)
+    pitch, roll = np.deg2rad(grid[place]).T
+    sensed = 0.002 + 2.5 * np.sin(pitch)
+    for kept_v_per_g, named in ((1e-4, True), (0.0, False)):
+        before = np.where(np.arange(place.size) % len(grid) == 0, sensed, np.roll(sensed, 1))
+        outputs = sensed + kept_v_per_g / 2.5 * (before - sensed) + 2e-5 * chance.normal(size=place.size)
+        rows = Observations(np.repeat([1, 2, 3, 4], len(grid)), place + 1, pitch, roll, {"x": outputs})
+        told = [one for one in calibrate(rows, CalibrationRequest()).axes["x"].findings if one.is_significant]
+        remembered = [one for one in told if "a dwell remembers the attitude before it" in one.text]
+        assert bool(remembered) == named, told
+        for one in remembered:
+            assert one.kind == "autocorrelation"
+            size, uncertainty = (one.details[name] for name in ("size", "standard_uncertainty"))
+            assert isinstance(size, float)
+            assert isinstance(uncertainty, float)
+            assert abs(size - kept_v_per_g) < 4 * uncertainty < kept_v_per_g

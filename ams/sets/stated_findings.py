@@ -1,0 +1,31 @@
+"""The significant findings that a set states, each with a name by which a person can accept it."""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ams.sets.canonical import listed, table
+from ams.sets.coefficients import CoefficientSet
+
+
+@dataclass(frozen=True)
+class StatedFinding:
+    """One significant finding of one axis, as the set has it."""
+
+    name: str
+    """``x.cubic``; of several of a kind on an axis the second is ``x.wrong-dwell.2``. The set's bytes fix it."""
+    axis: str
+    text: str
+
+
+def significant_findings(coefficients: CoefficientSet) -> Iterator[StatedFinding]:
+    """Yield every significant finding of a set, axis by axis; sets of before version 3 have none."""
+    for axis, section in table(coefficients.document["axes"]).items():
+        seen: Counter[str] = Counter()
+        for stated in listed(table(section).get("findings", [])):
+            finding = table(stated)
+            if finding["significant"]:
+                kind = str(finding["kind"])
+                seen[kind] += 1
+                place = f".{seen[kind]}" if seen[kind] > 1 else ""
+                yield StatedFinding(f"{axis}.{kind}{place}", axis, str(finding["text"]))
