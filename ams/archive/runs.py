@@ -259,8 +259,8 @@ def _insert_run(
         for one in standards
         if (word := overridden.get(one.key)) is not None
     }
-    told = ({"overrides": overrides} if overrides else {}) | supersession
-    write(connection, published_utc, "run", written, told)
+    remarks = ({"overrides": overrides} if overrides else {}) | supersession
+    write(connection, published_utc, "run", written, remarks)
 
 
 def _strangers(connection: Connection, run: RunEntry, lineage: Collection[str]) -> list[str]:

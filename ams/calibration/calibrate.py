@@ -74,8 +74,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]])
         found = diagnose(solved, Circumstances(rows, outputs, request.table, shared[group[0]]))
         for row, label in enumerate(group):
-            asked = request.residual_curvature
-            axes[label] = _axis(label, solved, row, observations, choices[label], found[row], asked=asked)
+            curved = request.residual_curvature
+            axes[label] = _axis(label, solved, row, observations, choices[label], found[row], curved=curved)
             parts[label] = SolvedAxis(label, models[row].primary_names, solved.components, row, shared[label])
     warnings = (*left_out, *_layout_warnings(layout, rows))
     package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
@@ -119,11 +119,11 @@ def _axis(
     choice: ModelChoice,
     found: Diagnosis,
     *,
-    asked: bool,
+    curved: bool,
 ) -> AxisCalibration:
     """Return the calibration of one axis.
 
-    ``asked``: for H_E.
+    ``curved``: for H_E.
     """
     model, primary = choice.model, solved.primary[row]
     output_v = observations.outputs[label]
@@ -153,15 +153,15 @@ def _axis(
         findings=found.findings,
         notes={
             **_notes(solved, row, choice),
-            **_curvature(model, primary, observations, output_v - fitted_v, asked=asked),
+            **_curvature(model, primary, observations, output_v - fitted_v, curved=curved),
         },
     )
 
 
 def _curvature(
-    model: Model, primary: FloatArray, observations: Observations, residuals_v: FloatArray, *, asked: bool
+    model: Model, primary: FloatArray, observations: Observations, residuals_v: FloatArray, *, curved: bool
 ) -> Mapping[str, object]:
-    if not asked:
+    if not curved:
         return {}
 
     return {"residual_curvature": residual_curvature(model, primary, observations, residuals_v)}

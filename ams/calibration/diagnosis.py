@@ -80,12 +80,12 @@ def _axis(
     tests = axis_tests(evidence, shared, place, None)
     wrong = _convicted(evidence, place, tests)
     if wrong is None or not wrong.dwells:
-        return _told(solved, place, tests, None, circumstances)
+        return _diagnosis(solved, place, tests, None, circumstances)
     kept, convicted = _rows_of(evidence, wrong)
     believed = _solved_without(solved, place, kept, circumstances)
     other = evidence_of(believed, select_rows(circumstances.rows, kept))
     tests = axis_tests(other, shared_tests(other), 0, wrong.p_value)
-    return _told(believed, 0, tests, convicted, circumstances)
+    return _diagnosis(believed, 0, tests, convicted, circumstances)
 
 
 def _undetermined(solved: SolvedColumns, place: int) -> Iterator[Finding]:
@@ -149,7 +149,7 @@ def _solved_without(solved: SolvedColumns, place: int, kept: BoolArray, circumst
     return solve_linearised(problem, layout, plots_of(model, rows, layout), circumstances.table, circumstances.shared)
 
 
-def _told(
+def _diagnosis(
     solved: SolvedColumns,
     place: int,
     tests: AxisTests,
@@ -157,7 +157,7 @@ def _told(
     circumstances: Circumstances,
 ) -> Diagnosis:
     scale = _scale(solved, place)
-    told = findings_of(
+    findings = findings_of(
         tests,
         scale,
         circumstances.rows,
@@ -165,21 +165,21 @@ def _told(
         _moves(solved, place, scale),
         has_table=circumstances.table is not None,
     )
-    return Diagnosis(told, solved, place, tests)
+    return Diagnosis(findings, solved, place, tests)
 
 
 def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:
     """Return the replication tests of what is believed, as significant as all tests of the axis together have it."""
-    columns, told = found.solved.replication, found.tests.is_significant
-    if columns is None or not told:
+    columns, flags = found.solved.replication, found.tests.is_significant
+    if columns is None or not flags:
         return columns
     size = len(found.solved.problem.models)
     drift = {
-        name: replace(test, is_significant=np.full(size, told.get(f"{DRIFT_OF}{name}", False)))
+        name: replace(test, is_significant=np.full(size, flags.get(f"{DRIFT_OF}{name}", False)))
         for name, test in columns.drift.items()
     }
     repeats = columns.lack_of_fit.p_value <= conviction_level(found.tests)
-    lack_of_fit = np.where(told.get(LACK_OF_FIT, False), True, repeats)
+    lack_of_fit = np.where(flags.get(LACK_OF_FIT, False), True, repeats)
     return replace(columns, lack_of_fit=replace(columns.lack_of_fit, is_significant=lack_of_fit), drift=drift)
 
 

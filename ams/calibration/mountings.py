@@ -36,11 +36,11 @@ def calibrate_mountings(observations: Observations, request: CalibrationRequest)
     models = {label: Remounted(nominal, tuple(labels[:-1])) for label, nominal in request.axes_of(observations).items()}
     solved = calibrate(observations, replace(request, models=models))
     axes = {name: _of_last(axis, labels) for name, axis in solved.axes.items()}
-    told = (
+    remark = (
         f"the package was moved: offset and sensitivity are common to mountings {', '.join(map(str, labels))}; coning "
         f"and azimuth are those of mounting {labels[-1]}, the last"
     )
-    warnings = (*solved.warnings, told, *_none_to_spare(observations, len(labels)))
+    warnings = (*solved.warnings, remark, *_none_to_spare(observations, len(labels)))
     return replace(solved, axes=axes, model=PitchRoll.name, warnings=warnings)
 
 

@@ -193,5 +193,5 @@ EXTENDED = SensorModel(
     name="pitch-roll-extended",
     make=_not_centred,
     set_form=replace(PITCH_ROLL_FORM, equation=_equation, centred_equation=_centred_equation, quadratic=Q_NAMES),
-    is_asked_for=False,
+    is_offered=False,
 )

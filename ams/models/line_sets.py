@@ -84,7 +84,7 @@ LINEAR = SensorModel(
     make=lambda nominal_axis: StraightLine(nominal_axis, "g", "v"),
     has_misalignment=False,
     set_form=_form("v", "g"),
-    is_asked_for=False,
+    is_offered=False,
 )
 """Asked for as a family (:data:`ams.models.registry.FAMILIES`); whoever knows the units makes the line itself."""
 
@@ -93,5 +93,5 @@ LINEAR_ACCELEROMETER = SensorModel(
     make=LevelLine,
     has_misalignment=False,
     set_form=_accelerometer_form("v", "g"),
-    is_asked_for=False,
+    is_offered=False,
 )

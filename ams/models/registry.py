@@ -10,14 +10,14 @@ FAMILIES = ("pitch-yaw-roll", "linear")
 """Names that stand for several models: CR's two packages, and straight lines of whatever a sensor measures."""
 
 
-def names_asked_for() -> tuple[str, ...]:
+def names_by_option() -> tuple[str, ...]:
     """Return the names that a file or the command may ask for: registered models and families of them."""
-    return (*(name for name, model in MODELS.items() if model.is_asked_for), *FAMILIES)
+    return (*(name for name, model in MODELS.items() if model.is_offered), *FAMILIES)
 
 
 def own_models_at_rest() -> tuple[str, ...]:
     """Return the models of other distributions that are told by attitudes alone."""
-    return tuple(name for name in MODELS.foreign() if MODELS[name].is_asked_for and not MODELS[name].needs_rates)
+    return tuple(name for name in MODELS.foreign() if MODELS[name].is_offered and not MODELS[name].needs_rates)
 
 
 def model_named(name: str, nominal_axis: str) -> Model:

@@ -109,5 +109,5 @@ class SensorModel:
     """Whether it has terms for a misalignment; without, one shows in the residuals."""
     set_form: SetForm | None = None
     """None: no coefficient set has it."""
-    is_asked_for: bool = True
+    is_offered: bool = True
     """Whether ``calrig fit --model`` takes the name as it is."""

@@ -106,8 +106,8 @@ class CoefficientSet:
         )
         simulated = ", simulated" if self.is_simulated else ""
         heads = "".join(f"<th>{head}</th>" for head in ("axis", "parameter", "value", "standard uncertainty"))
-        told = f"<p><b>{escape(self.sensor)}</b>: {escape(self.model)}, {self.status}{simulated}</p>"
-        return f"{told}<table><tr>{heads}</tr>{rows}</table>"
+        heading = f"<p><b>{escape(self.sensor)}</b>: {escape(self.model)}, {self.status}{simulated}</p>"
+        return f"{heading}<table><tr>{heads}</tr>{rows}</table>"
 
     def _section(self, name: str) -> Document:
         return table(self.document[name])

@@ -302,12 +302,12 @@ def _findings(
 def _explained(population: Population, at: PointLabel, component: str, change: float, spread: float) -> CheckFinding:
     when = f"{at.sensor} at {at.created_utc:%Y-%m-%d}: {component} {change:+.4f} deg"
     if component.startswith("table"):
-        told = "table", f"{when}: the table or its base turned, or the check sensor moved on its mount"
+        blamed = "table", f"{when}: the table or its base turned, or the check sensor moved on its mount"
     elif component.startswith("sensor"):
-        told = "sensor", f"{when}: its axes differ from one another: the check sensor itself changed"
+        blamed = "sensor", f"{when}: its axes differ from one another: the check sensor itself changed"
     else:
-        told = _by_other_sensors(population, at, component, change, spread, when)
-    return CheckFinding(at, told[0], component, abs(change), told[1])  # type: ignore[arg-type]
+        blamed = _by_other_sensors(population, at, component, change, spread, when)
+    return CheckFinding(at, blamed[0], component, abs(change), blamed[1])  # type: ignore[arg-type]
 
 
 def _by_other_sensors(

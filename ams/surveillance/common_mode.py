@@ -274,7 +274,7 @@ def _together(data: _Whitened, among: Sequence[str], scale: _Scale, p_value: flo
     if len(among) == 1 or data.y.size - data.left(names)[1] < FEWEST_LEFT:
         own = Cause("sensor-change", " and ".join(among), ())
         return CommonMode((own,), p_value, (), {}, (), tuple(among))
-    told: list[Cause] = []
+    causes: list[Cause] = []
     meters = [name for name in data.columns if name.startswith(("gain", "offset"))]
     groups = [Cause("table-rotation", "rotation", ROTATIONS), *(_of_meter(name) for name in meters)]
     every = tuple(name for group in groups for name in group.parts)
@@ -282,12 +282,12 @@ def _together(data: _Whitened, among: Sequence[str], scale: _Scale, p_value: flo
         others = tuple(name for name in every if name not in group.parts)
         (without, low), (whole, high) = data.left(others), data.left(every)
         if scale.p_value(without - whole, high - low) < false_alarm:
-            told.append(group)
-    told = told or groups
+            causes.append(group)
+    causes = causes or groups
     estimates = data.estimates(every, scale.variance)
-    parts = {name for cause in told for name in cause.parts}
+    parts = {name for cause in causes for name in cause.parts}
     kept = {name: estimate for name, estimate in estimates.items() if name in parts}
-    return CommonMode(tuple(told), p_value, (), kept, (), tuple(among))
+    return CommonMode(tuple(causes), p_value, (), kept, (), tuple(among))
 
 
 def _causes(data: _Whitened) -> Iterator[Cause]:

@@ -68,8 +68,8 @@ def _what(found: CommonMode, cause: Cause, between: str, unit: str) -> str:
         if cause.parts == ROTATIONS:
             return f"turned by up to {abs(_in_arcsec(found.rotation_rad)):.3g}″ {between}"
         if cause.parts == (BASE,):
-            return f"tilted by {_told(sizes[BASE])} about the base's forward axis {between}"
-        turns = [f"{_told(sizes[name])} {_ABOUT.get(name, 'with the base')}" for name in ROTATIONS if name in sizes]
+            return f"tilted by {_angle(sizes[BASE])} about the base's forward axis {between}"
+        turns = [f"{_angle(sizes[name])} {_ABOUT.get(name, 'with the base')}" for name in ROTATIONS if name in sizes]
         return f"turned by {', '.join(turns)} {between}"
     size = next(iter(sizes.values()), None)
     if cause.kind == "meter-gain" and size is not None:
@@ -123,7 +123,7 @@ def _details(found: CommonMode, cause: Cause) -> dict[str, float | str | None]:
     return details
 
 
-def _told(one: Estimate) -> str:
+def _angle(one: Estimate) -> str:
     return f"{_arcsec(one.value)} (u {_in_arcsec(one.standard_uncertainty):.2g}″)"
 
 

@@ -35,7 +35,7 @@ class _Alarm:
 
     progress: Progress
     since_s: float
-    told_s: float
+    said_s: float
     is_escalated: bool = False
 
 
@@ -61,7 +61,7 @@ class AlertDispatcher:
         self._clock = clock
         self._then = then
         self._last: Progress | None = None
-        self._told_s: dict[str, float] = {}
+        self._said_s: dict[str, float] = {}
         self._progress_s = self._beat_s = clock.monotonic_s()
         self._beat_s -= settings.heartbeat_every_s
         self._threads: list[Thread] = []
@@ -146,8 +146,8 @@ class AlertDispatcher:
         )
         word = "without its lease" if alarm.progress.event == LEASE_LOST else alarm.progress.state
         message = Message(f"calrig: {self._title}: still {word}", text)
-        if now_s - alarm.told_s >= self._settings.repeat_every_s:
-            alarm.told_s = now_s
+        if now_s - alarm.said_s >= self._settings.repeat_every_s:
+            alarm.said_s = now_s
             self._post(message)
         others = self._settings.escalate
         if others is not None and not alarm.is_escalated and open_min >= others.after_min:
@@ -167,9 +167,9 @@ class AlertDispatcher:
     def _tell(self, message: Message, reason: str) -> None:
         """Post a message unless the same was posted for the same reason a short time ago."""
         key, now_s = f"{message.subject}\n{reason}", self._clock.monotonic_s()
-        before_s = self._told_s.get(key)
+        before_s = self._said_s.get(key)
         if before_s is None or now_s - before_s >= self._settings.least_gap_s:
-            self._told_s[key] = now_s
+            self._said_s[key] = now_s
             self._post(message)
 
     def _post(self, message: Message) -> None:

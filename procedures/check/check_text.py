@@ -87,8 +87,8 @@ def _expected(report: CheckReport) -> "list[RenderableType]":
     for axis in report.forecast.expected:
         for parameter, value in axis.standard_uncertainty.items():
             label, _, unit = words_of(parameter)
-            told = "not determined" if value is None else f"{value:.2g} {unit}"
-            table.add_row(Text(f"{axis.sensor} {axis.axis}"), label, told)
+            deviation = "not determined" if value is None else f"{value:.2g} {unit}"
+            table.add_row(Text(f"{axis.sensor} {axis.axis}"), label, deviation)
     return [table, ""]
 
 

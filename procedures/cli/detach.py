@@ -44,12 +44,12 @@ def detached(
     command = [sys.executable, "-m", "procedures.cli.main", name, *arguments, *given]
     command += [flag for flag, is_set in flags.items() if is_set]
     log = _log_in(out)
-    with log.open("wb") as told:
+    with log.open("wb") as output:
         child = subprocess.Popen(  # noqa: S603  this very program
             command,
             stdin=subprocess.DEVNULL,
-            stdout=told,
-            stderr=told,
+            stdout=output,
+            stderr=output,
             start_new_session=True,
             creationflags=_AWAY_FROM_CONSOLE,
         )

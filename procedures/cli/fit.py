@@ -14,7 +14,7 @@ from ams.inference.inference import Package
 from ams.inference.sting_reference import WARNING, read_with_sting
 from ams.inputs.observations_csv import read_csv
 from ams.inputs.request import CalibrationRequest
-from ams.models.registry import MODELS, names_asked_for
+from ams.models.registry import MODELS, names_by_option
 from ams.models.thermal import TemperatureCoefficients
 from ams.sets.sensed_quantity import FIELDS
 from procedures.cli.attitude_source import package_of
@@ -39,7 +39,7 @@ def fit(
     file: Path,
     /,
     *,
-    model: Annotated[str, Parameter(help=f"One of {', '.join(names_asked_for())}.")] = "pitch-roll",
+    model: Annotated[str, Parameter(help=f"One of {', '.join(names_by_option())}.")] = "pitch-roll",
     package: Literal["sting", "model"] | None = None,
     axis: Named = None,
     sting: Path | None = None,
@@ -219,8 +219,8 @@ def _refuse_shared(columns: Mapping[str, str]) -> None:
 
 def _model_name(model: str, package: str | None) -> str:
     """Return the name of a model in the mathematics, where CR's two packages are two models."""
-    if model not in names_asked_for():
-        raise RequestError(f"--model: got {model!r}, allowed are {', '.join(names_asked_for())}; nothing was solved")
+    if model not in names_by_option():
+        raise RequestError(f"--model: got {model!r}, allowed are {', '.join(names_by_option())}; nothing was solved")
     if model != "pitch-yaw-roll":
         if package is not None:
             raise RequestError(f"--package {package}: belongs to --model pitch-yaw-roll, not to --model {model}")

@@ -46,7 +46,7 @@ def follow(folder: Path, observer: RunObserver, is_left: Callable[[], bool], clo
         while news.status.state in ACTIVE and not is_left():
             clock.sleep(LOOK_S)
             news = follower.poll()
-            for progress in _told(news):
+            for progress in _progress_of(news):
                 observer.on_event(progress)
             if sign := signs.due():
                 observer.on_event(progress_of("soak", news.status, sign))
@@ -104,14 +104,14 @@ def _tell_state(observer: RunObserver, status: RunStatus) -> None:
     observer.on_event(progress_of("state", status, status.why))
 
 
-def _told(news: News) -> Iterator[Progress]:
+def _progress_of(news: News) -> Iterator[Progress]:
     for event in news.events:
         detail = event.detail
         match event.kind:
             case "dwell":
                 reasons = detail.get("reasons")
-                told = "; ".join(map(str, reasons)) if isinstance(reasons, list) else ""
-                yield progress_of("dwell" if detail.get("accepted") else "rejected", news.status, told)
+                listed = "; ".join(map(str, reasons)) if isinstance(reasons, list) else ""
+                yield progress_of("dwell" if detail.get("accepted") else "rejected", news.status, listed)
             case "state":
                 yield progress_of("state", news.status, news.status.why)
             case "request" if detail.get("refused"):

@@ -210,7 +210,7 @@ def _wanted(to: float | None, by: float | None, rate: float | None, *, home: boo
         "--home": home,
         "--stop": stop,
     }
-    return [name for name, is_asked in given.items() if is_asked]
+    return [name for name, is_given in given.items() if is_given]
 
 
 def _refuse_unclear(

@@ -93,8 +93,8 @@ def run(
     performed = described.all_on_twins() if rehearse else described
     if not allow_network_folder:
         require_local(out)
-    asked_archive = archive if archive is not None or performed.is_simulated else default_archive_url()
-    _require_what_the_end_needs(asked_archive, alerts)
+    archive_url = archive if archive is not None or performed.is_simulated else default_archive_url()
+    _require_what_the_end_needs(archive_url, alerts)
     if detach:
         options = {"--rig": rig, "--out": out, "--operator": operator, "--archive": archive, "--alerts": alerts}
         flags = {"--rehearse": rehearse, "--allow-network-folder": allow_network_folder}
@@ -231,7 +231,7 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
 
 def _last_word(delivery: Delivery) -> tuple[str, str]:
     """Say what the run came to, for who is told of its end: usable or not, the worst uncertainty, where it is."""
-    missing = [f"{part}: {told}" for part, told in delivery.failures.items()]
+    missing = [f"{part}: {failure}" for part, failure in delivery.failures.items()]
     if delivery.view is None:
         return "finished, but without a report", "\n".join(missing)
     worst = worst_uncertainty(delivery.view)
@@ -248,8 +248,8 @@ def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
 
 def tell_failures(delivery: Delivery) -> None:
     """Tell what of the run's results is missing, a line each, and how it is made."""
-    for part, told in delivery.failures.items():
-        note(f"{part}: {told}")
+    for part, failure in delivery.failures.items():
+        note(f"{part}: {failure}")
     if delivery.failures.keys() == {"archive"}:
         note(f"not archived; everything else is written; calrig archive publish {delivery.run.folder} does it later")
     elif delivery.failures:

@@ -54,12 +54,12 @@ def _abort(options: dict[str, str]) -> int | None:
     if len(guards) != 1:
         return None
     by = options.get("--operator") or _login_name()
-    told = stop(guards[0], None, by)
-    if told is None:
+    outcomes = stop(guards[0], None, by)
+    if outcomes is None:
         return None
     folder = guards[0]["run"]
     _request_abort(folder, by)
-    return _tell(told, [f"{folder}: asked to abort; `calrig status {folder}` shows when it did"])
+    return _tell(outcomes, [f"{folder}: asked to abort; `calrig status {folder}` shows when it did"])
 
 
 def _request_abort(run: str, by: str) -> None:
@@ -81,33 +81,33 @@ def _request_abort(run: str, by: str) -> None:
 
 def _stop(options: dict[str, str]) -> int | None:
     axes = [options["--axis"]] if "--axis" in options else None
-    told: dict[str, str] = {}
+    outcomes: dict[str, str] = {}
     engines = []
     for guard in of_rig(options.get("--rig", "")):
         answer = stop(guard, axes, _login_name())
         if answer:
-            told |= answer
+            outcomes |= answer
             engines.append(guard["pid"])
-    if not told:
+    if not outcomes:
         return None
     if "--json" in options:
         import json
 
-        print(json.dumps({"stopped": sorted(told), "stopped_by_guard_of": engines, "told": told}))  # noqa: T201
-        return _status(told)
-    return _tell(told, [f"by the stop guard of process {pid}, which ends what it was doing" for pid in engines])
+        print(json.dumps({"stopped": sorted(outcomes), "stopped_by_guard_of": engines, "told": outcomes}))  # noqa: T201
+        return _status(outcomes)
+    return _tell(outcomes, [f"by the stop guard of process {pid}, which ends what it was doing" for pid in engines])
 
 
-def _tell(told: dict[str, str], lines: list[str]) -> int:
-    for axis, outcome in sorted(told.items()):
+def _tell(outcomes: dict[str, str], lines: list[str]) -> int:
+    for axis, outcome in sorted(outcomes.items()):
         print(f"{axis}: {outcome}")  # noqa: T201
     for line in lines:
         print(line)  # noqa: T201
-    return _status(told)
+    return _status(outcomes)
 
 
-def _status(told: dict[str, str]) -> int:
-    return 1 if any(outcome.startswith("NOT") for outcome in told.values()) else 0
+def _status(outcomes: dict[str, str]) -> int:
+    return 1 if any(outcome.startswith("NOT") for outcome in outcomes.values()) else 0
 
 
 def _login_name() -> str:

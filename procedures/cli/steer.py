@@ -14,7 +14,7 @@ from procedures.cli.output import print_json, say
 from procedures.cli.places import login_name
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.corrections import Authorisation, close_run
-from procedures.journal.guard_record import guard_told, read_guard_record
+from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.live import live_document, read_live
 from procedures.journal.metrics import RunFigures, metrics_text
 from procedures.journal.run_list import ListedRun, RunList
@@ -63,7 +63,7 @@ def status(
     for name, told in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
         say(f"{name}: {told}")
     if (guarded := read_guard_record(folder)) is not None:
-        say(one_line(guard_told(guarded)))
+        say(one_line(guard_sentence(guarded)))
     for name, line in found.lines.items():
         say(f"line of {name}: {line.in_words()}")
     if not follow:

@@ -12,7 +12,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.run_list import ListedRun
 from procedures.journal.stop_advice import advice
 from procedures.records.dwells import Event
-from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, is_unasked, told_of_state
+from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, is_unasked, state_sentence
 
 EVENING_HOUR = 16
 DUE_WITHIN_DAYS = 30
@@ -101,7 +101,7 @@ def _stops(states: list[Event]) -> Iterable[Stop]:
             continue
         after = states[place + 1] if place + 1 < len(states) else None
         lasted_s = None if after is None else (after.utc - event.utc).total_seconds()
-        yield Stop(event.utc, state, told_of_state(str(event.detail.get("reason", "")), by), lasted_s)
+        yield Stop(event.utc, state, state_sentence(str(event.detail.get("reason", "")), by), lasted_s)
 
 
 def _to_do(run: ListedRun, cause: str) -> str:

@@ -31,11 +31,11 @@ class Solved:
     @property
     def warnings(self) -> list[str]:
         """What somebody must read before the numbers are used, behind the sensor it is about."""
-        told = [f"{name}: {one.failure}" for name, one in self.sensors.items() if one.failure is not None]
+        sentences = [f"{name}: {one.failure}" for name, one in self.sensors.items() if one.failure is not None]
         for name, calibration in self._calibrations():
-            told += [f"{name}: {warning}" for warning in calibration.warnings]
-            told += [f"{name} {axis}: {word}" for axis, one in calibration.axes.items() for word in one.warnings]
-        return told
+            sentences += [f"{name}: {warning}" for warning in calibration.warnings]
+            sentences += [f"{name} {axis}: {word}" for axis, one in calibration.axes.items() for word in one.warnings]
+        return sentences
 
     def plot(self) -> Any:
         """Draw the residuals of every axis against pitch, as a matplotlib Figure."""

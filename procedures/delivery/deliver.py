@@ -105,7 +105,7 @@ class Delivery:
     @property
     def failures(self) -> Mapping[str, str]:
         """The parts that are missing, each with its sentence; `calrig solve` makes them."""
-        return {name: told for name, told in self.parts.items() if told != DONE and not told.startswith(NOT_DUE)}
+        return {name: word for name, word in self.parts.items() if word != DONE and not word.startswith(NOT_DUE)}
 
 
 def _tell_nobody(_step: str) -> None:
@@ -190,33 +190,33 @@ class _Parts:
     """What became of each part so far."""
 
     def __init__(self) -> None:
-        self._told: dict[str, str] = {}
+        self._outcomes: dict[str, str] = {}
 
     def made(self, part: str, make: Callable[[], Made]) -> Made | None:
         """Make a part and return it; None where it failed, which is kept as a sentence."""
         try:
             made = make()
         except AmsError as error:
-            self._told[part] = str(error)
+            self._outcomes[part] = str(error)
         except ModuleNotFoundError as error:
-            self._told[part] = f"{missing_sentence(error.name or part)}; then calrig solve makes it"
+            self._outcomes[part] = f"{missing_sentence(error.name or part)}; then calrig solve makes it"
         except OSError as error:
-            self._told[part] = f"{error.filename or part}: {error.strerror or error}; calrig solve makes it"
+            self._outcomes[part] = f"{error.filename or part}: {error.strerror or error}; calrig solve makes it"
         except Exception as error:  # noqa: BLE001  a rim: a defect in one part takes no other part from the laboratory
-            self._told[part] = f"{defect_text(error)}; send the run's folder"
+            self._outcomes[part] = f"{defect_text(error)}; send the run's folder"
         else:
-            self._told.setdefault(part, DONE)
+            self._outcomes.setdefault(part, DONE)
             return made
         return None
 
     def leave_out(self, parts: Iterable[str], why: str) -> None:
-        self._told |= dict.fromkeys(parts, f"{NOT_DUE}: {why}")
+        self._outcomes |= dict.fromkeys(parts, f"{NOT_DUE}: {why}")
 
     def fail(self, parts: Iterable[str], why: str) -> None:
-        self._told |= dict.fromkeys(parts, f"not made: {why}")
+        self._outcomes |= dict.fromkeys(parts, f"not made: {why}")
 
     def in_words(self) -> dict[str, str]:
-        return {name: self._told.get(name, DONE) for name in PARTS}
+        return {name: self._outcomes.get(name, DONE) for name in PARTS}
 
 
 def _why_no_set(run: SolvedRun) -> str:

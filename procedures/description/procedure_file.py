@@ -22,7 +22,7 @@ from pydantic import (
 )
 
 from ams.exports.formats import FORMATS
-from ams.models.registry import names_asked_for
+from ams.models.registry import names_by_option
 from procedures.description.design_kinds import DESIGNS
 from procedures.errors import PlanError
 from rig.description.device_settings import NotNegative, Positive
@@ -254,8 +254,8 @@ class KnownTemperature(StrictTable):
 
 
 def _is_a_model(name: str) -> str:
-    if name not in names_asked_for():
-        raise ValueError(f"allowed are {', '.join(names_asked_for())}")
+    if name not in names_by_option():
+        raise ValueError(f"allowed are {', '.join(names_by_option())}")
     return name
 
 

@@ -52,11 +52,11 @@ def run(
             print(said[-1], file=sys.stderr)  # noqa: T201  a script hears what a terminal would
         process.wait()
         document.seek(0)
-        told = document.read()
+        written = document.read()
     last = said[-1].removeprefix("calrig: ") if said else f"exit status {process.returncode}"
-    if not told:
+    if not written:
         raise RequestError(last)
-    found = json.loads(told)
+    found = json.loads(written)
     if found["state"] != "finished":
         raise RunFailed(f"{found['run']}: the run is {found['state']}: {last}; calrig resume continues it")
     return read_run(found["run"])

@@ -25,7 +25,7 @@ class Guard:
         self._tell = tell
         self._leases: dict[str, RateLease] = {}
         self._why_stop = ""
-        self._is_told = False
+        self._is_reported = False
         self._lost = ""
         self._bell, self._closing = Event(), Event()
         self._thread = Thread(target=self._watch, name="jog-guard", daemon=True)
@@ -52,7 +52,7 @@ class Guard:
 
     def stood_still(self) -> None:
         """Allow motion again, unless the operator is gone: the owner has seen every axis stand."""
-        self._why_stop, self._is_told = "", False
+        self._why_stop, self._is_reported = "", False
         self._leases.clear()
 
     def grant(self, axis: str, *, is_held: bool) -> None:
@@ -91,8 +91,8 @@ class Guard:
             self._bell.wait(LOOK_S)
             self._bell.clear()
             why = self._lost or self._why_stop
-            if why and not self._is_told:
-                self._is_told = True
+            if why and not self._is_reported:
+                self._is_reported = True
                 self._stop_axes(list(self._axes()), why)
             for axis, lease in list(self._leases.items()):
                 if not why and (over := lease.why_over()):
@@ -106,14 +106,14 @@ class Guard:
 
     def _stop_one(self, name: str) -> None:
         """Until the axis took it: whoever asked may not be there any more to ask again."""
-        is_told = False
+        is_reported = False
         while not self._closing.is_set():
             try:
                 self._axes()[name].stop()
             except RigError as error:
-                if not is_told:
+                if not is_reported:
                     self._tell(f"{name}: not known to have stopped: {error}; use the stop button at the machine")
-                is_told = True
+                is_reported = True
                 self._closing.wait(_AGAIN_S)
             else:
                 return

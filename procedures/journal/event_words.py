@@ -6,7 +6,7 @@ from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.voids import DROPPED, QUARANTINED
 from procedures.journal.voids import KIND as VOIDED
 from procedures.records.dwells import Event
-from procedures.records.states import told_of_state
+from procedures.records.states import state_sentence
 
 SILENT = ("intent", "links", "process", "identities", "readiness", "opened", "safe", "meter", "soaked", "again")
 """Of the record; nobody reads them as news."""
@@ -17,7 +17,7 @@ def event_words(event: Event) -> str:
     detail = event.detail
     match event.kind:
         case "state":
-            why = told_of_state(_text(detail, "reason"), _text(detail, "by"))
+            why = state_sentence(_text(detail, "reason"), _text(detail, "by"))
             return f"{_text(detail, 'to')}{f': {why}' if why else ''}"
         case "dwell":
             reasons = detail.get("reasons")

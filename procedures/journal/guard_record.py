@@ -27,10 +27,10 @@ def forget_guard_record(run_dir: Path) -> None:
         (run_dir / RECORD).unlink()
 
 
-def guard_told(document: Mapping[str, Any]) -> str:
+def guard_sentence(document: Mapping[str, Any]) -> str:
     """Return it as a sentence."""
     axes: Mapping[str, str] = document.get("axes", {})
     missed = [f"{name}: {outcome}" for name, outcome in sorted(axes.items()) if outcome.startswith("NOT")]
-    told = f"stop guard, {document.get('stopped_utc')}: {document.get('why')} while {' and '.join(document['moving'])}"
-    told += " could move; every axis was told to stop"
-    return f"{told}, but {'; '.join(missed)}; use the stop button at the machine" if missed else told
+    text = f"stop guard, {document.get('stopped_utc')}: {document.get('why')} while {' and '.join(document['moving'])}"
+    text += " could move; every axis was told to stop"
+    return f"{text}, but {'; '.join(missed)}; use the stop button at the machine" if missed else text

@@ -7,7 +7,7 @@ from typing import Any
 
 from procedures.journal.line_figures import LineFigures
 from procedures.records.progress import Progress
-from procedures.records.states import ACTIVE, STANDING_STILL, State, told_of_state
+from procedures.records.states import ACTIVE, STANDING_STILL, State, state_sentence
 
 _PLAN_WEIGHT = 5.0
 """So many dwells of the plan's pace count beside those measured."""
@@ -45,7 +45,7 @@ class RunStatus:
     @property
     def why(self) -> str:
         """Why it stands still and who or what asked for it, in one phrase."""
-        return told_of_state(self.reason, self.asked_by)
+        return state_sentence(self.reason, self.asked_by)
 
     def to_document(self) -> dict[str, Any]:
         """Return the JSON of ``calrig status --json``.

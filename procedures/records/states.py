@@ -103,7 +103,7 @@ def is_unasked(state: State, by: str) -> bool:
     )
 
 
-def told_of_state(reason: str, by: str) -> str:
+def state_sentence(reason: str, by: str) -> str:
     """Why a run is in a state and who or what asked for it, in one phrase; empty where neither is known."""
     return f"{reason} (asked for by {by})" if reason and by else f"asked for by {by}" if by else reason
 

@@ -106,8 +106,8 @@ def primary_own(axis: AxisView) -> list[str]:
 def primary_texts(axis: AxisView) -> list[Markup]:
     """Return those estimates as value(uncertainty in the last two digits)."""
     deviations = np.sqrt(np.maximum(np.diag(axis.calibration.primary_covariance), 0.0))
-    told = zip(axis.calibration.primary_names, axis.calibration.primary, deviations, strict=True)
-    return [_concise(float(value), float(deviation)) for name, value, deviation in told if name not in TERM_NAMES]
+    rows = zip(axis.calibration.primary_names, axis.calibration.primary, deviations, strict=True)
+    return [_concise(float(value), float(deviation)) for name, value, deviation in rows if name not in TERM_NAMES]
 
 
 def remarks_once(axes: Sequence[AxisView]) -> list[tuple[str, str]]:

@@ -77,19 +77,19 @@ class RunContext:
         """Record what happened on every line since it was opened."""
         self.progress_log.event(LINKS, link_detail(self.rig.link_counts()))
 
-    def stop_if_asked(self) -> None:
+    def stop_if_requested(self) -> None:
         if self.wait.stop is not None:
             raise RunEnds(Ending(State.STOPPED, self.wait.stop.text, self.wait.stop.by))
 
     def wait_unless_stopped(self, duration_s: float) -> None:
         """During a soak there is no dwell to finish first."""
         self.wait(duration_s)
-        self.stop_if_asked()
+        self.stop_if_requested()
 
     def requests(self) -> None:
         """Between dwells: stop, pause and the longest duration take effect here."""
         self.wait.look()
-        self.stop_if_asked()
+        self.stop_if_requested()
         limit_s, spent_s = self.plan.max_duration_s, self.rig.clock.monotonic_s() - self.began_s
         if limit_s is not None and spent_s > limit_s:
             raise RunEnds(Ending(State.STOPPED, f"[stop] max_duration_s = {limit_s:g} s has passed", "procedure"))
@@ -118,7 +118,7 @@ class RunContext:
         """Rest, with an eye on requests, until ``is_over`` or for ``limit_s``; returns who said continue."""
         rested_s = looked_s = 0.0
         while rested_s < limit_s:
-            self.stop_if_asked()
+            self.stop_if_requested()
             if rested_s >= looked_s:
                 if is_over():
                     break
@@ -126,7 +126,7 @@ class RunContext:
             rested_s += self.wait.rest()
             if isinstance(self.rig.clock, VirtualClock):
                 self.rig.clock.sleep(LOOK_S)
-        self.stop_if_asked()
+        self.stop_if_requested()
         return self.wait.continued.by if self.wait.continued is not None else ""
 
     def _pause(self, request: Request) -> None:

@@ -33,7 +33,7 @@ from procedures.journal.owner import owned_since
 from procedures.journal.spool import Spool
 from procedures.plan.plan import Plan
 from procedures.records.progress import LEASE, RunObserver
-from procedures.records.states import ACTIVE, RESUMABLE, State, told_of_state
+from procedures.records.states import ACTIVE, RESUMABLE, State, state_sentence
 from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import PROCESS, STORAGE, Ending, Outcome, RunEnds
@@ -227,7 +227,7 @@ class _Engine:
             self._announce(state, "; ".join(reasons), ending.by)
         if cause == STORAGE:  # the axes rest and people know: copying takes what time a bad disk takes
             reasons[0] += self._copied()
-        told = told_of_state("; ".join(reasons), ending.by)
+        in_words = state_sentence("; ".join(reasons), ending.by)
         try:
             if defect is not None:
                 self._progress_log.event("defect", {"traceback": "".join(traceback.format_exception(defect))})
@@ -235,14 +235,14 @@ class _Engine:
                 self._context.watchdogs.disarm()
                 self._context.record_lines()
                 self._progress_log.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
-                self._progress_log.enter(state, "; ".join(reasons), ending.by, cause, is_told=True)
+                self._progress_log.enter(state, "; ".join(reasons), ending.by, cause, is_said=True)
         except StorageFailed as error:
-            told = "; ".join(dict.fromkeys([*reasons, str(error)]))
+            in_words = "; ".join(dict.fromkeys([*reasons, str(error)]))
             if cause != STORAGE:
-                self._announce(State.INTERRUPTED, told, "")
+                self._announce(State.INTERRUPTED, in_words, "")
             state, cause = State.INTERRUPTED, STORAGE
         done, planned = self._progress_log.dwells_done, self._progress_log.dwells_planned
-        return Outcome(state, told, done, planned, cause, safe.positions_deg)
+        return Outcome(state, in_words, done, planned, cause, safe.positions_deg)
 
     def _announce(self, state: State, reason: str, by: str) -> None:
         with suppress(Exception):  # the rim: a screen that fails keeps no run from its last line
@@ -304,7 +304,7 @@ class _Engine:
         if words is not None and any(dwell.ended_utc > words.stopped_utc for dwell in self._history.dwells[-1:]):
             words = None  # of a time before somebody else took the run up
         reason, cause = ("the process ended without a last line", "") if words is None else (str(words), STORAGE)
-        self._progress_log.enter(State.INTERRUPTED, reason, cause=cause, is_told=words is not None)
+        self._progress_log.enter(State.INTERRUPTED, reason, cause=cause, is_said=words is not None)
         forget_last_words(folder, second_place)
 
     def _regain(self, lost: TrustLost, restarts: int) -> None:

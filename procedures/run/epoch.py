@@ -276,13 +276,13 @@ class Epoch:
         """Tell what a visit shows; hold where all sensors turned, until a person says continue."""
         if judged is None or not judged.findings:
             return
-        told = "; ".join(finding.text for finding in judged.findings)
+        sentence = "; ".join(finding.text for finding in judged.findings)
         kinds = [finding.kind for finding in judged.findings]
-        detail = {"step": judged.step, "text": told, "kinds": kinds, "held": judged.holds}
+        detail = {"step": judged.step, "text": sentence, "kinds": kinds, "held": judged.holds}
         self._progress_log.event(COMMON_MODE, {**detail, "doubtful": list(judged.doubtful)})
-        self._progress_log.tell(COMMON_MODE, told)
+        self._progress_log.tell(COMMON_MODE, sentence)
         if judged.holds:
-            self._context.hold(Alarm("table", f"{told}; {way_out(judged, self._plan)}", "ask"))
+            self._context.hold(Alarm("table", f"{sentence}; {way_out(judged, self._plan)}", "ask"))
 
     def _keep(self, record: DwellRecord) -> DwellRecord:
         """Later dwells are judged by accepted ones, in the order in which an uninterrupted run takes them."""

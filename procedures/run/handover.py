@@ -6,13 +6,13 @@ from pathlib import Path
 
 from procedures.journal.audit_trail import clock_words
 from procedures.journal.guard_record import EVENT as GUARDED
-from procedures.journal.guard_record import guard_told, read_guard_record
+from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
 from procedures.journal.stop_advice import advice
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE
-from procedures.records.states import ACTIVE, ANSWERED_FOR, State, told_of_state
+from procedures.records.states import ACTIVE, ANSWERED_FOR, State, state_sentence
 from rig.plain_text import one_line
 
 _MOST = 8
@@ -76,8 +76,8 @@ def _is_stop(event: Event) -> bool:
 
 
 def _reason(event: Event) -> str:
-    told = told_of_state(str(event.detail.get("reason", "")), str(event.detail.get("by", "")))
-    return one_line(f": {told}") if told else ""
+    reason = state_sentence(str(event.detail.get("reason", "")), str(event.detail.get("by", "")))
+    return one_line(f": {reason}") if reason else ""
 
 
 def _temperatures(dwells: Iterable[DwellRecord]) -> Iterable[str]:
@@ -119,10 +119,10 @@ def _kind(reason: str) -> str:
 
 def _guarded(run_dir: Path, events: Iterable[Event]) -> Iterable[str]:
     """Tell what the stop guard did: as it is journalled, and since then."""
-    told = [event.detail for event in events if event.kind == GUARDED]
+    documents = [event.detail for event in events if event.kind == GUARDED]
     since = read_guard_record(run_dir)
-    for document in told if since is None else [*told, since]:
-        yield one_line(guard_told(document))
+    for document in documents if since is None else [*documents, since]:
+        yield one_line(guard_sentence(document))
 
 
 def _listed(name: str, events: list[Event]) -> Iterable[str]:

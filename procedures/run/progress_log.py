@@ -9,7 +9,7 @@ from procedures.journal.voids import KIND as VOIDED
 from procedures.lease.keeper import LeaseNews
 from procedures.records.dwells import DwellRecord
 from procedures.records.progress import LEASE, LEASE_LOST, Progress, RunObserver
-from procedures.records.states import State, is_unasked, require_transition, told_of_state
+from procedures.records.states import State, is_unasked, require_transition, state_sentence
 from procedures.run.progress import Pace
 from rig.clock import Clock
 
@@ -34,24 +34,24 @@ class ProgressLog:
         self.unsaved: DwellRecord | None = None
         """Measured, but refused by the disk."""
 
-    def enter(self, state: State, reason: str = "", by: str = "", cause: str = "", *, is_told: bool = False) -> None:
-        """Go to another state. ``is_told``: :meth:`announce` has told of it.
+    def enter(self, state: State, reason: str = "", by: str = "", cause: str = "", *, is_said: bool = False) -> None:
+        """Go to another state. ``is_said``: :meth:`announce` has told of it.
 
         Raises: RequestError where the table does not allow it, StorageFailed.
         """
         require_transition(self.state, state)
-        if is_unasked(state, by) and not is_told:
+        if is_unasked(state, by) and not is_said:
             self.announce(state, reason, by)
-            is_told = True
+            is_said = True
         detail = {"from": self.state, "to": state, "by": by, "reason": reason}
         self.event("state", detail | ({"cause": cause} if cause else {}))
         self.state = state
-        if not is_told:
+        if not is_said:
             self.announce(state, reason, by)
 
     def announce(self, state: State, reason: str, by: str) -> None:
         """Tell of a state that is being entered, before the disk is asked: a full one must not keep it from people."""
-        self.tell("state", told_of_state(reason, by), state, by)
+        self.tell("state", state_sentence(reason, by), state, by)
 
     def event(self, kind: str, detail: Mapping[str, object]) -> None:
         """Write one line of the audit trail."""

@@ -51,7 +51,7 @@ def require_no_step(
     earlier = history.earlier_checks
     since = min(dwell.epoch for dwell in earlier.values())
     judged = watch.compare_check_sets(earlier, checks, since_check_set(since))
-    told = [finding.text for finding in judged.findings] if judged is not None else []
+    sentences = [finding.text for finding in judged.findings] if judged is not None else []
     before = {step: at_declared(dwell, chains) for step, dwell in earlier.items()}
     after = {step: at_declared(dwell, chains) for step, dwell in checks.items()}
     found = compare(before, after, (at_declared(dwell, chains) for dwell in history.visits))
@@ -60,14 +60,14 @@ def require_no_step(
     sentence = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"
     is_turned = judged is not None and judged.holds
     detail = {"tested": True, "comparisons": len(found), "steps": len(steps), "worst": sentence}
-    whole = {"attitudes": len(before), "of": len(checks), "told": told, "turned": is_turned}
+    whole = {"attitudes": len(before), "of": len(checks), "told": sentences, "turned": is_turned}
     progress_log.event("seam", {**detail, **whole, "against_epoch": since})
     if steps or is_turned:
         measured = f"{sentence}, allowed {worst.t_limit:.3g}"
         raise RunEnds(
             Ending(
                 State.TRIPPED,
-                f"the restart made a step: {'; '.join([*told, measured])}; look at mount, sensor and meter; "
+                f"the restart made a step: {'; '.join([*sentences, measured])}; look at mount, sensor and meter; "
                 "a resume with a name and a reason accepts it",
                 cause="seam",
             )

@@ -36,7 +36,7 @@ _ASKED_BY = {
 }
 
 
-def _nobody_is_told() -> None:
+def _ignore() -> None:
     return None
 
 
@@ -50,7 +50,7 @@ class Steering:
         idle_clock: Clock,
         record: Callable[[Taken], None],
         pulse: Callable[[], float] = lambda: inf,
-        hung_up: Callable[[], None] = _nobody_is_told,
+        hung_up: Callable[[], None] = _ignore,
         state_sequence: Callable[[], int] | None = None,
     ) -> None:
         self._spool = spool
@@ -122,7 +122,7 @@ class Steering:
         """
         for taken in self._spool.take():
             request = taken.request
-            if request is None or request.kind in ("note", "ack") or _is_asked_since(request, since):
+            if request is None or request.kind in ("note", "ack") or _is_newer(request, since):
                 self._take(taken)
             else:
                 self._record(Taken(taken.file, request, "asked of the process before this one"))
@@ -173,7 +173,7 @@ class Steering:
             self.terminated = request
 
 
-def _is_asked_since(request: Request, since: datetime | None) -> bool:
+def _is_newer(request: Request, since: datetime | None) -> bool:
     try:
         return since is not None and datetime.fromisoformat(request.at_utc) >= since
     except (ValueError, TypeError):

@@ -59,8 +59,8 @@ class RunRecord:
             return self.created_utc
         if not any(event.kind == "clock_step" for event in self.events):
             return last.ended_utc
-        told = [event for event in self.events if event.kind == "dwell" and event.detail.get("accepted")]
-        ended = {(event.detail["step"], event.detail["attempt"], event.detail["epoch"]): event for event in told}
+        kept = [event for event in self.events if event.kind == "dwell" and event.detail.get("accepted")]
+        ended = {(event.detail["step"], event.detail["attempt"], event.detail["epoch"]): event for event in kept}
         moments = (
             dwell.ended_utc - timedelta(seconds=clock_steps_s(self.events, event.sequence))
             for dwell in self.dwells

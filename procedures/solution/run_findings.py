@@ -35,10 +35,10 @@ def with_run_findings(solved: SolvedSensor, findings: Sequence[Finding]) -> Solv
     """Return the sensor with the findings on every axis, the significant ones among the warnings."""
     if solved.calibration is None or not findings:
         return solved
-    told = significant_texts(findings)
+    sentences = significant_texts(findings)
     axes = {
-        label: replace(axis, findings=(*axis.findings, *findings), warnings=(*axis.warnings, *told))
+        label: replace(axis, findings=(*axis.findings, *findings), warnings=(*axis.warnings, *sentences))
         for label, axis in solved.calibration.axes.items()
     }
-    calibration = replace(solved.calibration, axes=axes, warnings=(*solved.calibration.warnings, *told))
+    calibration = replace(solved.calibration, axes=axes, warnings=(*solved.calibration.warnings, *sentences))
     return replace(solved, calibration=calibration)

@@ -59,8 +59,8 @@ def _index_errors(rig: RigDescription, name: str) -> IndexErrors | None:
     or a reference sensor tells the attitude.
     """
     axis = rig.axes.get(name)
-    is_told = rig.attitude_reference is not None and name in rig.attitude_reference.channels
-    if axis is None or is_told:
+    is_referred = rig.attitude_reference is not None and name in rig.attitude_reference.channels
+    if axis is None or is_referred:
         return None
     by = divisor(rig.standards.get(axis.standard) if axis.standard else None)
     declared = IndexErrors(
@@ -87,15 +87,15 @@ def _known(axis: AxisSettings, divided_by: float) -> KnownErrors | None:
 
 def table_in_words(rig: RigDescription) -> str:
     """Describe what is declared of the table's indices; a shape of several axes is told once, behind the last."""
-    told = {
+    in_words = {
         name: (f"{name} u {two_digits(u_arcsec)}″{_teller(rig, name)}", _shape_in_words(rig, name))
         for name in ("pitch", "yaw", "roll")
         if (u_arcsec := standard_uncertainty_arcsec(rig, name)) > 0.0
     }
-    shapes = {shape for _, shape in told.values()}
+    shapes = {shape for _, shape in in_words.values()}
     if len(shapes) == 1:
-        return ", ".join(size for size, _ in told.values()) + shapes.pop()
-    return ", ".join(f"{size}{shape}" for size, shape in told.values())
+        return ", ".join(size for size, _ in in_words.values()) + shapes.pop()
+    return ", ".join(f"{size}{shape}" for size, shape in in_words.values())
 
 
 def _teller(rig: RigDescription, name: str) -> str:
@@ -113,15 +113,15 @@ def _shape_in_words(rig: RigDescription, name: str) -> str:
     }
     zero = [] if declared.zero_rad is None else [f"zero at {degrees(declared.zero_rad):g}°"]
     listed = [] if declared.known is None else [f"corrected by a list of {declared.known.angle_rad.size} angles"]
-    told = "; ".join(word for word in (words[declared.shape], *zero, *listed) if word)
-    return f" ({told})" if told else ""
+    in_words = "; ".join(word for word in (words[declared.shape], *zero, *listed) if word)
+    return f" ({in_words})" if in_words else ""
 
 
 def level_remarks(rig: RigDescription) -> tuple[str, ...]:
     """Say that nobody read the level of the base, where the attitude is counted from it."""
     reference = rig.attitude_reference
-    is_told = reference is not None and {"pitch", "roll"} <= set(reference.channels)
-    if rig.level.before is not None or rig.level.after is not None or is_told:
+    is_referred = reference is not None and {"pitch", "roll"} <= set(reference.channels)
+    if rig.level.before is not None or rig.level.after is not None or is_referred:
         return ()
     return (
         "the level of the base is not declared ([level] of the rig file): a tilted base, or an axis that was set to "
@@ -167,9 +167,9 @@ def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:
     if chain is not None and chain.load_resistor_ohm and readout in rig.readouts:
         input_ohm = rig.readouts[readout].input_ohm(name)
         if input_ohm is not None:
-            told = f"{chain.load_resistor_ohm:g} Ω on an input of {input_ohm:g} Ω"
+            divider = f"{chain.load_resistor_ohm:g} Ω on an input of {input_ohm:g} Ω"
             u = chain.load_resistor_ohm / input_ohm / sqrt(3.0)
-            yield SharedError("multimeter input", "gain", u, "limit", told, is_of_one_channel=True)
+            yield SharedError("multimeter input", "gain", u, "limit", divider, is_of_one_channel=True)
     resistor = None if chain is None else _standard(rig, chain.standard)
     if chain is not None and chain.load_resistor_ohm and resistor is not None and resistor[1].uncertainty_ohm:
         u = resistor[1].uncertainty_ohm / divisor(resistor[1]) / chain.load_resistor_ohm

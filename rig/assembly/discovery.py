@@ -65,8 +65,8 @@ def identify_each(
     Nothing moves. Raises: RigBusy where somebody owns the rig.
     """
     with acquire([str(rig_file)], "devices"):
-        found = [asked for line in _lines(description) for asked in _ask_line(line, claim)]
-    return [_judged(asked, expected(description)) for asked in found]
+        found = [answer for line in _lines(description) for answer in _ask_line(line, claim)]
+    return [_judged(answer, expected(description)) for answer in found]
 
 
 def _lines(description: RigDescription) -> Iterator[RigDescription]:
@@ -99,12 +99,12 @@ def _answer(key: str, device: Identifiable) -> DeviceAnswer:
         return DeviceAnswer(key, trouble=str(error))
 
 
-def _judged(asked: DeviceAnswer, expected_of: dict[str, str]) -> DeviceAnswer:
+def _judged(answer: DeviceAnswer, expected_of: dict[str, str]) -> DeviceAnswer:
     try:
-        require_expected(expected_of, {asked.key: asked.identity} if asked.identity else {})
+        require_expected(expected_of, {answer.key: answer.identity} if answer.identity else {})
     except RequestRefused as stranger:
-        return replace(asked, trouble=str(stranger))
-    return asked
+        return replace(answer, trouble=str(stranger))
+    return answer
 
 
 def stable_paths(by_id: Path) -> dict[str, str]:

@@ -175,7 +175,7 @@ class Rig:
         """
         if self.description.is_simulated:
             return
-        wanted = {serial for told in identities if (serial := serial_of(told)) is not None} - self._locked
+        wanted = {serial for identity in identities if (serial := serial_of(identity)) is not None} - self._locked
         self._held.enter_context(acquire(sorted(wanted), self._purpose))
         self._locked |= wanted
         if any(map(is_on_network, real_ports(self.description))):

@@ -208,9 +208,9 @@ def _cables_that_never_wind(file: TomlFile, rig: RigDescription) -> Iterable[str
     """Asked of files only: journals hold rigs from before this was refused."""
     for name, axis in rig.axes.items():
         if axis.wrap_turns is not None and axis.turning != "revolves":
-            told = "give top_rate_dps, or remove it" if hasattr(axis, "top_rate_dps") else "remove it"
+            remedy = "give top_rate_dps, or remove it" if hasattr(axis, "top_rate_dps") else "remove it"
             yield file.complaint(
-                ("axes", name, "wrap_turns"), f"the axis does not turn on and on, no cable of it winds up; {told}"
+                ("axes", name, "wrap_turns"), f"the axis does not turn on and on, no cable of it winds up; {remedy}"
             )
 
 

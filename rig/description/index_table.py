@@ -41,9 +41,9 @@ def read_index_table(path: Path, limits_deg: tuple[float, float]) -> IndexTable:
     if not rows or tuple(cell.strip() for cell in rows[0]) != COLUMNS:
         got = ", ".join(rows[0]) if rows else "an empty file"
         raise DescriptionError(f"{path}:1: header: got {got}, allowed {','.join(COLUMNS)}; correct the first line")
-    told = [(number, cells) for number, cells in enumerate(rows[1:], start=2) if cells]
-    values = [_numbers(path, number, cells) for number, cells in told]
-    complaint = next(iter(_complaints([number for number, _ in told], values, limits_deg)), None)
+    filled = [(number, cells) for number, cells in enumerate(rows[1:], start=2) if cells]
+    values = [_numbers(path, number, cells) for number, cells in filled]
+    complaint = next(iter(_complaints([number for number, _ in filled], values, limits_deg)), None)
     if complaint is not None:
         raise DescriptionError(f"{path}:{complaint}")
     angle_deg, error_arcsec, uncertainty_arcsec = zip(*values, strict=True)

@@ -48,9 +48,9 @@ class AxisTruth(StrictTable):
     def _one_sensitivity(self) -> "AxisTruth":
         names = ("sensitivity_v_per_g", "sensitivity_v_per_dps", "sensitivity_v_per_ut")
         given = {name for name in names if getattr(self, name)}
-        told = [*sorted(given), *(["reading"] if self.reading is not None else [])]
-        if len(told) != 1:
-            raise ValueError(f"give one sensitivity other than 0, or reading; got {', '.join(told) or 'neither'}")
+        sources = [*sorted(given), *(["reading"] if self.reading is not None else [])]
+        if len(sources) != 1:
+            raise ValueError(f"give one sensitivity other than 0, or reading; got {', '.join(sources) or 'neither'}")
         if self.reading is None and "offset_v" not in self.model_fields_set:
             raise ValueError("offset_v is missing")
         return self

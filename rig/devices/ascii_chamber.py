@@ -80,10 +80,10 @@ class AsciiChamber:
         self._holds = False
 
     def identify(self) -> str:
-        told = [self._ask(question, parse_text) for question in self._words.identity]
+        answers = [self._ask(question, parse_text) for question in self._words.identity]
         unit = "degF" if self._unit() else "degC"
         self._ask(self._words.activity, self._words.parse_activity)
-        return f"{self._settings.model} {' '.join(told)}, values in {unit}"
+        return f"{self._settings.model} {' '.join(answers)}, values in {unit}"
 
     def temperature_degc(self) -> float:
         is_fahrenheit = self._unit()
@@ -101,8 +101,8 @@ class AsciiChamber:
     def setpoint_degc(self) -> float:
         """Return the set point that the chamber follows, a program's while one runs, where it can be told."""
         is_fahrenheit = self._unit()
-        told = self._look().setpoint if self._activity() == "program" else None
-        setpoint = self._ask(self._words.setpoint, self._words.parse_setpoint) if told is None else told
+        followed = self._look().setpoint if self._activity() == "program" else None
+        setpoint = self._ask(self._words.setpoint, self._words.parse_setpoint) if followed is None else followed
         return _degc(setpoint, is_fahrenheit)
 
     def hold(self, setpoint_degc: float) -> None:
@@ -120,11 +120,11 @@ class AsciiChamber:
         if activity == "stopped" or self._words.starts_always:
             self._tell(self._words.start)
         self._holds = True
-        told = self._ask(self._words.setpoint, self._words.parse_setpoint)
-        if abs(told - value) > 1e-9:
+        read_back = self._ask(self._words.setpoint, self._words.parse_setpoint)
+        if abs(read_back - value) > 1e-9:
             raise DeviceFault(
                 f"{self.name}: setpoint {setpoint_degc:g} degC was sent, but reads back"
-                f" {_degc(told, is_fahrenheit):g} degC; the chamber may heat or cool; look at its panel"
+                f" {_degc(read_back, is_fahrenheit):g} degC; the chamber may heat or cool; look at its panel"
             )
         self._require_holding()
 
@@ -161,22 +161,22 @@ class AsciiChamber:
     def _unit(self) -> bool:
         """Return whether the wire is in °F, as when we connected. Raises: DeviceNonsense, DeviceFault."""
         stated = None if self._settings.values is None else self._settings.values == "degf"
-        told = stated if self._words.unit is None else self._ask(self._words.unit, parse_is_fahrenheit)
-        assert told is not None, "the settings were checked"
-        if stated not in (None, told):
+        answered = stated if self._words.unit is None else self._ask(self._words.unit, parse_is_fahrenheit)
+        assert answered is not None, "the settings were checked"
+        if stated not in (None, answered):
             raise DeviceNonsense(
-                f"{self.name}: the controller is set to {'degF' if told else 'degC'}, the rig file says"
+                f"{self.name}: the controller is set to {'degF' if answered else 'degC'}, the rig file says"
                 f" {self._settings.values!r} (environment.{self.name}: values); nothing was changed; correct the file,"
                 " or the unit at the panel"
             )
-        if self._is_fahrenheit not in (None, told):
+        if self._is_fahrenheit not in (None, answered):
             raise DeviceFault(
                 f"{self.name}: the unit was {'degF' if self._is_fahrenheit else 'degC'} and is"
-                f" {'degF' if told else 'degC'}: somebody set the controller otherwise; nothing was changed; set it"
+                f" {'degF' if answered else 'degC'}: somebody set the controller otherwise; nothing was changed; set it"
                 " back, or start anew"
             )
-        self._is_fahrenheit = told
-        return told
+        self._is_fahrenheit = answered
+        return answered
 
     def _look(self) -> Look:
         return self._ask(self._words.look, self._words.parse_look)

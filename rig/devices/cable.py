@@ -158,8 +158,8 @@ class CableGuard:
         self._rate_dps = 0.0
 
     def arm_watchdog(self, wait: Wait) -> str:
-        told: str = self._axis.arm_watchdog(wait)  # type: ignore[attr-defined]
-        return told
+        outcome: str = self._axis.arm_watchdog(wait)  # type: ignore[attr-defined]
+        return outcome
 
     def feed_watchdog(self) -> None:
         self._axis.feed_watchdog()  # type: ignore[attr-defined]

@@ -120,9 +120,9 @@ class CsvImuSettings(StreamSettings):
     @model_validator(mode="after")
     def _columns_agree(self) -> "CsvImuSettings":
         wanted = [column for column in self.columns if column != UNUSED]
-        told = [*self.channels, *(extra.column for extra in (self.count, self.time) if extra)]
-        for name in (*wanted, *told):
-            if wanted.count(name) != 1 or told.count(name) != 1:
+        declared = [*self.channels, *(extra.column for extra in (self.count, self.time) if extra)]
+        for name in (*wanted, *declared):
+            if wanted.count(name) != 1 or declared.count(name) != 1:
                 raise ValueError(
                     f"column {name!r} must stand once in columns and once in channels, count or time;"
                     f" write {UNUSED!r} in columns for one that is not wanted"

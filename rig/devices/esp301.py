@@ -309,10 +309,10 @@ class Esp301Axis:
         need_deg = self._settings.resolution_deg
         if need_deg is None:
             return
-        told_deg = self._controller.ask_number("SU", number)
-        if abs(told_deg - need_deg) > _RESOLUTION_TOLERANCE * need_deg:
+        read_deg = self._controller.ask_number("SU", number)
+        if abs(read_deg - need_deg) > _RESOLUTION_TOLERANCE * need_deg:
             raise DeviceRefused(
-                f"{self.name}: the controller reckons with (SU) {told_deg:g} deg a count, the rig file says"
+                f"{self.name}: the controller reckons with (SU) {read_deg:g} deg a count, the rig file says"
                 f" {need_deg:g} (axes.{self.name}: resolution_deg); nothing moved; another stage is"
                 " connected, or its scale was changed: correct one of them"
             )
@@ -322,10 +322,10 @@ class Esp301Axis:
         if self._is_paced:
             return
         self._command(wire.set_value("VA", self._settings.axis, self.speed_dps))
-        told_dps = self._controller.ask_number("VA", self._settings.axis)
-        if abs(told_dps - self.speed_dps) > _SPEED_TOLERANCE * self.speed_dps:
+        read_dps = self._controller.ask_number("VA", self._settings.axis)
+        if abs(read_dps - self.speed_dps) > _SPEED_TOLERANCE * self.speed_dps:
             raise DeviceFault(
-                f"{self.name}: speed {self.speed_dps:g} deg/s was sent, but reads back {told_dps:g} deg/s"
+                f"{self.name}: speed {self.speed_dps:g} deg/s was sent, but reads back {read_dps:g} deg/s"
                 f" (axes.{self.name}: speed_dps); nothing moved; ask for a speed that the axis has"
             )
         self._is_paced = True
@@ -363,9 +363,9 @@ class Esp301Axis:
 
     def _require_no_errors(self, errors: Sequence[ErrorRecord], commands: Sequence[Command]) -> None:
         if errors:
-            told = "; ".join(f"error {error.code} {error.text}" for error in errors)
+            complaints = "; ".join(f"error {error.code} {error.text}" for error in errors)
             raise DeviceRefused(
-                f"{self.name}: the controller refused {wire.encode(*commands).decode('ascii').strip()!r}: {told};"
+                f"{self.name}: the controller refused {wire.encode(*commands).decode('ascii').strip()!r}: {complaints};"
                 " look at its error list and at the axis"
             )
 

@@ -132,8 +132,8 @@ class Hp3458aMeter:
         """
         status = self._bus.serial_poll(self._address)
         if status & Status.ERROR:
-            told = ", ".join(text for _, text in self._errors())
-            raise DeviceRefused(f"{self.name}: meter: {told}; the burst is dropped; look at its display")
+            words = ", ".join(text for _, text in self._errors())
+            raise DeviceRefused(f"{self.name}: meter: {words}; the burst is dropped; look at its display")
         if status & self._power_on_sign:
             raise DeviceFault(
                 f"{self.name}: meter: it was switched off and on since it was set up; the burst is dropped;"
@@ -162,9 +162,9 @@ class Hp3458aMeter:
             ),
         )
         if errors := self._errors():
-            told = ", ".join(text for _, text in errors)
+            words = ", ".join(text for _, text in errors)
             raise DeviceFault(
-                f"{self.name}: meter: ACAL DCV: {told}; nothing is measured; open its inputs and try again by hand"
+                f"{self.name}: meter: ACAL DCV: {words}; nothing is measured; open its inputs and try again by hand"
             )
 
     def clear(self) -> None:
@@ -226,8 +226,8 @@ class Hp3458aMeter:
         for query, need in (*CONFIRMED, (b"LFREQ?", self._line_frequency_hz)):
             self._require_number(query, need)
         if errors := self._errors():
-            told = ", ".join(text for _, text in errors)
-            raise DeviceRefused(f"{self.name}: meter: configuration: {told}; it is not set up; look at its display")
+            words = ", ".join(text for _, text in errors)
+            raise DeviceRefused(f"{self.name}: meter: configuration: {words}; it is not set up; look at its display")
         self._is_configured = True
 
     def _require_number(self, query: bytes, need: float) -> None:

@@ -151,7 +151,7 @@ class IndexingTableAxis:
         """
         has_search = self._codec.knows(Home)
         self._home = "none"
-        was_homed = self._told_state().is_homed
+        was_homed = self._ask_state().is_homed
         self._is_enabled = False  # a machine that lost power forgot its speed, too
         self.enable()
         if has_search:
@@ -174,9 +174,9 @@ class IndexingTableAxis:
 
     def _see_search(self, *, was_homed: bool | None, has_search: bool) -> None:
         def is_begun() -> bool:
-            told = self._told_state()
-            is_found = was_homed is False and told.is_homed is True
-            return told.is_moving or is_found or (not has_search and abs(self._table_deg()) < _SAME_ANGLE_DEG)
+            answer = self._ask_state()
+            is_found = was_homed is False and answer.is_homed is True
+            return answer.is_moving or is_found or (not has_search and abs(self._table_deg()) < _SAME_ANGLE_DEG)
 
         unseen = (
             f"{self.name}: home: it was sent, but the axis does not begin within {TAKEN_UP_S:g} s; there is no home;"
@@ -192,19 +192,19 @@ class IndexingTableAxis:
         self._start(Move(self._number, table_deg), target_deg)
 
     def state(self) -> AxisState:
-        told = self._told_state()
-        if self._home == "searching" and told.is_homed is None and not told.is_moving:
-            told = self._told_state()  # its word alone ends a search, and may be damaged on the line
+        answer = self._ask_state()
+        if self._home == "searching" and answer.is_homed is None and not answer.is_moving:
+            answer = self._ask_state()  # its word alone ends a search, and may be damaged on the line
         table_deg = self._table_deg()
-        if self._home == "searching" and not told.is_moving:
-            self._home = "none" if told.is_faulty else "found"
-        is_homed = not self._codec.knows(Home) or self._home == "found" if told.is_homed is None else told.is_homed
+        if self._home == "searching" and not answer.is_moving:
+            self._home = "none" if answer.is_faulty else "found"
+        is_homed = not self._codec.knows(Home) or self._home == "found" if answer.is_homed is None else answer.is_homed
         return AxisState(
             position_deg=self._settings.attitude_deg(table_deg),
-            is_moving=told.is_moving,
+            is_moving=answer.is_moving,
             is_homed=is_homed,
-            is_seated=told.is_seated,
-            fault="the controller reports a fault" if told.is_faulty else "",
+            is_seated=answer.is_seated,
+            fault="the controller reports a fault" if answer.is_faulty else "",
         )
 
     def stop(self) -> None:
@@ -223,12 +223,12 @@ class IndexingTableAxis:
             return ()
         return (StopStep(self._codec.encode_command(Stop(self._number))),)
 
-    def _told_state(self) -> TableState:
+    def _ask_state(self) -> TableState:
         """By its own word, or by whether it is still where it was."""
         if self._codec.knows(AskState):
-            told = self._ask(AskState(self._number))
-            assert isinstance(told, TableState)
-            return told
+            answer = self._ask(AskState(self._number))
+            assert isinstance(answer, TableState)
+            return answer
         before_deg = self._table_deg()
         self._exchange.stream.clock.sleep(self._codec.dialect.still_s)
         is_moving = abs(self._table_deg() - before_deg) > _STILL_DEG

@@ -151,7 +151,7 @@ class MaestroController:
                 self.poll_errors()
         if self.failures != failures:
             raise DeviceFault(
-                f"{self._exchange.stream.name}: the controller reports {wire.told(self.errors)}: every servo went to"
+                f"{self._exchange.stream.name}: the controller reports {wire.error_words(self.errors)}: every servo went to"
                 " its home and positions are lost; look for the cause, then home every axis"
             )
 
@@ -190,10 +190,10 @@ class MaestroController:
         self._exchange.wait_for_quiet()
         question = self.codec.encode(Request(wire.GET_SCRIPT_STATUS))
         self._exchange.stream.write(question)
-        told = self._exchange.read_bytes(1, self._exchange.patience.timeout_s, question)
-        if told[0] > _STOPPED:
+        reply = self._exchange.read_bytes(1, self._exchange.patience.timeout_s, question)
+        if reply[0] > _STOPPED:
             raise DeviceNonsense(
-                f"{self._exchange.stream.name}: the state of the script is {told[0]}, allowed 0 and 1: no Maestro"
+                f"{self._exchange.stream.name}: the state of the script is {reply[0]}, allowed 0 and 1: no Maestro"
                 " answers here; nothing was taken from it; check the baud rate and that this is the right device"
             )
         self._exchange.wait_for_quiet()
@@ -292,7 +292,7 @@ class MaestroAxis:
             is_moving=self._target is not None and not failed and position not in (0, self._target),
             is_homed=self._trusted_failures is not None and not failed and position != 0,
             is_seated=True,
-            fault=f"the controller reported {wire.told(self._controller.errors)} and sent the servos home"
+            fault=f"the controller reported {wire.error_words(self._controller.errors)} and sent the servos home"
             if failed
             else "",
         )
@@ -322,7 +322,7 @@ class MaestroAxis:
         self._controller.poll_errors()
         position = self._controller.position(self._settings.axis, self._place)
         if self._controller.failures != failures:
-            return f"the controller reports {wire.told(self._controller.errors)}; home it"
+            return f"the controller reports {wire.error_words(self._controller.errors)}; home it"
         if position != mark["pulse"]:
             return (
                 f"its pulse is {position / wire.QUARTERS_PER_US:g} us and was left at"

@@ -79,7 +79,7 @@ class ManualAxis:
         self.arrival_tolerance_deg = settings.arrival_tolerance_deg
         self._settings = settings
         self._prompt = prompt
-        self._asked: SetTo | SetToZero | None = None
+        self._pending: SetTo | SetToZero | None = None
         self._table_deg = 0.0
         self._is_known = False
         self._fault = ""
@@ -107,17 +107,17 @@ class ManualAxis:
         self._take_answer()
         return AxisState(
             position_deg=self._settings.attitude_deg(self._table_deg),
-            is_moving=self._asked is not None,
+            is_moving=self._pending is not None,
             is_homed=self._is_known,
             is_seated=True,
             fault=self._fault,
-            awaits_operator=self._asked is not None,
+            awaits_operator=self._pending is not None,
         )
 
     def stop(self) -> None:
         """Withdraw an open question; the axis may then stand anywhere."""
-        if self._asked is not None:
-            self._asked, self._is_known = None, False
+        if self._pending is not None:
+            self._pending, self._is_known = None, False
             self._prompt.tell(LeaveIt(self.name))
 
     def stop_steps(self) -> Sequence[StopStep]:
@@ -131,23 +131,23 @@ class ManualAxis:
             )
         self._fault = ""
         self._prompt.ask(order)
-        self._asked = order
+        self._pending = order
 
     def _take_answer(self) -> None:
-        answer = self._prompt.answer() if self._asked is not None else None
-        if self._asked is None or answer is None:
+        answer = self._prompt.answer() if self._pending is not None else None
+        if self._pending is None or answer is None:
             return
-        asked, self._asked = self._asked, None
+        order, self._pending = self._pending, None
         if answer.lower() == wire.CANNOT:
             self._is_known = False
             self._fault = "the operator could not set the axis"
             return
-        asked_deg = asked.angle_deg if isinstance(asked, SetTo) else 0.0
-        told_deg = wire.decode_angle(answer) if answer and isinstance(asked, SetTo) else asked_deg
-        if told_deg is None or (answer and isinstance(asked, SetToZero)):
-            self._ask(asked)  # not understood: a person reads the line again
+        ordered_deg = order.angle_deg if isinstance(order, SetTo) else 0.0
+        entered_deg = wire.decode_angle(answer) if answer and isinstance(order, SetTo) else ordered_deg
+        if entered_deg is None or (answer and isinstance(order, SetToZero)):
+            self._ask(order)  # not understood: a person reads the line again
             return
-        self._table_deg, self._is_known = told_deg, True
+        self._table_deg, self._is_known = entered_deg, True
 
 
 def connect(axes: Mapping[str, ManualSettings], stream: ByteStream) -> dict[str, ManualAxis]:

@@ -28,7 +28,7 @@ class ManualField:
         self.name = name
         self.limits_ut = settings.limits_ut
         self._prompt = prompt
-        self._asked_ut: float | None = None
+        self._pending_ut: float | None = None
         self._applied_ut: float | None = None
         self._fault = ""
 
@@ -52,23 +52,23 @@ class ManualField:
             )
         self._applied_ut, self._fault = None, ""
         self._prompt.ask(ApplyField(self.name, round(field_ut, 6)))
-        self._asked_ut = field_ut
+        self._pending_ut = field_ut
 
     def state(self) -> FieldState:
-        answer = self._prompt.answer() if self._asked_ut is not None else None
-        if self._asked_ut is not None and answer is not None:
-            asked_ut, self._asked_ut = self._asked_ut, None
+        answer = self._prompt.answer() if self._pending_ut is not None else None
+        if self._pending_ut is not None and answer is not None:
+            ordered_ut, self._pending_ut = self._pending_ut, None
             if answer.lower() == wire.CANNOT:
                 self._fault = "the operator could not apply the field"
             elif answer:
-                self.start_field(asked_ut)  # not understood: a person reads the line again
+                self.start_field(ordered_ut)  # not understood: a person reads the line again
             else:
-                self._applied_ut = asked_ut
-        return FieldState(self._applied_ut, self._fault, awaits_operator=self._asked_ut is not None)
+                self._applied_ut = ordered_ut
+        return FieldState(self._applied_ut, self._fault, awaits_operator=self._pending_ut is not None)
 
     def stop(self) -> None:
-        if self._asked_ut is not None:
-            self._asked_ut = None
+        if self._pending_ut is not None:
+            self._pending_ut = None
             self._prompt.tell(LeaveIt(self.name))
 
 

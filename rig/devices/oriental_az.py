@@ -165,7 +165,7 @@ class OrientalAzAxis:
             is_moving=signals.is_moving,
             is_homed=signals.is_homed,
             is_seated=True,
-            fault=_told(self._status()[1]) if signals.is_alarmed else "",
+            fault=_alarm_text(self._status()[1]) if signals.is_alarmed else "",
         )
 
     def stop(self) -> None:
@@ -193,10 +193,10 @@ class OrientalAzAxis:
         with ExitStack() as unless_proven:
             unless_proven.callback(self.disarm_watchdog)
             self._write_silence(self.watchdog_s)
-            told = prove(self.name, self.watchdog_s, self._has_noticed, wait, remedy)
+            outcome = prove(self.name, self.watchdog_s, self._has_noticed, wait, remedy)
             unless_proven.pop_all()
         self._is_armed = True
-        return told
+        return outcome
 
     def feed_watchdog(self) -> None:
         self._status()
@@ -216,9 +216,9 @@ class OrientalAzAxis:
         register, silence_ms = self._settings.watchdog_register, round(1000.0 * silence_s)
         with self._turn:
             self._modbus.write_registers(register, wire.words(silence_ms))
-        if (told := self._read(register, 1)[0]) != silence_ms:
+        if (read_ms := self._read(register, 1)[0]) != silence_ms:
             raise DeviceFault(
-                f"{self.name}: a communication timeout of {silence_ms} ms was acknowledged, but reads back {told} ms"
+                f"{self.name}: a communication timeout of {silence_ms} ms was acknowledged, but reads back {read_ms} ms"
                 f" (axes.{self.name}: watchdog_register); nothing moved; compare the register with the driver's manual"
             )
 
@@ -272,7 +272,7 @@ class OrientalAzAxis:
     def _require_no_alarm(self, task: str) -> None:
         _, alarm = self._status()
         if alarm:
-            raise DeviceFault(f"{self.name}: {task}: {_told(alarm)}; nothing moved; find its cause and reset it")
+            raise DeviceFault(f"{self.name}: {task}: {_alarm_text(alarm)}; nothing moved; find its cause and reset it")
 
     def _require_set_up(self) -> str:
         """Gear, wrap and software limits against the rig file, once; what they are, for the record."""
@@ -409,7 +409,7 @@ def connect(axes: Mapping[str, OrientalAzSettings], stream: ByteStream) -> dict[
     return {name: OrientalAzAxis(name, settings, _master(settings, stream), turn) for name, settings in axes.items()}
 
 
-def _told(alarm: int) -> str:
+def _alarm_text(alarm: int) -> str:
     return f"alarm {alarm:#04x}" + (" (its host fell silent; home resets it)" if alarm == wire.SILENCE_ALARM else "")
 
 

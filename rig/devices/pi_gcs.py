@@ -120,10 +120,10 @@ class PiGcsAxis:
         ends_deg = [self._settings.attitude_deg(self._number(query)) for query in ("TMN?", "TMX?")]
         require_travel(self.name, self.limits_deg, (min(ends_deg), max(ends_deg)))
         self._do("VEL", wire.format_number(self.speed_dps))
-        told_dps = self._number("VEL?")
-        if abs(told_dps - self.speed_dps) > _SPEED_TOLERANCE * self.speed_dps:
+        read_dps = self._number("VEL?")
+        if abs(read_dps - self.speed_dps) > _SPEED_TOLERANCE * self.speed_dps:
             raise DeviceFault(
-                f"{self.name}: speed {self.speed_dps:g} deg/s was sent, but reads back {told_dps:g}"
+                f"{self.name}: speed {self.speed_dps:g} deg/s was sent, but reads back {read_dps:g}"
                 f" (axes.{self.name}: speed_dps); nothing moved; ask for a speed that the stage has"
             )
         self._is_prepared = True
@@ -160,9 +160,9 @@ class PiGcsAxis:
         if error != wire.NO_ERROR:
             raise self._refusal(" ".join([word, self._axis, *values]), error)
 
-    def _refusal(self, told: str, error: int) -> DeviceRefused:
+    def _refusal(self, command: str, error: int) -> DeviceRefused:
         return DeviceRefused(
-            f"{self.name}: the controller refused {told}: error {error}, {wire.ERRORS.get(error, 'see its manual')};"
+            f"{self.name}: the controller refused {command}: error {error}, {wire.ERRORS.get(error, 'see its manual')};"
             " look at the stage and its controller"
         )
 

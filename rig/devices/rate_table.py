@@ -44,11 +44,11 @@ class Unwound:
         self._angle_deg = self._rate_dps = 0.0
         self._looked_s: float | None = None
 
-    def __call__(self, told_deg: float) -> float:
+    def __call__(self, reported_deg: float) -> float:
         now_s = self._clock.monotonic_s()
         since_s = 0.0 if self._looked_s is None else now_s - self._looked_s
         expected_deg = self._angle_deg + self._rate_dps * since_s
-        angle_deg = told_deg + 360.0 * round((expected_deg - told_deg) / 360.0)
+        angle_deg = reported_deg + 360.0 * round((expected_deg - reported_deg) / 360.0)
         if since_s > 0.0:
             self._rate_dps = (angle_deg - self._angle_deg) / since_s
         self._angle_deg, self._looked_s = angle_deg, now_s

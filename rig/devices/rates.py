@@ -49,10 +49,10 @@ class RevolvingSettings(AxisSettings):
 
 def look(ask_angle_deg: Callable[[], float], clock: Clock) -> TurnLook:
     """Time one question for the angle by the rig's clock."""
-    asked_s = clock.monotonic_s()
+    sent_s = clock.monotonic_s()
     angle_deg = ask_angle_deg()
     answered_s = clock.monotonic_s()
-    return TurnLook(angle_deg, 0.5 * (asked_s + answered_s), 0.5 * (answered_s - asked_s))
+    return TurnLook(angle_deg, 0.5 * (sent_s + answered_s), 0.5 * (answered_s - sent_s))
 
 
 def measured_rate(first: TurnLook, last: TurnLook) -> MeasuredRate:

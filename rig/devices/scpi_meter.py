@@ -59,7 +59,7 @@ class Preset:
             return self.nplc[0] <= nplc <= self.nplc[-1]
         return nplc in self.nplc
 
-    def told_nplc(self) -> str:
+    def nplc_choices(self) -> str:
         return f"{self.nplc[0]:g} to {self.nplc[-1]:g}" if self.spans_nplc else listed(self.nplc)
 
 
@@ -134,7 +134,7 @@ class ScpiMeterSettings(ReadoutSettings):
         if not preset.offers(self.nplc):
             raise ValueError(
                 f"nplc: a {self.model} has no integration time of {self.nplc:g} power-line cycles (allowed:"
-                f" {preset.told_nplc()})"
+                f" {preset.nplc_choices()})"
             )
         if preset.impedance is None and not self.high_impedance:
             raise ValueError(
@@ -246,7 +246,7 @@ class ScpiMeter:
         cycles = self._settings.nplc if nplc is None else nplc
         if not self._preset.offers(cycles):
             raise RequestRefused(
-                f"{self.name}: got {cycles:g} power-line cycles (allowed: {self._preset.told_nplc()});"
+                f"{self.name}: got {cycles:g} power-line cycles (allowed: {self._preset.nplc_choices()});"
                 " nothing was measured"
             )
         return cycles

@@ -34,8 +34,8 @@ def take_errors(line: MessageLine, name: str) -> list[tuple[int, str]]:
 def require_no_error(line: MessageLine, name: str, after: str, consequence: str) -> None:
     """Empty the error queue. Raises: DeviceRefused with what stood in it."""
     if errors := take_errors(line, name):
-        told = ", ".join(f"{number:+d} {text}" for number, text in errors)
-        raise DeviceRefused(f"{name}: {after}: {told}; {consequence}; look at the unit's display")
+        complaints = ", ".join(f"{number:+d} {text}" for number, text in errors)
+        raise DeviceRefused(f"{name}: {after}: {complaints}; {consequence}; look at the unit's display")
 
 
 @contextmanager

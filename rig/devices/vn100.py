@@ -97,8 +97,8 @@ class Vn100:
         self._command(wire.PAUSE)
         model, serial, firmware = (self._read(number) for number in (wire.MODEL, wire.SERIAL, wire.FIRMWARE))
         compensated = [str(number) for number in wire.COMPENSATION if self._is_compensating(number)]
-        told = f"user compensation in register {' and '.join(compensated)}" if compensated else "no user compensation"
-        return f"VectorNav {model}, serial {serial}, firmware {firmware}, {told}"
+        extra = f"user compensation in register {' and '.join(compensated)}" if compensated else "no user compensation"
+        return f"VectorNav {model}, serial {serial}, firmware {firmware}, {extra}"
 
     def start(self) -> None:
         self._command(wire.PAUSE)
@@ -144,13 +144,13 @@ class Vn100:
     def _is_compensating(self, register: int) -> bool:
         """Whether a matrix and offset are other than as delivered; a firmware without the register compensates not."""
         try:
-            told = self._read(register)
+            reply = self._read(register)
         except DeviceRefused:
             return False
         try:
-            return tuple(map(float, told.split(","))) != wire.NO_COMPENSATION
+            return tuple(map(float, reply.split(","))) != wire.NO_COMPENSATION
         except ValueError as error:
-            raise DeviceNonsense(f"{self.name}: register {register}: {told!r} are no numbers") from error
+            raise DeviceNonsense(f"{self.name}: register {register}: {reply!r} are no numbers") from error
 
     def _silence_binary_outputs(self) -> None:
         """Switch off what would send frames between the lines: the type of the text output does not stop them.
@@ -165,18 +165,18 @@ class Vn100:
             if ports == "0":
                 continue
             words = ",".join(["0", *rest]).encode("ascii")
-            told = self._command(b"VNWRG,%d,%s" % (register, words))[2:]
-            if told[:1] != ["0"]:
+            reply = self._command(b"VNWRG,%d,%s" % (register, words))[2:]
+            if reply[:1] != ["0"]:
                 raise DeviceRefused(
-                    f"{self.name}: register {register}: a binary output stays on ({','.join(told) or 'nothing'});"
+                    f"{self.name}: register {register}: a binary output stays on ({','.join(reply) or 'nothing'});"
                     " it does not stream; switch it off with the maker's program"
                 )
 
     def _write(self, register: int, value: int) -> None:
-        told = self._command(b"VNWRG,%d,%d" % (register, value))[2:]
-        if not told or told[0] != str(value):
+        reply = self._command(b"VNWRG,%d,%d" % (register, value))[2:]
+        if not reply or reply[0] != str(value):
             raise DeviceRefused(
-                f"{self.name}: register {register}: the unit tells {','.join(told) or 'nothing'}, it was set to"
+                f"{self.name}: register {register}: the unit tells {','.join(reply) or 'nothing'}, it was set to"
                 f" {value}; it does not stream; check that its firmware offers this output and rate"
             )
 
@@ -226,9 +226,9 @@ class Vn100:
         return parts
 
 
-def _is_answer(parts: list[str], asked: list[str]) -> bool:
+def _is_answer(parts: list[str], question: list[str]) -> bool:
     """Return whether command and register are the same: ``VNRRG,01`` answers ``VNRRG,1``."""
-    return parts[0] == asked[0] and len(parts) > 1 and parts[1].isdecimal() and int(parts[1]) == int(asked[1])
+    return parts[0] == question[0] and len(parts) > 1 and parts[1].isdecimal() and int(parts[1]) == int(question[1])
 
 
 def _trouble(line: bytes) -> str:

@@ -112,11 +112,11 @@ class WatlowF4:
             )
         self._modbus.write_register(SETPOINT, raw % 65536)
         self._holds = True
-        told = self._read(SETPOINT)
-        if told != raw % 65536:
+        read_back = self._read(SETPOINT)
+        if read_back != raw % 65536:
             raise DeviceFault(
                 f"{self.name}: setpoint {setpoint_degc:g} degC was acknowledged, but reads back"
-                f" {scale.degc(told):g} degC; the chamber may heat or cool; look at its front panel"
+                f" {scale.degc(read_back):g} degC; the chamber may heat or cool; look at its front panel"
             )
 
     def _refuse_profile(self) -> None:
@@ -162,22 +162,22 @@ class WatlowF4:
             return self._learned_scale()
         was = {DECIMALS: self._scale.decimals, UNIT: FAHRENHEIT if self._scale.is_fahrenheit else CELSIUS}
         for register, need in was.items():
-            if (told := self._read(register)) != need:
+            if (found := self._read(register)) != need:
                 raise DeviceFault(
                     f"{self.name}: register {register} ({'unit' if register == UNIT else 'decimals'}) was {need} and"
-                    f" reads {told}: somebody set the controller otherwise; nothing was changed; set it back, or start"
+                    f" reads {found}: somebody set the controller otherwise; nothing was changed; set it back, or start"
                     " anew"
                 )
         return self._scale
 
     def _require(self, register: int, meaning: str, allowed: Container[int], words: str) -> int:
-        told = self._read(register)
-        if told not in allowed:
+        found = self._read(register)
+        if found not in allowed:
             raise DeviceNonsense(
-                f"{self.name}: register {register} ({meaning}) reads {told}, {words}; nothing was changed; check that"
+                f"{self.name}: register {register} ({meaning}) reads {found}, {words}; nothing was changed; check that"
                 " this is a Watlow F4"
             )
-        return told
+        return found
 
 
 def connect(name: str, settings: WatlowF4Settings, stream: ByteStream) -> WatlowF4:

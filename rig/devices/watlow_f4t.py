@@ -81,7 +81,7 @@ class WatlowF4T:
         self._offset = LOOP * (settings.loop - 1)
         self._limits_degc: tuple[float, float] | None = None
         self._values: Unit = settings.values or "degc"
-        self._told_unit: int | None = None
+        self._unit_code: int | None = None
         """What the register of the channel's unit said when we connected; None where the controller has none."""
         self._holds = False
 
@@ -143,11 +143,11 @@ class WatlowF4T:
             self._switch_on()
 
     def _require_setpoint(self, setpoint_degc: float, words: tuple[int, int]) -> None:
-        told = self._registers.read_holding(SETPOINT + self._offset, 2)
-        if told != words:
+        read_back = self._registers.read_holding(SETPOINT + self._offset, 2)
+        if read_back != words:
             raise DeviceFault(
                 f"{self.name}: set point {setpoint_degc:g} degC was acknowledged, but reads back"
-                f" {self._from_wire(told):g} degC; the chamber may heat or cool; look at its front panel"
+                f" {self._from_wire(read_back):g} degC; the chamber may heat or cool; look at its front panel"
             )
 
     def _switch_on(self) -> None:
@@ -163,26 +163,26 @@ class WatlowF4T:
         return mode
 
     def _profile(self) -> str | None:
-        told = self._if_there(PROFILE)
-        return None if told is None else RUNNING.get(told)
+        code = self._if_there(PROFILE)
+        return None if code is None else RUNNING.get(code)
 
     def _if_there(self, register: int) -> int | None:
         """Of a register that not every firmware has."""
         try:
-            (told,) = self._registers.read_holding(register)
+            (code,) = self._registers.read_holding(register)
         except DeviceRefused:
             return None
-        return told
+        return code
 
     def _learn_unit(self) -> None:
         """Learn the unit of this communications channel, which the rig file may not contradict."""
         register, wanted = UNIT_OF_CHANNEL[self._settings.transport], self._settings.values
-        told = self._if_there(register)
-        unit = None if told is None else UNITS.get(told)
+        code = self._if_there(register)
+        unit = None if code is None else UNITS.get(code)
         if unit is None and wanted is None:
             raise DeviceNonsense(
                 f"{self.name}: the controller does not tell the unit of its {self._settings.transport} channel"
-                f" (register {register} reads {'nothing' if told is None else told}, need 15 or 30); nothing was"
+                f" (register {register} reads {'nothing' if code is None else code}, need 15 or 30); nothing was"
                 f" changed; look at its communications settings and say values = 'degc' or 'degf'"
                 f" (environment.{self.name})"
             )
@@ -193,16 +193,16 @@ class WatlowF4T:
                 " channel's unit"
             )
         self._values = unit or wanted or "degc"
-        self._told_unit = None if unit is None else told
+        self._unit_code = None if unit is None else code
 
     def _require_same_unit(self) -> None:
         self._verified_limits_degc()
-        if self._told_unit is not None:
+        if self._unit_code is not None:
             register = UNIT_OF_CHANNEL[self._settings.transport]
-            (told,) = self._registers.read_holding(register)
-            if told != self._told_unit:
+            (code,) = self._registers.read_holding(register)
+            if code != self._unit_code:
                 raise DeviceFault(
-                    f"{self.name}: register {register} (unit of this channel) was {self._told_unit} and reads {told}:"
+                    f"{self.name}: register {register} (unit of this channel) was {self._unit_code} and reads {code}:"
                     " somebody set the controller otherwise; nothing was changed; set it back, or start anew"
                 )
 

@@ -171,10 +171,10 @@ class ZaberAxis:
         require_travel(self.name, self.limits_deg, (self._attitude_deg(low), self._attitude_deg(high)))
         speed = self._velocity(self.speed_dps)
         self._ask(f"set maxspeed {speed}")
-        told = self._whole(self._ask("get maxspeed"))
-        if abs(told - speed) > max(1.0, _RATE_TOLERANCE * speed):
+        read_back = self._whole(self._ask("get maxspeed"))
+        if abs(read_back - speed) > max(1.0, _RATE_TOLERANCE * speed):
             raise DeviceFault(
-                f"{self.name}: speed {self.speed_dps:g} deg/s was sent as {speed}, but reads back {told}"
+                f"{self.name}: speed {self.speed_dps:g} deg/s was sent as {speed}, but reads back {read_back}"
                 f" (axes.{self.name}: speed_dps); nothing moved; ask for a speed that the stage has"
             )
         self._is_prepared = True
@@ -188,10 +188,10 @@ class ZaberAxis:
             turn = self._whole(self._ask("get limit.cycle.dist"))
         except DeviceRefused:
             return
-        told_deg = turn * self._settings.microstep_deg
-        if turn and abs(told_deg - 360.0) > _TURN_TOLERANCE_DEG:
+        turn_deg = turn * self._settings.microstep_deg
+        if turn and abs(turn_deg - 360.0) > _TURN_TOLERANCE_DEG:
             raise DeviceRefused(
-                f"{self.name}: the stage has {turn} microsteps a turn, which are {told_deg:g} deg with microstep_deg ="
+                f"{self.name}: the stage has {turn} microsteps a turn, which are {turn_deg:g} deg with microstep_deg ="
                 f" {self._settings.microstep_deg:g} (axes.{self.name}); nothing moved; another stage is connected, or"
                 " its resolution was changed: correct the file or the stage"
             )

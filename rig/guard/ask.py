@@ -59,8 +59,8 @@ def stop(guard: dict[str, str], axes: list[str] | None, by: str) -> dict[str, st
         return None
     finally:
         line.close()
-    told = dict(one.split("\t", 1) for one in answer.decode().splitlines() if "\t" in one)
-    return told or None
+    outcomes = dict(one.split("\t", 1) for one in answer.decode().splitlines() if "\t" in one)
+    return outcomes or None
 
 
 def _wake(guard: dict[str, str]) -> None:

@@ -58,15 +58,15 @@ class Line:
             os.close(self.descriptor)
             self.descriptor = GIVEN_BACK
 
-    def stop(self, axes: list[str] | None, told: dict[str, str]) -> None:
-        """Tell every axis of the line, or those; ``told`` gets what became of it by axis."""
+    def stop(self, axes: list[str] | None, outcomes: dict[str, str]) -> None:
+        """Tell every axis of the line, or those; ``outcomes`` gets what became of it by axis."""
         for axis, steps in self.axes.items():
             if axes is None or axis in axes:
                 try:
                     self._stop(steps)
-                    told[axis] = "told to stop"
+                    outcomes[axis] = "told to stop"
                 except OSError as error:
-                    told[axis] = f"NOT told to stop: {error}"
+                    outcomes[axis] = f"NOT told to stop: {error}"
 
     def _stop(self, steps: list[dict[str, Any]]) -> None:
         if self.descriptor != GIVEN_BACK:
@@ -216,37 +216,37 @@ class Guard:
 
     def stop_axes(self, axes: list[str] | None = None) -> dict[str, str]:
         """Every line in a thread of its own: one that takes no bytes keeps no other from its stop."""
-        told: dict[str, str] = {}
-        threads = [threading.Thread(target=line.stop, args=(axes, told), daemon=True) for line in self.lines]
+        outcomes: dict[str, str] = {}
+        threads = [threading.Thread(target=line.stop, args=(axes, outcomes), daemon=True) for line in self.lines]
         for thread in threads:
             thread.start()
         until_s = CLOCK.monotonic_s() + 2.0 * LINE_S
         for thread in threads:
             thread.join(max(until_s - CLOCK.monotonic_s(), 0.0))
         silent = [axis for line in self.lines for axis in line.axes if axes is None or axis in axes]
-        return {axis: told.get(axis, "NOT told to stop: its line takes no bytes") for axis in silent}
+        return {axis: outcomes.get(axis, "NOT told to stop: its line takes no bytes") for axis in silent}
 
     def stop_for_good(self, why: str) -> None:
         moving, stopped_utc = self.moving, CLOCK.now_utc().isoformat(timespec="seconds")
-        told = self.stop_axes()
+        outcomes = self.stop_axes()
         if os.getppid() == self.engine:
             with suppress(OSError):
                 os.kill(self.engine, signal.SIGKILL)
             why = f"{why}; it was ended"
         for _ in range(TIMES - 1):
             CLOCK.sleep(AGAIN_S)
-            told = self.stop_axes()
+            outcomes = self.stop_axes()
         if moving:
-            self.write_record(why, moving, told, stopped_utc)
+            self.write_record(why, moving, outcomes, stopped_utc)
 
-    def write_record(self, why: str, moving: list[str], told: dict[str, str], stopped_utc: str) -> None:
+    def write_record(self, why: str, moving: list[str], outcomes: dict[str, str], stopped_utc: str) -> None:
         document = {
             "format": FORMAT,
             "stopped_utc": stopped_utc,
             "why": why,
             "pid": self.engine,
             "moving": moving,
-            "axes": told,
+            "axes": outcomes,
         }
         partial = f"{self.record}.partial"
         with suppress(OSError):
@@ -269,10 +269,10 @@ class Guard:
             caller.settimeout(LINE_S)
             by, names, _ = caller.recv(4096).decode().split("\n")
             axes = names.split("\t") if names else None
-            told = self.stop_axes(axes)
+            outcomes = self.stop_axes(axes)
             with suppress(OSError):
                 self.channel.send(json.dumps({"stop": by[:200]}).encode() + b"\n", socket.MSG_DONTWAIT)
-            caller.sendall("".join(f"{axis}\t{outcome}\n" for axis, outcome in told.items()).encode())
+            caller.sendall("".join(f"{axis}\t{outcome}\n" for axis, outcome in outcomes.items()).encode())
             caller.shutdown(socket.SHUT_WR)
             for _ in range(TIMES - 1):
                 CLOCK.sleep(AGAIN_S)

@@ -167,7 +167,7 @@ class ModbusRtu:
 
     def _transact(self, request: ModbusPDU) -> ModbusPDU:
         """Ask one question and take its whole reply; a busy slave is asked again for a while."""
-        return granted(lambda asked: self._decode(asked, self._exchange(asked)), request, self.stream)
+        return granted(lambda question: self._decode(question, self._exchange(question)), request, self.stream)
 
     def _exchange(self, request: ModbusPDU) -> bytes:
         clock = self.stream.clock

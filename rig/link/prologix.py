@@ -62,13 +62,13 @@ class PrologixBus:
         timeout_s: float = TALK_TIMEOUT_S,
     ) -> Reply:
         request = self._addressed(address) + wire.message(message) + wire.READ_TO_EOI
-        return self._asked(request, parse, idempotent, timeout_s)
+        return self._query(request, parse, idempotent, timeout_s)
 
     def read(self, address: int, parse: Callable[[bytes], Reply], *, timeout_s: float = TALK_TIMEOUT_S) -> Reply:
-        return self._asked(self._addressed(address) + wire.READ_TO_EOI, parse, False, timeout_s)
+        return self._query(self._addressed(address) + wire.READ_TO_EOI, parse, False, timeout_s)
 
     def serial_poll(self, address: int) -> int:
-        return self._asked(wire.serial_poll(address), wire.parse_status_byte, True, TALK_TIMEOUT_S)
+        return self._query(wire.serial_poll(address), wire.parse_status_byte, True, TALK_TIMEOUT_S)
 
     def clear(self, address: int) -> None:
         self._exchange.tell(self._addressed(address) + wire.CLEAR)
@@ -93,7 +93,7 @@ class PrologixBus:
         """Return the answer to ``++ver``, once nothing on the bus talks. Raises: DeviceSilent, DeviceNonsense."""
         question = b"\n" + wire.VERSION
         try:
-            return self._asked(question, wire.parse_version, True, TALK_TIMEOUT_S)
+            return self._query(question, wire.parse_version, True, TALK_TIMEOUT_S)
         except DeviceNonsense as error:
             first = error
         for silencer in SILENCERS:
@@ -101,7 +101,7 @@ class PrologixBus:
             if silencer is wire.RESET:
                 self.clock.sleep(RESET_S)
             try:
-                return self._asked(question, wire.parse_version, False, TALK_TIMEOUT_S)
+                return self._query(question, wire.parse_version, False, TALK_TIMEOUT_S)
             except (DeviceSilent, DeviceNonsense):
                 continue
         tried = ", ".join(silencer.decode("ascii").strip() for silencer in SILENCERS)
@@ -118,7 +118,7 @@ class PrologixBus:
     def _tell_apart(self) -> None:
         """Find a clone under another name: its EEPROM is written by the command that spares a Prologix's."""
         try:
-            real = self._asked(wire.REAL_VERSION, wire.parse_real_version, False, REAL_VERSION_S)
+            real = self._query(wire.REAL_VERSION, wire.parse_real_version, False, REAL_VERSION_S)
         except (DeviceSilent, DeviceNonsense):
             real = ""
         self._real_version = real if wire.CLONE in real else ""
@@ -126,7 +126,7 @@ class PrologixBus:
             self._exchange.tell(wire.setting("savecfg", 0))
 
     def _require_setting(self, name: str, value: int) -> None:
-        got = self._asked(wire.setting_query(name), wire.parse_number, True, TALK_TIMEOUT_S)
+        got = self._query(wire.setting_query(name), wire.parse_number, True, TALK_TIMEOUT_S)
         if got != value:
             raise DeviceRefused(
                 f"{self.name}: adapter setting ++{name}: got {got}, need {value}, which was written just before;"
@@ -140,7 +140,7 @@ class PrologixBus:
         self._address = address
         return wire.address(address)
 
-    def _asked(self, request: bytes, parse: Callable[[bytes], Reply], idempotent: bool, timeout_s: float) -> Reply:
+    def _query(self, request: bytes, parse: Callable[[bytes], Reply], idempotent: bool, timeout_s: float) -> Reply:
         try:
             return self._exchange.ask(
                 request, lambda line: parse(line.removesuffix(b"\r")), idempotent=idempotent, timeout_s=timeout_s

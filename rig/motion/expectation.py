@@ -53,7 +53,7 @@ class Seen:
     """One look."""
 
     position_deg: float
-    asked_s: float
+    sent_s: float
     answered_s: float
     """Rig seconds before the question and behind the answer."""
     is_moving: bool | None = None
@@ -123,7 +123,7 @@ class Watched:
     last: Seen | None = None
 
 
-def told_to_move(watched: Watched, target_deg: float, speed_dps: float) -> Watched:
+def expecting_move(watched: Watched, target_deg: float, speed_dps: float) -> Watched:
     """Return what is expected of an axis that is sent to a position from where it was seen last."""
     task = watched.task
     if isinstance(task, Moving) and task.target_deg == target_deg:
@@ -134,14 +134,14 @@ def told_to_move(watched: Watched, target_deg: float, speed_dps: float) -> Watch
     return replace(watched, task=Moving(here_deg, target_deg, speed_dps, here_deg))
 
 
-def told_to_turn(watched: Watched, rate_dps: float) -> Watched:
+def expecting_turn(watched: Watched, rate_dps: float) -> Watched:
     """Return what is expected of an axis that is given a rate, standing or turning."""
     task = watched.task if isinstance(watched.task, Turning) else Turning(0.0, 0.0)
     spanned = replace(task, slowest_dps=min(task.slowest_dps, rate_dps), fastest_dps=max(task.fastest_dps, rate_dps))
     return replace(watched, task=spanned)
 
 
-def told_to_stop(watched: Watched) -> Watched:
+def expecting_stop(watched: Watched) -> Watched:
     """Return what is expected of an axis that is told to stop: one that stands goes on standing."""
     return watched if isinstance(watched.task, Standing) else replace(watched, task=Stopping())
 
@@ -185,11 +185,11 @@ def _moving(bounds: Bounds, task: Moving, last: Seen | None, seen: Seen) -> tupl
     here_deg, margin_deg = seen.position_deg, bounds.margin_deg
     way = 1.0 if task.target_deg >= task.from_deg else -1.0
     low_deg, high_deg = sorted((task.from_deg, task.target_deg))
-    asked = f"sent from {task.from_deg:g} to {task.target_deg:g} deg, it is at {here_deg:g} deg"
+    course = f"sent from {task.from_deg:g} to {task.target_deg:g} deg, it is at {here_deg:g} deg"
     if not low_deg - margin_deg <= here_deg <= high_deg + margin_deg:
-        return Watched(Unknown(), seen), f"left its way: {asked}, allowed {margin_deg:g} deg beside it"
+        return Watched(Unknown(), seen), f"left its way: {course}, allowed {margin_deg:g} deg beside it"
     if (task.furthest_deg - here_deg) * way > margin_deg:
-        return Watched(Unknown(), seen), f"turns away from its target: {asked}, it was at {task.furthest_deg:g} deg"
+        return Watched(Unknown(), seen), f"turns away from its target: {course}, it was at {task.furthest_deg:g} deg"
     if last is not None and (too_fast := _too_fast(bounds, last, seen, -task.speed_dps, task.speed_dps)):
         return Watched(Unknown(), seen), too_fast
     if seen.is_moving is False and abs(here_deg - task.target_deg) <= bounds.tolerance_deg:
@@ -253,14 +253,14 @@ def _stopping(bounds: Bounds, task: Stopping, seen: Seen) -> Task:
     if not rests:
         return Stopping(seen)
     assert task.resting is not None
-    if seen.answered_s - task.resting.asked_s < AT_REST_S:
+    if seen.answered_s - task.resting.sent_s < AT_REST_S:
         return task
     return Standing(seen.position_deg, seen.is_homed)
 
 
 def _too_fast(bounds: Bounds, before: Seen, now: Seen, slowest_dps: float, fastest_dps: float) -> str:
     """Empty where the turn between two looks fits the rates in the longest time that can lie between them."""
-    longest_s = now.answered_s - before.asked_s
+    longest_s = now.answered_s - before.sent_s
     turned_deg = now.position_deg - before.position_deg
     most_deg = OVERSPEED * fastest_dps * longest_s + bounds.margin_deg
     least_deg = OVERSPEED * slowest_dps * longest_s - bounds.margin_deg
@@ -269,5 +269,5 @@ def _too_fast(bounds: Bounds, before: Seen, now: Seen, slowest_dps: float, faste
     rate_dps = turned_deg / longest_s if longest_s > 0.0 else float("inf")
     is_wrong_way = (turned_deg > 0.0 and fastest_dps <= 0.0) or (turned_deg < 0.0 and slowest_dps >= 0.0)
     limit_dps = OVERSPEED * max(-slowest_dps, fastest_dps)
-    asked = "the wrong way" if is_wrong_way else f"over its limit of {limit_dps:.4g} deg/s"
-    return f"turns at {rate_dps:.4g} deg/s, {asked}: from {before.position_deg:g} to {now.position_deg:g} deg"
+    excess = "the wrong way" if is_wrong_way else f"over its limit of {limit_dps:.4g} deg/s"
+    return f"turns at {rate_dps:.4g} deg/s, {excess}: from {before.position_deg:g} to {now.position_deg:g} deg"

@@ -74,7 +74,7 @@ def seen_at_rest(rig: OpenRig, axis: str) -> Iterator[None]:
         raise
 
 
-def jog_to(rig: OpenRig, axis: str, target_deg: float, wait: Wait, tell: Tell = lambda _told: None) -> float:
+def jog_to(rig: OpenRig, axis: str, target_deg: float, wait: Wait, tell: Tell = lambda _text: None) -> float:
     """Go to an attitude; returns the read-back at rest, degrees. ``tell`` hears why a move is made again.
 
     Raises as :func:`rig.motion.move.move_and_arrive`.
@@ -82,7 +82,7 @@ def jog_to(rig: OpenRig, axis: str, target_deg: float, wait: Wait, tell: Tell = 
     return move_and_arrive(_axis(rig, axis), target_deg, rig.clock, wait, tell)
 
 
-def jog_by(rig: OpenRig, axis: str, step_deg: float, wait: Wait, tell: Tell = lambda _told: None) -> float:
+def jog_by(rig: OpenRig, axis: str, step_deg: float, wait: Wait, tell: Tell = lambda _text: None) -> float:
     """Go ``step_deg`` further than the axis stands; it is sent as an absolute target."""
     device = _axis(rig, axis)
     here_deg = trusted_state(device).position_deg

@@ -12,8 +12,8 @@ _ROUNDING = 1e-9
 
 def resolution_deg(settings: AxisSettings) -> float:
     """Return the smallest step that the machine has by its data sheet; 0 where the file tells none."""
-    told = (getattr(settings, "microstep_deg", None), getattr(settings, "step_deg", None), settings.increment_deg)
-    return max(float(step_deg) for step_deg in told if step_deg is not None)
+    steps_deg = (getattr(settings, "microstep_deg", None), getattr(settings, "step_deg", None), settings.increment_deg)
+    return max(float(step_deg) for step_deg in steps_deg if step_deg is not None)
 
 
 def steps_deg(axis: Axis, settings: AxisSettings) -> tuple[float, ...]:

@@ -44,7 +44,7 @@ class _Missed(DeviceFault):
     """At rest, but lifted, or not where it was sent."""
 
 
-def move_and_arrive(axis: Axis, target_deg: float, clock: Clock, wait: Wait, tell: Tell = lambda _told: None) -> float:
+def move_and_arrive(axis: Axis, target_deg: float, clock: Clock, wait: Wait, tell: Tell = lambda _text: None) -> float:
     """Bring an axis to rest at ``target_deg`` and return its read-back, degrees.
 
     An axis that is there already, by read-back and seated, is not moved, unless it must be approached from one side.
@@ -174,8 +174,8 @@ def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMI
         if thread.is_alive():
             failures[name] = f"no answer within {limit_s + _ALLOWANCE_S:g} s"
     if failures:
-        told = "; ".join(f"{name}: {failures[name]}" for name in sorted(failures))
-        raise DeviceFault(f"stop: not every axis is known to stand still: {told}; use the stop button at the machine")
+        faults = "; ".join(f"{name}: {failures[name]}" for name in sorted(failures))
+        raise DeviceFault(f"stop: not every axis is known to stand still: {faults}; use the stop button at the machine")
 
 
 def _stop_one(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str]) -> None:
@@ -190,7 +190,7 @@ def _stop_one(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str]
 
 def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
     """See an axis rest that was told to stop."""
-    started_s = rested_s = told_s = clock.monotonic_s()
+    started_s = rested_s = stop_sent_s = clock.monotonic_s()
     last_deg = axis.state().position_deg
     while clock.monotonic_s() - rested_s < STANDSTILL_S:
         if clock.monotonic_s() - started_s > limit_s:
@@ -199,9 +199,9 @@ def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
         state = axis.state()
         if state.is_moving or state.position_deg != last_deg:
             rested_s, last_deg = clock.monotonic_s(), state.position_deg
-        if state.is_moving and clock.monotonic_s() - told_s >= _STOP_AGAIN_S:
+        if state.is_moving and clock.monotonic_s() - stop_sent_s >= _STOP_AGAIN_S:
             axis.stop()
-            told_s = clock.monotonic_s()
+            stop_sent_s = clock.monotonic_s()
 
 
 def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:
@@ -225,7 +225,7 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
     started_s = progressed_s = clock.monotonic_s()
     look_s, last_deg = _FIRST_LOOK_S, None
     while True:
-        asked_s = clock.monotonic_s()  # before the question: a slow answer is no lack of progress
+        sent_s = clock.monotonic_s()  # before the question: a slow answer is no lack of progress
         state = _state_or_stop(axis)
         if state.fault:
             raise _stopped(axis, f"{task}: {state.fault}")
@@ -237,9 +237,9 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
             continue
         if state.position_deg != last_deg:
             last_deg, progressed_s = state.position_deg, clock.monotonic_s()
-        elif asked_s - progressed_s >= STALL_S:
+        elif sent_s - progressed_s >= STALL_S:
             raise _stalled(axis, f"{task}: no progress in {STALL_S:g} s at {last_deg:g} deg, though it says it moves")
-        if asked_s - started_s > limit_s:
+        if sent_s - started_s > limit_s:
             raise _stalled(axis, f"{task}: still moving at {last_deg:g} deg after {limit_s:.3g} s, the time allowed")
         left_s = look_s if target_deg is None else abs(target_deg - state.position_deg) / axis.speed_dps
         _wait_or_stop(axis, min(max(left_s, _FIRST_LOOK_S), look_s), wait)

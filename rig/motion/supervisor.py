@@ -26,10 +26,10 @@ from rig.motion.expectation import (
     Turning,
     Unknown,
     Watched,
+    expecting_move,
+    expecting_stop,
+    expecting_turn,
     judge,
-    told_to_move,
-    told_to_stop,
-    told_to_turn,
 )
 
 OTHERS_S = 1.0
@@ -110,14 +110,14 @@ class Supervisor:
 
     def refuse(self, culprit: "SupervisedAxis", breach: str) -> MotionBreach:
         """Stop the axis and all others that are under way; returns what to raise."""
-        told = "it was told to stop"
+        outcome = "it was told to stop"
         try:
             culprit.stop()
         except RigError as error:
-            told = f"it could not be told to stop: {error}; use the stop button at the machine"
+            outcome = f"it could not be told to stop: {error}; use the stop button at the machine"
         self._stop_all_under_way()
         return MotionBreach(
-            f"{culprit.name}: {breach} (axes.{culprit.name}: limits_deg, speed_dps, arrival_tolerance_deg); {told};"
+            f"{culprit.name}: {breach} (axes.{culprit.name}: limits_deg, speed_dps, arrival_tolerance_deg); {outcome};"
             " see who or what moved it, then home it"
         )
 
@@ -174,8 +174,8 @@ class SupervisedAxis:
         return isinstance(self._watched.task, wanted) and not self.is_silent
 
     def identify(self) -> str:
-        told: str = self._axis.identify()
-        return told
+        identity: str = self._axis.identify()
+        return identity
 
     def check_target(self, target_deg: float) -> None:
         self._axis.check_target(target_deg)
@@ -184,7 +184,7 @@ class SupervisedAxis:
         """As of the axis. Raises also: MotionBreach."""
         self._axis.check_target(target_deg)
         self._before_start()
-        self._expect(told_to_move(self._watched, target_deg, self.speed_dps))
+        self._expect(expecting_move(self._watched, target_deg, self.speed_dps))
         self._start(lambda: self._axis.start_move(target_deg))
 
     def home(self) -> None:
@@ -198,7 +198,7 @@ class SupervisedAxis:
         """As of the axis."""
         with self._turn:
             self._orders += 1
-            self._watched = told_to_stop(self._watched)
+            self._watched = expecting_stop(self._watched)
         self._axis.stop()
 
     def state(self) -> AxisState:
@@ -217,12 +217,12 @@ class SupervisedAxis:
         """Look at this axis alone. Raises as :meth:`state`."""
 
         def ask() -> tuple[AxisState, Seen | None]:
-            asked_s = self._clock.monotonic_s()
+            sent_s = self._clock.monotonic_s()
             state: AxisState = self._axis.state()
             self.is_silent = False
             if state.fault or state.awaits_operator:
                 return state, None
-            seen = Seen(state.position_deg, asked_s, self._clock.monotonic_s(), state.is_moving, state.is_homed)
+            seen = Seen(state.position_deg, sent_s, self._clock.monotonic_s(), state.is_moving, state.is_homed)
             return state, seen
 
         return self._judged(ask)
@@ -240,21 +240,21 @@ class SupervisedAxis:
     def _start_rate(self, rate_dps: float) -> None:
         self._axis.check_rate(rate_dps)
         self._before_start()
-        self._expect(told_to_turn(self._watched, rate_dps))
+        self._expect(expecting_turn(self._watched, rate_dps))
         self._start(lambda: self._axis.start_rate(rate_dps))
 
     def _start_sweep(self, target_deg: float, rate_dps: float) -> None:
         self._axis.check_target(target_deg)
         self._before_start()
-        self._expect(told_to_move(self._watched, target_deg, abs(rate_dps)))
+        self._expect(expecting_move(self._watched, target_deg, abs(rate_dps)))
         self._start(lambda: self._axis.start_sweep(target_deg, rate_dps))
 
     def _arm_watchdog(self, wait: Wait) -> str:
         """Positions may be lost by it, and servos may go to their homes."""
         self._expect(Watched())
-        told: str = self._axis.arm_watchdog(wait)
+        outcome: str = self._axis.arm_watchdog(wait)
         self._expect(Watched())
-        return told
+        return outcome
 
     def _judged(self, ask: Callable[[], tuple[Answer, Seen | None]]) -> Answer:
         """Ask, and where the answer breaks what is expected, once more.

@@ -45,9 +45,9 @@ def survive_damage(
             began_s = rig.clock.monotonic_s()
             for _ in range(times):
                 try:
-                    told = ask(rig)
+                    reading = ask(rig)
                 except RigError:
                     continue
-                expect(abs(told - right) <= tolerance, f"{key}: {kind}: it tells {told:g}, right is {right:g}")
+                expect(abs(reading - right) <= tolerance, f"{key}: {kind}: it tells {reading:g}, right is {right:g}")
             took_s = rig.clock.monotonic_s() - began_s
             expect(took_s < LONGEST_S, f"{key}: {kind}: {times} questions took {took_s:g} s")

@@ -110,7 +110,7 @@ def keep_field_promises(field: Field, clock: Clock, level_ut: float) -> None:
     ends_s = clock.monotonic_s() + LONGEST_S
     while field.state().applied_ut is None and clock.monotonic_s() < ends_s:
         clock.sleep(0.1)
-    told_ut = field.state().applied_ut
-    if told_ut is None:
+    read_back_ut = field.state().applied_ut
+    if read_back_ut is None:
         raise AssertionError(f"{field.name}: {level_ut:g} ut is not applied within {LONGEST_S:g} s")
-    expect_near(told_ut, level_ut, 1e-6 * max(1.0, abs(level_ut)), f"{field.name}: applied")
+    expect_near(read_back_ut, level_ut, 1e-6 * max(1.0, abs(level_ut)), f"{field.name}: applied")

@@ -75,13 +75,13 @@ class AsciiChamberTwin:
             b"TYPE?": lambda: b"T,T,%s,180.0" % (b"P300" if self._model == "espec-p300" else b"SCP-220"),
             b"ROM?": lambda: b"JASM1001",
             b"TEMP?": lambda: b",".join(
-                self._told(degc)
+                self._shown(degc)
                 for degc in (self._air_degc(now_s), self._setpoint_degc(), LIMITS_DEGC[1], LIMITS_DEGC[0])
             ),
             b"MODE?": lambda: self.mode.encode("ascii"),
-            b"CONSTANT SET?,TEMP": lambda: self._told(self._setpoint_degc()) + b",ON",
+            b"CONSTANT SET?,TEMP": lambda: self._shown(self._setpoint_degc()) + b",ON",
             b"ALARM?": lambda: b"0",
-            b"MON?": lambda: b"%s,,%s,0" % (self._told(self._air_degc(now_s)), self.mode.encode("ascii")),
+            b"MON?": lambda: b"%s,,%s,0" % (self._shown(self._air_degc(now_s)), self.mode.encode("ascii")),
         }
         if line in queries:
             return queries[line]()
@@ -103,9 +103,9 @@ class AsciiChamberTwin:
 
     def _thermotron(self, line: bytes, now_s: float) -> bytes | None:
         if line == b"PVAR%s?" % self._channel:
-            return self._told(self._air_degc(now_s))
+            return self._shown(self._air_degc(now_s))
         if line == b"SETP%s?" % self._channel:
-            return self._told(self._setpoint_degc())
+            return self._shown(self._setpoint_degc())
         if line == b"IDEN?":
             return b"8800" if self._answers_writes else b"3800"
         if not self._answers_writes and line == b"MODE?":
@@ -149,7 +149,7 @@ class AsciiChamberTwin:
     def _setpoint_degc(self) -> float:
         return self._world.setpoint_degc(self._environment)
 
-    def _told(self, degc: float) -> bytes:
+    def _shown(self, degc: float) -> bytes:
         return b"%.1f" % (round(degc * 1.8 + 32.0 if self.is_fahrenheit else degc, 1) + 0.0)
 
     def _understood(self, text: bytes) -> float | None:

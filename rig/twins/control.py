@@ -80,10 +80,10 @@ class RemoteChance:
 
 def _announcement(line: bytes) -> tuple[int, str, int, float] | None:
     try:
-        told = json.loads(line)
+        message = json.loads(line)
     except ValueError:
         return None
-    values = told.get("announce") if isinstance(told, dict) and len(told) == 1 else None
+    values = message.get("announce") if isinstance(message, dict) and len(message) == 1 else None
     if not isinstance(values, list) or len(values) != 4:
         return None
     step, phase, attempt, replications = values

@@ -96,19 +96,19 @@ class PiGcsTwin:
 
     def _query(self, word: str, axes: list[str], now_s: float) -> None:
         parameter = axes.pop() if word == "SPA?" and len(axes) == 2 else ""
-        asked = axes or list(self.stages)
-        if not set(asked) <= self.stages.keys():
+        chosen = axes or list(self.stages)
+        if not set(chosen) <= self.stages.keys():
             self.error = INVALID_AXIS
             return
-        told = [self._told(word, self.stages[name], parameter, now_s) for name in asked]
-        if None in told:
+        values = [self._value(word, self.stages[name], parameter, now_s) for name in chosen]
+        if None in values:
             self.error = UNKNOWN_COMMAND
             return
         where = f" {parameter}" if parameter else ""
-        lines = " \n".join(f"{name}{where}={value}" for name, value in zip(asked, told, strict=True))
+        lines = " \n".join(f"{name}{where}={value}" for name, value in zip(chosen, values, strict=True))
         self._due += lines.encode("ascii") + b"\n"
 
-    def _told(self, word: str, stage: PiStage, parameter: str, now_s: float) -> str | None:
+    def _value(self, word: str, stage: PiStage, parameter: str, now_s: float) -> str | None:
         servo = stage.servo
         table = {
             "POS?": wire.format_number(servo.position_deg(now_s)),

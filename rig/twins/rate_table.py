@@ -93,8 +93,8 @@ class RateTableTwin:
             return Refused("NO SUCH AXIS")
         match command:
             case AskPosition():
-                told_deg = axis.position_deg(now_s)
-                return Position(told_deg % 360.0 if self._codec.dialect.position_wraps else told_deg)
+                shown_deg = axis.position_deg(now_s)
+                return Position(shown_deg % 360.0 if self._codec.dialect.position_wraps else shown_deg)
             case AskState():
                 return TableState(axis.is_moving(now_s), is_seated=True, is_homed=axis.is_homed(now_s))
             case Enable():

@@ -214,8 +214,8 @@ class ScpiDaqTwin:
     def _range(self, number: int) -> bytes:
         return scpi.format_reading(self._channel(number).range_v)
 
-    def _each(self, text: str, told: Callable[[int], bytes]) -> bytes:
-        return b",".join(told(number) for number in self._existing(text))
+    def _each(self, text: str, answer_of: Callable[[int], bytes]) -> bytes:
+        return b",".join(answer_of(number) for number in self._existing(text))
 
     def _existing(self, text: str) -> tuple[int, ...]:
         """Return the channels of a list, upward; inside a range what the unit lacks is left out without a word."""
@@ -316,9 +316,9 @@ class ScpiDaqTwin:
 
     def _removed(self, count: int) -> bytes:
         _require(1 <= count <= len(self._readings), OUT_OF_RANGE)
-        told = b",".join(self._shaped(*reading) for reading in self._readings[:count])
+        removed = b",".join(self._shaped(*reading) for reading in self._readings[:count])
         del self._readings[:count]
-        return told
+        return removed
 
     def _shaped(self, value: float, number: int, since_s: float) -> bytes:
         """As ``+2.61950000E+01 C,000000000.017,1003,2``: value and unit, time, channel, alarm."""

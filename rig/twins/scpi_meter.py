@@ -243,9 +243,9 @@ class ScpiMeterTwin:
 
     def _taken(self) -> bytes:
         _require(bool(self._readings), INIT_IGNORED)
-        return b",".join(map(self._told, self._readings))
+        return b",".join(map(self._printed, self._readings))
 
-    def _told(self, value: float) -> bytes:
+    def _printed(self, value: float) -> bytes:
         """As ``+1.04530000E+01``; a Keithley's overload has no unit and is short, its unit stands without a space."""
         is_over = abs(value) >= scpi.OVERLOAD
         if not self._model.is_keithley:

@@ -105,8 +105,8 @@ class Vn100Twin:
     def _binary(self, name: str, register: int, words: list[str]) -> bytes:
         if name == "VNWRG":
             self.binary[register] = words
-        told = ",".join(self.binary[register]).encode("ascii")
-        return wire.message(b"%s,%02d,%s" % (name.encode("ascii"), register, told))
+        content = ",".join(self.binary[register]).encode("ascii")
+        return wire.message(b"%s,%02d,%s" % (name.encode("ascii"), register, content))
 
     def _read(self, register: int, now_s: float) -> bytes:
         if register in self.compensation:
@@ -115,8 +115,8 @@ class Vn100Twin:
         if register == wire.IMU_REGISTER:
             row = wire.format_row("IMU", self._fields("IMU", now_s))
             return wire.message(b"VNRRG,%02d%s" % (register, row[len(b"$VNIMU") : row.index(b"*")]))
-        told = IDENTITY.get(register) or self.registers.get(register)
-        return _error(INVALID_REGISTER) if told is None else wire.message(b"VNRRG,%02d,%s" % (register, _text(told)))
+        found = IDENTITY.get(register) or self.registers.get(register)
+        return _error(INVALID_REGISTER) if found is None else wire.message(b"VNRRG,%02d,%s" % (register, _text(found)))
 
     def _write(self, register: int, value: int, now_s: float) -> bytes:
         if register in IDENTITY:

@@ -280,8 +280,8 @@ class World:
 
 def _body(name: str, axis: AxisSettings, description: RigDescription, chance: Chance) -> AxisBody:
     truth = (description.twin or TwinSection()).axes.get(name, AxisTwin())
-    is_told = bool(truth.index_harmonics or truth.index_list)
-    declared_arcsec = 0.0 if is_told else _half_width_arcsec(axis, description.standards)
+    is_given = bool(truth.index_harmonics or truth.index_list)
+    declared_arcsec = 0.0 if is_given else _half_width_arcsec(axis, description.standards)
     errors = AxisErrors(
         index_half_width_arcsec=declared_arcsec if truth.index_error_arcsec is None else truth.index_error_arcsec,
         index_harmonics=truth.index_harmonics,

@@ -77,11 +77,11 @@ class ZaberStage:
             case ["move", ("abs" | "rel" | "vel") as kind, value]:
                 return self._move(kind, value, now_s)
             case ["warnings"] | ["warnings", "clear"]:
-                told = self._warnings(now_s)
+                warnings = self._warnings(now_s)
                 if len(words) == 2:
                     self._is_interrupted = False
                     self.latched.clear()
-                return True, " ".join([f"{len(told):02d}", *told])
+                return True, " ".join([f"{len(warnings):02d}", *warnings])
             case ["tools", "echo", *echoed]:
                 return True, " ".join(echoed) or "0"
             case _:
@@ -92,8 +92,8 @@ class ZaberStage:
         self.servo.power_cycle(now_s)
 
     def _warnings(self, now_s: float) -> list[str]:
-        told = [*sorted(self.latched), *([] if self.servo.is_homed(now_s) else ["WR"])]
-        return [*told, wire.INTERRUPTED] if self._is_interrupted else told
+        flags = [*sorted(self.latched), *([] if self.servo.is_homed(now_s) else ["WR"])]
+        return [*flags, wire.INTERRUPTED] if self._is_interrupted else flags
 
     def _get(self, name: str, now_s: float) -> tuple[bool, str]:
         if name in ("pos", "encoder.pos"):

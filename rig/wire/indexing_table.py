@@ -173,8 +173,8 @@ class TableCodec:
     def written_rate_dps(self, rate_dps: float) -> float:
         """Return the rate as the machine reads it: its format may have fewer decimals."""
         template = self._commands[Rate]
-        told = template.match(template.render(axis=1, rate_dps=rate_dps))
-        return float("nan") if told is None else float(told["rate_dps"])
+        matched = template.match(template.render(axis=1, rate_dps=rate_dps))
+        return float("nan") if matched is None else float(matched["rate_dps"])
 
     def bare_commands(self) -> frozenset[bytes]:
         """Return what is obeyed without a terminator behind it, of axis 1."""
@@ -207,12 +207,12 @@ class TableCodec:
         text = _ascii(line.strip(b"\r\n") if self.dialect.reply_terminator else line)
         if text is None or type(command) not in self._replies:
             return None
-        asked = getattr(command, "axis", None)
+        addressed = getattr(command, "axis", None)
         error = None if self._error is None else self._error.match(text)
-        if error is not None and error.get("axis", asked) == asked:
+        if error is not None and error.get("axis", addressed) == addressed:
             return Refused(str(error.get("text", "")))
         fields = self._replies[type(command)].match(text)
-        if fields is None or fields.get("axis", asked) != asked:
+        if fields is None or fields.get("axis", addressed) != addressed:
             return None
         return self._reply(command, fields)
 
@@ -225,7 +225,7 @@ class TableCodec:
             return self._state(frozenset(str(fields["words"]).split()))
         return Identity(str(fields["text"])) if isinstance(command, Identify) else Acknowledged()
 
-    def _state(self, told: frozenset[str]) -> TableState | None:
+    def _state(self, words_seen: frozenset[str]) -> TableState | None:
         """Return the state that the words tell; None where one is unknown, missing or contradicts another."""
         words = self.dialect.words
         assert words is not None, "the dialect was checked"
@@ -235,15 +235,15 @@ class TableCodec:
             *home,
             *zip(words.seated, words.lifted, strict=True),
         ]
-        if told - {word for pair in pairs for word in pair} - {words.fault} or any(
-            (yes in told) == (no in told) for yes, no in pairs
+        if words_seen - {word for pair in pairs for word in pair} - {words.fault} or any(
+            (yes in words_seen) == (no in words_seen) for yes, no in pairs
         ):
             return None
         return TableState(
-            is_moving=words.moving in told,
-            is_seated=all(word in told for word in words.seated),
-            is_homed=words.homed in told if home else None,
-            is_faulty=words.fault in told,
+            is_moving=words.moving in words_seen,
+            is_seated=all(word in words_seen for word in words.seated),
+            is_homed=words.homed in words_seen if home else None,
+            is_faulty=words.fault in words_seen,
         )
 
     def _state_of_bits(self, status: int) -> TableState:
@@ -263,9 +263,9 @@ class TableCodec:
     def _status(self, state: TableState) -> int:
         bits = self.dialect.bits
         assert bits is not None
-        told = bits.moving[:1] if state.is_moving else bits.resting[:1]
-        told = [*told, *(bits.seated if state.is_seated else []), *(bits.homed if state.is_homed else [])]
-        return sum(1 << bit for bit in {*told, *(bits.fault[:1] if state.is_faulty else [])})
+        set_bits = bits.moving[:1] if state.is_moving else bits.resting[:1]
+        set_bits = [*set_bits, *(bits.seated if state.is_seated else []), *(bits.homed if state.is_homed else [])]
+        return sum(1 << bit for bit in {*set_bits, *(bits.fault[:1] if state.is_faulty else [])})
 
     def _fields(self, reply: Reply) -> dict[str, FieldValue]:
         if isinstance(reply, Position):
@@ -279,10 +279,10 @@ class TableCodec:
     def _words(self, state: TableState) -> list[str]:
         words = self.dialect.words
         assert words is not None, "the dialect was checked"
-        told = [words.moving if state.is_moving else words.resting]
-        told += words.seated if state.is_seated else words.lifted
+        shown = [words.moving if state.is_moving else words.resting]
+        shown += words.seated if state.is_seated else words.lifted
         home = words.homed if state.is_homed else words.not_homed
-        return [*told, *([home] if home else []), *([words.fault] if state.is_faulty and words.fault else [])]
+        return [*shown, *([home] if home else []), *([words.fault] if state.is_faulty and words.fault else [])]
 
 
 def _ascii(line: bytes) -> str | None:

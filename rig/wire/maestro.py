@@ -152,6 +152,6 @@ def encode_word(value: int) -> bytes:
     return value.to_bytes(2, "little")
 
 
-def told(errors: Errors) -> str:
+def error_words(errors: Errors) -> str:
     """Return the bits by name, for messages."""
     return ", ".join((bit.name or "").lower().replace("_", " ") for bit in Errors if bit in errors)

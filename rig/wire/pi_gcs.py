@@ -70,9 +70,9 @@ def parse_unit(line: bytes, axis: str) -> str:
 
     The number of the parameter may come back in decimal digits: the maker's client sends it so.
     """
-    told, _, unit = line.decode("latin-1").rstrip(" ").partition("=")
+    setting, _, unit = line.decode("latin-1").rstrip(" ").partition("=")
     parameters = (f"0x{UNIT:x}", str(UNIT))
-    words = told.lower().split(" ")
+    words = setting.lower().split(" ")
     if len(words) != 2 or words[0] != axis.lower() or words[1] not in parameters or _WORD.fullmatch(unit) is None:
         raise DeviceNonsense(f"the unit is answered as {axis} 0x{UNIT:X}=DEG")
     return unit.upper()

@@ -98,8 +98,8 @@ def checksums_hold(lines: bytes, start: bytes) -> list[bool]:
     edges[::2] = np.concatenate([[0], feeds[:-1] + 1]) + len(start)
     edges[1::2] = stars
     computed = np.bitwise_xor.reduceat(data, edges)[::2]
-    told = 16 * _NIBBLES[data[stars + 1]] + _NIBBLES[data[stars + 2]]
-    holds: list[bool] = (computed == told).tolist()
+    printed = 16 * _NIBBLES[data[stars + 1]] + _NIBBLES[data[stars + 2]]
+    holds: list[bool] = (computed == printed).tolist()
     return holds
 
 

@@ -213,9 +213,9 @@ class Dialect(StrictTable):
             for steps in (0, 1, -1, 3, quarter, -quarter, 2 * quarter, 3 * quarter + 1):
                 deg = steps * self.increment_deg
                 line = template.render(axis=1, **{f"{angle}_deg": deg})
-                told = template.match(line)
-                if told is None or abs(float(told[f"{angle}_deg"]) - deg) > 0.5 * self.increment_deg:
-                    back = "as nothing" if told is None else f"{float(told[f'{angle}_deg']):g} deg"
+                matched = template.match(line)
+                if matched is None or abs(float(matched[f"{angle}_deg"]) - deg) > 0.5 * self.increment_deg:
+                    back = "as nothing" if matched is None else f"{float(matched[f'{angle}_deg']):g} deg"
                     raise ValueError(
                         f"{key}: {deg:g} deg is written {line!r}, which reads back {back}: a format that cannot be"
                         " parsed back, or too coarse for increment_deg"

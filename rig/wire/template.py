@@ -71,13 +71,13 @@ class Template:
         found = self._pattern.fullmatch(line)
         if found is None:
             return None
-        told = found.groupdict()
+        groups = found.groupdict()
         specs = {name: spec for _, name, spec in self._pieces if name}
         values: dict[str, FieldValue] = {}
-        for name, text in told.items():
+        for name, text in groups.items():
             angle = name.partition("_")[0]
             if angle in ANGLES:
-                values[f"{angle}_deg"] = self._degrees(angle, told)
+                values[f"{angle}_deg"] = self._degrees(angle, groups)
             elif name == "status":
                 values[name] = _status(text.replace("_", ""), specs[name][-1])
             elif name in _NUMBERS:
@@ -98,14 +98,14 @@ class Template:
             return format(int(fields[name]), spec[:-1] + "b")[::-1]
         return format(fields[name], spec)
 
-    def _degrees(self, angle: str, told: Mapping[str, str]) -> float:
-        if (text := told.get(f"{angle}_deg")) is not None:
+    def _degrees(self, angle: str, groups: Mapping[str, str]) -> float:
+        if (text := groups.get(f"{angle}_deg")) is not None:
             return float(text)
-        if (text := told.get(f"{angle}_counts")) is not None:
+        if (text := groups.get(f"{angle}_counts")) is not None:
             assert self._counts_per_deg is not None
             return int(text) / self._counts_per_deg
-        whole = told.get(f"{angle}_d", "0")
-        size = abs(int(whole)) + float(told.get(f"{angle}_m", 0)) / 60.0 + float(told.get(f"{angle}_s", 0)) / 3600.0
+        whole = groups.get(f"{angle}_d", "0")
+        size = abs(int(whole)) + float(groups.get(f"{angle}_m", 0)) / 60.0 + float(groups.get(f"{angle}_s", 0)) / 3600.0
         return -size if whole.startswith("-") else size
 
 

@@ -321,17 +321,17 @@ def _next(
 
 def _explained_by_temperature(evidence: Evidence, output: int, decided: AxisTests) -> AxisTests:
     """Take from drift what temperature explains, and from curvature what a lag does."""
-    told, tests = dict(decided.is_significant), dict(decided.tests)
-    causes = [name for name in (LAG, CURVATURE, BY_REPLICATION) if told.get(name)]
+    flags, tests = dict(decided.is_significant), dict(decided.tests)
+    causes = [name for name in (LAG, CURVATURE, BY_REPLICATION) if flags.get(name)]
     if not causes:
         return decided
-    lag_h = tests[LAG].uncertainty if told.get(LAG) else None
-    between = by_temperature.between_replications(evidence, output, lag_h, curved=bool(told.get(CURVATURE)))
-    if told.get(LAG) and told.get(CURVATURE) and not between.curvature.p_value <= conviction_level(decided):
-        told[CURVATURE] = False
+    lag_h = tests[LAG].uncertainty if flags.get(LAG) else None
+    between = by_temperature.between_replications(evidence, output, lag_h, curved=bool(flags.get(CURVATURE)))
+    if flags.get(LAG) and flags.get(CURVATURE) and not between.curvature.p_value <= conviction_level(decided):
+        flags[CURVATURE] = False
         tests[CURVATURE] = replace(tests[CURVATURE], is_explained=True)
-    if told.get(LAG) or not between.unexplained <= conviction_level(decided):
+    if flags.get(LAG) or not between.unexplained <= conviction_level(decided):
         for name, test in tests.items():
-            if test.kind == "drift" and told[name]:
-                told[name], tests[name] = False, replace(test, is_explained=True)
-    return AxisTests(tests, told)
+            if test.kind == "drift" and flags[name]:
+                flags[name], tests[name] = False, replace(test, is_explained=True)
+    return AxisTests(tests, flags)

@@ -101,8 +101,8 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
     name, size = test.name, test.size
     if name in _SYMBOLS:
         symbol, unit = _SYMBOLS[name]
-        told = f"{symbol} = {_two(1e6 * size)} ± {_two(2e6 * test.uncertainty)} µ{unit} ({scale.words(abs(size))}): "
-        return told + IN_WORDS[name] + (f"; {CONFOUNDED}" if test.kind == "quadratic" else "")
+        shown = f"{symbol} = {_two(1e6 * size)} ± {_two(2e6 * test.uncertainty)} µ{unit} ({scale.words(abs(size))}): "
+        return shown + IN_WORDS[name] + (f"; {CONFOUNDED}" if test.kind == "quadratic" else "")
     if name.startswith(DRIFT_OF):
         quantity = name.removeprefix(DRIFT_OF)
         moved = f" by {drifts[quantity]} (largest less smallest)" if quantity in drifts else ""
@@ -168,13 +168,13 @@ def _wrong(
     details: Mapping[str, float | str | None],
 ) -> Finding:
     rows, found = convicted.rows, convicted.found
-    told = [
+    places = [
         f"{_dwell(observations, row)} is off by {scale.words(size)}"
         f" ({_two(abs(deviations))} standard deviations of a dwell)"
         for row, size, deviations in zip(rows, found.sizes, found.deviations, strict=True)
     ]
-    more = len(told) - MOST_TOLD
-    listed = "; ".join(told[:MOST_TOLD]) + (f"; and {more} more" if more > 0 else "")
+    more = len(places) - MOST_TOLD
+    listed = "; ".join(places[:MOST_TOLD]) + (f"; and {more} more" if more > 0 else "")
     first = rows[0]
     steps = () if observations.step is None else tuple(int(observations.step[row]) for row in rows)
     redo = f"calrig redo --replication {observations.replication[first]}"

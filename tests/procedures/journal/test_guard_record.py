@@ -7,7 +7,7 @@ import pytest
 from small_run import bench
 from unattended_run import UnattendedRun, asks, events, run_unattended
 
-from procedures.journal.guard_record import EVENT, guard_told, read_guard_record
+from procedures.journal.guard_record import EVENT, guard_sentence, read_guard_record
 from procedures.journal.status import status
 from procedures.records.states import State, is_unasked
 from procedures.run.handover import handover
@@ -36,7 +36,7 @@ def test_fault_56_what_the_guard_did_is_told_and_then_journalled(tmp_path: Path)
     record = read_guard_record(run.run_dir)
     assert record is not None
     told = "the engine was frozen (SIGSTOP); it was ended while roll could move"
-    assert told in guard_told(record)
+    assert told in guard_sentence(record)
     assert told in handover(run.run_dir)
     with open_rig(small.rig) as rig:
         assert resume_on(run.run_dir, rig, "carla").state is State.FINISHED
@@ -71,7 +71,7 @@ def test_a_run_that_was_aborted_through_the_guard_tells_who_asked(tmp_path: Path
 
 
 def test_an_axis_that_could_not_be_told_is_named() -> None:
-    told = guard_told({**DOCUMENT, "axes": {"roll": "NOT told to stop: the line takes no bytes"}})
+    told = guard_sentence({**DOCUMENT, "axes": {"roll": "NOT told to stop: the line takes no bytes"}})
     assert told.endswith("but roll: NOT told to stop: the line takes no bytes; use the stop button at the machine")
 
 

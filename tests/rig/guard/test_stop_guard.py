@@ -18,7 +18,7 @@ from noted_line import Hung
 from turning_rig import DRIVE_FOR_ROLL, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
 from procedures.cli.start import _login_name
-from procedures.journal.guard_record import guard_told, read_guard_record
+from procedures.journal.guard_record import guard_sentence, read_guard_record
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig
 from rig.guard.ask import of_rig, of_run, stop
@@ -96,7 +96,7 @@ def _ends_in_stopped_axes(folder: Path, family: str, end: str, after_s: float = 
         assert record is not None
         assert axis in record["moving"]
         assert set(record["axes"].values()) == {"told to stop"}
-        assert "every axis was told to stop" in guard_told(record)
+        assert "every axis was told to stop" in guard_sentence(record)
         return first_s
 
 

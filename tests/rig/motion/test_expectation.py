@@ -17,10 +17,10 @@ from rig.motion.expectation import (
     Turning,
     Unknown,
     Watched,
+    expecting_move,
+    expecting_stop,
+    expecting_turn,
     judge,
-    told_to_move,
-    told_to_stop,
-    told_to_turn,
 )
 
 BOUNDS = Bounds(limits_deg=(-90.0, 90.0), speed_dps=20.0, tolerance_deg=0.001)
@@ -40,7 +40,7 @@ def _at_rest(position_deg: float) -> Watched:
 def test_an_axis_that_goes_where_it_was_sent_is_never_accused(
     from_deg: float, target_deg: float, gaps_s: list[float], pace: float
 ) -> None:
-    watched = told_to_move(_at_rest(from_deg), target_deg, BOUNDS.speed_dps)
+    watched = expecting_move(_at_rest(from_deg), target_deg, BOUNDS.speed_dps)
     at_s, way = 0.01, 1.0 if target_deg >= from_deg else -1.0
     for gap_s in gaps_s:
         at_s += gap_s
@@ -53,7 +53,7 @@ def test_an_axis_that_goes_where_it_was_sent_is_never_accused(
 
 @given(ANGLES, ANGLES, st.floats(-400.0, 400.0))
 def test_no_place_beyond_the_way_and_its_margin_is_allowed(from_deg: float, target_deg: float, here_deg: float) -> None:
-    watched = told_to_move(_at_rest(from_deg), target_deg, BOUNDS.speed_dps)
+    watched = expecting_move(_at_rest(from_deg), target_deg, BOUNDS.speed_dps)
     _, breach = judge(BOUNDS, watched, _seen(here_deg, 1000.0))
     low_deg, high_deg = sorted((from_deg, target_deg))
     is_beyond = not low_deg - BOUNDS.margin_deg <= here_deg <= high_deg + BOUNDS.margin_deg
@@ -64,7 +64,7 @@ def test_no_place_beyond_the_way_and_its_margin_is_allowed(from_deg: float, targ
 def test_an_axis_that_turns_back_on_its_way_is_accused(
     from_deg: float, target_deg: float, first: float, then: float
 ) -> None:
-    watched = told_to_move(_at_rest(from_deg), target_deg, BOUNDS.speed_dps)
+    watched = expecting_move(_at_rest(from_deg), target_deg, BOUNDS.speed_dps)
     span_deg = target_deg - from_deg
     watched, breach = judge(BOUNDS, watched, _seen(from_deg + first * span_deg, 1000.0))
     assert breach == ""
@@ -80,7 +80,7 @@ def test_an_axis_that_turns_at_its_rate_is_never_accused_and_one_that_turns_the_
 ) -> None:
     unlimited = replace(BOUNDS, limits_deg=(-180.0, 180.0))
     for sense in (1.0, -1.0):
-        watched, at_s, breaches = told_to_turn(_at_rest(0.0), rate_dps), 0.0, []
+        watched, at_s, breaches = expecting_turn(_at_rest(0.0), rate_dps), 0.0, []
         for gap_s in [*gaps_s, 200.0]:
             at_s += gap_s
             watched, breach = judge(unlimited, watched, _seen(sense * rate_dps * at_s, at_s, is_moving=None))
@@ -91,7 +91,7 @@ def test_an_axis_that_turns_at_its_rate_is_never_accused_and_one_that_turns_the_
 
 
 def test_a_slow_wrong_way_does_not_hide_in_the_margin_of_every_look() -> None:
-    watched, at_s, breach = told_to_turn(_at_rest(0.0), 0.1), 0.0, ""
+    watched, at_s, breach = expecting_turn(_at_rest(0.0), 0.1), 0.0, ""
     while not breach:
         at_s += 0.2
         assert at_s < 60.0
@@ -101,12 +101,12 @@ def test_a_slow_wrong_way_does_not_hide_in_the_margin_of_every_look() -> None:
 
 
 def test_rates_of_a_motion_that_changes_its_sense_span_both() -> None:
-    turning = told_to_turn(told_to_turn(_at_rest(0.0), 5.0), -3.0).task
+    turning = expecting_turn(expecting_turn(_at_rest(0.0), 5.0), -3.0).task
     assert turning == Turning(-3.0, 5.0)
 
 
 def test_a_rate_between_limits_may_not_pass_them() -> None:
-    watched = told_to_turn(_at_rest(80.0), 10.0)
+    watched = expecting_turn(_at_rest(80.0), 10.0)
     _, breach = judge(BOUNDS, watched, _seen(91.0, 2.0, is_moving=None))
     assert "turned beyond its limits: at 91 deg, allowed -90 to 90 deg" in breach
 
@@ -135,7 +135,7 @@ def test_an_axis_without_a_home_may_be_turned_by_hand_but_not_move_by_itself() -
 
 
 def test_a_stopped_axis_stands_after_a_second_at_one_place() -> None:
-    watched = told_to_stop(told_to_move(_at_rest(0.0), 50.0, 20.0))
+    watched = expecting_stop(expecting_move(_at_rest(0.0), 50.0, 20.0))
     for at_s, deg, is_moving, task in (
         (1.0, 20.0, True, Stopping),
         (1.5, 21.0, False, Stopping),
@@ -144,7 +144,7 @@ def test_a_stopped_axis_stands_after_a_second_at_one_place() -> None:
     ):
         watched, breach = judge(BOUNDS, watched, _seen(deg, at_s, is_moving=is_moving))
         assert (breach, type(watched.task)) == ("", task)
-    assert told_to_stop(watched) == watched
+    assert expecting_stop(watched) == watched
 
 
 @given(st.floats(-180.0, 180.0), PARTS, st.floats(0.05, OVERSPEED), st.floats(-400.0, 400.0), st.integers(0, 29))
@@ -185,4 +185,4 @@ def test_a_home_search_that_goes_on_and_on_or_too_fast_is_accused(rate_dps: floa
 
 
 def test_without_a_look_before_nothing_is_expected() -> None:
-    assert told_to_move(Watched(), 10.0, 5.0).task == Unknown()
+    assert expecting_move(Watched(), 10.0, 5.0).task == Unknown()
