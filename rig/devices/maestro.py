@@ -151,8 +151,8 @@ class MaestroController:
                 self.poll_errors()
         if self.failures != failures:
             raise DeviceFault(
-                f"{self._exchange.stream.name}: the controller reports {wire.error_words(self.errors)}: every servo went to"
-                " its home and positions are lost; look for the cause, then home every axis"
+                f"{self._exchange.stream.name}: the controller reports {wire.error_words(self.errors)}: every servo"
+                " went to its home and positions are lost; look for the cause, then home every axis"
             )
 
     def poll_errors(self) -> Errors:

@@ -111,4 +111,4 @@ def test_after_rubbish_the_next_whole_command_is_heard(rubbish: bytes) -> None:
 
 
 def test_error_bits_have_names() -> None:
-    assert wire.told(Errors(0b100101000)) == "crc, timeout, program counter"
+    assert wire.error_words(Errors(0b100101000)) == "crc, timeout, program counter"
