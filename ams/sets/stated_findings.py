@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from ams.sets.canonical import listed, table
 from ams.sets.coefficients import CoefficientSet
 
+LACKING = "missing for a calibration when the run began: "
+"""What such a warning of a set begins with: no signature supplies what stands behind it."""
+
 
 @dataclass(frozen=True)
 class StatedFinding:

@@ -10,6 +10,7 @@ from datetime import date
 from ams.archive.signatures import SignOff
 from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.stated_findings import LACKING
 from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
 
@@ -80,6 +81,9 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
             yield f"the {what} is not declared ([job] {key})"
     if not grounds.standards:
         yield "no standard is declared, so nothing is traceable ([standards] and standard = …)"
+    yield from (
+        word for word in map(str, listed(grounds.coefficients.document["warnings"])) if word.startswith(LACKING)
+    )
     for finding in grounds.signed.unaccepted:
         yield f"axis {finding.axis}: {finding.text} ({finding.name}, which nobody has accepted)"
     level = table(grounds.coefficients.provenance["level"] or {})

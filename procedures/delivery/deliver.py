@@ -23,10 +23,11 @@ from ams.sets.axis_section import axis_section
 from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.sensed_quantity import FIELDS
+from ams.sets.stated_findings import LACKING
 from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust
 from procedures.delivery.publish import publish_solved
 from procedures.errors import RequestError
-from procedures.journal.audit_trail import clock_words
+from procedures.journal.audit_trail import clock_words, missing_in
 from procedures.journal.journal_reader import JournalReader
 from procedures.kinds.solve import solve_record
 from procedures.records.states import State
@@ -335,7 +336,9 @@ def primaries_of(run: SolvedRun) -> dict[str, dict[str, Any]]:
 
 def _with_words(calibration: Calibration, record: RunRecord) -> Calibration:
     """Return the calibration with what a user of the set should know of its run."""
-    words = tuple(dict.fromkeys(clock_words(record.events)))
+    lacks = () if record.is_simulated else missing_in(record.events)
+    missing = [f"{LACKING}{sentence}" for sentence in lacks if not sentence.startswith("approved_by")]
+    words = tuple(dict.fromkeys([*clock_words(record.events), *missing]))
     return replace(calibration, warnings=(*calibration.warnings, *words)) if words else calibration
 
 

@@ -18,9 +18,11 @@ import pytest
 from file_keys import Document, toml_of
 from unattended_run import UnattendedRun, asks
 
+from ams.archive.signatures import SignOff
 from ams.errors import AmsError
 from ams.exports.formats import FORMATS
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.stated_findings import significant_findings
 from ams.surveillance.adjustment import Adjustment
 from procedures.certificate.grounds import Grounds
 from procedures.certificate.page import certificate_page
@@ -216,8 +218,12 @@ def _own(one: CoefficientSet) -> dict[str, Any]:
     return own
 
 
+def _unsigned(coefficients: CoefficientSet) -> SignOff:
+    return SignOff(coefficients.sha256, (), (), tuple(significant_findings(coefficients)))
+
+
 def _certificate(one: CoefficientSet, adjustment: Adjustment) -> str:
-    return certificate_page(Grounds("C-1", date(2026, 3, 2), one, adjustment, (), is_specimen=True))
+    return certificate_page(Grounds("C-1", date(2026, 3, 2), one, adjustment, _unsigned(one), is_specimen=True))
 
 
 def _noting_lines(wire: Wire) -> type[Lines]:

@@ -16,7 +16,7 @@ from ams.archive.signatures import AcceptedFinding, Release, Signature, SignOff
 from ams.observations import Observations
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
-from ams.sets.stated_findings import significant_findings
+from ams.sets.stated_findings import LACKING, significant_findings
 from ams.surveillance.adjustment import Acceptance, Adjustment, adjust
 from procedures.certificate.grounds import Amendment, Grounds, check_grounds
 from procedures.certificate.page import SPECIMEN, certificate_page, certificate_paper
@@ -212,3 +212,11 @@ def test_a_quarantine_is_a_gap_until_somebody_releases_it_and_then_it_is_printed
         check_grounds(_grounds(signed=held))
     text = _text(_grounds(signed=replace(held, release=Release("C. Reader", SIGNED, "a clamp, not the table"))))
     assert "in quarantine: the table turned. Released by C. Reader, 2026-03-02 09:00:00 UTC: a clamp, not the" in text
+
+
+def test_what_the_laboratory_lacked_when_the_run_began_is_a_gap_that_no_signature_closes() -> None:
+    lacks = f"{LACKING}axes.pitch: no standard stands behind it"
+    plain = solved_package()
+    one = build_set(replace(plain, warnings=(*plain.warnings, lacks)), provenance(**RELEASED))
+    with pytest.raises(RequestError, match=re.escape(lacks)):
+        check_grounds(_grounds(coefficients=one))
