@@ -17,6 +17,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import TERMS, term_columns
 from ams.analysis.diagnostics.point_means import Elimination, Tested, eliminate, gram_of
 from ams.analysis.diagnostics.residuals import GridResiduals
+from ams.analysis.diagnostics.robust_fit import robust_fit
 from ams.analysis.diagnostics.time_order import (
     Autocorrelation,
     Slope,
@@ -45,6 +46,7 @@ LACK_OF_FIT: Final = "lack of fit"
 DRIFT_OF: Final = "drift of "
 OVER_TIME: Final = "drift with time"
 AUTOCORRELATION: Final = "autocorrelation"
+ROBUST: Final = "robust fit"
 TURNED_FROM: Final = "previous attitude"
 TURNED_FROM_ALIKE: Final = "previous attitude, alike in every replication"
 BY_POINT: Final = "temperature, point by point"
@@ -148,6 +150,7 @@ def axis_tests(evidence: Evidence, shared: SharedTests, output: int, convicted_p
         *_of_replications(evidence, output, known),
         BeliefTest(AUTOCORRELATION, "autocorrelation", wander[1], wander[0]),
         *_of_the_attitude_before(evidence, output, grid),
+        *_robust(evidence, grid),
     ]
     if shared.over_time is not None:
         found.append(_slope(OVER_TIME, "drift", shared.over_time, output, "per h"))
@@ -191,6 +194,11 @@ def _of_the_attitude_before(evidence: Evidence, output: int, grid: GridResiduals
     column = previous_attitude.turned_from(evidence, output)
     found = previous_attitude.between_replications(evidence, grid, column)
     return [] if found is None else [_term(Column(TURNED_FROM, "autocorrelation", ""), found)]
+
+
+def _robust(evidence: Evidence, grid: GridResiduals) -> list[BeliefTest]:
+    found = robust_fit(evidence, grid)
+    return [] if found is None else [BeliefTest(ROBUST, "wrong-dwell", found.p_value, found.size, found.expected)]
 
 
 def _lack_of_fit(evidence: Evidence, output: int, known: FloatArray) -> BeliefTest:

@@ -86,7 +86,7 @@ class GridResiduals:
         grid = columns.reshape(self.replications, self.points, -1)
         if self.replications > 1:
             grid = grid - grid.mean(axis=0)
-        grid = grid - np.einsum("kp,qp,rqc->rkc", self.q, self.q, grid, optimize=True)
+        grid = grid - self.q @ (self.q.T @ grid)
         flat = grid.reshape(self.residuals.shape[0], -1)
         return np.asarray((flat - self.taken @ (self.taken.T @ flat)) * self.present[:, None])
 

@@ -17,6 +17,7 @@ from ams.analysis.diagnostics.axis_tests import (
     LACK_OF_FIT,
     LAG,
     OVER_TIME,
+    ROBUST,
     TURNED_FROM,
     TURNED_FROM_ALIKE,
     WRONG_DWELL,
@@ -77,7 +78,7 @@ def findings_of(
         if is_significant:
             text = _significant(test, scale, drifts, has_table=has_table)
         else:
-            text = f"{name}: {_not_significant(test)}"
+            text = f"{name}: {_not_significant(test)}{_beside(test, scale)}"
         found.append(Finding(test.kind, text, is_significant, test.p_value, details=details))
     return tuple(found)
 
@@ -91,6 +92,15 @@ def _numbers(test: BeliefTest) -> dict[str, float | str | None]:
     if test.unit:
         found["unit"] = test.unit
     return found
+
+
+def _beside(test: BeliefTest, scale: Scale) -> str:
+    """Return what is told of a test also where nothing was found."""
+    return f", {_robust_words(test, scale)} from the estimate" if test.name == ROBUST else ""
+
+
+def _robust_words(test: BeliefTest, scale: Scale) -> str:
+    return f"{scale.words(test.size)} in the mean over the attitudes (by chance ±{scale.words(test.uncertainty)})"
 
 
 def _not_significant(test: BeliefTest) -> str:
@@ -124,6 +134,11 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
         AUTOCORRELATION: lambda: (
             f"a dwell knows of the dwell before it: correlation {size:.2g} inside the replications; the output wanders "
             "or has not settled; a longer settling time or a random order makes dwells independent"
+        ),
+        ROBUST: lambda: (
+            f"a robust fit, which gives little weight to dwells that stand out, is {_robust_words(test, scale)} from "
+            f"the estimate: dwells read too far to one side, each too little to be named; look at the residuals of the "
+            "channel"
         ),
         TURNED_FROM: lambda: _turned_text(test, scale, ""),
         TURNED_FROM_ALIKE: lambda: _turned_text(test, scale, ", alike in every replication"),

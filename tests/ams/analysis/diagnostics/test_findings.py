@@ -186,3 +186,24 @@ def test_a_sensor_that_remembers_where_it_was_turned_from_is_named_with_its_size
             assert isinstance(size, float)
             assert isinstance(uncertainty, float)
             assert abs(size - kept_v_per_g) < 4 * uncertainty < kept_v_per_g
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.0, False), (0.1, True)])
+def test_dwells_that_stand_out_a_little_to_one_side_part_a_robust_fit_from_the_estimate(
+    share: float, named: bool
+) -> None:
+    """Three standard deviations up, too little for each to be named by itself; the difference is always told."""
+    grid = np.deg2rad([(p, r) for p in range(-90, 91, 15) for r in range(-180, 180, 30)])
+    found = []
+    for seed in range(3):
+        chance = np.random.default_rng(seed)
+        pitch, roll = np.tile(grid, (6, 1)).T
+        off = 3.0 * (chance.random(pitch.size) < share)
+        outputs = 0.002 + 2.5 * np.sin(pitch) + 2e-5 * (chance.normal(size=pitch.size) + off)
+        replication, point = np.divmod(np.arange(pitch.size), len(grid))
+        rows = Observations(replication + 1, point + 1, pitch, roll, {"x": outputs})
+        told = calibrate(rows, CalibrationRequest()).axes["x"].findings
+        robust = next(one for one in told if one.details["test"] == "robust fit")
+        assert "by chance ±" in robust.text
+        found.append(robust.is_significant)
+    assert found == [named] * 3
