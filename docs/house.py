@@ -12,6 +12,7 @@ import sys
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Any
@@ -120,6 +121,12 @@ def _sources(root: Path) -> Iterator[Path]:
         yield from (path for path in sorted((root / package).rglob("*.py")) if "migrations" not in path.parts)
 
 
+@cache
+def tree_of(path: Path) -> ast.Module:
+    """Return what a file says, parsed once."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def _module(path: Path) -> str:
     parts = path.with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
@@ -128,7 +135,7 @@ def _module(path: Path) -> str:
 def _imported(module: str, path: Path, files: Mapping[str, Path]) -> Iterator[str]:
     if module == "ams":
         return  # the facade loads its names when they are first used: whoever imports `ams` imports nothing yet
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in files)
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -157,7 +164,7 @@ def _floors(settings: Mapping[str, Any]) -> Iterator[tuple[str, tuple[tuple[str,
 
 
 def _purpose(path: Path) -> str:
-    docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    docstring = ast.get_docstring(tree_of(path)) or ""
     first, _, _ = docstring.partition("\n\n")
     return " ".join(first.split())
 

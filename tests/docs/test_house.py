@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
-from house import BEGIN, PAGE, circle_in, drawing, imported_by_name, read_house, redraw  # noqa: E402
+from house import BEGIN, PAGE, circle_in, drawing, imported_by_name, read_house, redraw, tree_of  # noqa: E402
 
 OWN = ("ams", "rig", "procedures")
 LATER = {
@@ -67,13 +67,13 @@ def test_the_page_is_drawn_from_the_house(house):
 
 
 def test_every_room_says_what_is_in_it(house):
-    silent = [room for room in house.rooms() if not ast.get_docstring(ast.parse(house.files[room].read_text("utf-8")))]
+    silent = [room for room in house.rooms() if not ast.get_docstring(tree_of(house.files[room]))]
     assert silent == []
 
 
 @pytest.fixture(scope="module")
 def trees(house) -> dict[str, ast.Module]:
-    return {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text("utf-8")) for path in house.files.values()}
+    return {path.relative_to(ROOT).as_posix(): tree_of(path) for path in house.files.values()}
 
 
 def test_nothing_else_is_imported_inside_a_function(trees):

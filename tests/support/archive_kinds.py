@@ -1,4 +1,4 @@
-"""Archives of both kinds: every test that takes ``archive`` runs on SQLite and on a real PostgreSQL server."""
+"""Archives of both kinds: every test that takes ``archive`` runs on SQLite, and on a real PostgreSQL server in CI."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ def postgres() -> Iterator[Server]:
         yield server
 
 
-@pytest.fixture(params=["sqlite", "postgresql"])
+@pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.thorough)])
 def archive(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Archive]:
     if request.param == "sqlite":
         yield Archive(f"sqlite:///{tmp_path / 'archive.sqlite'}")
