@@ -54,6 +54,7 @@ def test_a_stream_that_is_no_terminal_gets_plain_lines() -> None:
     assert stream.getvalue() == line_of(MOMENT) + "\n"
 
 
+@pytest.mark.usefixtures("wide_terminal")
 def test_a_terminal_gets_a_screen_and_the_rejections_above_it() -> None:
     stream = Terminal()
     with shown_on(stream) as observer:
