@@ -130,6 +130,7 @@ class ZaberAxis:
     def start_rate(self, rate_dps: float) -> None:
         self.check_rate(rate_dps)
         self._require_home(f"turn at {rate_dps:g} deg/s")
+        self._require_scale()
         self._start(f"move vel {self._velocity(self._settings.sign * rate_dps)}", lambda: False)
 
     def home(self) -> None:
@@ -164,13 +165,13 @@ class ZaberAxis:
         return (StopStep(wire.encode_command(Command(self._settings.axis, self._settings.device_axis, "stop"))),)
 
     def _prepare(self) -> None:
-        """Compare the stage's travel with the file's limits and see the file's speed taken, once.
+        """Compare the stage's scale with the file's, and once its travel, and see the file's speed taken.
 
-        Raises: RequestRefused, DeviceFault.
+        Raises: RequestRefused, DeviceFault, DeviceRefused.
         """
+        self._require_scale()
         if self._is_prepared:
             return
-        self._require_scale()
         low, high = (self._whole(self._ask(f"get limit.{end}")) for end in ("min", "max"))
         require_travel(self.name, self.limits_deg, (self._attitude_deg(low), self._attitude_deg(high)))
         speed = self._velocity(self.speed_dps)

@@ -77,7 +77,7 @@ def test_a_lost_acknowledgement_is_settled_by_asking_not_by_sending_again() -> N
     sent: list[bytes] = []
     receive = bench.twin.receive
     bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))
-    bench.faults.reads = {bench.faults.taken + 6: faults.drop}  # state, home, two limits, speed set and read, then it
+    bench.faults.reads = {bench.faults.taken + 3: faults.drop}  # position, reference, scale; the start
     bench.pitch.start_move(40.0)
     bench.clock.sleep(100.0)
     assert bench.pitch.state().position_deg == pytest.approx(40.0, abs=2e-4)
@@ -88,7 +88,7 @@ def test_a_lost_start_is_an_error_and_nothing_moves() -> None:
     bench = motion_bench("zaber")
     bench.home_all()
     bench.pitch.start_move(0.0)
-    bench.faults.writes = {bench.faults.written + 2: faults.drop}
+    bench.faults.writes = {bench.faults.written + 3: faults.drop}
     with pytest.raises(DeviceSilent, match="move abs"):
         bench.pitch.start_move(40.0)
     bench.clock.sleep(100.0)
@@ -177,6 +177,19 @@ def test_the_turn_of_the_device_proves_the_scale_of_the_file() -> None:
             ask()
     bench.twin.stages[1].settings["limit.cycle.dist"] = 0  # it does not turn on and on: proves nothing
     assert "Zaber device" in bench.pitch.identify()
+
+
+def test_a_scale_that_somebody_changes_during_a_run_is_found_before_the_next_start() -> None:
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.pitch.start_move(5.0)
+    bench.clock.sleep(60.0)
+    bench.twin.stages[1].settings["limit.cycle.dist"] //= 2
+    with pytest.raises(DeviceRefused, match="which are 180 deg with microstep_deg"):
+        bench.pitch.start_move(10.0)
+    with pytest.raises(DeviceRefused, match="which are 180 deg with microstep_deg"):
+        bench.pitch.start_rate(10.0)
+    assert bench.true_deg == pytest.approx(5.0, abs=1e-3)
 
 
 def test_a_flag_that_stays_until_it_is_acknowledged_is_acknowledged_by_a_home() -> None:
