@@ -40,6 +40,7 @@ def shared_refusals(
     yield from _temperature_terms(rig, procedure, sensors, environment)
     yield from _plateaus_beyond_limits(rig, procedure, environment)
     yield from _integration_not_offered(rig, procedure, channels_of(rig, sensors))
+    yield from _bursts_too_long(rig, procedure, channels_of(rig, sensors))
 
 
 def _integration_not_offered(
@@ -56,6 +57,19 @@ def _integration_not_offered(
             why = error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
             yield procedure.error(
                 ("dwell", "nplc"), f"readouts.{name} cannot integrate over {cycles:g} power-line cycles: {why}"
+            )
+
+
+def _bursts_too_long(
+    rig: RigDescription, procedure: ProcedureDescription, channels: Sequence[str]
+) -> Iterator[PlanError]:
+    """Compare the readings of a dwell with what each readout holds."""
+    samples = procedure.dwell.samples
+    for name in dict.fromkeys(channel.partition(".")[0] for channel in channels):
+        most = rig.readouts[name].most_samples() if name in rig.readouts else None
+        if most is not None and samples > most:
+            yield procedure.error(
+                ("dwell", "samples"), f"readouts.{name} holds {most} readings of a burst, got {samples}; ask for fewer"
             )
 
 

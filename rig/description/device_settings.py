@@ -124,6 +124,10 @@ class ReadoutSettings(StrictTable):
         """Return the expected seconds for one reading; ``nplc`` None: the description's."""
         raise NotImplementedError
 
+    def most_samples(self) -> int | None:
+        """Return how many readings a burst may have; None where the device sets no bound below a procedure's own."""
+        return None
+
     def channel_units(self) -> dict[str, str]:
         """Return the unit of each channel as it is written in a key; volts of a meter that says nothing else."""
         return dict.fromkeys(self.channel_names(), "v")

@@ -195,6 +195,7 @@ class Esp301Axis:
             raise RequestRefused(
                 f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
             )
+        self._require_degrees()
         self._pace()
         self._command(wire.set_value("PA", self._settings.axis, self._settings.table_deg(target_deg)))
 
@@ -286,24 +287,28 @@ class Esp301Axis:
     def _verified(self) -> tuple[float, float]:
         """Return the controller's limits, table degrees.
 
-        Unit and limits are compared with the file when first asked.
+        They are compared with the file when first asked, with unit and scale.
 
         Raises: RequestRefused.
         """
         if self._travel_deg is None:
             number, controller = self._settings.axis, self._controller
-            unit = controller.ask_number("SN", number)
-            if unit != wire.DEGREES:
-                raise RequestRefused(
-                    f"{self.name}: the controller counts this axis in unit {unit:g} (SN), allowed {wire.DEGREES}"
-                    " (degrees); nothing moved; set its unit to degrees, or correct the axis' number"
-                )
-            self._require_resolution(number)
+            self._require_degrees()
             travel_deg = controller.ask_number("SL", number), controller.ask_number("SR", number)
             low_deg, high_deg = (self._settings.attitude_deg(table_deg) for table_deg in travel_deg)
             require_travel(self.name, self.limits_deg, (low_deg, high_deg))
             self._travel_deg = travel_deg
         return self._travel_deg
+
+    def _require_degrees(self) -> None:
+        """Compare unit and scale with the file's, as before every start. Raises: RequestRefused, DeviceRefused."""
+        unit = self._controller.ask_number("SN", self._settings.axis)
+        if unit != wire.DEGREES:
+            raise RequestRefused(
+                f"{self.name}: the controller counts this axis in unit {unit:g} (SN), allowed {wire.DEGREES}"
+                " (degrees); nothing moved; set its unit to degrees, or correct the axis' number"
+            )
+        self._require_resolution(self._settings.axis)
 
     def _require_resolution(self, number: int) -> None:
         need_deg = self._settings.resolution_deg

@@ -275,11 +275,16 @@ class OrientalAzAxis:
             raise DeviceFault(f"{self.name}: {task}: {_alarm_text(alarm)}; nothing moved; find its cause and reset it")
 
     def _require_set_up(self) -> str:
-        """Gear, wrap and software limits against the rig file, once; what they are, for the record."""
-        if self._set_up is None:
-            found = self._parameters()
-            self._set_up = self._without_parameters() if found is None else self._judged(found)
-        return self._set_up
+        """Gear, wrap and software limits against the rig file, before every start; what they are, for the record."""
+        found = self._parameters()
+        set_up = self._without_parameters() if found is None else self._judged(found)
+        if self._set_up not in (None, set_up):
+            raise DeviceFault(
+                f"{self.name}: the driver was set to {self._set_up} and now is to {set_up}: somebody set it otherwise;"
+                " nothing moved; set it back, or start anew"
+            )
+        self._set_up = set_up
+        return set_up
 
     def _parameters(self) -> wire.Parameters | None:
         try:

@@ -110,13 +110,13 @@ class PiGcsAxis:
         return (StopStep(wire.STOP),)
 
     def _prepare(self) -> None:
-        """Compare the stage's travel with the file's limits and see the file's speed taken, once.
+        """See that the stage counts in degrees, and once its travel, and see the file's speed taken.
 
         Raises: RequestRefused, DeviceRefused, DeviceFault.
         """
+        self._require_degrees()
         if self._is_prepared:
             return
-        self._require_degrees()
         ends_deg = [self._settings.attitude_deg(self._number(query)) for query in ("TMN?", "TMX?")]
         require_travel(self.name, self.limits_deg, (min(ends_deg), max(ends_deg)))
         self._do("VEL", wire.format_number(self.speed_dps))

@@ -31,6 +31,8 @@ RANGES_V = (0.1, 1.0, 10.0, 100.0, 300.0)
 POWER_LINE_CYCLES = (0.02, 0.2, 1.0, 2.0, 10.0, 20.0, 100.0, 200.0)
 DEFAULT_ADDRESS = 9
 OVERHEAD_S = 0.005
+MOST_SAMPLES = 50_000
+"""The reading memory of a 34970A, the smallest of the family."""
 PART = 1000
 """Readings in one answer: a longer burst is taken out of the unit's memory in parts."""
 BYTES_PER_READING, SLOWEST_BYTES_PER_S = 21, 900.0
@@ -153,6 +155,9 @@ class ScpiDaqSettings(ReadoutSettings):
                 raise ValueError(f"channel {number} is used by more than one name; each needs its own")
         return self
 
+    def most_samples(self) -> int:
+        return MOST_SAMPLES
+
     def ranges_v(self) -> list[float]:
         """Return every range that a channel uses, as often as it does."""
         return [entry.range_v for entry in self.channels.values()]
@@ -250,10 +255,10 @@ class ScpiDaqReadout:
             raise RequestRefused(
                 f"{self.name}: no channel {channel!r} (allowed: {', '.join(self.channels)}); nothing was switched"
             )
-        if not 1 <= samples <= 50_000:
+        if not 1 <= samples <= MOST_SAMPLES:
             raise RequestRefused(
-                f"{self.name}: {channel}: got {samples} readings, allowed 1 to 50000 (the unit's reading memory);"
-                " nothing was switched"
+                f"{self.name}: {channel}: got {samples} readings, allowed 1 to {MOST_SAMPLES} (the unit's reading"
+                " memory); nothing was switched"
             )
         return self._inputs[channel]
 

@@ -2,8 +2,9 @@
 
 Every command carries an id and a checksum and is acknowledged; a reply must repeat device, axis and id. Alerts and
 info lines are skipped. Positions are whole microsteps: what one turns is a setting of the stage's data sheet.
-Not homed is the stage's own warning (WR, WH). A start is sent once: where its acknowledgement is lost, the stage is
-asked whether it moves.
+Not homed is the stage's own warning (WR, WH); since a reply carries its highest warning only, the stage is also asked
+straight out (``limit.home.triggered``) before every start, behind a home and wherever another warning stands. A start
+is sent once: where its acknowledgement is lost, the stage is asked whether it moves.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -102,6 +103,8 @@ class ZaberAxis:
         self._settings = settings
         self._chain = chain
         self._is_prepared = False
+        self._is_referenced = False
+        """The stage said so itself, at rest, and no look since told otherwise."""
 
     def identify(self) -> str:
         """Return who the stage says it is. Raises: DeviceSilent, DeviceNonsense, LinkLost."""
@@ -127,6 +130,7 @@ class ZaberAxis:
     def start_rate(self, rate_dps: float) -> None:
         self.check_rate(rate_dps)
         self._require_home(f"turn at {rate_dps:g} deg/s")
+        self._require_scale()
         self._start(f"move vel {self._velocity(self._settings.sign * rate_dps)}", lambda: False)
 
     def home(self) -> None:
@@ -137,6 +141,7 @@ class ZaberAxis:
             self._ask("warnings clear")
         self._is_prepared = False  # a stage that lost power forgot its speed, too
         self._prepare()
+        self._is_referenced = False
         self._start("home", lambda: False)
 
     def turn_look(self, clock: Clock) -> TurnLook:
@@ -147,7 +152,7 @@ class ZaberAxis:
         return AxisState(
             position_deg=self._attitude_deg(self._whole(reply)),
             is_moving=reply.is_busy,
-            is_homed=reply.warning not in wire.UNREFERENCED,
+            is_homed=self._is_homed(reply),
             is_seated=True,
             fault="" if _is_harmless(reply.warning) else f"the stage warns {reply.warning}",
         )
@@ -160,13 +165,13 @@ class ZaberAxis:
         return (StopStep(wire.encode_command(Command(self._settings.axis, self._settings.device_axis, "stop"))),)
 
     def _prepare(self) -> None:
-        """Compare the stage's travel with the file's limits and see the file's speed taken, once.
+        """Compare the stage's scale with the file's, and once its travel, and see the file's speed taken.
 
-        Raises: RequestRefused, DeviceFault.
+        Raises: RequestRefused, DeviceFault, DeviceRefused.
         """
+        self._require_scale()
         if self._is_prepared:
             return
-        self._require_scale()
         low, high = (self._whole(self._ask(f"get limit.{end}")) for end in ("min", "max"))
         require_travel(self.name, self.limits_deg, (self._attitude_deg(low), self._attitude_deg(high)))
         speed = self._velocity(self.speed_dps)
@@ -196,7 +201,26 @@ class ZaberAxis:
                 " its resolution was changed: correct the file or the stage"
             )
 
+    def _is_homed(self, reply: Reply) -> bool:
+        """Return whether the stage has a reference.
+
+        A fault hides WR behind it, so its absence is no proof: then the stage is asked, as it is until it has said so
+        at rest. One without that setting (it has no home sensor) is believed by its warnings.
+        """
+        if reply.warning in wire.UNREFERENCED:
+            self._is_referenced = False
+            return False
+        if self._is_referenced and not _may_hide_others(reply.warning):
+            return True
+        try:
+            is_homed = self._whole(self._ask("get limit.home.triggered")) != 0
+        except DeviceRefused:
+            is_homed = not _may_hide_others(reply.warning)
+        self._is_referenced = is_homed and not reply.is_busy
+        return is_homed
+
     def _require_home(self, task: str) -> None:
+        self._is_referenced = False
         if not self.state().is_homed:
             raise RequestRefused(f"{self.name}: {task}: the axis is not homed; nothing moved; home it first")
 
@@ -243,4 +267,9 @@ def connect(axes: Mapping[str, ZaberSettings], stream: ByteStream) -> dict[str, 
 
 def _is_harmless(warning: str) -> bool:
     """Return whether a warning is none, not referenced, or a note (N…) such as an interrupted move."""
-    return warning == wire.NO_WARNING or warning in wire.UNREFERENCED or warning.startswith("N")
+    return warning in wire.UNREFERENCED or not _may_hide_others(warning)
+
+
+def _may_hide_others(warning: str) -> bool:
+    """Return whether a warning may rank above WR: all but none and notes (N…)."""
+    return warning != wire.NO_WARNING and not warning.startswith("N")

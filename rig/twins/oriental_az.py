@@ -47,6 +47,7 @@ class OrientalAzRegisters:
         self.ignores_starts = False
         """A start is acknowledged and nothing happens."""
         self.wraps = False
+        self.gear = (1, 1)
         self.low_word_first = False
         """The drive's parameter "Byte & word order (Modbus)"."""
         self.software_limits: tuple[int, int] | None = None
@@ -117,7 +118,7 @@ class OrientalAzRegisters:
         words |= {wire.SIGNALS + place: word for place, word in enumerate(signals)}
         lower, upper = self.software_limits or (0, 0)
         overtravel = wire.NO_OVERTRAVEL if self.software_limits is None else 1
-        parameters = (1, 1, 0, overtravel, upper, lower, 0, int(self.wraps)) if self.has_parameters else ()
+        parameters = (*self.gear, 0, overtravel, upper, lower, 0, int(self.wraps)) if self.has_parameters else ()
         for place, value in enumerate(parameters):
             first = wire.PARAMETERS + 2 * place
             words[first], words[first + 1] = wire.words(value)

@@ -44,6 +44,19 @@ def test_every_replication_holds_every_point_once(tmp_path):
         assert sorted(labels) == list(range(1, 36))
 
 
+def test_a_burst_that_the_unit_cannot_hold_is_refused_before_a_port_is_opened(tmp_path):
+    # 34970A/34972A: a reading memory of 50 000 (UG-K p. 122); a procedure may ask for 100 000.
+    daq = (
+        f'driver = "{driver}"\nresource = "prologix+socket://127.0.0.1:1#22"'
+        for driver in ("hp3458a", 'scpi-daq"\nmodel = "34970A')
+    )
+    rig = rig_file(tmp_path, tuple(daq), *((f"scanner = {n}", f"channel = {100 + n}") for n in (1, 2, 3, 4)))
+    assert make_plan(rig, procedure_file(tmp_path, more="[dwell]\nsamples = 50000\n")).dwell.samples == 50_000
+    with pytest.raises(PlanError, match=r"toml:\d+: dwell\.samples: readouts\.dmm holds 50000 .* got 50001"):
+        make_plan(rig, procedure_file(tmp_path, more="[dwell]\nsamples = 50001\n"))
+    assert make_plan(rig_file(tmp_path), procedure_file(tmp_path, more="[dwell]\nsamples = 100000\n"))
+
+
 def test_steps_are_numbered_in_their_order(tmp_path):
     plan = plan_of(tmp_path, more="[check]\nreference_every = 7\n[environment]\nplateaus_degc = [20.0]\n", rig_more=AIR)
     assert [step.step for step in plan.steps] == list(range(len(plan.steps)))

@@ -105,8 +105,8 @@ def test_a_move_is_sent_once_even_if_the_queue_cannot_be_read() -> None:
     sent: list[bytes] = []
     receive = bench.twin.receive
     bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))
-    # State (five questions) and the queue before the command are answered, nothing after it.
-    bench.faults.reads = dict.fromkeys(range(bench.faults.taken + 6, bench.faults.taken + 60), faults.drop)
+    # State (five questions), the unit and the queue before the command are answered, nothing after it.
+    bench.faults.reads = dict.fromkeys(range(bench.faults.taken + 7, bench.faults.taken + 60), faults.drop)
     with pytest.raises(DeviceSilent):
         bench.pitch.start_move(30.0)
     assert sent.count(b"1PA30.000000\r") == 1

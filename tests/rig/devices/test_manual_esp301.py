@@ -3,7 +3,7 @@
 import pytest
 from motion_bench import motion_bench
 
-from rig.errors import DeviceRefused
+from rig.errors import DeviceRefused, RequestRefused
 from rig.twins.esp301 import Esp301Twin
 from rig.wire import esp301 as wire
 
@@ -73,6 +73,18 @@ def test_degrees_prove_no_scale() -> None:
         DeviceRefused, match=r"SU\) 3\.53932e-05 deg a count, the rig file says 0\.001 .*resolution_deg"
     ):
         motion_bench_again(bench).identify()
+
+
+def test_a_unit_that_somebody_changes_during_a_run_is_found_before_the_next_start() -> None:
+    # E300 3-133: positions keep their numbers "and mean something else from then on".
+    bench = motion_bench("esp301")
+    bench.home_all()
+    bench.pitch.start_move(5.0)
+    bench.clock.sleep(60.0)
+    _said(bench.twin, b"1SN9\r", bench.clock.monotonic_s())
+    with pytest.raises(RequestRefused, match=r"in unit 9 \(SN\)"):
+        bench.pitch.start_move(10.0)
+    assert bench.true_deg == pytest.approx(5.0, abs=1e-3)
 
 
 def motion_bench_again(bench: object) -> object:

@@ -135,6 +135,18 @@ def test_the_electronic_gear_is_told_and_compared() -> None:
         bench.pitch.identify()
 
 
+@pytest.mark.parametrize("change", [{"wraps": True}, {"gear": (10, 1)}])
+def test_what_somebody_sets_otherwise_during_a_run_is_found_before_the_next_start(change: dict[str, object]) -> None:
+    bench = _homed()
+    bench.pitch.start_move(5.0)
+    bench.clock.sleep(60.0)
+    for name, value in change.items():
+        setattr(bench.twin.units[1], name, value)
+    with pytest.raises((DeviceRefused, DeviceFault), match=r"wrap function is on|gear 1/1, wrap off .* gear 10/1"):
+        bench.pitch.start_move(10.0)
+    assert bench.true_deg == pytest.approx(5.0, abs=0.02)
+
+
 def test_software_limits_inside_the_files_are_refused() -> None:
     # HM p. 404: 0386h software overtravel (1 = deceleration stop), 0388h and 038Ah the limits in steps.
     bench = motion_bench("oriental-az")

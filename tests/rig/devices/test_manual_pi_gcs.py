@@ -89,6 +89,15 @@ def test_a_stage_that_counts_in_millimetres_is_refused() -> None:
     assert motion_bench("pi-gcs", states_unit=False).pitch.identify().endswith("axis 1")
 
 
+def test_a_unit_that_changes_during_a_run_is_found_before_the_next_start() -> None:
+    bench = motion_bench("pi-gcs")
+    bench.home_all()
+    for stage in bench.twin.stages.values():
+        stage.unit = "MM"
+    with pytest.raises(DeviceRefused, match="the stage counts in MM, need degrees"):
+        bench.pitch.start_move(5.0)
+
+
 def test_a_parameter_may_be_named_in_decimal_digits() -> None:
     # PIPython 2.11 on the wire: SPA? 1 117442049, which is 0x7000601.
     bench = motion_bench("pi-gcs")

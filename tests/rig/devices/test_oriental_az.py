@@ -43,9 +43,9 @@ def test_a_lost_acknowledgement_is_settled_by_asking_not_by_sending_again() -> N
     bench.home_all()
     bench.pitch.start_move(0.0)
     sent = _sent(bench)
-    bench.faults.reads = {bench.faults.taken + 2: faults.drop}  # signals; current; the operation
+    bench.faults.reads = {bench.faults.taken + 3: faults.drop}  # set-up; signals; current; the operation
     bench.pitch.start_move(40.0)
-    assert _starts(sent) == [sent[2]]
+    assert _starts(sent) == [sent[3]]
     bench.clock.sleep(60.0)
     assert bench.pitch.state().position_deg == 40.0
 
@@ -53,7 +53,7 @@ def test_a_lost_acknowledgement_is_settled_by_asking_not_by_sending_again() -> N
 def test_a_damaged_acknowledgement_is_settled_by_asking_too() -> None:
     bench = motion_bench("oriental-az")
     bench.home_all()
-    bench.faults.reads = {bench.faults.taken + 2: faults.flip_bit(3, 1)}
+    bench.faults.reads = {bench.faults.taken + 3: faults.flip_bit(3, 1)}
     bench.pitch.start_move(40.0)
     bench.clock.sleep(60.0)
     assert bench.pitch.state().position_deg == 40.0
@@ -62,7 +62,7 @@ def test_a_damaged_acknowledgement_is_settled_by_asking_too() -> None:
 def test_a_lost_start_is_an_error_and_nothing_moves() -> None:
     bench = motion_bench("oriental-az")
     bench.home_all()
-    bench.faults.writes = {bench.faults.written + 2: faults.drop}
+    bench.faults.writes = {bench.faults.written + 3: faults.drop}
     with pytest.raises(DeviceSilent, match="function 16, register 88"):
         bench.pitch.start_move(40.0)
     bench.clock.sleep(100.0)

@@ -77,7 +77,7 @@ def test_a_lost_acknowledgement_is_settled_by_asking_not_by_sending_again() -> N
     sent: list[bytes] = []
     receive = bench.twin.receive
     bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))
-    bench.faults.reads = {bench.faults.taken + 5: faults.drop}  # state, two limits, speed set and read, then the start
+    bench.faults.reads = {bench.faults.taken + 3: faults.drop}  # position, reference, scale; the start
     bench.pitch.start_move(40.0)
     bench.clock.sleep(100.0)
     assert bench.pitch.state().position_deg == pytest.approx(40.0, abs=2e-4)
@@ -88,7 +88,7 @@ def test_a_lost_start_is_an_error_and_nothing_moves() -> None:
     bench = motion_bench("zaber")
     bench.home_all()
     bench.pitch.start_move(0.0)
-    bench.faults.writes = {bench.faults.written + 1: faults.drop}
+    bench.faults.writes = {bench.faults.written + 3: faults.drop}
     with pytest.raises(DeviceSilent, match="move abs"):
         bench.pitch.start_move(40.0)
     bench.clock.sleep(100.0)
@@ -179,6 +179,19 @@ def test_the_turn_of_the_device_proves_the_scale_of_the_file() -> None:
     assert "Zaber device" in bench.pitch.identify()
 
 
+def test_a_scale_that_somebody_changes_during_a_run_is_found_before_the_next_start() -> None:
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.pitch.start_move(5.0)
+    bench.clock.sleep(60.0)
+    bench.twin.stages[1].settings["limit.cycle.dist"] //= 2
+    with pytest.raises(DeviceRefused, match="which are 180 deg with microstep_deg"):
+        bench.pitch.start_move(10.0)
+    with pytest.raises(DeviceRefused, match="which are 180 deg with microstep_deg"):
+        bench.pitch.start_rate(10.0)
+    assert bench.true_deg == pytest.approx(5.0, abs=1e-3)
+
+
 def test_a_flag_that_stays_until_it_is_acknowledged_is_acknowledged_by_a_home() -> None:
     """FS: "This warning persists until acknowledged and cleared by the user with the warnings command."."""
     bench = motion_bench("zaber")
@@ -199,6 +212,46 @@ def test_a_stage_without_a_reference_says_so_while_it_moves() -> None:
     state = bench.pitch.state()
     assert state.is_moving
     assert not state.is_homed
+
+
+@pytest.mark.parametrize("hides", ["FD", "WV"])
+def test_a_lost_reference_behind_another_warning_is_found(hides: str) -> None:
+    # docs/devices/zaber.md: "`limit.home.triggered` is the direct question. A device whose reply shows `FD` hides `WR`
+    # behind it: do not read "homed" from the absence of WR."
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.twin.stages[1].power_cycle(bench.clock.monotonic_s())
+    bench.twin.stages[1].latched.add(hides)
+    assert not bench.pitch.state().is_homed
+    with pytest.raises(RequestRefused, match="not homed"):
+        bench.pitch.start_move(5.0)
+    bench.twin.stages[1].latched.clear()
+    assert not bench.pitch.state().is_homed
+
+
+def test_the_reference_is_asked_for_before_a_start_and_not_with_every_look() -> None:
+    bench = motion_bench("zaber")
+    bench.home_all()
+    heard: list[bytes] = []
+    receive = bench.twin.receive
+    bench.twin.receive = lambda data, now_s: (heard.append(data), receive(data, now_s))
+    for _ in range(5):
+        assert bench.pitch.state().is_homed
+    assert not [line for line in heard if b"limit.home.triggered" in line]
+    bench.pitch.start_move(5.0)
+    assert len([line for line in heard if b"limit.home.triggered" in line]) == 1
+
+
+def test_a_stage_without_a_home_sensor_is_believed_by_its_warnings() -> None:
+    bench = motion_bench("zaber")
+    bench.home_all()
+    stage = bench.twin.stages[1]
+    act = stage.act
+    stage.act = lambda text, now_s: (False, "BADCOMMAND") if text == "get limit.home.triggered" else act(text, now_s)
+    bench.pitch.start_move(5.0)
+    assert bench.pitch.state().is_homed
+    stage.latched.add("FD")
+    assert not bench.pitch.state().is_homed, "nothing tells it"
 
 
 def test_two_axes_of_one_device_are_two_axes() -> None:

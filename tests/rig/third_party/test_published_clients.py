@@ -1,13 +1,13 @@
 """Other people's clients against the twins of meters, chambers and controllers that speak text.
 
-Each is run where it is installed: pyvisa is a dependency of the tests, pymeasure and PIPython are not (``pip install
-pymeasure pipython pyusb`` beside calrig). What a client gets wrong is named with the manual's page. Clients of Modbus
-are in ``test_modbus_libraries.py`` and ``test_mbpoll.py``, zaber-motion in ``tests/rig/twins/test_zaber.py``, pyvisa on
-a GPIB in ``tests/rig/twins/test_pyvisa.py``.
+All are dependencies of the tests. What a client gets wrong stands in docs/drivers.md, "Other people's clients", with
+the manual's page where one was read. Clients of Modbus are in ``test_modbus_libraries.py`` and ``test_mbpoll.py``,
+zaber-motion in ``tests/rig/twins/test_zaber.py``, pyvisa on a GPIB in ``tests/rig/twins/test_pyvisa.py``.
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 import pytest
@@ -47,7 +47,7 @@ def _socket(server: TwinServer) -> str:
 
 
 def _pymeasure(server: TwinServer, **line: Any) -> Any:
-    adapters = pytest.importorskip("pymeasure.adapters", reason="pymeasure is not installed")
+    adapters = import_module("pymeasure.adapters")
     where = _socket(server) if server.address.startswith("socket://") else f"ASRL{server.address}::INSTR"
     return adapters.VISAAdapter(where, visa_library="@py", timeout=3000, **line)
 
@@ -70,7 +70,7 @@ def test_pyvisa_sets_up_and_reads_a_meter_on_a_socket(model: str) -> None:
 
 
 def test_pymeasure_reads_a_34401a() -> None:
-    hp = pytest.importorskip("pymeasure.instruments.hp", reason="pymeasure is not installed")
+    hp = import_module("pymeasure.instruments.hp")
     rig = meter_rig("34401A")
     with serve_tcp(rig.port, SystemClock()) as server:
         meter = hp.HP34401A(_pymeasure(server, read_termination="\n", write_termination="\n"))
@@ -83,7 +83,7 @@ def test_pymeasure_reads_a_34401a() -> None:
 
 
 def test_pymeasure_reads_a_keithley_2000() -> None:
-    keithley = pytest.importorskip("pymeasure.instruments.keithley", reason="pymeasure is not installed")
+    keithley = import_module("pymeasure.instruments.keithley")
     rig = meter_rig("keithley-2000")
     with serve_tcp(rig.port, SystemClock()) as server:
         meter = keithley.Keithley2000(_pymeasure(server, read_termination="\n", write_termination="\n"))
@@ -97,7 +97,7 @@ def test_pymeasure_reads_a_keithley_2000() -> None:
 
 def test_pymeasure_runs_a_thermotron_3800_and_a_set_point_waits_for_the_start() -> None:
     # Its docstring: "After setpoint is set to a new value, the "run()" command must be called".
-    thermotron = pytest.importorskip("pymeasure.instruments.thermotron", reason="pymeasure is not installed")
+    thermotron = import_module("pymeasure.instruments.thermotron")
     room = Room()
     with serve_pty(AsciiChamberTwin("air", room, model="thermotron-3800"), SystemClock()) as server:
         oven = thermotron.Thermotron3800(_pymeasure(server, read_termination="\r\n", write_termination="\r"))
@@ -110,8 +110,8 @@ def test_pymeasure_runs_a_thermotron_3800_and_a_set_point_waits_for_the_start() 
 
 
 def test_pymeasure_rounds_a_target_of_the_esp301_to_six_digits() -> None:
-    # It writes PA with %g: 123.456789 becomes 123.457. The manual takes more digits (ESP300, p. 3-86: PA nn).
-    newport = pytest.importorskip("pymeasure.instruments.newport", reason="pymeasure is not installed")
+    # It writes PA with %g: 123.456789 becomes 123.457. The page of PA was not seen; our driver sends six decimals.
+    newport = import_module("pymeasure.instruments.newport")
     bench = motion_bench("esp301")
     heard: list[bytes] = []
     receive = bench.twin.receive
@@ -126,9 +126,9 @@ def test_pymeasure_rounds_a_target_of_the_esp301_to_six_digits() -> None:
 
 @contextmanager
 def _pipython(server: TwinServer) -> Iterator[Any]:
-    sockets = pytest.importorskip("pipython.pidevice.interfaces.pisocket", reason="PIPython is not installed")
-    messages = pytest.importorskip("pipython.pidevice.gcsmessages")
-    commands = pytest.importorskip("pipython.pidevice.gcs2.gcs2commands")
+    sockets = import_module("pipython.pidevice.interfaces.pisocket")
+    messages = import_module("pipython.pidevice.gcsmessages")
+    commands = import_module("pipython.pidevice.gcs2.gcs2commands")
     host, port = server.address.removeprefix("socket://").split(":")
     with sockets.PISocket(host=host, port=int(port)) as gateway:
         yield commands.GCS2Commands(messages.GCSMessages(gateway))
