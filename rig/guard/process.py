@@ -298,10 +298,21 @@ def asleep_s() -> float:
     return CLOCK.boottime_s() - CLOCK.monotonic_s()
 
 
+def go_first() -> None:
+    """Run before whatever else wants a processor, where the system permits it; it works but moments.
+
+    Root may, and whoever has a limit for it (``LimitRTPRIO=`` of a unit, ``rtprio`` of limits.conf).
+    """
+    if sys.platform.startswith("linux"):
+        with suppress(OSError):
+            os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(os.sched_get_priority_min(os.SCHED_RR)))
+
+
 def main() -> None:
     """Guard until the engine says goodbye, or until the axes had to be stopped."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP, signal.SIGPIPE):
         signal.signal(number, signal.SIG_IGN)  # what ends the engine must not end its guard
+    go_first()
     guard = Guard(socket.socket(fileno=int(sys.argv[1])), json.loads(sys.argv[2]))
     try:
         with suppress(OSError):
