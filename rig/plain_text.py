@@ -1,4 +1,4 @@
-"""What a text may hold that people and programs are to read: no control, nothing that turns the direction of reading.
+"""What a text may hold that people and programs are to read: what is seen, and nothing that turns the reading.
 
 One definition for everything that is typed, read from a file, or drawn: refused where a text comes in, shown as a code
 point where an older record or a device holds it all the same.
@@ -6,28 +6,55 @@ point where an older record or a device holds it all the same.
 
 import unicodedata
 
-_TURNS = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
-"""Marks, embeddings, overrides and isolates of the bidirectional algorithm (Unicode UAX 9)."""
-_LAYOUT = "\n\t"
+_JOINERS = "\u200c\u200d"
+"""Not seen themselves, but Persian, the scripts of India and emoji are written with them."""
+_SEEN_FORMATS = (
+    *range(0x0600, 0x0606), 0x06DD, 0x070F, 0x0890, 0x0891, 0x08E2, 0x110BD, 0x110CD, *range(0x13430, 0x13440)
+)  # fmt: skip
+"""Signs around numbers and groups of hieroglyphs: formats by their category, and seen."""
+_FILLERS = "\u034f\u115f\u1160\u17b4\u17b5\u2065\u3164\uffa0"
+"""Letters and marks by their category, and never seen."""
+_UNSEEN = frozenset([*_FILLERS, *map(chr, range(0xFFF0, 0xFFF9)), *map(chr, range(0xE0000, 0xE1000))]) - frozenset(
+    map(chr, range(0xE0100, 0xE01F0))
+)
+"""Default ignorable by Unicode's DerivedCoreProperties, beside formats; variation selectors choose a form, and stay."""
+_SEEN = frozenset([*_JOINERS, *map(chr, _SEEN_FORMATS)])
+_BREAKS = "\n\r\t\u2028\u2029"
+PARAGRAPHS = _LAYOUT = "\n\t"
+"""Of a text of several lines."""
 
 
 def is_hidden(letter: str) -> bool:
-    """Return whether a letter acts on the screen instead of being seen there.
+    """Return whether a letter acts on the screen instead of being seen there, or is not seen at all.
 
-    Controls, line separators, halves of a pair do.
+    Controls, line separators, marks of direction, halves of a pair and invisible letters do.
     """
-    return letter in _TURNS or unicodedata.category(letter) in ("Cc", "Cs", "Zl", "Zp")
+    if letter in _UNSEEN:
+        return True
+    return letter not in _SEEN and unicodedata.category(letter) in ("Cc", "Cf", "Cs", "Zl", "Zp")
 
 
-def hidden_in(text: str) -> tuple[str, ...]:
-    """Return the names of letters that a text from outside must not hold; line breaks and tabs are allowed."""
-    found = (letter for letter in text if letter not in _LAYOUT and is_hidden(letter))
+def hidden_in(text: str, kept: str = "") -> tuple[str, ...]:
+    """Return the names of letters that a text from outside must not hold; those ``kept`` are allowed."""
+    if text.isprintable() and not _UNSEEN.intersection(text):
+        return ()
+    found = (letter for letter in text if letter not in kept and is_hidden(letter))
     return tuple(dict.fromkeys(code_point(letter) for letter in found))
+
+
+def hidden_complaint(text: str, kept: str = "") -> str:
+    """Return what is wrong with a text from outside, as the end of a sentence; empty where nothing is."""
+    found = hidden_in(text, kept)
+    if not found:
+        return ""
+    if set(found) <= {code_point(letter) for letter in _BREAKS}:
+        return f"holds {', '.join(found)}, a line break or a tab; write it in one line"
+    return f"holds {', '.join(found)}, which nobody sees, or which acts on a screen; leave it out"
 
 
 def shown(text: str, kept: str = _LAYOUT) -> str:
     """Return the text with each hidden letter as its code point; those ``kept`` stay as they are."""
-    if text.isprintable() and not _TURNS.intersection(text):
+    if text.isprintable() and not _UNSEEN.intersection(text):
         return text
     return "".join(code_point(letter) if letter not in kept and is_hidden(letter) else letter for letter in text)
 

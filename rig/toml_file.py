@@ -14,12 +14,14 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from rig.errors import DescriptionError
-from rig.plain_text import hidden_in, one_line
+from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
 
 KeyPath = tuple[str, ...]
 
 MOST_BYTES = 16_000_000
 """Of a file that a person writes."""
+OF_LINES = (("address",), ("remarks",))
+"""Keys whose texts may have several lines."""
 _NAMED_KEY = re.compile(r"([a-z][a-z0-9_]*): ")
 _HEADER = re.compile(r"^\s*\[\[?\s*(?P<path>[^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 _ASSIGNMENT = re.compile(
@@ -56,10 +58,7 @@ class TomlFile:
 
         It is for files whose texts people read.
         """
-        found = [
-            self.complaint(key, f"holds {', '.join(letters)}, which acts on a screen instead of being seen there")
-            for key, letters in _hidden(self.values, ())
-        ]
+        found = [self.complaint(key, complaint) for key, complaint in _hidden(self.values, ())]
         if found:
             raise DescriptionError("\n".join(found))
 
@@ -138,18 +137,18 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
         raise DescriptionError(f"{path}: not valid TOML: {error}") from None
 
 
-def _hidden(value: object, key: KeyPath) -> Iterator[tuple[KeyPath, tuple[str, ...]]]:
-    """Keys and texts with letters that nobody sees; the key that is told is as it can be shown."""
+def _hidden(value: object, key: KeyPath) -> Iterator[tuple[KeyPath, str]]:
+    """Keys and what is wrong with their letters that nobody sees; the key that is told is as it can be shown."""
     if isinstance(value, dict):
         for name, item in value.items():
-            if found := hidden_in(name):
-                yield (*key, one_line(name)), found
+            if complaint := hidden_complaint(name):
+                yield (*key, one_line(name)), complaint
             yield from _hidden(item, (*key, name))
     elif isinstance(value, list):
         for item in value:
             yield from _hidden(item, key)
-    elif isinstance(value, str) and (found := hidden_in(value)):
-        yield key, found
+    elif isinstance(value, str) and (complaint := hidden_complaint(value, PARAGRAPHS if key[-1:] in OF_LINES else "")):
+        yield key, complaint
 
 
 def _lines_of_keys(text: str) -> dict[KeyPath, int]:

@@ -238,7 +238,7 @@ def _move(opened: Rig, axis: str, to: float | None, by: float | None, wait: Wait
             return by_hand.jog_to(opened, axis, to, wait, note)
         if by is not None:
             return by_hand.jog_by(opened, axis, by, wait, note)
-        return by_hand.home(opened, axis, wait)
+        return by_hand.home(opened, axis, wait, note)
 
 
 def _turned(opened: Rig, axis: str, rate_dps: float, for_s: float, wait: Wait) -> dict[str, float]:

@@ -12,7 +12,7 @@ from procedures.cli.failure import status_of, tell
 from procedures.cli.own_log import logged
 from procedures.cli.own_log import tell as log
 from procedures.errors import ExitStatus, ProcedureError, RequestError
-from rig.plain_text import hidden_in, one_line
+from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
 
 HELP = """Calibrate attitude sensors: drive the rig, record every dwell, solve with honest uncertainty, archive, export.
 
@@ -138,15 +138,15 @@ def _run_command(arguments: Sequence[str]) -> int:
 def _require_seen(arguments: Sequence[str]) -> None:
     """Refuse what hides something in what is typed, behind any option; a file that is there may be named anyhow.
 
-    Raises: RequestError for a control or a bidirectional character.
+    The words of a note may have several lines.
+    Raises: RequestError for what is not seen, acts on a screen, or breaks a line.
     """
-    for argument in arguments:
-        found = hidden_in(argument)
-        if found and not os.path.lexists(argument):
-            raise RequestError(
-                f"{one_line(argument)[:80]}: holds {', '.join(found)}, which acts on a screen instead of being seen "
-                "there; nothing was done; leave it out"
-            )
+    has_words = arguments[:1] in (["note"], ["ack"])
+    for before, argument in zip(["", *arguments], arguments, strict=False):
+        is_words = has_words and not argument.startswith("-") and not before.startswith("-")
+        complaint = hidden_complaint(argument, PARAGRAPHS if is_words else "")
+        if complaint and not os.path.lexists(argument):
+            raise RequestError(f"{one_line(argument)[:80]}: {complaint}; nothing was done")
 
 
 def _speak_utf8() -> None:

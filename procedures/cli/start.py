@@ -72,9 +72,10 @@ def _request_abort(run: str, by: str) -> None:
     from procedures.errors import StorageFailed
     from procedures.journal.spool import Request, Spool
     from rig.clock import SystemClock
+    from rig.plain_text import one_line
 
     try:
-        Spool(Path(run)).submit(Request("abort", by, SystemClock().now_utc().isoformat()))
+        Spool(Path(run)).submit(Request("abort", one_line(by), SystemClock().now_utc().isoformat()))
     except StorageFailed:
         return
 

@@ -189,7 +189,7 @@ class Bench:
                 return self._move(axis, jog.attitude_of_pulse(self._rig, axis, pulse_us))
             case Home(axis):
                 self._polling.clear_statistics()
-                return f"{axis}: homed, at rest at {jog.home(self._rig, axis, self._wait):+.4f}°"
+                return f"{axis}: homed, at rest at {jog.home(self._rig, axis, self._wait, self._made_again):+.4f}°"
             case Turn(axis, rate_dps, is_held):
                 return self._turn(axis, rate_dps, is_held=is_held)
             case HoldTemperature(chamber, setpoint_degc):

@@ -17,6 +17,7 @@ from procedures.journal.voids import KIND, void_detail
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import ACTIVE, RESUMABLE, State, is_unasked, require_transition
 from rig.clock import Clock, SystemClock
+from rig.plain_text import hidden_complaint
 
 TAKES_BACK = (*ACTIVE, *RESUMABLE, State.FINISHED)
 """States of a run that no process runs in which dwells can be taken back."""
@@ -30,6 +31,12 @@ class Authorisation:
     reason: str
     is_remounted: bool = False
     """The package was moved: what is measured from now on belongs to a new mounting."""
+
+    def __post_init__(self) -> None:
+        """Refuse texts that hold what nobody sees, whoever asks. Raises: RequestError."""
+        for name, text in (("operator", self.operator), ("reason", self.reason)):
+            if complaint := hidden_complaint(text):
+                raise RequestError(f"{name}: {complaint}; nothing was changed")
 
 
 def void_from(run_dir: Path, step: int, authorisation: Authorisation, clock: Clock | None = None) -> int:

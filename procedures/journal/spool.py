@@ -25,6 +25,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
 from procedures.records.states import ACTIVE
 from rig.clock import Clock, SystemClock
+from rig.plain_text import PARAGRAPHS, hidden_complaint
 
 Kind = Literal["pause", "continue", "stop", "abort", "note", "ack"]
 AS_THEY_COME: tuple[Kind, ...] = ("stop", "abort", "note")
@@ -166,8 +167,12 @@ def ask(
     """Ask something of a run that another process runs.
 
     ``expects``: of the state that the asker saw; without it that of the state in which the run is now.
-    Raises: RequestError where nobody would take the request, or the run is in another state than the asker saw.
+    Raises: RequestError where nobody would take the request, the run is in another state than the asker saw, or a text
+    holds what nobody sees.
     """
+    for name, said, kept in (("by", by, ""), ("text", text, PARAGRAPHS), ("place", place, "")):
+        if complaint := hidden_complaint(said, kept):
+            raise RequestError(f"{run_dir}: {kind}: {name}: {complaint}; nothing was asked")
     with JournalReader.open(run_dir) as reader:
         state, entered = reader.state(), reader.last_event("state")
     if state not in ACTIVE or not is_owned(run_dir):

@@ -110,7 +110,7 @@ class Epoch:
         self._context.watchdogs.arm(self._wait)
         for name in self._plan.axes:
             self._live.homes(name)
-            position_deg = home_and_arrive(self._rig.axes[name], self._rig.clock, self._wait)
+            position_deg = home_and_arrive(self._rig.axes[name], self._rig.clock, self._wait, self._again)
             self._watch.rests_at({name: position_deg})
         self._warm_up()
 

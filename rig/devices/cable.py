@@ -59,6 +59,11 @@ class CableGuard:
         unknown = self._kept is not None and (self._kept.is_lost or self._kept.is_turning)
         return self._limit_deg if unknown else abs(self.wound_deg)
 
+    @property
+    def home_doubt(self) -> str:
+        """As of the axis behind it."""
+        return getattr(self._axis, "home_doubt", "")
+
     def identify(self) -> str:
         return self._axis.identify()
 

@@ -4,8 +4,11 @@ What an axis was told last bounds where it may be seen: on its way from where it
 not away from it, no faster than asked, within the turn of a rate in its sense, and where it was left when it should
 stand. A look is a question and its answer, so a position was true at some moment between the two; every bound allows
 for that. A home search goes where the machine likes, but no faster than its speed and not much more than a turn, and
-ends inside the limits or at the machine's zero. That zero moves in it, so one read-back that leaps is none too fast;
-the next that leaps on is. A stop is bounded by the second at rest that ends it.
+ends at the machine's zero. That zero moves in it, so one read-back that leaps is none too fast; the next that leaps on
+is. An end elsewhere inside the limits may be the home of a machine that counts from another place, or an order that the
+line made of the search; a zero that moves though the axis had one says that one of the two was wrong. Both are doubts:
+searched once more, it has to end where it ended, and there ever after. A stop is bounded by the second at rest that
+ends it.
 """
 
 from dataclasses import dataclass, replace
@@ -33,6 +36,8 @@ class Bounds:
     """Of arrival."""
     home_deg: float = 0.0
     """Where a home search ends."""
+    has_been_home: bool = False
+    """Whether one ended there on this connection: then every later one does."""
 
     @property
     def margin_deg(self) -> float:
@@ -72,6 +77,8 @@ class Standing:
 
     at_deg: float
     is_homed: bool
+    doubt: str = ""
+    """Why the home search that brought it here has to be seen twice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +99,10 @@ class Homing:
     travelled_deg: float = 0.0
     leapt_deg: float = 0.0
     """How far the look before this one was off what its speed allows: a zero that was set, or the first of too fast."""
+    had_zero: bool = False
+    """It was homed when the search began, and stood where it was left."""
+    zero_moved_deg: float = 0.0
+    """By how much it leapt since, though it had one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,12 +210,16 @@ def _moving(bounds: Bounds, task: Moving, last: Seen | None, seen: Seen) -> tupl
 
 
 def _homing(bounds: Bounds, task: Homing, last: Seen | None, seen: Seen) -> tuple[Watched, str]:
-    if seen.is_moving is False and seen.is_homed:
-        return _home_found(bounds, seen)
+    is_over = seen.is_moving is False and seen.is_homed
     if last is None:
-        return Watched(task, seen), ""
+        return _home_found(bounds, task, seen) if is_over else (Watched(task, seen), "")
     turned_deg = seen.position_deg - last.position_deg
-    if too_fast := _too_fast(bounds, last, seen, -bounds.speed_dps, bounds.speed_dps):
+    too_fast = _too_fast(bounds, last, seen, -bounds.speed_dps, bounds.speed_dps)
+    if too_fast and task.had_zero:
+        task = replace(task, zero_moved_deg=task.zero_moved_deg + turned_deg)
+    if is_over:
+        return _home_found(bounds, task, seen)
+    if too_fast:
         if task.leapt_deg * turned_deg > 0.0:
             return Watched(Unknown(), seen), f"home: {too_fast}"
         return Watched(replace(task, leapt_deg=turned_deg), seen), ""
@@ -217,15 +232,29 @@ def _homing(bounds: Bounds, task: Homing, last: Seen | None, seen: Seen) -> tupl
     return Watched(replace(task, travelled_deg=travelled_deg, leapt_deg=0.0), seen), ""
 
 
-def _home_found(bounds: Bounds, seen: Seen) -> tuple[Watched, str]:
-    """Judge where a home search ended: what ends beyond the limits and not at the zero was an order to go there."""
+def _home_found(bounds: Bounds, task: Homing, seen: Seen) -> tuple[Watched, str]:
+    """Judge where a home search ended: where the last one did not, or beyond the limits, was an order to go there."""
     (low_deg, high_deg), margin_deg = bounds.limits_deg, bounds.margin_deg
-    is_at_home = abs(seen.position_deg - bounds.home_deg) <= margin_deg
-    if is_at_home or low_deg - margin_deg <= seen.position_deg <= high_deg + margin_deg:
-        return Watched(Standing(seen.position_deg, True), seen), ""
+    here_deg, doubt = seen.position_deg, ""
+    if task.zero_moved_deg:
+        doubt = f"its zero moved by {task.zero_moved_deg:.3g} deg, though it was homed"
+    if abs(here_deg - bounds.home_deg) <= margin_deg:
+        return Watched(Standing(here_deg, True, doubt), seen), ""
+    if bounds.has_been_home:
+        breach = f"home: ended at {here_deg:g} deg, the search before it at {bounds.home_deg:g} deg"
+        return Watched(Unknown(), seen), breach
+    if low_deg - margin_deg <= here_deg <= high_deg + margin_deg:
+        doubt = f"ended at {here_deg:g} deg, not at its zero of {bounds.home_deg:g} deg"
+        return Watched(Standing(here_deg, True, doubt), seen), ""
     return Watched(Unknown(), seen), (
-        f"home: ended at {seen.position_deg:g} deg, beyond its limits and not at its home of {bounds.home_deg:g} deg"
+        f"home: ended at {here_deg:g} deg, beyond its limits and not at its home of {bounds.home_deg:g} deg"
     )
+
+
+def after_home(bounds: Bounds, at_deg: float) -> Bounds:
+    """Return what is known once a home search has ended there."""
+    is_there = abs(at_deg - bounds.home_deg) <= bounds.margin_deg
+    return replace(bounds, home_deg=bounds.home_deg if is_there else at_deg, has_been_home=True)
 
 
 def _turning(bounds: Bounds, task: Turning, last: Seen | None, seen: Seen) -> tuple[Watched, str]:

@@ -89,9 +89,9 @@ def jog_by(rig: OpenRig, axis: str, step_deg: float, wait: Wait, tell: Tell = la
     return move_and_arrive(device, round(here_deg + step_deg, 9), rig.clock, wait, tell)
 
 
-def home(rig: OpenRig, axis: str, wait: Wait) -> float:
-    """Run the reference move; returns the read-back at rest, degrees."""
-    return home_and_arrive(_axis(rig, axis), rig.clock, wait)
+def home(rig: OpenRig, axis: str, wait: Wait, tell: Tell = lambda _text: None) -> float:
+    """Run the reference move; returns the read-back at rest, degrees. ``tell`` hears why it is made again."""
+    return home_and_arrive(_axis(rig, axis), rig.clock, wait, tell)
 
 
 def stop(rig: OpenRig, axis: str | None) -> list[str]:

@@ -11,6 +11,7 @@ approached anew from beside, at most twice: whoever asked is told of each, and o
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from threading import Thread
+from typing import Protocol, runtime_checkable
 
 from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
@@ -34,6 +35,15 @@ _BESIDE_DEG = 1.0
 """From so far away a machine without teeth approaches anew."""
 
 Tell = Callable[[str], None]
+
+
+@runtime_checkable
+class DoubtsHome(Protocol):
+    """An axis that somebody watches who knows where a home search has to end."""
+
+    @property
+    def home_doubt(self) -> str:
+        """Why the search that ended just now has to be seen twice; empty where it has not."""
 
 
 class _Stalled(DeviceFault):
@@ -138,8 +148,25 @@ def trusted_state(axis: Axis) -> AxisState:
     return state
 
 
-def home_and_arrive(axis: Axis, clock: Clock, wait: Wait) -> float:
-    """Run the reference move and return the read-back at rest, degrees. Raises as :func:`move_and_arrive`."""
+def home_and_arrive(axis: Axis, clock: Clock, wait: Wait, tell: Tell = lambda _text: None) -> float:
+    """Run the reference move and return the read-back at rest, degrees. Raises as :func:`move_and_arrive`.
+
+    Where its end is doubted it is made twice, and has to end at the same place; ``tell`` hears why.
+    """
+    state = _search_home(axis, clock, wait)
+    if doubt := _home_doubt(axis):
+        tell(f"{axis.name}: home: {doubt}; it is searched once more and has to end at the same place")
+        state = _search_home(axis, clock, wait)
+        if doubt := _home_doubt(axis):
+            raise DeviceFault(f"{axis.name}: home: {doubt}, for the second time; check the machine, then home it")
+    return state.position_deg
+
+
+def _home_doubt(axis: Axis) -> str:
+    return axis.home_doubt if isinstance(axis, DoubtsHome) else ""
+
+
+def _search_home(axis: Axis, clock: Clock, wait: Wait) -> AxisState:
     try:
         axis.home()
     except RigError:
@@ -156,7 +183,7 @@ def home_and_arrive(axis: Axis, clock: Clock, wait: Wait) -> float:
             f"{axis.name}: home: the axis came to rest without a home; look for what stopped it, then home again"
         )
     _require_seat(axis, state, "home")
-    return state.position_deg
+    return state
 
 
 def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMIT_S) -> None:

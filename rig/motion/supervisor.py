@@ -26,6 +26,7 @@ from rig.motion.expectation import (
     Turning,
     Unknown,
     Watched,
+    after_home,
     expecting_move,
     expecting_stop,
     expecting_turn,
@@ -137,7 +138,9 @@ class SupervisedAxis:
         self._axis: Any = axis
         self._clock = clock
         self._supervisor = supervisor
-        self._bounds = Bounds(axis.limits_deg, axis.speed_dps, axis.arrival_tolerance_deg, home_deg)
+        self._declared = Bounds(axis.limits_deg, axis.speed_dps, axis.arrival_tolerance_deg, home_deg)
+        self._bounds = self._declared
+        """The same with what is known of its home."""
         self._watched = Watched()
         self._orders = 0
         """Counts what the axis was told: a look that an order overtook is not judged."""
@@ -168,6 +171,11 @@ class SupervisedAxis:
     def may_move(self) -> bool:
         return isinstance(self._watched.task, (*_UNDER_WAY, Stopping))
 
+    @property
+    def home_doubt(self) -> str:
+        """Why the home search that ended just now has to be seen twice; empty where it has not."""
+        return self._watched.task.doubt if isinstance(self._watched.task, Standing) else ""
+
     def is_to_be_seen(self, *, only_unknown: bool) -> bool:
         """Whether it should stand while another one moves, and answers."""
         wanted = (Unknown,) if only_unknown else (Unknown, Standing)
@@ -189,9 +197,13 @@ class SupervisedAxis:
 
     def home(self) -> None:
         """As of the axis. Raises also: MotionBreach."""
+        if isinstance(self._watched.task, Unknown):
+            with suppress(RigError):  # whether it has a zero that may not move; one in alarm is homed all the same
+                self.look()
         self._supervisor.look_at_others(self, only_unknown=True)
         self._supervisor.expect_motion(self)
-        self._expect(replace(self._watched, task=Homing()))
+        task = self._watched.task
+        self._expect(replace(self._watched, task=Homing(had_zero=isinstance(task, Standing) and task.is_homed)))
         self._start(self._axis.home)
 
     def stop(self) -> None:
@@ -271,8 +283,12 @@ class SupervisedAxis:
                     return answer
                 watched, breach = (Watched(), "") if seen is None else judge(self._bounds, self._watched, seen)
                 if not breach:
+                    if isinstance(self._watched.task, Homing) and isinstance(watched.task, Standing):
+                        self._bounds = after_home(self._bounds, watched.task.at_deg)
                     self._watched = watched
                     return answer
+        if isinstance(self._watched.task, Homing):
+            self._bounds = self._declared
         self._expect(Watched())
         raise self._supervisor.refuse(self, breach)
 

@@ -7,12 +7,21 @@ from fontTools.unicodedata import Blocks
 
 _END = 0x110000
 _UNSEEN = ("Cc", "Cs", "Zl", "Zp")
+_IGNORABLE = (
+    (0xAD, 0xAD), (0x34F, 0x34F), (0x61C, 0x61C), (0x115F, 0x1160), (0x17B4, 0x17B5), (0x180E, 0x180E),
+    (0x200B, 0x200B), (0x200E, 0x200F), (0x202A, 0x202E), (0x2060, 0x206F), (0x3164, 0x3164),
+    (0xFEFF, 0xFEFF), (0xFFA0, 0xFFA0), (0xFFF0, 0xFFFB), (0x1BCA0, 0x1BCA3), (0x1D173, 0x1D17A), (0xE0000, 0xE00FF), (0xE01F0, 0xE0FFF),
+)  # fmt: skip
+"""Default_Ignorable_Code_Point of Unicode's DerivedCoreProperties, and the anchors of annotations; without joiners and
+what chooses the form of the letter before it."""
 _TURNING = ("LRE", "RLE", "PDF", "LRO", "RLO", "LRI", "RLI", "FSI", "PDI")
 _MARKS = ("\u061c", "\u200e", "\u200f")
 
 
 def acts(letter: str) -> bool:
-    """Whether a letter acts on a screen or on the direction of reading, by Unicode's own tables."""
+    """Whether a letter acts on a screen or the direction of reading, or is never seen, by Unicode's own tables."""
+    if any(first <= ord(letter) <= last for first, last in _IGNORABLE):
+        return True
     return unicodedata.category(letter) in _UNSEEN or unicodedata.bidirectional(letter) in _TURNING or letter in _MARKS
 
 
@@ -42,8 +51,9 @@ def _is_one_of_many(code: int) -> bool:
 
 
 def that_act() -> list[str]:
-    """Return every letter that acts, but for line break and tab, which texts may have."""
-    return [letter for letter in map(chr, range(_END)) if acts(letter) and letter not in "\n\t"]
+    """Return every letter that acts or is never seen; of the many ignorable ones at the end of Unicode, some."""
+    codes = [*range(0x1FFFF), 0xE0001, 0xE0041, 0xE007F, 0xE0FFF]
+    return [letter for letter in map(chr, codes) if acts(letter)]
 
 
 def _first(codes: range) -> str:

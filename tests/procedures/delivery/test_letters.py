@@ -11,6 +11,7 @@ import unicodedata
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -24,8 +25,11 @@ from programs import require_program
 from reports_left_out import reports_left_out
 
 from procedures.cli.main import run_command
-from procedures.journal.corrections import add_note
+from procedures.errors import RequestError
+from procedures.journal.corrections import Authorisation, add_note
+from procedures.journal.spool import ask
 from procedures.report.figures import Figures
+from rig import plain_text
 
 LONGEST_TITLE = 200
 FORMATS = '["csv", "mat", "json", "c", "c-fixed", "epics", "dcc", "hdf5", "parquet"]'
@@ -172,18 +176,41 @@ def test_a_terminal_gets_every_script_and_no_orders(
 def test_a_letter_that_acts_is_refused_wherever_a_text_comes_in(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Every control character and every mark of direction, by option and by file; nothing is opened."""
+    """Controls, line breaks, marks of direction, what nobody sees, by option and by file; nothing is opened."""
     procedure, rig = job(tmp_path, {'"small"': '"small@"'})
     text = Path(procedure).read_text(encoding="utf-8")
+    line = 1 + text[: text.index("@")].count("\n")
     for letter in that_act():
         told = f"<U+{ord(letter):04X}>"
         if letter != "\0" and unicodedata.category(letter) != "Cs":
-            refused = call(capsys, "note", tmp_path, f"a{letter}b")
-            assert (refused.status, told in refused.err, letter in refused.err) == (2, True, False), told
-        if ord(letter) > 0x1F and letter != "\x7f" and unicodedata.category(letter) != "Cs":
-            Path(procedure).write_text(text.replace("@", letter), encoding="utf-8")
+            refused = call(capsys, "note", tmp_path, "words", "--operator", f"a{letter}b")
+            assert (refused.status, told in refused.err, letter in refused.err[:-1]) == (2, True, False), told
+        if unicodedata.category(letter) != "Cs":
+            escaped = text.replace("@", f"\\U{ord(letter):08X}")
+            Path(procedure).write_text(escaped, encoding="utf-8")
             refused = call(capsys, "check", procedure, "--rig", rig)
-            assert (refused.status, told in refused.err, letter in refused.err) == (2, True, False), told
+            assert (refused.status, letter in refused.err[:-1]) == (2, False), told
+            assert refused.err.startswith(f"calrig: {procedure}:{line}: procedure.title: holds {told}, "), refused.err
+
+
+def test_a_note_and_an_address_may_have_several_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "no run is there" in call(capsys, "note", tmp_path, "one\nand two").err
+    lines = '[laboratory]\nname = "lab"\naddress = """1 Tunnel Road\nHampton"""\n'
+    procedure, rig = job(tmp_path, {}, {"[twin]\nseed": f"{lines}[twin]\nseed"})
+    assert call(capsys, "check", procedure, "--rig", rig).status == 0
+
+
+def test_whoever_asks_in_another_way_than_the_command_is_refused_alike(tmp_path: Path) -> None:
+    with pytest.raises(RequestError, match="operator: holds <U\\+000A>, a line break or a tab; write it in one line"):
+        Authorisation("anna\nberta", "a bump")
+    with pytest.raises(RequestError, match="by: holds <U\\+200B>, which nobody sees"):
+        ask(tmp_path, "stop", "an\u200bna", datetime(2026, 1, 1, tzinfo=UTC))
+
+
+def test_what_is_written_with_joiners_and_signs_is_no_hidden_letter() -> None:
+    """Persian, a family of emoji, a heart in colour, an Arabic year."""
+    for text in ("نمی\u200cخواهم", "👩\u200d👩\u200d👧", "❤\ufe0f", "\u0601١٩٩٩"):
+        assert (plain_text.hidden_in(text), plain_text.shown(text)) == ((), text)
 
 
 @pytest.mark.soak

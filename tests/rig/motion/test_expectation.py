@@ -17,6 +17,7 @@ from rig.motion.expectation import (
     Turning,
     Unknown,
     Watched,
+    after_home,
     expecting_move,
     expecting_stop,
     expecting_turn,
@@ -161,6 +162,30 @@ def test_a_home_search_within_a_turn_is_never_accused_though_its_zero_is_set(
         assert breach == ""
     watched, breach = judge(BOUNDS, watched, _seen(0.0, at_s + 1.0, is_moving=False))
     assert (breach, watched.task) == ("", Standing(0.0, True))
+
+
+@pytest.mark.parametrize(("at_deg", "doubt"), [(0.3, ""), (40.0, "ended at 40 deg, not at its zero of 0 deg")])
+def test_a_home_that_ends_elsewhere_than_at_zero_is_doubted_once_and_holds_from_then_on(
+    at_deg: float, doubt: str
+) -> None:
+    """Found later: `HOME` became `MOVE +040` on the line, and 40 was believed to be home."""
+    homing = replace(_at_rest(0.0), task=Homing())
+    watched, breach = judge(BOUNDS, homing, _seen(at_deg, 60.0, is_moving=False))
+    assert (breach, watched.task) == ("", Standing(at_deg, True, doubt))
+    known = after_home(BOUNDS, at_deg)
+    assert judge(known, homing, _seen(at_deg, 60.0, is_moving=False))[0].task == Standing(at_deg, True)
+    assert "the search before it at" in judge(known, homing, _seen(at_deg - 40.0, 60.0, is_moving=False))[1]
+
+
+@pytest.mark.parametrize("had_zero", [True, False])
+def test_a_zero_that_moves_though_the_axis_had_one_is_doubted(had_zero: bool) -> None:
+    watched = replace(_at_rest(60.0), task=Homing(had_zero=had_zero))
+    for at_s, at_deg in ((1.0, 50.0), (2.0, 40.0), (3.0, -2.0)):
+        watched, breach = judge(BOUNDS, watched, _seen(at_deg, at_s))
+        assert breach == ""
+    watched, breach = judge(BOUNDS, watched, _seen(0.0, 4.0, is_moving=False))
+    assert breach == ""
+    assert watched.task == Standing(0.0, True, "its zero moved by -42 deg, though it was homed" if had_zero else "")
 
 
 @pytest.mark.parametrize(("at_deg", "is_believed"), [(0.3, True), (90.3, True), (-90.6, False), (170.0, False)])
