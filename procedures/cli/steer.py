@@ -13,6 +13,7 @@ from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Op
 from procedures.cli.output import print_json, say
 from procedures.cli.places import login_name
 from procedures.errors import ExitStatus, RequestError
+from procedures.journal.audit_trail import clock_sentence
 from procedures.journal.corrections import Authorisation, close_run
 from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.live import live_document, read_live
@@ -62,6 +63,8 @@ def status(
         say(f"because: {one_line(found.why)}")
     for name, told in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
         say(f"{name}: {told}")
+    if found.clock_set_by_s:
+        say(f"clock: {clock_sentence(found.clock_set_by_s)}")
     if (guarded := read_guard_record(folder)) is not None:
         say(one_line(guard_sentence(guarded)))
     for name, line in found.lines.items():

@@ -1,10 +1,10 @@
 """The audit trail as a reader of the report needs it: interruptions, notes and who the devices said they are."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
+from datetime import datetime, timedelta
 
-from procedures.records.dwells import Event
+from procedures.records.dwells import DwellRecord, Event
 
 GOING = "running"
 OF_OTHERS = ("opened", "note", "ack", "voided", "override", "stop_guard")
@@ -72,14 +72,45 @@ def missing_in(events: Iterable[Event]) -> tuple[str, ...]:
     )
 
 
-def clock_steps_s(events: Iterable[Event], before: int) -> float:
-    """How far the computer's clock was set, all told, before an event: stamps from then on are that much ahead.
+def step_s(event: Event) -> float:
+    """By how much the clock was set, where the event tells of that: it and all behind it are stamped so much ahead."""
+    return float(str(event.detail.get("step_s", 0.0))) if event.kind == "clock_step" else 0.0
+
+
+def on_one_clock(events: Iterable[Event]) -> Iterator[Event]:
+    """Yield the events with the dates that count, which every page and every result tells.
 
     The clock with which a run began counts, and the time that passed by a clock that nobody sets: what was done to the
-    clock in the night moves no date of a result.
+    clock in the night moves no date.
     """
-    steps = (event for event in events if event.kind == "clock_step" and event.sequence < before)
-    return sum(float(str(event.detail.get("step_s", 0.0))) for event in steps)
+    ahead_s = 0.0
+    for event in events:
+        ahead_s += step_s(event)
+        yield replace(event, utc=event.utc - timedelta(seconds=ahead_s)) if ahead_s else event
+
+
+def dwells_on_one_clock(dwells: Iterable[DwellRecord], events: Sequence[Event]) -> Iterator[DwellRecord]:
+    """Yield the dwells with the end that counts, as :func:`on_one_clock`."""
+    if not any(step_s(event) for event in events):
+        yield from dwells
+        return
+    raw_and_counting = zip(events, on_one_clock(events), strict=True)
+    ahead = {_key(raw): raw.utc - counting.utc for raw, counting in raw_and_counting if raw.kind == "dwell"}
+    for dwell in dwells:
+        behind = ahead.get((dwell.step, dwell.attempt, dwell.epoch), timedelta())
+        yield replace(dwell, ended_utc=dwell.ended_utc - behind)
+
+
+def _key(event: Event) -> tuple[object, object, object]:
+    return event.detail["step"], event.detail["attempt"], event.detail["epoch"]
+
+
+def clock_sentence(set_by_s: float) -> str:
+    """Return what is told of a clock that was set during the run."""
+    return (
+        f"the computer's clock was set by {set_by_s:+.1f} s during the run; its dates are those of the clock "
+        "with which it began and of the time that passed since"
+    )
 
 
 def clock_words(events: Iterable[Event]) -> tuple[str, ...]:
@@ -90,11 +121,7 @@ def clock_words(events: Iterable[Event]) -> tuple[str, ...]:
 def _word(event: Event) -> str:
     match event.kind:
         case "clock_step":
-            step_s = float(str(event.detail.get("step_s", 0.0)))
-            return (
-                f"the computer's clock was set by {step_s:+.1f} s during the run; its dates are those of the clock "
-                "with which it began and of the time that passed since"
-            )
+            return clock_sentence(step_s(event))
         case "common_mode":
             return str(event.detail.get("text", ""))
         case "held_up":

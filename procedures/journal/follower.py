@@ -7,12 +7,13 @@ time of modification has not changed, nothing is read.
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 
+from procedures.journal.audit_trail import step_s
 from procedures.journal.encoding import FLOAT, channels_of, decode_dwell
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.line_figures import LineTally
@@ -59,7 +60,7 @@ class _Known:
 
     state: State = State.PLANNED
     since: Event | None = None
-    """The newest event of a state."""
+    """The newest event of a state, with the date that counts."""
     accepted: dict[Key, int] = field(default_factory=dict)
     """Dwells that count, to their step."""
     seen: int = 0
@@ -68,8 +69,12 @@ class _Known:
     paced: int = 0
     """Accepted since the state was entered."""
     lines: LineTally = field(default_factory=LineTally)
+    ahead_s: float = 0.0
+    """Of the dates that count is the computer's clock, since it was set."""
 
-    def take(self, event: Event) -> None:
+    def take(self, stamped: Event) -> None:
+        self.ahead_s += step_s(stamped)
+        event = replace(stamped, utc=stamped.utc - timedelta(seconds=self.ahead_s)) if self.ahead_s else stamped
         match event.kind:
             case "state":
                 self.state, self.since, self.paced = State(str(event.detail["to"])), event, 0
@@ -173,15 +178,18 @@ class Follower:
             rejected=known.seen - len(known.accepted),
             state_sequence=0 if since is None else since.sequence,
             since_utc=None if since is None else since.utc,
+            clock_set_by_s=known.ahead_s,
         )
 
     def _eta_utc(self, left: int) -> datetime | None:
+        """By the clock as it stands now: whoever reads it looks at that one."""
         known = self._known
         if known.since is None:
             return None
+        ahead = timedelta(seconds=known.ahead_s)
         if known.last_dwell is None or known.last_dwell.sequence < known.since.sequence:
-            return known.since.utc + timedelta(seconds=left * self._each_s)
-        return end_at_this_pace(known.since.utc, known.last_dwell.utc, known.paced, left, self._each_s)
+            return known.since.utc + ahead + timedelta(seconds=left * self._each_s)
+        return ahead + end_at_this_pace(known.since.utc, known.last_dwell.utc, known.paced, left, self._each_s)
 
 
 def _figures(channels: list[tuple[str, int]], samples: bytes) -> tuple[dict[str, float], dict[str, float]]:

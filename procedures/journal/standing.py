@@ -40,7 +40,9 @@ class RunStatus:
     state_sequence: int = 0
     """Of the event with which it entered the state as written: what a request refers to."""
     since_utc: datetime | None = None
-    """When it entered the state as written."""
+    """When it entered the state as written, by the clock with which the run began."""
+    clock_set_by_s: float = 0.0
+    """By how much the computer's clock was set during the run, all told."""
 
     @property
     def why(self) -> str:
@@ -62,6 +64,7 @@ class RunStatus:
             "eta_utc": None if self.eta_utc is None else self.eta_utc.isoformat(timespec="seconds"),
             "held_by": self.held_by,
             **still,
+            **({"clock_set_by_s": round(self.clock_set_by_s, 3)} if self.clock_set_by_s else {}),
             **(self._going() if self.state in ACTIVE else {}),
         }
 

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from procedures.journal.audit_trail import clock_words
+from procedures.journal.audit_trail import clock_words, dwells_on_one_clock, on_one_clock
 from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
@@ -22,8 +22,10 @@ def handover(run_dir: Path) -> str:
     """Text of at most a page. Raises: JournalError."""
     stands = status(run_dir)
     with JournalReader.open(run_dir) as reader:
-        header, events = reader.header, list(reader.events())
-        dwells, quarantined = list(reader.dwells(with_samples=False)), reader.quarantined()
+        header, stamped = reader.header, list(reader.events())
+        events = list(on_one_clock(stamped))
+        dwells = list(dwells_on_one_clock(reader.dwells(with_samples=False), stamped))
+        quarantined = reader.quarantined()
     last = next(event for event in reversed(events) if event.kind == "state")
     cause = str(last.detail.get("cause", ""))
     lines = [

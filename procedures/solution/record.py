@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import datetime
 from functools import cached_property
 
 from procedures.common_mode.visit_watch import Judged, judge_run
-from procedures.journal.audit_trail import clock_steps_s
+from procedures.journal.audit_trail import dwells_on_one_clock, on_one_clock
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
 from procedures.plan.plan import Plan
@@ -29,6 +29,7 @@ class RunRecord:
     rig: RigDescription
     events: Sequence[Event]
     dwells: Sequence[DwellRecord]
+    """Both with the dates that count, whatever was done to the clock."""
     hashes: Mapping[str, str]
     """What was hashed (``journal content``, ``plan``, ``rig file`` …) to its SHA-256."""
     versions: Mapping[str, str]
@@ -44,29 +45,12 @@ class RunRecord:
     @property
     def ended_utc(self) -> datetime:
         """When the run came to its last state: people write notes into the journal long afterwards."""
-        ends = (
-            event.utc - timedelta(seconds=clock_steps_s(self.events, event.sequence))
-            for event in self.events
-            if event.kind == "state"
-        )
-        return max(ends, default=self.created_utc)
+        return max((event.utc for event in self.events if event.kind == "state"), default=self.created_utc)
 
     @property
     def measured_utc(self) -> datetime:
         """When its last accepted dwell ended: the date of what was measured."""
-        last = max((dwell for dwell in self.dwells if dwell.accepted), key=lambda dwell: dwell.ended_utc, default=None)
-        if last is None:
-            return self.created_utc
-        if not any(event.kind == "clock_step" for event in self.events):
-            return last.ended_utc
-        kept = [event for event in self.events if event.kind == "dwell" and event.detail.get("accepted")]
-        ended = {(event.detail["step"], event.detail["attempt"], event.detail["epoch"]): event for event in kept}
-        moments = (
-            dwell.ended_utc - timedelta(seconds=clock_steps_s(self.events, event.sequence))
-            for dwell in self.dwells
-            if dwell.accepted and (event := ended.get((dwell.step, dwell.attempt, dwell.epoch))) is not None
-        )
-        return max(moments, default=last.ended_utc)
+        return max((dwell.ended_utc for dwell in self.dwells if dwell.accepted), default=self.created_utc)
 
 
 def read_record(reader: JournalReader) -> RunRecord:
@@ -76,7 +60,7 @@ def read_record(reader: JournalReader) -> RunRecord:
     Raises: JournalError, PlanError or DescriptionError where the journal is damaged or of another version.
     """
     reader.verify()
-    header = reader.header
+    header, stamped = reader.header, tuple(reader.events())
     return RunRecord(
         run_id=header.run_id,
         state=str(_state(reader)),
@@ -85,8 +69,8 @@ def read_record(reader: JournalReader) -> RunRecord:
         created_utc=header.created_utc,
         plan=header.plan,
         rig=reader.rig,
-        events=tuple(reader.events()),
-        dwells=tuple(reader.dwells()),
+        events=tuple(on_one_clock(stamped)),
+        dwells=tuple(dwells_on_one_clock(reader.dwells(), stamped)),
         hashes={
             "journal content": reader.sha256_of_content(),
             "plan": header.plan_sha256,

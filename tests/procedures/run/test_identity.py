@@ -1,5 +1,6 @@
 """Which run it is, when it was, and what its record must never hold."""
 
+import re
 import shutil
 from dataclasses import replace
 from datetime import timedelta
@@ -12,10 +13,13 @@ from unattended_run import UnattendedRun, asks, events, run_unattended
 
 from ams.errors import ArchiveForbids
 from procedures.alerts.channels import without_secrets
+from procedures.cli.main import run_command
 from procedures.delivery.deliver import deliver, publish_folder, sets_of, solve_run
 from procedures.errors import RequestError
 from procedures.journal.corrections import Authorisation, redo
+from procedures.journal.status import status
 from procedures.records.states import State
+from procedures.run.handover import handover
 from procedures.run.resume import resume
 from procedures.run.watch.clock_watch import LONGEST_GAP_S, GapWatch
 from rig.clock import SystemClock, VirtualClock
@@ -56,7 +60,9 @@ def test_a_run_of_which_something_was_taken_back_is_published_again(tmp_path: Pa
 
 
 @pytest.mark.usefixtures("no_report")
-def test_fault_83_a_clock_that_is_set_in_the_night_dates_nothing(tmp_path: Path) -> None:
+def test_fault_83_a_clock_that_is_set_in_the_night_dates_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """Detected: the wall clock against one that nobody sets, between any two dwells.
     Response: recorded, and told in report and set; the dates stay those of the clock with which the run began.
     """
@@ -73,6 +79,16 @@ def test_fault_83_a_clock_that_is_set_in_the_night_dates_nothing(tmp_path: Path)
     delivered = deliver(after, None)
     assert delivered.view is not None
     assert any("clock was set" in note.text for note in delivered.view.notes)
+    latest = after.record.created_utc + timedelta(days=1.0)
+    assert all(note.utc < latest for note in delivered.view.notes)
+    found = status(stepped.run_dir)
+    assert found.since_utc == after.record.ended_utc < latest
+    assert found.to_document()["clock_set_by_s"] == pytest.approx(31_536_000.0, abs=1.0)
+    assert "clock_set_by_s" not in status(plain.run_dir).to_document()
+    years = set(re.findall(r"\b(20\d\d)-\d\d", handover(stepped.run_dir)))
+    assert years == {str(after.record.created_utc.year)}
+    assert run_command(["status", str(stepped.run_dir)]) == 0
+    assert "clock: the computer's clock was set by +31536000.0 s" in capsys.readouterr().out
 
 
 def _next_year(unattended: UnattendedRun) -> None:
