@@ -6,14 +6,13 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from platformdirs import user_state_path
-
 from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
 from procedures.cli.output import note
 from procedures.cli.own_log import LoggedObserver
-from procedures.cli.places import login_name
+from procedures.cli.places import JOURNAL, login_name, second_place
 from procedures.errors import ProcedureError
+from procedures.journal.alert_record import keep_outcomes, outcome_sentence
 from procedures.journal.corrections import acknowledge, is_acknowledged
 from procedures.observers.audience import with_observers
 from procedures.records.progress import RunObserver
@@ -42,7 +41,7 @@ class Attendance:
         if self.dispatcher is None:
             return
         try:
-            _tell_losses(self.dispatcher.ring_out(lambda: _is_known(folder)))
+            _tell_last(folder, self.dispatcher.ring_out(lambda: _is_known(folder)))
         except KeyboardInterrupt:
             try:
                 acknowledge(folder, login_name(), "Ctrl-C")
@@ -72,11 +71,10 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
             screen = _screen(run, opened)
             yield Attendance(screen, RunServices(begun=begun, enough=sufficient))
             return
-        second_place = user_state_path("calrig") / "emergency"
-        dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, second_place / run.name, opened)
-        yield Attendance(
-            dispatcher, RunServices(pulse=pulse, begun=begun, second_place=second_place, enough=sufficient), dispatcher
-        )
+        place = second_place()
+        dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, place / run.name, opened)
+        services = RunServices(pulse=pulse, begun=begun, second_place=place, enough=sufficient)
+        yield Attendance(dispatcher, services, dispatcher)
 
 
 def _screen(run: Path, opened: ExitStack) -> RunObserver:
@@ -86,13 +84,13 @@ def _screen(run: Path, opened: ExitStack) -> RunObserver:
 
 
 def _dispatcher_and_pulse(
-    title: str, alerts: Path | None, run: Path, second_place: Path, opened: ExitStack
+    title: str, alerts: Path | None, run: Path, place: Path, opened: ExitStack
 ) -> tuple[AlertDispatcher, Pulse]:
     settings = read_alerts(alerts) if alerts is not None else default_alerts()
     refusal = opened.enter_context(awake(title))
     screen = _screen(run, opened)
-    dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run), str(second_place))
-    opened.callback(lambda: _tell_losses(dispatcher.close()))
+    dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run), str(place))
+    opened.callback(lambda: _tell_last(run, dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]
 
     def pulse() -> Sequence[Mapping[str, object]]:
@@ -110,7 +108,10 @@ def _is_known(folder: Path) -> bool:
         return False
 
 
-def _tell_losses(outcomes: Sequence[Mapping[str, object]]) -> None:
+def _tell_last(run: Path, outcomes: Sequence[Mapping[str, object]]) -> None:
+    """Tell what was not delivered once the journal was closed, and keep what became of all of it beside a run."""
     for outcome in outcomes:
         if outcome["failed"]:
-            note(f"{outcome['what']}: not delivered: {outcome['failed']}")
+            note(outcome_sentence(outcome))
+    if (run / JOURNAL).exists():
+        keep_outcomes(run, second_place(), outcomes)

@@ -69,6 +69,11 @@ def left_out_where_empty(folder: Path) -> Iterator[None]:
         raise
 
 
+def second_place() -> Path:
+    """Return where the last words of a run lie whose own disk takes nothing, by its name."""
+    return user_state_path("calrig") / "emergency"
+
+
 def default_archive_url() -> str:
     """``CALRIG_ARCHIVE``, else ``archive.sqlite`` in the user's state folder, which is made where it is not there."""
     given = os.environ.get("CALRIG_ARCHIVE")

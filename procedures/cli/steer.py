@@ -11,8 +11,9 @@ from procedures.cli.choose_run import alive_or_latest, only_one
 from procedures.cli.follow import attach_to, shown_until_left
 from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Operator, RunsFolder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import login_name
+from procedures.cli.places import login_name, second_place
 from procedures.errors import ExitStatus, RequestError
+from procedures.journal.alert_record import outcome_sentence, read_outcomes
 from procedures.journal.audit_trail import clock_sentence
 from procedures.journal.corrections import Authorisation, close_run
 from procedures.journal.guard_record import guard_sentence, read_guard_record
@@ -52,21 +53,24 @@ def status(
         return ExitStatus.DONE
     folder = alive_or_latest(run, out)
     found, live = look(folder), read_live(folder)
+    told = read_outcomes(folder, second_place())
     if json:
         doing = {} if live is None else {"live": live_document(live)}
-        print_json({**found.to_document(), **doing})
+        print_json({**found.to_document(), **doing, **({"alerts": told} if told else {})})
         return ExitStatus.DONE
     say(f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells")
     if found.held_by is not None:
         say(f"held by: {one_line(found.held_by)}")
     elif found.why:
         say(f"because: {one_line(found.why)}")
-    for name, told in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
-        say(f"{name}: {told}")
+    for name, how in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
+        say(f"{name}: {how}")
     if found.clock_set_by_s:
         say(f"clock: {clock_sentence(found.clock_set_by_s)}")
     if (guarded := read_guard_record(folder)) is not None:
         say(one_line(guard_sentence(guarded)))
+    for outcome in told:
+        say(f"alert: {one_line(outcome_sentence(outcome))}")
     for name, line in found.lines.items():
         say(f"line of {name}: {line.in_words()}")
     if not follow:

@@ -20,6 +20,8 @@ from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
+from procedures.journal.alert_record import EVENT as ALERTED
+from procedures.journal.alert_record import forget_outcomes, keep_outcomes, read_outcomes
 from procedures.journal.emergency import emergency_copy
 from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import forget_guard_record, read_guard_record
@@ -114,7 +116,7 @@ def run(
         if (gap_s := gaps.look()) > 0.0:
             alert = f"this process did not run for {gap_s:.0f} s: stopped by a signal, or starved"
             progress_log.event("held_up", {"gap_s": round(gap_s, 1), "text": alert})
-        unwritten.extend(("alert", outcome) for outcome in services.pulse())
+        unwritten.extend((ALERTED, outcome) for outcome in services.pulse())
         unwritten.extend((LEASE, progress_log.tell_lease(news)) for news in services.lease_news())
         with suppress(StorageFailed):  # what became of an alert or a lease ends no run; a dwell that finds no room does
             while unwritten:
@@ -150,6 +152,8 @@ def run(
             raise
         finally:
             live.remove()
+            left = [outcome for kind, outcome in unwritten if kind == ALERTED]  # what its disk took no more
+            keep_outcomes(progress_log.folder, services.second_place, left)
         if outcome.state is State.INTERRUPTED:
             words = LastWords(outcome.reason, rig.clock.now_utc())
             keep_last_words(progress_log.folder, services.second_place, words)
@@ -291,6 +295,10 @@ class _Engine:
             self._progress_log.event(GUARDED, guarded)
             forget_guard_record(self._progress_log.folder)
         if not regained:
+            second_place = self._context.services.second_place
+            for outcome in read_outcomes(self._progress_log.folder, second_place):
+                self._progress_log.event(ALERTED, outcome)
+            forget_outcomes(self._progress_log.folder, second_place)
             self._wait.discard_pending(owned_since(self._progress_log.folder))
             if start.state in ACTIVE and self._history.epoch > 1:
                 self._enter_interrupted()

@@ -47,7 +47,9 @@ def test_fault_77_a_terminal_that_is_closed_ends_nothing(tmp_path: Path) -> None
 def test_a_run_gives_the_shell_back_is_attached_stopped_at_once_and_closed(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    begun = call(capfd, *_files(tmp_path, 20.0), "--detach", "--json").document
+    alerts = tmp_path / "alerts.toml"
+    alerts.write_text('command = ["false", "--token=hush"]\n', encoding="utf-8")
+    begun = call(capfd, *_files(tmp_path, 20.0), "--alerts", alerts, "--detach", "--json").document
     run_dir = Path(begun["run"])
     assert is_owned(run_dir)
     os.kill(begun["pid"], signal.SIGTERM)
@@ -59,6 +61,8 @@ def test_a_run_gives_the_shell_back_is_attached_stopped_at_once_and_closed(
         clock.sleep(0.05)
     told = call(capfd, "status", run_dir).out
     assert "because: told to end" in told
+    assert "alert: calrig: small grid: stopped: not delivered: command false: exit status 1" in told
+    assert "hush" not in told
     assert "signal SIGTERM" in call(capfd, "handover", run_dir).out
     assert call(capfd, "close", run_dir, "--reason", "sensor sold").status == 0
     refused = call(capfd, "resume", run_dir, "--operator", "a", "--reason", "b")
@@ -69,7 +73,7 @@ def test_what_hides_something_is_refused_where_it_is_typed(tmp_path: Path, capsy
     for hidden, name in (("\x1b[31m", "<U+001B>"), ("\u202e", "<U+202E>"), ("\x00", "<U+0000>")):
         refused = call(capsys, *_files(tmp_path, 1.0), "--operator", f"an{hidden}na")
         assert (refused.status, refused.out) == (2, "")
-        assert f"holds {name}, which acts on a screen" in refused.err
+        assert f"holds {name}, which nobody sees, or which acts on a screen" in refused.err
         assert hidden not in refused.err
     (tmp_path / "procedure.toml").write_text(PROCEDURE.replace("small grid", "small \\u202egrid"), encoding="utf-8")
     told = call(capsys, "check", tmp_path / "procedure.toml", "--rig", tmp_path / "rig.toml")
