@@ -14,7 +14,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import ObservationsError
 from ams.models.model import Model, Stimulus
-from ams.models.thermal import TEMPERATURE_NAMES
+from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.statistics.budget import Kind
 
 Effect = Literal["reading", "gain", "pitch", "base-tilt", "temperature", "level", "field"]
@@ -123,4 +123,11 @@ def _warmed(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | N
     if TEMPERATURE_NAMES[0] not in named:
         return None
     offset_tc, sensitivity_tc = (named[name] for name in TEMPERATURE_NAMES)
+    if rows.temperature_degc is not None and SECOND_ORDER_NAMES[0] in named:
+        reference = model.parameters(primary)[model.parameter_names.index("reference_temperature_degc")]
+        rise = rows.temperature_degc - reference
+        offset_tc, sensitivity_tc = (
+            one + 2.0 * named[second] * rise
+            for one, second in zip((offset_tc, sensitivity_tc), SECOND_ORDER_NAMES, strict=True)
+        )
     return np.asarray(offset_tc + sensitivity_tc * (model.predict(primary, rows) - named["offset_v"]))

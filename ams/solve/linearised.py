@@ -15,14 +15,21 @@ from ams.frames import Attitude
 from ams.models.drifting import DRIFT_NAME
 from ams.models.model import Model, Stimulus
 from ams.models.remounted import is_of_a_mounting
-from ams.models.thermal import TEMPERATURE_NAMES
+from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.observations import Observations
 from ams.solve.gauss_newton import Convergence, gauss_newton
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm, factor, repeated
 
-SHARED = MappingProxyType({**dict.fromkeys(TEMPERATURE_NAMES, "temperature_degc"), DRIFT_NAME: "time_s"})
-"""Parameters that are seen across replications, not in each of them, with the column of the rows they go with."""
+SHARED = MappingProxyType(
+    {
+        **dict.fromkeys(TEMPERATURE_NAMES, ("temperature_degc", 1)),
+        **dict.fromkeys(SECOND_ORDER_NAMES, ("temperature_degc", 2)),
+        DRIFT_NAME: ("time_s", 1),
+    }
+)
+"""Parameters that are seen across replications, not in each of them, with the column of the rows and its power that
+they go with."""
 
 
 def is_shared(name: str) -> bool:
@@ -130,10 +137,14 @@ def _first(stimulus: Attitude, count: int) -> Attitude:
 def shared_regressors(model: Model, rows: Observations) -> tuple[FloatArray, ...]:
     """Return the (N,) columns of the rows for estimated parameters that no replication determines by itself."""
     columns = {SHARED[name] for name in model.primary_names if name in SHARED and name not in model.fixed}
-    shared = [np.asarray(getattr(rows, column)) for column in sorted(columns)]
+    shared = [_about_its_mean(getattr(rows, column)) ** power for column, power in sorted(columns)]
     if rows.mounting is not None and any(map(is_of_a_mounting, model.primary_names)):
         shared += [(rows.mounting == label).astype(float) for label in np.unique(rows.mounting)[:-1]]
     return tuple(shared)
+
+
+def _about_its_mean(column: FloatArray) -> FloatArray:
+    return np.asarray(column - column.mean())
 
 
 def _free(model: Model) -> NDArray[np.intp]:

@@ -250,6 +250,8 @@ class KnownTemperature(StrictTable):
 
     offset_tc_v_per_degc: float
     sensitivity_tc_per_degc: float
+    offset_tc2_v_per_degc2: float = 0.0
+    sensitivity_tc2_per_degc2: float = 0.0
     reference_temperature_degc: float
 
 
@@ -266,6 +268,8 @@ class Solve(StrictTable):
     packages: dict[str, Literal["sting", "model"]] = {}
     """For pitch-yaw-roll: sensor to CR's package; one that is not named is a model package."""
     temperature: Literal["none", "apply", "estimate"] = "none"
+    temperature_order: Literal[1, 2] = 1
+    """2: offset and sensitivity may bend with temperature; for ``temperature = "estimate"``."""
     known_temperature: dict[str, KnownTemperature] = {}
     """``"SENSOR.AXIS"`` to its coefficients, for ``temperature = "apply"``."""
     extended: Literal["no", "test", "yes"] = "yes"
@@ -293,6 +297,15 @@ class Solve(StrictTable):
     def _apply_needs_coefficients(self) -> Self:
         if self.temperature == "apply" and not self.known_temperature:
             raise ValueError('temperature = "apply" needs known_temperature."SENSOR.AXIS" = { … }')
+        return self
+
+    @model_validator(mode="after")
+    def _order_is_of_an_estimate(self) -> Self:
+        if self.temperature_order != 1 and self.temperature != "estimate":
+            raise ValueError(
+                f'temperature_order = {self.temperature_order} belongs to temperature = "estimate"; known coefficients '
+                "of second order are given as offset_tc2_v_per_degc2 and sensitivity_tc2_per_degc2"
+            )
         return self
 
 

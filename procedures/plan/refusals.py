@@ -169,7 +169,8 @@ def _undetermined(
 ) -> Iterator[PlanError]:
     model = max(models.values(), key=lambda one: len(one.primary_names))
     needed = len(model.primary_names)
-    estimated = needed + 2 * (procedure.solve.temperature == "estimate") + (procedure.solve.time_term == "linear")
+    warmed = 2 * procedure.solve.temperature_order if procedure.solve.temperature == "estimate" else 0
+    estimated = needed + warmed + (procedure.solve.time_term == "linear")
     attitudes = {(point.pitch_deg, point.yaw_deg, point.roll_deg) for point in design.points}
     if len(attitudes) < needed:
         yield procedure.error(

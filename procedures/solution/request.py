@@ -114,8 +114,14 @@ def request_for(
         model=solve.model_of(sensor_name, rolls=rolls),
         nominal_axes={axis: axis for axis in axes},
         temperature=solve.temperature,
+        temperature_order=solve.temperature_order if solve.temperature == "estimate" else 1,
         known_temperature={
-            axis: TemperatureCoefficients(item.offset_tc_v_per_degc, item.sensitivity_tc_per_degc)
+            axis: TemperatureCoefficients(
+                item.offset_tc_v_per_degc,
+                item.sensitivity_tc_per_degc,
+                offset_tc2_v_per_degc2=item.offset_tc2_v_per_degc2,
+                sensitivity_tc2_per_degc2=item.sensitivity_tc2_per_degc2,
+            )
             for axis, item in known.items()
         },
         reference_temperature_degc=references.pop() if len(references) == 1 else None,

@@ -33,6 +33,8 @@ class AxisTruth(StrictTable):
     noise_v: NotNegative = 0.0
     offset_tc_v_per_degc: float = 0.0
     sensitivity_tc_per_degc: float = 0.0
+    offset_tc2_v_per_degc2: float = 0.0
+    sensitivity_tc2_per_degc2: float = 0.0
     reference_temperature_degc: float = 20.0
     offset_drift_v_per_replication: float = 0.0
     sensitivity_drift_per_replication: float = 0.0

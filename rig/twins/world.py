@@ -58,9 +58,10 @@ class SensorTruth:
         warmer_degc = 0.0 if temperature_degc is None else temperature_degc - truth.reference_temperature_degc
         drift_v = truth.offset_drift_v_per_replication * replications
         offset_v = truth.at_zero + truth.offset_tc_v_per_degc * warmer_degc + drift_v
+        offset_v += truth.offset_tc2_v_per_degc2 * warmer_degc**2
         sensitivity = (
             truth.per_unit
-            * (1.0 + truth.sensitivity_tc_per_degc * warmer_degc)
+            * (1.0 + truth.sensitivity_tc_per_degc * warmer_degc + truth.sensitivity_tc2_per_degc2 * warmer_degc**2)
             * (1.0 + truth.sensitivity_drift_per_replication * replications)
         )
         sensed = self._mount @ stage_sensed

@@ -34,7 +34,7 @@ from ams.models.accelerometer import PitchRoll
 from ams.models.added_parameters import WithAddedParameters
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.model import Model
-from ams.models.thermal import TEMPERATURE_NAMES
+from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import holm
 
@@ -223,7 +223,8 @@ def _of_temperature(evidence: Evidence, shared: SharedTests, output: int, known:
         found = [_slope(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C")]
         if _linear_base(evidence.models[output]) is None:
             found += _by_point(evidence, output, known)
-    if by_temperature.has_plateaus(evidence):
+    is_bend_modelled = SECOND_ORDER_NAMES[0] in evidence.models[output].primary_names
+    if by_temperature.has_plateaus(evidence) and not is_bend_modelled:
         bent = by_temperature.between_replications(evidence, output, None, curved=True).curvature
         found.append(BeliefTest(CURVATURE, "temperature-curvature", bent.p_value, bent.size))
     return found
