@@ -275,6 +275,10 @@ class Solve(StrictTable):
     extended: Literal["no", "test", "yes"] = "yes"
     expected_noise_arcsec: Positive = 0.5
     """Standard deviation of a dwell, for the uncertainty expected beforehand."""
+    joint: bool = False
+    """The package and the table in one fit, the table's errors as unknowns under what the rig file declares of them."""
+    joint_priors_arcsec: dict[Literal["pitch_zero", "roll_zero", "base_tilt", "squareness", "droop"], Positive] = {}
+    """Standard uncertainties of errors of the whole table, for ``joint``."""
     time_term: Literal["none", "linear"] = "none"
     """``linear``: a drift of the offset with time through the run is estimated beside the parameters."""
 
@@ -297,6 +301,18 @@ class Solve(StrictTable):
     def _apply_needs_coefficients(self) -> Self:
         if self.temperature == "apply" and not self.known_temperature:
             raise ValueError('temperature = "apply" needs known_temperature."SENSOR.AXIS" = { … }')
+        return self
+
+    @model_validator(mode="after")
+    def _joint_goes_with(self) -> Self:
+        if self.joint_priors_arcsec and not self.joint:
+            raise ValueError("joint_priors_arcsec belongs to joint = true, which is missing")
+        is_plain = self.model == "pitch-roll" and self.temperature == "none" and self.time_term == "none"
+        if self.joint and (not is_plain or self.extended == "test"):
+            raise ValueError(
+                'joint = true goes with model = "pitch-roll", temperature = "none", time_term = "none" and extended = '
+                '"yes" or "no" (it has no terms of second order itself)'
+            )
         return self
 
     @model_validator(mode="after")

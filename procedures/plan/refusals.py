@@ -37,10 +37,27 @@ def shared_refusals(
 ) -> Iterator[PlanError]:
     """Tell what a plan of no kind may have: unknown packages, unmeasured temperatures, plateaus out of reach."""
     yield from _unknown_packages(rig, procedure)
+    yield from _nothing_to_fit_jointly(rig, procedure)
     yield from _temperature_terms(rig, procedure, sensors, environment)
     yield from _plateaus_beyond_limits(rig, procedure, environment)
     yield from _integration_not_offered(rig, procedure, channels_of(rig, sensors))
     yield from _bursts_too_long(rig, procedure, channels_of(rig, sensors))
+
+
+def _nothing_to_fit_jointly(rig: RigDescription, procedure: ProcedureDescription) -> Iterator[PlanError]:
+    """Say where a joint fit has no attitudes of a table in pitch and roll to part package and table by."""
+    if not procedure.solve.joint:
+        return
+    if procedure.procedure.kind not in ("grid", "tumble"):
+        yield procedure.error(
+            ("solve", "joint"),
+            f'joint belongs to the kinds grid and tumble, not to kind = "{procedure.procedure.kind}"; remove it',
+        )
+    elif "roll" not in rig.axes:
+        yield procedure.error(
+            ("solve", "joint"),
+            f"a joint fit needs the axes pitch and roll; the rig file has {', '.join(rig.axes)}; remove joint",
+        )
 
 
 def _integration_not_offered(
@@ -302,6 +319,12 @@ def _plateaus_too_poor(procedure: ProcedureDescription, environment: Environment
             f"span {span_degc:g} °C, needed {LEAST_TEMPERATURE_SPAN_DEGC:g} °C or more to estimate temperature terms",
         )
         return
+    if len(set(plateaus)) <= procedure.solve.temperature_order:
+        yield procedure.error(
+            ("environment", "plateaus_degc"),
+            f"{len(set(plateaus))} different temperatures do not determine terms of second order; add one between, "
+            "or solve with temperature_order = 1",
+        )
     with_time = abs(float(np.corrcoef(np.arange(len(plateaus)), plateaus)[0, 1]))
     if with_time > MOST_TIME_CORRELATION:
         yield procedure.error(
