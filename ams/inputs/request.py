@@ -155,4 +155,5 @@ def select_rows(observations: Observations, kept: BoolArray) -> Observations:
         level_errors=None if observations.level_errors is None else observations.level_errors[kept],
         mounting=None if observations.mounting is None else observations.mounting[kept],
         step=None if observations.step is None else observations.step[kept],
+        from_level=None if observations.from_level is None else observations.from_level[kept],
     )

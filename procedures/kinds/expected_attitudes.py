@@ -25,7 +25,7 @@ from procedures.plan.specific_force import columns_of
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import ExpectedSensor, PlannedRows, Usage, expected_sensor
 from procedures.solution.request import joint_priors_in_words
-from procedures.solution.type_b import level_remarks
+from procedures.solution.type_b import gravity_warnings, level_remarks
 from rig.description.rig_file import RigDescription
 
 LEAST_REPLICATIONS = 6
@@ -155,6 +155,7 @@ def _drift_bias(plan: Plan) -> dict[str, Mapping[str, float]]:
 def _reservations(rig: RigDescription, plan: Plan, correlation: float) -> Iterator[str]:
     """Yield what the report will hold against the result, however well the run goes."""
     yield from level_remarks(rig)
+    yield from dict.fromkeys(text for sensor in plan.sensors.values() for text in gravity_warnings(rig, sensor))
     if plan.solve.joint:
         priors = joint_priors_in_words(plan.solve)
         yield (

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from ams.arrays import FloatArray
 from ams.errors import DesignError
+from ams.gravity import disagreement
 from ams.models.model import Model
 from ams.models.registry import MODELS, model_named
 from ams.parameter_words import words_of
@@ -36,12 +37,23 @@ def shared_refusals(
     environment: EnvironmentPlan | None,
 ) -> Iterator[PlanError]:
     """Tell what a plan of no kind may have: unknown packages, unmeasured temperatures, plateaus out of reach."""
+    yield from _gravity_of_another_place(rig)
     yield from _unknown_packages(rig, procedure)
     yield from _nothing_to_fit_jointly(rig, procedure)
     yield from _temperature_terms(rig, procedure, sensors, environment)
     yield from _plateaus_beyond_limits(rig, procedure, environment)
     yield from _integration_not_offered(rig, procedure, channels_of(rig, sensors))
     yield from _bursts_too_long(rig, procedure, channels_of(rig, sensors))
+
+
+def _gravity_of_another_place(rig: RigDescription) -> Iterator[PlanError]:
+    """Say that gravity and latitude of the rig file cannot be of one place; smaller doubts stand with the result."""
+    place = rig.rig
+    if place.latitude_deg is None:
+        return
+    found = disagreement(place.gravity_mps2, place.latitude_deg, place.height_m)
+    if found is not None and found.kind == "refused":
+        yield PlanError(f"rig file: rig.gravity_mps2: {found.text}")
 
 
 def _nothing_to_fit_jointly(rig: RigDescription, procedure: ProcedureDescription) -> Iterator[PlanError]:
