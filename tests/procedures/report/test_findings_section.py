@@ -1,7 +1,13 @@
 """The section of findings: what was tested, on which channel, and what of it somebody must read."""
 
+import re
+from dataclasses import replace
+from datetime import UTC, datetime
+
 from report_scene import Scene, run_view
 
+from ams.archive.signatures import AcceptedFinding, Release, Signature, SignOff
+from ams.sets.stated_findings import StatedFinding
 from procedures.report.figures import Figures
 from procedures.report.page import render_page
 
@@ -29,3 +35,22 @@ def test_a_significant_finding_is_marked_and_its_sentence_stands_beside_it() -> 
 
 def test_without_tests_there_is_no_section() -> None:
     assert 'id="findings"' not in _page(Scene(replications=1))
+
+
+def test_who_accepted_a_finding_and_who_signed_stand_on_the_page() -> None:
+    """As in the archive when the page is made: `calrig solve` makes it again."""
+    view, when = run_view(Scene(offset_drift_v=4e-6)), datetime(2026, 3, 2, 9, tzinfo=UTC)
+    finding = StatedFinding("x.drift", "x", "offset changed by 12″.")
+    signed = SignOff(
+        "0" * 64, (Signature("prepared", "A. Operator", when, ""), Signature("approved", "B. Chief", when, "")), (),
+        (finding, StatedFinding("y.drift", "y", "said of y.")),
+        (AcceptedFinding("x.drift", "B. Chief", when, "known"),),
+        "the table turned", Release("C. Head", when, "checked by hand"),
+    )  # fmt: skip
+    sensors = (replace(view.sensors[0], signed=signed), *view.sensors[1:])
+    page = render_page(replace(view, sensors=sensors), Figures((), {sensor.name: () for sensor in sensors}))
+    words = " ".join(re.sub(r"<[^>]+>", " ", page).split())
+    assert "axis x: offset changed by 12″. Accepted by B. Chief, 2026-03-02 09:00:00 UTC: known" in words
+    assert "said of y." not in words, "nobody accepted it"
+    assert "the table turned. Released by C. Head, 2026-03-02 09:00:00 UTC: checked by hand" in words
+    assert "prepared by A. Operator, 2026-03-02 09:00:00 UTC; approved by B. Chief" in words
